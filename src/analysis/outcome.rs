@@ -1,0 +1,191 @@
+//! What is known of one operating point after its analyses: the numbers that the result
+//! files hold.
+
+/// How the work on a point ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Status {
+    /// Every question asked was answered.
+    Ok,
+    /// The cycle budget ran out before the answers settled.
+    NotConverged,
+    /// The state left every physical range or became non-finite.
+    Diverged,
+    /// More events in one mesh cycle than `run.event_limit`.
+    EventStorm,
+    /// The point could not be computed (a panic, an impossible model).
+    Failed,
+}
+
+impl Status {
+    /// The word stored in result files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::NotConverged => "not_converged",
+            Self::Diverged => "diverged",
+            Self::EventStorm => "event_storm",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// What kind of motion a point settles on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Class {
+    /// In contact throughout: no event in any measured cycle.
+    Locked,
+    /// Repeats after this many mesh cycles, with events.
+    Periodic(u32),
+    /// Largest exponent zero within its error, no short period.
+    QuasiPeriodic,
+    /// Largest exponent positive beyond its error.
+    Chaotic,
+    /// None of these within the cycle budget.
+    NotConverged,
+}
+
+impl Class {
+    /// The word stored in result files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Locked => "locked",
+            Self::Periodic(_) => "periodic",
+            Self::QuasiPeriodic => "quasi_periodic",
+            Self::Chaotic => "chaotic",
+            Self::NotConverged => "not_converged",
+        }
+    }
+
+    /// Period in mesh cycles: 1 for locked motion, k for period k, none otherwise.
+    pub fn period(&self) -> Option<u32> {
+        match self {
+            Self::Locked => Some(1),
+            Self::Periodic(k) => Some(*k),
+            _ => None,
+        }
+    }
+}
+
+/// Lyapunov exponents of a point, all per mesh cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LyapunovOutcome {
+    /// The exponents asked for, largest first.
+    pub exponents: Vec<f64>,
+    /// Standard error of the largest, from block averages.
+    pub stderr: f64,
+    /// Largest exponent from a twin trajectory, where one was marched.
+    pub twin: Option<f64>,
+    /// Whether twin and tangent agree within three standard errors of their difference.
+    pub twin_agrees: Option<bool>,
+    /// Where the exponents come from.
+    pub method: LyapunovMethod,
+}
+
+/// Where a Lyapunov exponent comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LyapunovMethod {
+    /// Average growth of tangent vectors over the measured cycles.
+    Tangent,
+    /// Multipliers of the settled periodic orbit: `ln|μ| / k`.
+    Multipliers,
+}
+
+impl LyapunovMethod {
+    /// The word stored in result files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Tangent => "tangent",
+            Self::Multipliers => "multipliers",
+        }
+    }
+}
+
+/// NVH statistics over the measured cycles; integrals are taken from the windows'
+/// polynomials.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NvhOutcome {
+    /// Mean mesh deflection δ \[m\].
+    pub dte_mean: f64,
+    /// Root mean square of δ about its mean \[m\].
+    pub dte_rms: f64,
+    /// Largest minus smallest δ \[m\].
+    pub dte_pp: f64,
+    /// Largest |δ − mean| over RMS \[1\].
+    pub dte_crest: f64,
+    /// Fourth central moment over squared variance \[1\].
+    pub dte_kurtosis: f64,
+    /// Amplitudes of δ at mesh orders 1, 2, … \[m\].
+    pub harmonics: Vec<f64>,
+    /// Mean mesh force \[N\].
+    pub force_mean: f64,
+    /// Standard deviation of the mesh force \[N\].
+    pub force_std: f64,
+    /// Largest |mesh force| \[N\].
+    pub force_peak: f64,
+    /// Impacts (entries into contact) a second \[1/s\].
+    pub impact_rate: f64,
+    /// Mean |δ'| at entry into contact \[m/s\].
+    pub impact_velocity: f64,
+    /// Fraction of time in drive contact, free flight, coast contact.
+    pub fractions: [f64; 3],
+}
+
+/// One line of an amplitude spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectrumLine {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Multiple of the mesh frequency \[1\].
+    pub order: f64,
+    /// Amplitude: peak value of an equivalent sine, in the signal's unit.
+    pub amplitude: f64,
+}
+
+/// A spectrum of one signal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spectrum {
+    /// `deflection` \[m\] or `force` \[N\].
+    pub signal: &'static str,
+    /// Its lines, ascending in frequency.
+    pub lines: Vec<SpectrumLine>,
+}
+
+/// A strobe sample at mesh phase 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoincareSample {
+    /// Mesh cycle, counted from the start of the simulation.
+    pub cycle: u64,
+    /// Mesh deflection δ \[m\].
+    pub deflection: f64,
+    /// Its rate δ' \[m/s\].
+    pub velocity: f64,
+}
+
+/// Everything known of one point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointOutcome {
+    /// How the work ended.
+    pub status: Status,
+    /// One sentence: why this status and this class.
+    pub reason: String,
+    /// Kind of motion; absent when the point was not marched to an end.
+    pub class: Option<Class>,
+    /// Lyapunov exponents, when asked for.
+    pub lyapunov: Option<LyapunovOutcome>,
+    /// NVH statistics, when asked for.
+    pub nvh: Option<NvhOutcome>,
+    /// Spectra, when asked for.
+    pub spectra: Vec<Spectrum>,
+    /// Poincaré samples, when asked for.
+    pub poincare: Vec<PoincareSample>,
+    /// Contact-state changes per measured cycle.
+    pub events_per_cycle: Option<f64>,
+    /// Energy imbalance over the audited cycles, relative to the energy turned over.
+    pub energy_residual: Option<f64>,
+    /// Tangencies met, over the whole simulation.
+    pub grazing_count: u64,
+    /// Mesh cycles marched in all, transient included (the twin not counted).
+    pub cycles: u64,
+    /// Mesh cycles measured.
+    pub measured_cycles: u64,
+}

@@ -1,0 +1,5 @@
+//! Gear geometry and what follows from it; knows nothing of files or dynamics.
+
+mod pair;
+
+pub use pair::GearPair;

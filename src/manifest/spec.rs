@@ -1,0 +1,242 @@
+//! The resolved specification of a job: what the program uses, after the text has been
+//! validated. Everything is SI; nothing here knows how it was typed.
+
+use crate::shaft::{FlexibleDrive, ModalStructure};
+
+/// A whole job.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// Name; results go to `results/<name>` by default.
+    pub name: String,
+    /// Root of every random stream.
+    pub seed: u64,
+    /// The manifest as the user wrote it.
+    pub text: String,
+    /// Hash over what matters to physics, as lower-case hexadecimal.
+    pub hash: String,
+    /// Axes of the grid, slowest first; `point_id` counts row-major over them.
+    pub axes: Vec<Axis>,
+    /// The grid's points, fully resolved, in `point_id` order.
+    pub points: Vec<PointSpec>,
+}
+
+/// One axis of the grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// Column name: `load`, `speed`, or the dotted key (`mesh.half_gap`).
+    pub name: String,
+    /// SI unit as text, `1` when dimensionless.
+    pub unit: String,
+    /// Values in SI.
+    pub values: Vec<f64>,
+}
+
+/// One operating point: a complete description of one simulation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointSpec {
+    /// Row-major index into the grid.
+    pub point_id: u64,
+    /// Value of each axis at this point, in the order of [`Job::axes`].
+    pub axis_values: Vec<f64>,
+    /// Fraction of the rated mesh force.
+    pub load: f64,
+    /// Pinion speed Ω \[rad/s\].
+    pub speed: f64,
+    /// The structure.
+    pub model: ModelSpec,
+    /// The gear mesh.
+    pub mesh: MeshSpec,
+    /// Transmission error and torque ripple.
+    pub excitation: ExcitationSpec,
+    /// How to march.
+    pub run: RunSpec,
+    /// What to compute.
+    pub analyses: AnalysesSpec,
+}
+
+/// The structure and its reduction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelSpec {
+    /// Where the structure comes from.
+    pub source: StructureSource,
+    /// Modes computed (`flexible`); the file's own count for `modal`.
+    pub modes: usize,
+    /// Modes kept, at most `modes`.
+    pub retained: usize,
+    /// Whether the modes left out return as residual flexibility.
+    pub mta: bool,
+}
+
+/// Where the structure comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StructureSource {
+    /// Assembled from shafts, bearings and gear bodies.
+    Flexible(FlexibleDrive),
+    /// Read from a modal file (already checked).
+    Modal(ModalStructure),
+}
+
+/// The gear mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshSpec {
+    /// Backlash half gap b \[m\], > 0.
+    pub half_gap: f64,
+    /// Stiffness over the mesh cycle.
+    pub stiffness: StiffnessSpec,
+    /// Contact damping.
+    pub damping: DampingSpec,
+    /// Coulomb friction coefficient μ on the flank, constant direction.
+    pub friction: f64,
+}
+
+/// Stiffness over the mesh cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StiffnessSpec {
+    /// One value \[N/m\].
+    Constant(f64),
+    /// Equal segments of the mesh cycle, one value each \[N/m\]. The two-level law
+    /// (`mean_stiffness`, `contact_ratio`, `single_pair_drop`, `segments`) is resolved to
+    /// this: double-pair level over the first `contact_ratio − 1` of the cycle, the
+    /// single-pair level `(1 − drop)` times it over the rest, with the given mean.
+    Piecewise(Vec<f64>),
+}
+
+/// Contact damping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DampingSpec {
+    /// Ratio ζ_m of `c = 2 ζ_m √(k_mean m_e)`, `1/m_e = Σ mesh²` over the rigid modes
+    /// (over all modes where there is no rigid mode).
+    Ratio(f64),
+    /// The coefficient itself \[N s/m\].
+    Coefficient(f64),
+}
+
+/// Transmission error and torque ripple.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ExcitationSpec {
+    /// `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the mesh phase in cycles.
+    pub transmission_error: Vec<TransmissionErrorHarmonic>,
+    /// `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
+    pub torque_ripple: Vec<TorqueRipple>,
+}
+
+/// One harmonic of the static transmission error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransmissionErrorHarmonic {
+    /// Multiple of the mesh frequency, ≥ 1.
+    pub harmonic: u32,
+    /// Amplitude \[m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+/// One harmonic of the torque on a shaft.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TorqueRipple {
+    /// Which shaft.
+    pub shaft: ShaftName,
+    /// Multiple of that shaft's speed, > 0 (need not be an integer: firing orders).
+    pub order: f64,
+    /// Amplitude \[N m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+/// One of the two shafts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShaftName {
+    /// The driving shaft.
+    Pinion,
+    /// The driven shaft.
+    Wheel,
+}
+
+/// How to march.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunSpec {
+    /// Mesh cycles discarded before anything is measured.
+    pub transient: u64,
+    /// Most mesh cycles measured; a point stops earlier once its answers are settled.
+    pub cycles: u64,
+    /// The kernel.
+    pub kernel: KernelSpec,
+    /// Where the state starts.
+    pub initial: InitialSpec,
+    /// Cycles over which the energy balance is audited.
+    pub audit_cycles: u64,
+    /// Most events in one mesh cycle before the point ends as `event_storm`.
+    pub event_limit: u32,
+}
+
+/// Kernel and its own settings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KernelSpec {
+    /// The structured kernel.
+    Volterra {
+        /// Relative truncation of a window's series; `roundoff` is 2⁻⁵².
+        tolerance: f64,
+    },
+    /// Fixed small steps.
+    Stepping {
+        /// Steps a mesh cycle.
+        steps: u32,
+    },
+}
+
+/// Where the state starts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InitialSpec {
+    /// Static equilibrium under the mean load, in contact.
+    Static,
+    /// All modal coordinates and velocities zero.
+    Rest,
+    /// Modal state in the structure's own coordinates, one entry a retained mode.
+    Modal {
+        /// \[m √kg\]
+        displacement: Vec<f64>,
+        /// \[m √kg/s\]
+        velocity: Vec<f64>,
+    },
+}
+
+/// What to compute; absent = not computed.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct AnalysesSpec {
+    /// Lyapunov exponents.
+    pub lyapunov: Option<LyapunovSpec>,
+    /// Poincaré samples.
+    pub poincare: Option<PoincareSpec>,
+    /// Noise, vibration and harshness statistics.
+    pub nvh: Option<NvhSpec>,
+}
+
+/// Lyapunov exponents.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LyapunovSpec {
+    /// Number of exponents m, 1 … 2N.
+    pub exponents: usize,
+    /// Stop once the standard error of the largest exponent is at most this (per cycle).
+    pub stop_at_stderr: Option<f64>,
+    /// Cycles that align the tangents after the transient, discarded.
+    pub align: u64,
+    /// Whether a twin trajectory is marched beside the tangents.
+    pub twin: bool,
+}
+
+/// Poincaré samples at mesh phase 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoincareSpec {
+    /// Samples kept: the last ones of the measured cycles.
+    pub samples: usize,
+}
+
+/// NVH statistics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NvhSpec {
+    /// Mesh harmonics of the deflection, 0 for none.
+    pub harmonics: usize,
+    /// Whether Welch spectra of deflection and force are stored.
+    pub spectrum: bool,
+}

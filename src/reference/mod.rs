@@ -1,0 +1,1 @@
+//! Independent integrators for cross-checks; they import `model` only.

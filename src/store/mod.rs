@@ -1,0 +1,1 @@
+//! Result files: the one place where results meet columns.

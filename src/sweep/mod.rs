@@ -1,0 +1,1 @@
+//! A grid of operating points over the cores of this machine.

@@ -1,0 +1,1 @@
+//! Cores and NUMA nodes of this machine.

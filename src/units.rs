@@ -1,0 +1,1 @@
+//! SI quantities and their text form; the one place where units are converted.
