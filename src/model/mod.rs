@@ -1,1 +1,28 @@
-//! The piecewise-linear system. The only description of the dynamics; knows nothing of how it is solved.
+//! The piecewise-linear system: a linear structure with one scalar feedback. The only
+//! description of the dynamics; knows nothing of how it is solved.
+//!
+//! Mode `i` is a real 2 × 2 block `x' = A x − g F + s + …` with its contribution `w·x`
+//! to the mesh deflection. With `e` the static transmission error and `b` the half gap,
+//!
+//! ```text
+//! δ  = Σ w·x − e(t)                                   mesh deflection [m]
+//! δ' = Σ w·A x − e'(t)                                its rate [m/s]
+//! F  = k (δ − s b) + c δ'   in contact, s = ±1;   F = 0 in free flight
+//! ```
+//!
+//! `k` and `c` are constant on each segment of the mesh cycle. Time is a whole number of
+//! mesh cycles and a time within the cycle, so that long runs lose no digits.
+
+mod block;
+mod contact;
+mod excitation;
+mod initial;
+mod mesh;
+mod system;
+
+pub use block::Block;
+pub use contact::{Contact, Surface};
+pub use excitation::{Ripple, TransmissionErrorHarmonic};
+pub use initial::{InitialState, TrajectoryState};
+pub use mesh::{MeshCycle, Segment};
+pub use system::{Drive, Model, ModelError, OperatingPoint, RippleInput, RippleShaft};

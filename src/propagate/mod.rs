@@ -1,1 +1,60 @@
-//! Kernels that march the piecewise-linear system, and what they share: events, saltation, counters.
+//! Kernels that march the piecewise-linear system, and what they share: events, saltation,
+//! observers, work counters.
+//!
+//! A kernel is built for one [`Model`](crate::model::Model), owns no state, and marches
+//! whole mesh cycles: the caller supplies the trajectory, the tangents and the workspace,
+//! and a marched cycle allocates nothing. Kernels are statically dispatched over the
+//! observer, so that what nobody watches is not computed.
+
+mod counters;
+mod observer;
+mod tangents;
+
+pub use counters::Counters;
+pub use observer::{Event, Observer, Window};
+pub use tangents::Tangents;
+
+use crate::model::TrajectoryState;
+
+/// Why a trajectory cannot be marched on.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Stop {
+    /// The state left every physical range or became non-finite.
+    #[error("the state diverged in mesh cycle {cycle}")]
+    Diverged {
+        /// The mesh cycle.
+        cycle: u64,
+    },
+    /// Too many events in one mesh cycle.
+    #[error("more than {limit} events in mesh cycle {cycle}")]
+    EventStorm {
+        /// The mesh cycle.
+        cycle: u64,
+        /// The limit that was passed.
+        limit: u32,
+    },
+}
+
+/// A propagation kernel for one model.
+pub trait Kernel {
+    /// Scratch memory, reused from cycle to cycle.
+    type Workspace;
+
+    /// A workspace for this kernel.
+    fn workspace(&self) -> Self::Workspace;
+
+    /// Marches one mesh cycle: advances `trajectory` and every tangent, shows windows and
+    /// events to `observer`, adds the work done to `counters`.
+    ///
+    /// # Errors
+    /// [`Stop`] where the trajectory diverges or more than the kernel's limit of events
+    /// falls in this cycle; `trajectory` is then unspecified.
+    fn march<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Self::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop>;
+}

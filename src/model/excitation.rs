@@ -1,0 +1,37 @@
+//! Transmission error and torque ripple as functions of time.
+
+use std::f64::consts::TAU;
+
+/// One harmonic of the static transmission error, `amplitude cos(ω t + phase)` with ω a
+/// multiple of the mesh frequency and t counted from the start of any mesh cycle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransmissionErrorHarmonic {
+    /// Angular frequency ω \[rad/s\].
+    pub angular_frequency: f64,
+    /// Amplitude \[m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+/// One harmonic of a torque, as the input it gives to every block.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ripple {
+    /// Angular frequency \[rad/s\].
+    pub angular_frequency: f64,
+    /// Turns of its phase per mesh cycle; need not be rational.
+    pub turns_per_cycle: f64,
+    /// Phase at the start of mesh cycle 0 \[rad\].
+    pub phase: f64,
+    /// Amplitude of the input to each block.
+    pub input: Vec<[f64; 2]>,
+}
+
+impl Ripple {
+    /// Phase \[rad\] at a time \[s\] within a mesh cycle.
+    pub fn phase_at(&self, cycle: u64, time: f64) -> f64 {
+        // The whole turns are dropped before the product can lose digits.
+        let turns = (cycle as f64 * self.turns_per_cycle).fract();
+        self.phase + TAU * turns + self.angular_frequency * time
+    }
+}

@@ -1,0 +1,116 @@
+//! Where a trajectory starts, and the state it carries.
+
+use super::{Contact, Model};
+
+/// Where a trajectory starts.
+#[derive(Debug, Clone, PartialEq)]
+pub enum InitialState {
+    /// Static equilibrium under the mean torques and the mean stiffness, transmission error
+    /// left out.
+    Static,
+    /// All modal coordinates and velocities zero.
+    Rest,
+    /// Given modal coordinates, in the structure's own basis.
+    Modal {
+        /// Displacements \[m √kg\], one a mode.
+        displacement: Vec<f64>,
+        /// Velocities \[m √kg/s\], one a mode.
+        velocity: Vec<f64>,
+    },
+}
+
+/// A trajectory's state at the start of a mesh cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrajectoryState {
+    /// First components of all blocks, then second components: length 2N.
+    pub state: Vec<f64>,
+    /// Contact state.
+    pub contact: Contact,
+    /// Mesh cycles since the start of the simulation.
+    pub cycle: u64,
+}
+
+impl TrajectoryState {
+    /// The state `state` at the start of mesh cycle `cycle`; the contact state follows from
+    /// the deflection.
+    pub fn new(model: &Model, state: Vec<f64>, cycle: u64) -> Self {
+        let (deflection, rate) = model.deflection(&state, 0.0);
+        let contact = Contact::classify(deflection, rate, model.half_gap);
+        Self {
+            state,
+            contact,
+            cycle,
+        }
+    }
+}
+
+impl Model {
+    /// The trajectory that starts as asked, at mesh cycle 0.
+    pub fn start(&self, initial: &InitialState) -> TrajectoryState {
+        let n = self.blocks.len();
+        let state = match initial {
+            InitialState::Rest => vec![0.0; 2 * n],
+            InitialState::Static => self.static_equilibrium(),
+            InitialState::Modal {
+                displacement,
+                velocity,
+            } => {
+                let mut state = self.from_structure(displacement);
+                state.extend(self.from_structure(velocity));
+                state
+            }
+        };
+        TrajectoryState::new(self, state, 0)
+    }
+
+    /// Static equilibrium under the mean torques with the mean stiffness. The mesh force is
+    /// the one that the rigid relative rotation asks for, where there is one; otherwise
+    /// the one that stiffness and gap settle on.
+    fn static_equilibrium(&self) -> Vec<f64> {
+        let n = self.blocks.len();
+        let k = self.cycle.mean_stiffness();
+        let b = self.half_gap;
+        let rigid = self.relative_rotation();
+        let elastic = |i: usize| self.blocks[i].natural_frequency() > 0.0;
+        // Deflection of the elastic modes: δ = free − flexibility F.
+        let mut free = 0.0;
+        let mut flexibility = 0.0;
+        for i in (0..n).filter(|&i| elastic(i)) {
+            let unit = self.static_response(i, self.blocks[i].mesh_input);
+            let load = self.static_response(i, self.blocks[i].static_input);
+            let w = self.blocks[i].deflection;
+            free += w[0] * load[0] + w[1] * load[1];
+            flexibility += w[0] * unit[0] + w[1] * unit[1];
+        }
+        let force = match rigid {
+            Some(r) => self.blocks[r].static_input[1] / self.blocks[r].mesh_input[1],
+            None if free > b => k * (free - b) / (1.0 + k * flexibility),
+            None if free < -b => k * (free + b) / (1.0 + k * flexibility),
+            None => 0.0,
+        };
+        let mut state = vec![0.0; 2 * n];
+        for i in (0..n).filter(|&i| elastic(i)) {
+            let block = &self.blocks[i];
+            let input = [0, 1].map(|j| block.static_input[j] - block.mesh_input[j] * force);
+            let x = self.static_response(i, input);
+            state[i] = x[0];
+            state[n + i] = x[1];
+        }
+        if let Some(r) = rigid {
+            let side = if force < 0.0 { -1.0 } else { 1.0 };
+            let deflection = force / k + side * b;
+            state[r] = (deflection - (free - flexibility * force)) / self.blocks[r].deflection[0];
+        }
+        state
+    }
+
+    /// `−A⁻¹ input` of an elastic block.
+    fn static_response(&self, i: usize, input: [f64; 2]) -> [f64; 2] {
+        let [[a, b], [c, d]] = self.blocks[i].generator;
+        let det = a * d - b * c;
+        [
+            -(d * input[0] - b * input[1]) / det,
+            -(a * input[1] - c * input[0]) / det,
+        ]
+    }
+}

@@ -1,0 +1,138 @@
+use super::*;
+use crate::model::InitialState;
+
+fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
+    let n = frequency.len();
+    ModalStructure {
+        teeth: 20,
+        wheel_teeth: Some(30),
+        rated_force: 1000.0,
+        frequency: frequency.to_vec(),
+        damping: frequency
+            .iter()
+            .map(|f| if *f > 0.0 { 0.02 } else { 0.0 })
+            .collect(),
+        mesh: mesh.to_vec(),
+        mesh_tilt: vec![0.0; n],
+        torque: mesh.to_vec(),
+        pinion_torque: None,
+        wheel_torque: None,
+        friction: vec![0.0; n],
+        friction_lever: vec![0.0; n],
+        residual_flexibility: 0.0,
+    }
+}
+
+fn drive() -> Drive {
+    Drive {
+        half_gap: 1e-5,
+        stiffness: vec![4e8, 4e8, 3e8],
+        damping: 1000.0,
+        friction: 0.0,
+        transmission_error: vec![(1, 5e-6, 0.3)],
+        torque_ripple: Vec::new(),
+    }
+}
+
+const POINT: OperatingPoint = OperatingPoint {
+    load: 0.2,
+    speed: 100.0,
+};
+
+#[test]
+fn rigid_rotations_are_split_into_neutral_and_relative() {
+    let s = structure(&[0.0, 0.0, 5000.0], &[0.52, -0.43, 0.31]);
+    let model = Model::new(&s, &drive(), POINT).unwrap();
+    assert_eq!(model.neutral, vec![0]);
+    assert_eq!(model.relative_rotation(), Some(1));
+    assert_eq!(model.blocks[0].deflection[0], 0.0);
+    let norm = 0.52f64.hypot(0.43);
+    assert!((model.blocks[1].deflection[0] - norm).abs() < 1e-15);
+    // The balanced torques do not drive the neutral rotation.
+    assert!(model.blocks[0].static_input[1].abs() < 1e-12);
+    // An orthogonal change of basis keeps lengths and the deflection.
+    let q = [0.3, 0.7, -0.2];
+    let r = model.from_structure(&q);
+    let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+    assert!((length(&q) - length(&r)).abs() < 1e-15);
+    let deflection = |v: &[f64], w: &[f64]| -> f64 { v.iter().zip(w).map(|(a, b)| a * b).sum() };
+    let w: Vec<f64> = model.blocks.iter().map(|b| b.deflection[0]).collect();
+    assert!((deflection(&q, &s.mesh) - deflection(&r, &w)).abs() < 1e-15);
+}
+
+#[test]
+fn static_equilibrium_balances_every_block() {
+    let constant = Drive {
+        stiffness: vec![4e8],
+        transmission_error: Vec::new(),
+        ..drive()
+    };
+    for s in [
+        structure(&[0.0, 0.0, 5000.0], &[0.52, -0.43, 0.31]),
+        structure(&[3000.0, 5000.0], &[0.52, 0.31]),
+    ] {
+        for load in [0.3, -0.3] {
+            let point = OperatingPoint { load, ..POINT };
+            let model = Model::new(&s, &constant, point).unwrap();
+            let start = model.start(&InitialState::Static);
+            assert!(start.contact.touching());
+            let mut out = vec![f64::NAN; 2 * model.modes()];
+            let segment = model.cycle.segments[0];
+            model.derivative(&segment, start.contact, 0, 0.0, &start.state, &mut out);
+            // Accelerations against the largest single contribution, the mesh force.
+            let scale = s.rated_force * load.abs();
+            for value in out {
+                assert!(value.abs() < 1e-9 * scale, "{value}");
+            }
+        }
+    }
+}
+
+#[test]
+fn deflection_rate_is_the_derivative_of_the_deflection() {
+    let s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
+    let model = Model::new(&s, &drive(), POINT).unwrap();
+    let state = [1e-5, 2e-5, 0.1, -0.2];
+    let (t, h) = (1e-3, 1e-7);
+    let moved = |dt: f64| {
+        let x = [
+            state[0] + state[2] * dt,
+            state[1] + state[3] * dt,
+            state[2],
+            state[3],
+        ];
+        model.deflection(&x, t + dt).0
+    };
+    let (_, rate) = model.deflection(&state, t);
+    assert!(((moved(h) - moved(-h)) / (2.0 * h) - rate).abs() < 1e-6 * rate.abs());
+}
+
+#[test]
+fn residual_flexibility_softens_the_mesh_in_series() {
+    let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
+    s.residual_flexibility = 1e-10;
+    let model = Model::new(&s, &drive(), POINT).unwrap();
+    assert!((model.cycle.largest_stiffness() - 4e8 / 1.04).abs() < 1e-6);
+}
+
+#[test]
+fn ripple_needs_a_known_shaft_and_overdamped_modes_are_refused() {
+    let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
+    let mut d = drive();
+    d.torque_ripple.push(RippleInput {
+        shaft: RippleShaft::Wheel,
+        order: 2.0,
+        amplitude: 3.0,
+        phase: 0.0,
+    });
+    let error = Model::new(&s, &d, POINT).unwrap_err();
+    assert_eq!(error, ModelError::UnknownShaft { shaft: "wheel" });
+    s.wheel_torque = Some(vec![0.1, 0.2]);
+    let model = Model::new(&s, &d, POINT).unwrap();
+    assert!((model.ripple[0].turns_per_cycle - 2.0 / 30.0).abs() < 1e-16);
+    s.damping[1] = 1.5;
+    assert!(matches!(
+        Model::new(&s, &d, POINT),
+        Err(ModelError::Overdamped { mode: 2, .. })
+    ));
+}

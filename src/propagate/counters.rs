@@ -1,0 +1,38 @@
+//! What a kernel says it did.
+
+/// Work done by a kernel; tests snapshot it, so that a change in an algorithm shows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Mesh cycles marched.
+    pub cycles: u64,
+    /// Windows (or steps) solved.
+    pub windows: u64,
+    /// Windows cut short, by an event or a breakpoint.
+    pub partial_windows: u64,
+    /// Windows whose guards were settled by the first certificate.
+    pub certified: u64,
+    /// Series bisections while isolating roots.
+    pub bisections: u64,
+    /// Newton steps of root finding.
+    pub newton_steps: u64,
+    /// Contact-state changes.
+    pub events: u64,
+    /// Tangencies: a surface touched within round-off without crossing.
+    pub grazings: u64,
+    /// Windows applied to tangent vectors.
+    pub tangent_windows: u64,
+}
+
+impl std::ops::AddAssign for Counters {
+    fn add_assign(&mut self, other: Self) {
+        self.cycles += other.cycles;
+        self.windows += other.windows;
+        self.partial_windows += other.partial_windows;
+        self.certified += other.certified;
+        self.bisections += other.bisections;
+        self.newton_steps += other.newton_steps;
+        self.events += other.events;
+        self.grazings += other.grazings;
+        self.tangent_windows += other.tangent_windows;
+    }
+}

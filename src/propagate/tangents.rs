@@ -1,0 +1,42 @@
+//! Tangent vectors carried beside a trajectory.
+
+/// `count` tangent vectors of length 2N (first components of all blocks, then second
+/// components), one after the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tangents {
+    dimension: usize,
+    data: Vec<f64>,
+}
+
+impl Tangents {
+    /// No tangents: a kernel then does no work for them.
+    pub fn none() -> Self {
+        Self {
+            dimension: 0,
+            data: Vec::new(),
+        }
+    }
+
+    /// `count` zero vectors for `modes` blocks.
+    pub fn zeros(modes: usize, count: usize) -> Self {
+        Self {
+            dimension: 2 * modes,
+            data: vec![0.0; 2 * modes * count],
+        }
+    }
+
+    /// Number of vectors.
+    pub fn count(&self) -> usize {
+        self.data.len().checked_div(self.dimension).unwrap_or(0)
+    }
+
+    /// Vector `index`.
+    pub fn vector(&self, index: usize) -> &[f64] {
+        &self.data[index * self.dimension..(index + 1) * self.dimension]
+    }
+
+    /// Vector `index`, to be changed.
+    pub fn vector_mut(&mut self, index: usize) -> &mut [f64] {
+        &mut self.data[index * self.dimension..(index + 1) * self.dimension]
+    }
+}
