@@ -1,1 +1,11 @@
-//! Small numerical tools that know nothing of gears.
+//! Small numerical tools that know nothing of gears: quadrature, Legendre series and their
+//! roots, exponentials as Legendre series, convolution, small dense algebra, statistics,
+//! random streams.
+
+pub mod convolution;
+pub mod exponential;
+pub mod legendre;
+pub mod linalg;
+pub mod quadrature;
+pub mod random;
+pub mod roots;

@@ -1,0 +1,146 @@
+//! Convolution of Legendre series on a window.
+//!
+//! For kernel and input given as series on \[0, Δ\],
+//!
+//! ```text
+//! ∫₀ᵗ P_k(ξ(t−s)) P_m(ξ(s)) ds = Δ Σ_n C[k][m][n] P_n(ξ(t)),      ξ(t) = 2t/Δ − 1
+//! ```
+//!
+//! The numbers C are universal; they are computed once by Gauss rules that are exact for
+//! these polynomials (degree k+m+1 in t). A Volterra operator is then a fixed combination
+//! of P × P matrices, whatever the drive.
+
+use super::legendre::polynomials;
+use super::quadrature::GaussLegendre;
+use std::sync::OnceLock;
+
+/// `C[k][m][n]` for k < `K` and m, n < `P`: kernel term k acting on input term m, projected on
+/// output term n.
+pub struct Convolution<const K: usize, const P: usize> {
+    table: Vec<[[f64; P]; P]>,
+}
+
+impl<const K: usize, const P: usize> Convolution<K, P> {
+    fn new() -> Self {
+        // Degrees: inner k + m ≤ K + P − 2, outer k + m + 1 + n ≤ K + 2P − 2.
+        let inner = GaussLegendre::new((K + P).div_ceil(2));
+        let outer = GaussLegendre::new((K + 2 * P).div_ceil(2));
+        let mut table = vec![[[0.0; P]; P]; K];
+        let mut projections = [0.0; P];
+        let (mut kernel, mut input) = ([0.0; K], [0.0; P]);
+        for (x, w) in outer.nodes.iter().zip(&outer.weights) {
+            polynomials(*x, &mut projections);
+            for (n, p) in projections.iter_mut().enumerate() {
+                *p *= w * (n as f64 + 0.5);
+            }
+            // Inner integral over s ∈ [0, t], t = (x + 1)/2 on the unit window.
+            let t = 0.5 * (x + 1.0);
+            let mut values = vec![[0.0; P]; K];
+            for (y, v) in inner.nodes.iter().zip(&inner.weights) {
+                let s = 0.5 * t * (y + 1.0);
+                polynomials(2.0 * (t - s) - 1.0, &mut kernel);
+                polynomials(2.0 * s - 1.0, &mut input);
+                for k in 0..K {
+                    let scaled = 0.5 * t * v * kernel[k];
+                    for m in 0..P {
+                        values[k][m] += scaled * input[m];
+                    }
+                }
+            }
+            for k in 0..K {
+                for m in 0..P {
+                    // Outside these orders the exact coefficient is zero.
+                    for n in k.abs_diff(m).saturating_sub(1)..P.min(k + m + 2) {
+                        table[k][m][n] += projections[n] * values[k][m];
+                    }
+                }
+            }
+        }
+        Self { table }
+    }
+
+    /// Columns of the Volterra operator with kernel `Σ kernel[k] P_k` on a window of length
+    /// Δ: `out[m][n]` is output coefficient n of input term m.
+    pub fn operator(&self, kernel: &[f64; K], delta: f64) -> [[f64; P]; P] {
+        let mut out = [[0.0; P]; P];
+        for (h, plane) in kernel.iter().zip(&self.table) {
+            for (column, source) in out.iter_mut().zip(plane) {
+                for (o, c) in column.iter_mut().zip(source) {
+                    *o += h * delta * c;
+                }
+            }
+        }
+        out
+    }
+
+    /// For an input series, the output coefficients that each kernel term gives on a window
+    /// of length Δ: `out[k][n]`.
+    pub fn responses(&self, input: &[f64], delta: f64, out: &mut [[f64; P]; K]) {
+        for (row, plane) in out.iter_mut().zip(&self.table) {
+            row.fill(0.0);
+            for (f, column) in input.iter().zip(plane) {
+                for (o, c) in row.iter_mut().zip(column) {
+                    *o += f * delta * c;
+                }
+            }
+        }
+    }
+}
+
+/// The convolution of 16-term inputs with 32-term kernels.
+pub fn convolution16() -> &'static Convolution<32, 16> {
+    static TABLE: OnceLock<Convolution<32, 16>> = OnceLock::new();
+    TABLE.get_or_init(Convolution::new)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::legendre::evaluate;
+    use super::*;
+
+    #[test]
+    fn convolving_with_one_integrates() {
+        // Kernel 1, input P_0 + P_1 on a window of length 3: ∫₀ᵗ (1 + ξ) ds = t + t²/3 − t.
+        let mut kernel = [0.0; 32];
+        kernel[0] = 1.0;
+        let columns = convolution16().operator(&kernel, 3.0);
+        for t in [0.0, 0.7, 2.0, 3.0] {
+            let x = 2.0 * t / 3.0 - 1.0;
+            let sum = evaluate(&columns[0], x) + evaluate(&columns[1], x);
+            assert!((sum - t * t / 3.0).abs() < 4e-15, "{t} {sum}");
+        }
+    }
+
+    #[test]
+    fn convolution_of_sine_with_cosine_is_half_t_sine() {
+        // ∫₀ᵗ sin(t−s) cos s ds = t sin t / 2.
+        let rule = GaussLegendre::new(40);
+        let series = |f: fn(f64) -> f64, out: &mut [f64]| {
+            let mut p = vec![0.0; out.len()];
+            out.fill(0.0);
+            for (x, w) in rule.nodes.iter().zip(&rule.weights) {
+                polynomials(*x, &mut p);
+                for n in 0..out.len() {
+                    out[n] += w * (n as f64 + 0.5) * p[n] * f(0.5 * 2.0 * (x + 1.0));
+                }
+            }
+        };
+        let (mut kernel, mut input) = ([0.0; 32], [0.0; 16]);
+        series(f64::sin, &mut kernel);
+        series(f64::cos, &mut input);
+        let mut parts = [[f64::NAN; 16]; 32];
+        convolution16().responses(&input, 2.0, &mut parts);
+        let columns = convolution16().operator(&kernel, 2.0);
+        for t in [0.1, 0.9, 1.7, 2.0] {
+            let exact = 0.5 * t * f64::sin(t);
+            let by_operator: f64 = (0..16)
+                .map(|m| input[m] * evaluate(&columns[m], t - 1.0))
+                .sum();
+            let by_parts: f64 = (0..32)
+                .map(|k| kernel[k] * evaluate(&parts[k], t - 1.0))
+                .sum();
+            assert!((by_operator - exact).abs() < 1e-14, "{t}");
+            assert!((by_parts - exact).abs() < 1e-14, "{t}");
+        }
+    }
+}

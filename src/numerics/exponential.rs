@@ -1,0 +1,138 @@
+//! Exponentials as Legendre series.
+//!
+//! On a window of length τ, with `x = 2t/τ − 1` and `z = λτ/2`,
+//!
+//! ```text
+//! e^{λt} = e^z Σ (2n+1) i_n(z) P_n(x)         (Abramowitz & Stegun 10.2.36)
+//! ```
+//!
+//! with `i_n` the modified spherical Bessel functions of the first kind. They are computed
+//! as `i_n = zⁿ/(2n+1)!! c_n`: the two highest `c_n` by their power series, the rest by the
+//! backward recurrence `c_{n−1} = c_n + z² c_{n+1}/((2n+1)(2n+3))`, which needs no division,
+//! cannot overflow and is exact at z = 0.
+//!
+//! A rigid rotation (λ = 0) needs 1 and t. It is carried as `λ = iν` with a ν so small that
+//! cos νt = 1 and sin νt/ν = t to round-off: [`RIGID_PHASE`].
+
+/// ν of a rigid rotation times the window's length: its square is below round-off.
+pub const RIGID_PHASE: f64 = 1e-9;
+
+/// Largest |λ| τ/2 for which the series below are converged to round-off.
+pub const LARGEST_HALF_ARGUMENT: f64 = 2.0;
+
+/// A complex number as (re, im).
+pub type Complex = (f64, f64);
+
+/// Product of two complex numbers.
+#[inline(always)]
+pub fn multiply(a: Complex, b: Complex) -> Complex {
+    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
+}
+
+/// Legendre coefficients of `e^{λt}` on \[0, τ\], written to `out`; returns `e^{λτ}`.
+///
+/// `|λ| τ/2` must not exceed [`LARGEST_HALF_ARGUMENT`] and `out` must hold at least
+/// 2 entries.
+pub fn legendre_series(lambda: Complex, tau: f64, out: &mut [Complex]) -> Complex {
+    let n = out.len();
+    let z = (0.5 * lambda.0 * tau, 0.5 * lambda.1 * tau);
+    let square = multiply(z, z);
+    // c_n from the top.
+    let mut above = scaled_bessel(n, square);
+    let mut current = scaled_bessel(n - 1, square);
+    out[n - 1] = current;
+    for k in (1..n).rev() {
+        let factor = 1.0 / ((2 * k + 1) * (2 * k + 3)) as f64;
+        let term = multiply(square, above);
+        let below = (current.0 + factor * term.0, current.1 + factor * term.1);
+        above = current;
+        current = below;
+        out[k - 1] = current;
+    }
+    // e^z zⁿ / (2n−1)!! from the bottom.
+    let half = (z.0.exp() * z.1.cos(), z.0.exp() * z.1.sin());
+    let mut power = half;
+    for (k, value) in out.iter_mut().enumerate() {
+        *value = multiply(*value, power);
+        power = multiply(power, z);
+        let next = 1.0 / (2 * k + 1) as f64;
+        power = (power.0 * next, power.1 * next);
+    }
+    let full = (2.0 * z.0).exp();
+    let (sin, cos) = (2.0 * z.1).sin_cos();
+    (full * cos, full * sin)
+}
+
+/// Terms of the power series of `c_n`: enough for |z|²/2 ≤ 2 from n = 1 on.
+const BESSEL_TERMS: usize = 14;
+
+/// `c_n = Σ (z²/2)^k / (k! (2n+3)(2n+5)…(2n+2k+1))` (A&S 10.2.5), given z².
+fn scaled_bessel(n: usize, square: Complex) -> Complex {
+    let mut sum = (1.0, 0.0);
+    for k in (1..=BESSEL_TERMS).rev() {
+        let factor = 0.5 / (k * (2 * n + 2 * k + 1)) as f64;
+        let product = multiply(square, sum);
+        sum = (1.0 + factor * product.0, factor * product.1);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::legendre;
+    use super::*;
+
+    fn check(lambda: Complex, tau: f64) {
+        let mut out = [(f64::NAN, f64::NAN); 24];
+        let end = legendre_series(lambda, tau, &mut out);
+        let re: Vec<f64> = out.iter().map(|c| c.0).collect();
+        let im: Vec<f64> = out.iter().map(|c| c.1).collect();
+        for x in [-1.0, -0.5, 0.1, 0.8, 1.0] {
+            let t = 0.5 * tau * (x + 1.0);
+            let size = (lambda.0 * t).exp();
+            let exact = (size * (lambda.1 * t).cos(), size * (lambda.1 * t).sin());
+            assert!((legendre::evaluate(&re, x) - exact.0).abs() < 2e-15 * 4.0);
+            assert!((legendre::evaluate(&im, x) - exact.1).abs() < 2e-15 * 4.0);
+        }
+        let size = (lambda.0 * tau).exp();
+        assert!((end.0 - size * (lambda.1 * tau).cos()).abs() < 1e-15);
+        assert!((end.1 - size * (lambda.1 * tau).sin()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn series_are_the_exponential() {
+        for (re, im) in [
+            (0.0, 4.0),
+            (-0.3, 3.9),
+            (-4.0, 0.1),
+            (-0.01, 1.0),
+            (0.0, 0.0),
+        ] {
+            check((re, im), 1.0);
+            check((re * 1e5, im * 1e5), 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_rigid_rotation_gives_one_and_t() {
+        let (tau, mut out) = (3.0, [(0.0, 0.0); 16]);
+        let nu = RIGID_PHASE / tau;
+        let end = legendre_series((0.0, nu), tau, &mut out);
+        assert_eq!((out[0].0, end.0), (1.0, 1.0));
+        assert!((out[0].1 / nu - 1.5).abs() < 1e-15);
+        assert!((out[1].1 / nu - 1.5).abs() < 1e-15);
+        assert!((end.1 / nu - 3.0).abs() < 1e-15);
+        for value in &out[2..] {
+            assert!((value.1 / nu).abs() < 1e-17);
+        }
+    }
+
+    #[test]
+    fn tiny_windows_neither_overflow_nor_vanish() {
+        let mut out = [(0.0, 0.0); 16];
+        let end = legendre_series((-1.0, 1e5), 1e-300, &mut out);
+        assert_eq!(end.0, 1.0);
+        assert!((out[0].1 / 1e5 - 0.5e-300).abs() < 1e-315);
+        assert!(out.iter().all(|c| c.0.is_finite() && c.1.is_finite()));
+    }
+}

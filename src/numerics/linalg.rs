@@ -1,0 +1,71 @@
+//! Small dense algebra: inverse, linear solve, eigenvalues, orthonormalisation.
+
+use faer::linalg::solvers::{DenseSolveCore, PartialPivLu, Solve};
+use faer::{Mat, MatRef};
+
+/// Inverse of the matrix given by columns, `columns[j][i] = A_ij`; columns of the inverse.
+pub fn invert<const P: usize>(columns: &[[f64; P]; P]) -> [[f64; P]; P] {
+    let matrix = Mat::from_fn(P, P, |i, j| columns[j][i]);
+    let inverse = PartialPivLu::new(matrix.as_ref()).inverse();
+    std::array::from_fn(|j| std::array::from_fn(|i| inverse[(i, j)]))
+}
+
+/// Solution of `A x = b` by partial pivoting.
+pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
+    let b = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]);
+    let x = PartialPivLu::new(matrix).solve(&b);
+    (0..rhs.len()).map(|i| x[(i, 0)]).collect()
+}
+
+/// Eigenvalues of a real matrix as (re, im), largest modulus first; none where the
+/// iteration fails or the matrix is not finite.
+pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<(f64, f64)>> {
+    let mut values: Vec<(f64, f64)> = matrix
+        .eigenvalues()
+        .ok()?
+        .iter()
+        .map(|c| (c.re, c.im))
+        .collect();
+    let modulus = |v: &(f64, f64)| v.0.hypot(v.1);
+    values.sort_by(|a, b| {
+        modulus(b)
+            .total_cmp(&modulus(a))
+            .then(b.0.total_cmp(&a.0))
+            .then(b.1.total_cmp(&a.1))
+    });
+    Some(values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverse_and_solve_undo_the_matrix() {
+        let columns = [[4.0, 1.0, 0.0], [2.0, 3.0, 1.0], [0.5, 0.0, 2.0]];
+        let inverse = invert(&columns);
+        for i in 0..3 {
+            for j in 0..3 {
+                let product: f64 = (0..3).map(|k| columns[k][i] * inverse[j][k]).sum();
+                assert!((product - f64::from(u8::from(i == j))).abs() < 1e-15);
+            }
+        }
+        let a = Mat::from_fn(3, 3, |i, j| columns[j][i]);
+        let x = solve(a.as_ref(), &[1.0, -2.0, 0.5]);
+        let back: f64 = (0..3).map(|k| columns[k][1] * x[k]).sum();
+        assert!((back + 2.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn eigenvalues_of_a_scaled_rotation() {
+        let (r, phi): (f64, f64) = (0.9, 0.4);
+        let (c, s) = (r * phi.cos(), r * phi.sin());
+        let a = Mat::from_fn(3, 3, |i, j| {
+            [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 0.3]][i][j]
+        });
+        let values = eigenvalues(a.as_ref()).unwrap();
+        assert!((values[0].0.hypot(values[0].1) - r).abs() < 1e-15);
+        assert!((values[0].1.atan2(values[0].0).abs() - phi).abs() < 1e-15);
+        assert!((values[2].0 - 0.3).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,71 @@
+use super::*;
+use crate::numerics::legendre::transforms16;
+
+/// Series of a polynomial of degree < 16 given as a function.
+fn series(f: impl Fn(f64) -> f64) -> [f64; 16] {
+    let t = transforms16();
+    let nodes = *t.nodes();
+    t.interpolate(&std::array::from_fn(|j| f(nodes[j])))
+}
+
+fn find(f: impl Fn(f64) -> f64) -> Search {
+    earliest_exit(transforms16(), &series(f), 1.0, 1e-14)
+}
+
+#[test]
+fn no_root_is_certified_at_once() {
+    let s = find(|x| 2.0 + x);
+    assert!(s.certified && s.exit.is_none());
+}
+
+#[test]
+fn the_earliest_of_many_is_found() {
+    // Exits at −0.9 … (falling roots of a product with alternating slopes).
+    let roots = [-0.9, -0.5, -0.1, 0.2, 0.6, 0.95];
+    let s = find(|x| roots.iter().map(|r| r - x).product());
+    assert!((s.exit.unwrap() + 0.9).abs() < 1e-15);
+}
+
+#[test]
+fn two_roots_closer_than_any_grid_are_not_skipped() {
+    for gap in [1e-3, 1e-6, 1e-7] {
+        // Negative only on (0.3, 0.3 + gap).
+        let s = find(|x| (x - 0.3) * (x - 0.3 - gap));
+        let root = s.exit.expect("the dip is found");
+        // A double root amplifies round-off by 1/gap.
+        assert!((root - 0.3).abs() < 4e-16 / gap, "gap {gap}: {root}");
+    }
+}
+
+#[test]
+fn a_tangency_from_above_is_counted_and_not_an_exit() {
+    let s = find(|x| (x - 0.3) * (x - 0.3));
+    assert_eq!(s.exit, None);
+    assert!(s.grazings >= 1);
+    let near = find(|x| (x - 0.3) * (x - 0.3) + 1e-12);
+    assert_eq!((near.exit, near.grazings), (None, 0));
+}
+
+#[test]
+fn a_start_outside_exits_at_once_and_a_start_on_the_surface_by_its_slope() {
+    assert_eq!(find(|x| -1.0 + 0.1 * x).exit, Some(-1.0));
+    assert!((find(|x| -(x + 1.0)).exit.unwrap() + 1.0).abs() < 1e-14);
+    assert_eq!(find(|x| x + 1.0).exit, None);
+}
+
+#[test]
+fn roots_beyond_the_limit_are_not_reported() {
+    let f = series(|x| 0.5 - x);
+    let t = transforms16();
+    assert_eq!(earliest_exit(t, &f, 0.4999, 1e-16).exit, None);
+    assert!((earliest_exit(t, &f, 0.5001, 1e-16).exit.unwrap() - 0.5).abs() < 1e-15);
+    assert!(earliest_exit(t, &f, 1.0, 1e-16).exit.is_some());
+}
+
+#[test]
+fn a_root_at_the_very_end_is_found_here_or_at_the_next_start() {
+    let s = find(|x| 1.0 - x);
+    // Value zero at the end: not yet negative, so the next window starts on the surface.
+    let next = find(|x| -(x + 1.0));
+    assert!(s.exit.is_some() || next.exit.is_some_and(|x| x + 1.0 < 1e-14));
+}
