@@ -7,12 +7,16 @@
 //! observer, so that what nobody watches is not computed.
 
 mod counters;
+pub mod events;
 mod observer;
+pub mod saltation;
 mod tangents;
+mod volterra;
 
 pub use counters::Counters;
 pub use observer::{Event, Observer, Window};
 pub use tangents::Tangents;
+pub use volterra::{InstructionSet, Volterra};
 
 use crate::model::TrajectoryState;
 
