@@ -1,7 +1,8 @@
 //! The inner loops, compiled for several instruction sets and chosen at run time.
 //!
 //! Every loop is written once over arrays of lanes; with the target features switched on
-//! the compiler turns it into the machine's vectors. Results differ between instruction
+//! the compiler turns it into the machine's vectors (closures would not inherit the
+//! features, so there are none). Results differ between instruction
 //! sets within rounding (fused or separate multiply-add), never between runs on one.
 
 use super::TERMS;
@@ -236,6 +237,16 @@ fn one_plus<const FUSED: bool>(
     (re, im)
 }
 
+/// `c_n` of the highest orders by its power series.
+#[inline(always)]
+fn scaled_bessel<const FUSED: bool>(n: usize, square: (Lanes, Lanes)) -> (Lanes, Lanes) {
+    let mut sum = ([1.0; LANES], [0.0; LANES]);
+    for k in (1..=BESSEL_TERMS).rev() {
+        sum = one_plus::<FUSED>(0.5 / (k * (2 * n + 2 * k + 1)) as f64, square, sum);
+    }
+    sum
+}
+
 #[inline(always)]
 fn exponentials_body<const FUSED: bool>(
     blocks: &[BlockChunk],
@@ -257,15 +268,8 @@ fn exponentials_body<const FUSED: bool>(
         }
         let end = times::<FUSED>(half, half);
         // c_n from the top: two power series, then the backward recurrence.
-        let series = |n: usize| {
-            let mut sum = one;
-            for k in (1..=BESSEL_TERMS).rev() {
-                sum = one_plus::<FUSED>(0.5 / (k * (2 * n + 2 * k + 1)) as f64, square, sum);
-            }
-            sum
-        };
-        let mut above = series(TERMS);
-        let mut current = series(TERMS - 1);
+        let mut above = scaled_bessel::<FUSED>(TERMS, square);
+        let mut current = scaled_bessel::<FUSED>(TERMS - 1, square);
         let mut scaled = [one; TERMS];
         scaled[TERMS - 1] = current;
         for k in (1..TERMS).rev() {
@@ -314,6 +318,23 @@ for_each_set! {
     ) = cut_body
 }
 
+/// `sum + (c I + s M) u`.
+#[inline(always)]
+fn add_applied<const FUSED: bool>(
+    c: f64,
+    s: f64,
+    m: [f64; 4],
+    u: [f64; 2],
+    sum: [f64; 2],
+) -> [f64; 2] {
+    let mu = fma::<FUSED>(m[0], u[0], m[1] * u[1]);
+    let mv = fma::<FUSED>(m[2], u[0], m[3] * u[1]);
+    [
+        fma::<FUSED>(c, u[0], fma::<FUSED>(s, mu, sum[0])),
+        fma::<FUSED>(c, u[1], fma::<FUSED>(s, mv, sum[1])),
+    ]
+}
+
 #[inline(always)]
 fn cut_body<const FUSED: bool>(
     blocks: &[BlockChunk],
@@ -338,23 +359,16 @@ fn cut_body<const FUSED: bool>(
         }
         let still = if with_static { tau } else { 0.0 };
         for l in 0..LANES {
-            // (c I + s M) u, added up over state, mesh force and mean torque.
-            let apply = |c: f64, s: f64, u: [f64; 2], sum: [f64; 2]| {
-                let mu = fma::<FUSED>(m[0][l], u[0], m[1][l] * u[1]);
-                let mv = fma::<FUSED>(m[2][l], u[0], m[3][l] * u[1]);
-                [
-                    fma::<FUSED>(c, u[0], fma::<FUSED>(s, mu, sum[0])),
-                    fma::<FUSED>(c, u[1], fma::<FUSED>(s, mv, sum[1])),
-                ]
-            };
+            let m = [m[0][l], m[1][l], m[2][l], m[3][l]];
             let g = [block.mesh_input[0][l], block.mesh_input[1][l]];
             let t = [block.static_input[0][l], block.static_input[1][l]];
-            let mut sum = apply(-cosine[l], -sine[l], g, [0.0; 2]);
+            let mut sum = add_applied::<FUSED>(-cosine[l], -sine[l], m, g, [0.0; 2]);
             let (c0, s0) = (exponential.cosine[0][l], exponential.sine[0][l]);
-            sum = apply(still * c0, still * s0, t, sum);
-            sum = apply(
+            sum = add_applied::<FUSED>(still * c0, still * s0, m, t, sum);
+            sum = add_applied::<FUSED>(
                 exponential.end[0][l],
                 exponential.end[1][l],
+                m,
                 [a[l], b[l]],
                 sum,
             );
