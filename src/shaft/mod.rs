@@ -5,9 +5,11 @@ mod beam;
 mod drive;
 mod error;
 mod modal;
+mod modes;
 
 pub use assembly::{AssembledMatrices, Assembly, Disc, Freedom, NODE_FREEDOMS};
 pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
 pub use drive::{Bearing, FlexibleDrive, Shaft};
 pub use error::ShaftError;
 pub use modal::ModalStructure;
+pub use modes::Modes;
