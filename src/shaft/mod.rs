@@ -4,6 +4,7 @@ mod assembly;
 mod beam;
 mod drive;
 mod error;
+mod flexible;
 mod modal;
 mod modes;
 
