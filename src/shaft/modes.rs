@@ -10,8 +10,8 @@
 //! (K + σ M) X = M Φ,   then   (XᵀMΦ) y = (ω² + σ)(XᵀMX) y,   φ ← X y
 //! ```
 //!
-//! brings that error down to round-off of the largest *requested* ω²; the projected
-//! stiffness needs no product with K, whose cancellation is what hurts.
+//! leaves the round-off of the largest *requested* ω² and that of the entries of K; the
+//! projected stiffness needs no product with K, whose cancellation would hurt again.
 
 use super::error::ShaftError;
 use faer::{Mat, MatRef, Side};
