@@ -1,5 +1,7 @@
 //! What a structure looks like to the mesh: frequencies, damping, participations.
 
+use super::error::ShaftError;
+
 /// A linear structure in mass-normalised modal coordinates, as seen by the gear mesh.
 ///
 /// Every vector has one entry a mode, in ascending frequency. Mode `i` obeys
@@ -41,5 +43,127 @@ impl ModalStructure {
     /// Number of modes N.
     pub fn modes(&self) -> usize {
         self.frequency.len()
+    }
+
+    /// Number of rigid rotations: modes of frequency 0.
+    pub fn rigid_modes(&self) -> usize {
+        self.frequency.iter().filter(|&&omega| omega == 0.0).count()
+    }
+
+    /// The structure reduced to its `retained` lowest modes.
+    ///
+    /// With `mta` (modal-truncation augmentation) the modes left out return as their static
+    /// flexibility at the mesh, `Σ mesh²/ω²` \[m/N\], added to what the structure already
+    /// carried; without it the residual flexibility is 0.
+    ///
+    /// # Errors
+    /// [`ShaftError::ModeCount`] unless `max(1, rigid modes) ≤ retained ≤ modes`: a rigid
+    /// rotation has no static flexibility and cannot be left out.
+    pub fn truncated(&self, retained: usize, mta: bool) -> Result<Self, ShaftError> {
+        // Frequencies ascend, so that the rigid modes come first.
+        let least = self.rigid_modes().max(1);
+        if retained < least || retained > self.modes() {
+            return Err(ShaftError::ModeCount {
+                requested: retained,
+                least,
+                available: self.modes(),
+            });
+        }
+        let residual_flexibility = if mta {
+            let left_out = self.mesh[retained..]
+                .iter()
+                .zip(&self.frequency[retained..]);
+            let added: f64 = left_out.map(|(w, omega)| (w / omega).powi(2)).sum();
+            self.residual_flexibility + added
+        } else {
+            0.0
+        };
+        let keep = |column: &[f64]| column[..retained].to_vec();
+        Ok(Self {
+            teeth: self.teeth,
+            wheel_teeth: self.wheel_teeth,
+            rated_force: self.rated_force,
+            frequency: keep(&self.frequency),
+            damping: keep(&self.damping),
+            mesh: keep(&self.mesh),
+            mesh_tilt: keep(&self.mesh_tilt),
+            torque: keep(&self.torque),
+            pinion_torque: self.pinion_torque.as_deref().map(keep),
+            wheel_torque: self.wheel_torque.as_deref().map(keep),
+            friction: keep(&self.friction),
+            friction_lever: keep(&self.friction_lever),
+            residual_flexibility,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn structure() -> ModalStructure {
+        let column = |scale: f64| (1..=4).map(|i| scale * f64::from(i)).collect::<Vec<_>>();
+        ModalStructure {
+            teeth: 20,
+            wheel_teeth: None,
+            rated_force: 1.0,
+            frequency: vec![0.0, 2.0, 4.0, 8.0],
+            damping: column(0.01),
+            mesh: column(1.0),
+            mesh_tilt: column(2.0),
+            torque: column(3.0),
+            pinion_torque: Some(column(4.0)),
+            wheel_torque: None,
+            friction: column(5.0),
+            friction_lever: column(6.0),
+            residual_flexibility: 0.25,
+        }
+    }
+
+    #[test]
+    fn modes_left_out_return_as_static_flexibility() {
+        let reduced = structure().truncated(2, true).unwrap();
+        assert_eq!(
+            reduced.residual_flexibility,
+            0.25 + 9.0 / 16.0 + 16.0 / 64.0
+        );
+        assert_eq!(reduced.modes(), 2);
+        assert_eq!(reduced.pinion_torque, Some(vec![4.0, 8.0]));
+        assert_eq!(reduced.friction_lever, vec![6.0, 12.0]);
+    }
+
+    #[test]
+    fn truncation_in_two_steps_is_truncation_in_one() {
+        let direct = structure().truncated(1, true).unwrap();
+        let stepwise = structure().truncated(3, true).unwrap();
+        assert_eq!(stepwise.truncated(1, true).unwrap(), direct);
+    }
+
+    #[test]
+    fn without_augmentation_nothing_returns() {
+        assert_eq!(
+            structure()
+                .truncated(2, false)
+                .unwrap()
+                .residual_flexibility,
+            0.0
+        );
+        assert_eq!(structure().truncated(4, true).unwrap(), structure());
+    }
+
+    #[test]
+    fn rigid_modes_cannot_be_left_out() {
+        let mut two_rigid = structure();
+        two_rigid.frequency[1] = 0.0;
+        let refused = |requested, least| {
+            Err(ShaftError::ModeCount {
+                requested,
+                least,
+                available: 4,
+            })
+        };
+        assert_eq!(two_rigid.truncated(1, true), refused(1, 2));
+        assert_eq!(structure().truncated(0, true), refused(0, 1));
+        assert_eq!(structure().truncated(5, true), refused(5, 1));
     }
 }

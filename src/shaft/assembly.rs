@@ -1,0 +1,314 @@
+//! From nodes, beams, springs and discs to dense mass and stiffness matrices.
+//!
+//! Every node has the six freedoms of [`Freedom`]. A freedom is free, fixed to the ground,
+//! or tied to a free one at a constant ratio (a gear train); only the free ones appear in
+//! the matrices, and `T^T M T`, `T^T K T` with the map T from free to all freedoms is formed
+//! entry by entry.
+
+use super::beam::{BeamElement, ElementMatrix, Material, Section};
+use super::error::{ShaftError, non_negative, positive};
+use faer::Mat;
+use std::f64::consts::PI;
+
+/// Freedoms of a node.
+pub const NODE_FREEDOMS: usize = 6;
+
+/// One freedom of a node; the shaft lies along z, rotations are right-handed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Freedom {
+    /// Displacement along x \[m\].
+    X = 0,
+    /// Displacement along y \[m\].
+    Y = 1,
+    /// Displacement along the shaft \[m\].
+    Z = 2,
+    /// Rotation about x \[rad\].
+    RotationX = 3,
+    /// Rotation about y \[rad\].
+    RotationY = 4,
+    /// Rotation about the shaft \[rad\].
+    RotationZ = 5,
+}
+
+/// A rigid body of revolution about the shaft's axis, its centre of mass at the node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disc {
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Moment of inertia about a diameter \[kg m²\].
+    pub transverse_inertia: f64,
+    /// Moment of inertia about the axis \[kg m²\].
+    pub polar_inertia: f64,
+}
+
+impl Disc {
+    /// A homogeneous annulus: outer diameter, bore and length \[m\], density \[kg/m³\].
+    /// `J_p = m (d_o² + d_i²)/8`, `J_d = J_p/2 + m L²/12`.
+    ///
+    /// # Errors
+    /// [`ShaftError::NotPositive`], [`ShaftError::Negative`], [`ShaftError::NoWall`].
+    pub fn annulus(
+        diameter: f64,
+        bore: f64,
+        length: f64,
+        density: f64,
+    ) -> Result<Self, ShaftError> {
+        Section::hollow(diameter, bore)?;
+        positive("disc length [m]", length)?;
+        positive("disc density [kg/m^3]", density)?;
+        let mass = 0.25 * PI * (diameter.powi(2) - bore.powi(2)) * length * density;
+        let polar_inertia = mass * (diameter.powi(2) + bore.powi(2)) / 8.0;
+        Ok(Self {
+            mass,
+            transverse_inertia: 0.5 * polar_inertia + mass * length.powi(2) / 12.0,
+            polar_inertia,
+        })
+    }
+}
+
+/// Where a freedom stands in the matrices.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Bond {
+    Free,
+    Fixed,
+    Tied { master: usize, ratio: f64 },
+}
+
+/// A structure under construction.
+#[derive(Debug, Clone, Default)]
+pub struct Assembly {
+    bonds: Vec<Bond>,
+    /// Sums of `(row, column, value)` over all freedoms.
+    mass: Vec<(usize, usize, f64)>,
+    stiffness: Vec<(usize, usize, f64)>,
+}
+
+impl Assembly {
+    /// An assembly without nodes.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a node with six free freedoms and returns its index.
+    pub fn add_node(&mut self) -> usize {
+        self.bonds.extend([Bond::Free; NODE_FREEDOMS]);
+        self.bonds.len() / NODE_FREEDOMS - 1
+    }
+
+    /// Adds a prismatic shaft with nodes at the ascending `stations` \[m\] and returns the
+    /// index of its first node; the others follow.
+    ///
+    /// # Errors
+    /// Those of [`BeamElement::new`]; a shaft needs at least two stations.
+    pub fn add_shaft(
+        &mut self,
+        stations: &[f64],
+        section: Section,
+        material: Material,
+        shear_coefficient: f64,
+    ) -> Result<usize, ShaftError> {
+        if stations.len() < 2 {
+            return Err(ShaftError::NoElement { stretch: "a shaft" });
+        }
+        let first = self.add_node();
+        for pair in stations.windows(2) {
+            let element =
+                BeamElement::new(section, material, shear_coefficient, pair[1] - pair[0])?;
+            let node = self.add_node();
+            self.add_beam(node - 1, node, &element)?;
+        }
+        Ok(first)
+    }
+
+    /// Adds a beam element between two nodes.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`].
+    pub fn add_beam(
+        &mut self,
+        from: usize,
+        to: usize,
+        element: &BeamElement,
+    ) -> Result<(), ShaftError> {
+        let ends = [
+            self.freedom(from, Freedom::X)?,
+            self.freedom(to, Freedom::X)?,
+        ];
+        scatter(&mut self.mass, ends, &element.mass());
+        scatter(&mut self.stiffness, ends, &element.stiffness());
+        Ok(())
+    }
+
+    /// Adds springs from a node to the ground, one stiffness a freedom in the order of
+    /// [`Freedom`] \[N/m, N m/rad\].
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    pub fn add_spring(
+        &mut self,
+        node: usize,
+        stiffness: [f64; NODE_FREEDOMS],
+    ) -> Result<(), ShaftError> {
+        let first = self.freedom(node, Freedom::X)?;
+        for (offset, value) in stiffness.into_iter().enumerate() {
+            let value = non_negative("spring stiffness [N/m or N m/rad]", value)?;
+            self.stiffness.push((first + offset, first + offset, value));
+        }
+        Ok(())
+    }
+
+    /// Adds a rigid disc to a node.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    pub fn add_disc(&mut self, node: usize, disc: Disc) -> Result<(), ShaftError> {
+        let first = self.freedom(node, Freedom::X)?;
+        let mass = non_negative("disc mass [kg]", disc.mass)?;
+        let transverse = non_negative("transverse inertia [kg m^2]", disc.transverse_inertia)?;
+        let polar = non_negative("polar inertia [kg m^2]", disc.polar_inertia)?;
+        let inertia = [mass, mass, mass, transverse, transverse, polar];
+        for (offset, value) in inertia.into_iter().enumerate() {
+            self.mass.push((first + offset, first + offset, value));
+        }
+        Ok(())
+    }
+
+    /// Adds an inertia about the axis alone \[kg m²\], such as a motor behind a coupling.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    pub fn add_polar_inertia(&mut self, node: usize, inertia: f64) -> Result<(), ShaftError> {
+        self.add_disc(
+            node,
+            Disc {
+                mass: 0.0,
+                transverse_inertia: 0.0,
+                polar_inertia: inertia,
+            },
+        )
+    }
+
+    /// Fixes a freedom to the ground.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`].
+    pub fn fix(&mut self, node: usize, freedom: Freedom) -> Result<(), ShaftError> {
+        let index = self.freedom(node, freedom)?;
+        self.bonds[index] = Bond::Fixed;
+        Ok(())
+    }
+
+    /// Ties the freedom of `node` to the same freedom of `master`: `u = ratio · u_master`
+    /// (for meshing gears `ratio = −z_master / z`).
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`]; [`ShaftError::TiedToBound`] from here or from
+    /// [`Assembly::matrices`] if the master is not free.
+    pub fn tie(
+        &mut self,
+        node: usize,
+        master: usize,
+        freedom: Freedom,
+        ratio: f64,
+    ) -> Result<(), ShaftError> {
+        let (index, target) = (self.freedom(node, freedom)?, self.freedom(master, freedom)?);
+        if index == target || self.bonds[target] != Bond::Free {
+            return Err(ShaftError::TiedToBound { node, master });
+        }
+        self.bonds[index] = Bond::Tied {
+            master: target,
+            ratio,
+        };
+        Ok(())
+    }
+
+    /// The matrices over the free freedoms.
+    ///
+    /// # Errors
+    /// [`ShaftError::TiedToBound`].
+    pub fn matrices(&self) -> Result<AssembledMatrices, ShaftError> {
+        let mut position = vec![None; self.bonds.len()];
+        let mut count = 0;
+        for (index, bond) in self.bonds.iter().enumerate() {
+            if *bond == Bond::Free {
+                position[index] = Some((count, 1.0));
+                count += 1;
+            }
+        }
+        for (index, bond) in self.bonds.iter().enumerate() {
+            if let Bond::Tied { master, ratio } = *bond {
+                // The master may have been fixed or tied after the tie was made.
+                if self.bonds[master] != Bond::Free {
+                    return Err(ShaftError::TiedToBound {
+                        node: index / NODE_FREEDOMS,
+                        master: master / NODE_FREEDOMS,
+                    });
+                }
+                position[index] = position[master].map(|(column, _)| (column, ratio));
+            }
+        }
+        let collect = |entries: &[(usize, usize, f64)]| {
+            let mut matrix = Mat::zeros(count, count);
+            for &(row, column, value) in entries {
+                if let (Some((i, a)), Some((j, b))) = (position[row], position[column]) {
+                    matrix[(i, j)] += a * b * value;
+                }
+            }
+            matrix
+        };
+        Ok(AssembledMatrices {
+            mass: collect(&self.mass),
+            stiffness: collect(&self.stiffness),
+            position,
+        })
+    }
+
+    fn freedom(&self, node: usize, freedom: Freedom) -> Result<usize, ShaftError> {
+        let nodes = self.bonds.len() / NODE_FREEDOMS;
+        if node < nodes {
+            Ok(NODE_FREEDOMS * node + freedom as usize)
+        } else {
+            Err(ShaftError::NoSuchNode { node, nodes })
+        }
+    }
+}
+
+/// Adds an element matrix whose two ends start at the freedoms `ends`.
+fn scatter(entries: &mut Vec<(usize, usize, f64)>, ends: [usize; 2], element: &ElementMatrix) {
+    let global = |local: usize| ends[local / NODE_FREEDOMS] + local % NODE_FREEDOMS;
+    for (i, row) in element.iter().enumerate() {
+        for (j, &value) in row.iter().enumerate() {
+            if value != 0.0 {
+                entries.push((global(i), global(j), value));
+            }
+        }
+    }
+}
+
+/// Mass and stiffness over the free freedoms, and where each freedom went.
+#[derive(Debug, Clone)]
+pub struct AssembledMatrices {
+    /// Mass matrix M, symmetric.
+    pub mass: Mat<f64>,
+    /// Stiffness matrix K, symmetric.
+    pub stiffness: Mat<f64>,
+    position: Vec<Option<(usize, f64)>>,
+}
+
+impl AssembledMatrices {
+    /// The coefficients of `Σ coefficient · freedom of node` over the free freedoms, one
+    /// entry a row of the matrices. Nodes that do not exist and fixed freedoms add nothing.
+    pub fn functional(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
+        let mut row = vec![0.0; self.mass.nrows()];
+        for &(node, freedom, coefficient) in terms {
+            let index = NODE_FREEDOMS * node + freedom as usize;
+            if let Some(&Some((column, factor))) = self.position.get(index) {
+                row[column] += factor * coefficient;
+            }
+        }
+        row
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,222 @@
+use super::*;
+use crate::gear::GearPair;
+
+fn drive() -> FlexibleDrive {
+    let bearing = |axial| Bearing {
+        line_of_centres: 2e8,
+        across: 1e8,
+        axial,
+        tilt: 1e4,
+    };
+    let shaft = |diameter| Shaft {
+        diameter,
+        span: 0.15,
+        overhang: 0.03,
+        gear_position: 0.4,
+        end_inertia: 1e-3,
+        bearings: [bearing(1e8), bearing(0.0)],
+    };
+    FlexibleDrive {
+        gears: GearPair {
+            teeth: [19, 31],
+            module: 3e-3,
+            pressure_angle: 20f64.to_radians(),
+            face_width: 20e-3,
+            body_length: [30e-3, 20e-3],
+            rated_torque: 40.0,
+        },
+        shafts: [shaft(20e-3), shaft(24e-3)],
+        young_modulus: 206e9,
+        shear_modulus: 79e9,
+        density: 7850.0,
+        shear_coefficient: 0.9,
+        elements: [2, 3, 3],
+        damping: 0.02,
+        damping_overrides: vec![(5, 0.07)],
+    }
+}
+
+/// Inertia of one shaft about its axis, from its parts.
+fn polar_inertia(drive: &FlexibleDrive, index: usize) -> f64 {
+    let shaft = &drive.shafts[index];
+    let rod = Section::solid(shaft.diameter).unwrap().polar_moment()
+        * drive.density
+        * (shaft.span + shaft.overhang);
+    let body = Disc::annulus(
+        2.0 * drive.gears.pitch_radii()[index],
+        shaft.diameter,
+        drive.gears.body_length[index],
+        drive.density,
+    )
+    .unwrap();
+    rod + body.polar_inertia + shaft.end_inertia
+}
+
+#[test]
+fn rigid_rotations_in_closed_form() {
+    let drive = drive();
+    let structure = drive.modes(12, 12, false).unwrap();
+    let [base_1, base_2] = drive.gears.base_radii();
+    let mass_1 = polar_inertia(&drive, 0) / base_1.powi(2);
+    let mass_2 = polar_inertia(&drive, 1) / base_2.powi(2);
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
+    assert_eq!(structure.frequency[..2], [0.0, 0.0]);
+    // Neutral: both roll forward with one pitch-line velocity, felt by neither mesh nor load.
+    let [pinion, wheel] =
+        [&structure.pinion_torque, &structure.wheel_torque].map(|c| c.as_ref().unwrap());
+    let velocity = 1.0 / (mass_1 + mass_2).sqrt();
+    close(pinion[0], velocity / base_1);
+    close(wheel[0], velocity / base_2);
+    assert_eq!([structure.mesh[0], structure.torque[0]], [0.0, 0.0]);
+    assert!(structure.friction[0].abs() < 1e-12);
+    close(
+        structure.friction_lever[0],
+        -velocity * (1.0 / base_1 + 1.0 / base_2),
+    );
+    // Relative: reduced mass of the pair.
+    let reduced = (1.0 / mass_1 + 1.0 / mass_2).sqrt();
+    close(structure.mesh[1], reduced);
+    close(structure.torque[1], reduced);
+    let tangent = drive.gears.pressure_angle.tan();
+    close(structure.friction[1], -tangent * reduced);
+}
+
+/// Shafts too stiff to bend or twist on springs that cannot hold a tilt: the whole modal
+/// sum is the flexibility of four bearings, `Σ (sin² α/(2 k_x) + cos² α/(2 k_y))` for gears
+/// amid their spans.
+#[test]
+fn the_whole_modal_sum_is_the_static_flexibility() {
+    let mut stiff = drive();
+    stiff.young_modulus *= 1e5;
+    stiff.shear_modulus *= 1e5;
+    for shaft in &mut stiff.shafts {
+        shaft.gear_position = 0.5;
+        for bearing in &mut shaft.bearings {
+            bearing.tilt = 0.0;
+        }
+    }
+    // Nine nodes a shaft, all freedoms released.
+    let all = 2 * 9 * 6;
+    let structure = stiff.modes(all, RIGID_MODES, true).unwrap();
+    let (sin, cos) = stiff.gears.pressure_angle.sin_cos();
+    let expected = sin * sin / 2e8 + cos * cos / 1e8;
+    let relative = structure.residual_flexibility / expected - 1.0;
+    assert!(relative > 0.0 && relative < 1e-3, "{relative}");
+}
+
+#[test]
+fn modes_of_either_count_agree_and_the_rest_returns_as_flexibility() {
+    let drive = drive();
+    let full = drive.modes(30, 30, true).unwrap();
+    let reduced = drive.modes(30, 12, true).unwrap();
+    assert_eq!(reduced, full.truncated(12, true).unwrap());
+    assert!(reduced.residual_flexibility > 0.0);
+    assert_eq!(
+        drive.modes(30, 12, false).unwrap().residual_flexibility,
+        0.0
+    );
+    let few = drive.modes(12, 12, false).unwrap();
+    for mode in 0..12 {
+        assert!((few.frequency[mode] - full.frequency[mode]).abs() < 1e-9 * full.frequency[11]);
+        // Same signs, too.
+        assert!((few.mesh[mode] - full.mesh[mode]).abs() < 1e-8);
+        assert!((few.friction[mode] - full.friction[mode]).abs() < 1e-8);
+    }
+}
+
+#[test]
+fn signs_are_settled_and_repeatable() {
+    let structure = drive().modes(40, 40, false).unwrap();
+    let largest = structure.mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
+    assert!(structure.mesh.iter().all(|&w| w > -1e-8 * largest));
+    assert_eq!(structure, drive().modes(40, 40, false).unwrap());
+}
+
+#[test]
+fn damping_is_global_with_overrides_and_rigid_modes_undamped() {
+    let structure = drive().modes(6, 6, false).unwrap();
+    assert_eq!(structure.damping, [0.0, 0.0, 0.02, 0.02, 0.07, 0.02]);
+    assert_eq!(drive().modes(8, 5, false).unwrap().damping[4], 0.07);
+    for mode in [0, 2, 7] {
+        let mut wrong = drive();
+        wrong.damping_overrides = vec![(mode, 0.05)];
+        assert_eq!(
+            wrong.modes(6, 6, false),
+            Err(ShaftError::DampingOverride {
+                mode,
+                first: 3,
+                last: 6
+            })
+        );
+    }
+}
+
+#[test]
+fn a_shaft_without_overhang_carries_its_end_inertia_at_the_first_bearing() {
+    let mut short = drive();
+    for shaft in &mut short.shafts {
+        shaft.overhang = 0.0;
+    }
+    short.elements[0] = 0;
+    let structure = short.modes(10, 10, false).unwrap();
+    let base = short.gears.base_radii()[0];
+    let expected = base.powi(2) / polar_inertia(&short, 0);
+    let rigid: f64 = (structure.pinion_torque.unwrap()[..2].iter())
+        .map(|p| (base * p).powi(2))
+        .sum();
+    assert!((rigid / expected - 1.0).abs() < 1e-10);
+}
+
+#[test]
+fn unphysical_drives_are_refused() {
+    let refused = |change: fn(&mut FlexibleDrive)| {
+        let mut drive = drive();
+        change(&mut drive);
+        drive.modes(10, 10, false).unwrap_err()
+    };
+    let axial = refused(|d| d.shafts[1].bearings[0].axial = 0.0);
+    assert_eq!(
+        axial,
+        ShaftError::NotHeld {
+            shaft: 2,
+            direction: "axially"
+        }
+    );
+    let across = refused(|d| {
+        d.shafts[0].bearings[0].across = 0.0;
+        for bearing in &mut d.shafts[0].bearings {
+            bearing.tilt = 0.0;
+        }
+    });
+    assert!(matches!(across, ShaftError::NotHeld { shaft: 1, .. }));
+    assert!(matches!(
+        refused(|d| d.shafts[0].diameter = 0.057),
+        ShaftError::NoWall { .. }
+    ));
+    assert!(matches!(
+        refused(|d| d.shafts[1].gear_position = 1.0),
+        ShaftError::GearPosition { shaft: 2, .. }
+    ));
+    assert!(matches!(
+        refused(|d| d.elements[1] = 0),
+        ShaftError::NoElement { .. }
+    ));
+    assert!(matches!(
+        refused(|d| d.damping = 1.0),
+        ShaftError::DampingRatio { .. }
+    ));
+    assert!(matches!(
+        refused(|d| d.shafts[0].bearings[1].across = -1.0),
+        ShaftError::Negative { .. }
+    ));
+    assert!(matches!(
+        refused(|d| d.density = f64::NAN),
+        ShaftError::NotPositive { .. }
+    ));
+    for (modes, retained) in [(1, 1), (109, 10), (10, 11), (10, 1)] {
+        assert!(matches!(
+            drive().modes(modes, retained, true),
+            Err(ShaftError::ModeCount { .. })
+        ));
+    }
+}
