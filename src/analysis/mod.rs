@@ -1,5 +1,22 @@
 //! One file per question asked of a trajectory: numbers in, numbers out; no files, no threads.
 
+mod classify;
+mod energy;
+mod lyapunov;
+mod norm;
+mod nvh;
+pub mod orbits;
 mod outcome;
+mod poincare;
+mod point;
+mod recurrence;
+mod spectrum;
+mod twin;
 
+pub use energy::EnergyAudit;
+pub use lyapunov::TangentGrowth;
+pub use norm::EnergyNorm;
+pub use nvh::Nvh;
 pub use outcome::*;
+pub use point::{CalledOff, LyapunovQuestion, NvhQuestion, Questions, investigate};
+pub use spectrum::Welch;

@@ -9,3 +9,4 @@ pub mod linalg;
 pub mod quadrature;
 pub mod random;
 pub mod roots;
+pub mod statistics;

@@ -1,0 +1,227 @@
+//! Does the energy balance close?
+//!
+//! Over any stretch, with u the modal velocities,
+//!
+//! ```text
+//! Δ(½Σ(v² + ω²q²) + ½k(δ − s b)²) = ∫ T·u dt                   torques
+//!     − ∫ F e' dt                                             transmission error
+//!     − ∫ Σ 2ζω u² dt − ∫ c δ'² dt                            damping, structure and mesh
+//!     − ∫ F (g − w)·u dt                                      friction
+//!     + Σ ½ Δk (δ − s b)²                                     stiffness steps in contact
+//! ```
+//!
+//! Every integrand is a product of Legendre series. The modal velocities are rebuilt here
+//! from the state at each window's start and the force series, independently of how the
+//! kernel moved the state on. The residual is relative to the sum of all absolute works.
+
+use crate::model::{Contact, Model, Segment, TrajectoryState};
+use crate::numerics::convolution::convolution16;
+use crate::numerics::exponential::{RIGID_PHASE, legendre_series};
+use crate::numerics::legendre::{at_start, derivative};
+use crate::propagate::{Event, Observer, Window};
+
+const TERMS: usize = 16;
+const KERNEL_TERMS: usize = 32;
+
+/// A series on a window.
+type Series = [f64; TERMS];
+
+/// Response of the kernel terms to one input.
+type Responses = [Series; KERNEL_TERMS];
+
+/// Audits the energy balance of a trajectory made of companion blocks.
+#[derive(Debug, Clone)]
+pub struct EnergyAudit<'m> {
+    model: &'m Model,
+    start: Option<f64>,
+    balance: f64,
+    turnover: f64,
+    last: Option<(Segment, Contact)>,
+}
+
+impl<'m> EnergyAudit<'m> {
+    /// An audit that starts with the first window shown.
+    pub fn new(model: &'m Model) -> Self {
+        Self {
+            model,
+            start: None,
+            balance: 0.0,
+            turnover: 0.0,
+            last: None,
+        }
+    }
+
+    /// Relative residual of the balance up to `end`, which is where the last window shown
+    /// ended; none when nothing was shown or nothing moved.
+    pub fn residual(&self, end: &TrajectoryState) -> Option<f64> {
+        let (start, (segment, contact)) = (self.start?, self.last?);
+        let n = self.model.modes();
+        let (first, second) = end.state.split_at(n);
+        let deflection = self.model.deflection(&end.state, 0.0).0;
+        let stored = self.structure(first, second) + self.spring(&segment, contact, deflection);
+        let imbalance = stored - start - self.balance;
+        (self.turnover > 0.0).then(|| imbalance.abs() / self.turnover)
+    }
+
+    fn structure(&self, first: &[f64], second: &[f64]) -> f64 {
+        let mut energy = 0.0;
+        for (i, block) in self.model.blocks.iter().enumerate() {
+            if self.model.neutral.contains(&i) {
+                continue;
+            }
+            let omega = block.natural_frequency();
+            energy += second[i] * second[i] + (omega * first[i]).powi(2);
+        }
+        0.5 * energy
+    }
+
+    fn spring(&self, segment: &Segment, contact: Contact, deflection: f64) -> f64 {
+        if contact.touching() {
+            let stretch = deflection - contact.sign() * self.model.half_gap;
+            0.5 * segment.stiffness * stretch * stretch
+        } else {
+            0.0
+        }
+    }
+
+    fn work(&mut self, value: f64) {
+        self.balance += value;
+        self.turnover += value.abs();
+    }
+
+    /// Works of torques, friction and structural damping over a window.
+    fn structural_work(&mut self, window: &Window<'_>, force: &Series) {
+        let tau = window.duration;
+        let convolution = convolution16();
+        let mut by_force: Responses = [[0.0; TERMS]; KERNEL_TERMS];
+        let mut by_one: Responses = [[0.0; TERMS]; KERNEL_TERMS];
+        convolution.responses(force, tau, &mut by_force);
+        convolution.responses(&[1.0], tau, &mut by_one);
+        let ripples = self.ripple_series(window);
+        let by_ripple: Vec<Responses> = ripples
+            .iter()
+            .map(|series| {
+                let mut out = [[0.0; TERMS]; KERNEL_TERMS];
+                convolution.responses(series, tau, &mut out);
+                out
+            })
+            .collect();
+        let model = self.model;
+        let (mut torque, mut friction, mut damping) = (0.0, 0.0, 0.0);
+        for (i, block) in model.blocks.iter().enumerate() {
+            if model.neutral.contains(&i) {
+                continue;
+            }
+            let nu = block
+                .damped_frequency()
+                .unwrap_or(0.0)
+                .max(RIGID_PHASE / tau);
+            let mut exponential = [(0.0, 0.0); KERNEL_TERMS];
+            legendre_series((block.growth(), nu), tau, &mut exponential);
+            let m = block.traceless();
+            // Row of e^{At} that gives the velocity, as series.
+            let row = |n: usize| {
+                let (cosine, sine) = (exponential[n].0, exponential[n].1 / nu);
+                [sine * m[1][0], cosine + sine * m[1][1]]
+            };
+            let mut velocity = [0.0; TERMS];
+            for (n, v) in velocity.iter_mut().enumerate() {
+                let r = row(n);
+                *v = r[0] * window.first[i] + r[1] * window.second[i];
+            }
+            let (g, s) = (block.mesh_input[1], block.static_input[1]);
+            for k in 0..KERNEL_TERMS {
+                let r = row(k)[1];
+                for n in 0..TERMS {
+                    velocity[n] += r * (s * by_one[k][n] - g * by_force[k][n]);
+                    for (ripple, by) in model.ripple.iter().zip(&by_ripple) {
+                        velocity[n] += r * ripple.input[i][1] * by[k][n];
+                    }
+                }
+            }
+            torque += s * tau * velocity[0];
+            for (ripple, series) in model.ripple.iter().zip(&ripples) {
+                torque += ripple.input[i][1] * integral(series, &velocity, tau);
+            }
+            friction -= (g - block.deflection[0]) * integral(force, &velocity, tau);
+            damping += 2.0 * block.growth() * integral(&velocity, &velocity, tau);
+        }
+        self.work(torque);
+        self.work(friction);
+        self.work(damping);
+    }
+
+    /// Each torque ripple's time course on a window.
+    fn ripple_series(&self, window: &Window<'_>) -> Vec<Series> {
+        self.model
+            .ripple
+            .iter()
+            .map(|ripple| {
+                let phase = ripple.phase_at(window.cycle, window.start);
+                cosine_series(ripple.angular_frequency, phase, window.duration)
+            })
+            .collect()
+    }
+}
+
+impl Observer for EnergyAudit<'_> {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let tau = window.duration;
+        let deflection = padded(window.deflection);
+        let force = padded(window.force);
+        if self.start.is_none() {
+            let stored = self.structure(window.first, window.second)
+                + self.spring(window.segment, window.contact, at_start(&deflection));
+            self.start = Some(stored);
+        }
+        if let Some((segment, contact)) = self.last
+            && contact == window.contact
+            && segment.stiffness != window.segment.stiffness
+        {
+            let at = at_start(&deflection);
+            let step =
+                self.spring(window.segment, contact, at) - self.spring(&segment, contact, at);
+            self.work(step);
+        }
+        self.last = Some((*window.segment, window.contact));
+
+        if window.contact.touching() {
+            for h in &self.model.transmission_error {
+                // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
+                let phase =
+                    h.angular_frequency * window.start + h.phase + std::f64::consts::FRAC_PI_2;
+                let rate = cosine_series(h.angular_frequency, phase, tau);
+                let work = integral(&force, &rate, tau) * h.amplitude * h.angular_frequency;
+                self.work(-work);
+            }
+            let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
+            self.work(-window.segment.damping * integral(&rate, &rate, tau));
+        }
+        self.structural_work(window, &force);
+    }
+
+    fn event(&mut self, _: &Event) {}
+}
+
+fn padded(series: &[f64]) -> Series {
+    std::array::from_fn(|n| series.get(n).copied().unwrap_or(0.0))
+}
+
+/// `∫ a b dt` over a window.
+fn integral(a: &Series, b: &Series, tau: f64) -> f64 {
+    let mut sum = 0.0;
+    for n in 0..TERMS {
+        sum += a[n] * b[n] / (2 * n + 1) as f64;
+    }
+    tau * sum
+}
+
+/// `cos(ωt + phase)` on a window.
+fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
+    let mut series = [(0.0, 0.0); TERMS];
+    legendre_series((0.0, omega), tau, &mut series);
+    let (sin, cos) = phase.sin_cos();
+    series.map(|u| cos * u.0 - sin * u.1)
+}

@@ -1,0 +1,122 @@
+//! How fast do nearby trajectories part?
+//!
+//! Tangent vectors are marched beside the trajectory (saltations included) and
+//! orthonormalised once a mesh cycle in the energy norm, the neutral pair projected out
+//! (Benettin et al. 1980, Shimada & Nagashima 1979); the logarithms of their lengths average
+//! to the exponents. Standard errors come from block averages.
+
+use super::norm::EnergyNorm;
+use crate::numerics::random::Stream;
+use crate::numerics::statistics::{mean, standard_error};
+use crate::propagate::Tangents;
+
+/// Mesh cycles in one stored average; short against every error bar's blocks.
+const CYCLES_PER_AVERAGE: u32 = 10;
+
+/// Growth of tangent vectors.
+#[derive(Debug, Clone)]
+pub struct TangentGrowth {
+    tangents: Tangents,
+    sums: Vec<f64>,
+    pending: u32,
+    averages: Vec<Vec<f64>>,
+}
+
+impl TangentGrowth {
+    /// `count` tangents in random directions.
+    pub fn new(norm: &EnergyNorm, modes: usize, count: usize, stream: &mut Stream) -> Self {
+        let mut tangents = Tangents::zeros(modes, count);
+        for i in 0..count {
+            random_direction(norm, stream, tangents.vector_mut(i));
+        }
+        let mut growth = Self {
+            tangents,
+            sums: vec![0.0; count],
+            pending: 0,
+            averages: vec![Vec::new(); count],
+        };
+        growth.orthonormalise(norm);
+        growth.restart();
+        growth
+    }
+
+    /// The tangents, to be marched by a kernel.
+    pub fn tangents(&mut self) -> &mut Tangents {
+        &mut self.tangents
+    }
+
+    /// Forgets all growth so far, keeps the directions.
+    pub fn restart(&mut self) {
+        self.sums.fill(0.0);
+        self.pending = 0;
+        self.averages.iter_mut().for_each(Vec::clear);
+    }
+
+    /// To be called after every marched cycle.
+    pub fn cycle(&mut self, norm: &EnergyNorm) {
+        self.orthonormalise(norm);
+        self.pending += 1;
+        if self.pending == CYCLES_PER_AVERAGE {
+            for (sum, averages) in self.sums.iter_mut().zip(&mut self.averages) {
+                averages.push(*sum / f64::from(CYCLES_PER_AVERAGE));
+                *sum = 0.0;
+            }
+            self.pending = 0;
+        }
+    }
+
+    /// Averages of the largest exponent over successive stretches of ten cycles.
+    pub fn averages(&self) -> &[f64] {
+        &self.averages[0]
+    }
+
+    /// The exponents per mesh cycle, largest first; none before ten cycles.
+    pub fn exponents(&self) -> Option<Vec<f64>> {
+        if self.averages[0].is_empty() {
+            return None;
+        }
+        let mut exponents: Vec<f64> = self.averages.iter().map(|a| mean(a)).collect();
+        exponents.sort_by(|a, b| b.total_cmp(a));
+        Some(exponents)
+    }
+
+    /// Modified Gram–Schmidt; adds the logarithms of the lengths to the sums.
+    fn orthonormalise(&mut self, norm: &EnergyNorm) {
+        for i in 0..self.tangents.count() {
+            norm.project(self.tangents.vector_mut(i));
+            for j in 0..i {
+                let along = norm.product(self.tangents.vector(j), self.tangents.vector(i));
+                let other = self.tangents.vector(j).to_vec();
+                for (x, y) in self.tangents.vector_mut(i).iter_mut().zip(&other) {
+                    *x -= along * y;
+                }
+            }
+            let length = norm.length(self.tangents.vector(i));
+            self.sums[i] += length.ln();
+            for x in self.tangents.vector_mut(i) {
+                *x /= length;
+            }
+        }
+    }
+}
+
+/// A random direction, each component of the same energy on average.
+pub fn random_direction(norm: &EnergyNorm, stream: &mut Stream, x: &mut [f64]) {
+    for (x, w) in x.iter_mut().zip(norm.weights()) {
+        let deviate = stream.normal();
+        *x = if *w > 0.0 { deviate / w } else { 0.0 };
+    }
+}
+
+/// Whether two estimates of one exponent agree: the mean difference of their averages over
+/// the same stretches lies within three standard errors of itself.
+///
+/// Differences below `1e-6` per cycle are agreement whatever their error: the twin's finite
+/// distance bends it by as much.
+pub fn agree(tangent: &[f64], twin: &[f64]) -> Option<bool> {
+    let differences: Vec<f64> = tangent.iter().zip(twin).map(|(a, b)| a - b).collect();
+    let error = standard_error(&differences);
+    error
+        .is_finite()
+        .then(|| mean(&differences).abs() <= 3.0 * error + 1e-6)
+}

@@ -1,0 +1,87 @@
+//! The norm in which tangents and distances are measured.
+//!
+//! A raw norm mixes metres with metres a second. Here a mode counts with its kinetic and
+//! potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²` with `ω_mesh² = k Σ w·g` the scale
+//! of the closed mesh (a rigid rotation has no stiffness of its own). The neutral pair is
+//! left out.
+
+use crate::model::Model;
+
+/// Energy-scaled norm without the neutral pair.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnergyNorm {
+    /// Weight of each component of a state, length 2N; 0 for the neutral pair.
+    weights: Vec<f64>,
+    /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
+    unit: f64,
+}
+
+impl EnergyNorm {
+    /// The norm of a model.
+    pub fn new(model: &Model) -> Self {
+        let n = model.modes();
+        let mut coupling = 0.0;
+        let mut participation: f64 = 0.0;
+        for block in &model.blocks {
+            let rate = block.rate();
+            coupling += rate[0] * block.mesh_input[0] + rate[1] * block.mesh_input[1];
+            participation += block.deflection[0] * block.deflection[0];
+        }
+        let mesh = (model.cycle.mean_stiffness() * coupling.abs()).sqrt();
+        let mut weights = vec![1.0; 2 * n];
+        for (i, block) in model.blocks.iter().enumerate() {
+            weights[i] = block.natural_frequency().max(mesh);
+        }
+        for &i in &model.neutral {
+            weights[i] = 0.0;
+            weights[n + i] = 0.0;
+        }
+        Self {
+            weights,
+            unit: mesh * model.half_gap / participation.sqrt(),
+        }
+    }
+
+    /// Weights of the components, length 2N; 0 for the neutral pair.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The natural unit: the norm of a displacement by half a gap.
+    pub fn unit(&self) -> f64 {
+        self.unit
+    }
+
+    /// Norm of a vector.
+    pub fn length(&self, x: &[f64]) -> f64 {
+        self.product(x, x).sqrt()
+    }
+
+    /// Norm of a difference.
+    pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
+            let d = w * (a - b);
+            sum += d * d;
+        }
+        sum.sqrt()
+    }
+
+    /// Scalar product.
+    pub fn product(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
+            sum += (w * a) * (w * b);
+        }
+        sum
+    }
+
+    /// Removes the neutral pair from a vector.
+    pub fn project(&self, x: &mut [f64]) {
+        for (w, a) in self.weights.iter().zip(x) {
+            if *w == 0.0 {
+                *a = 0.0;
+            }
+        }
+    }
+}

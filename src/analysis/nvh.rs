@@ -1,0 +1,289 @@
+//! What would be heard and felt: statistics of deflection, force and impacts.
+//!
+//! Every integral is taken from the windows' polynomials, none from samples:
+//!
+//! ```text
+//! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule exact for degree 63
+//! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel series of the exponential)
+//! ```
+
+use super::outcome::NvhOutcome;
+use crate::model::Model;
+use crate::numerics::exponential::{Complex, legendre_series, multiply};
+use crate::numerics::legendre::{derivative, evaluate, polynomials, variation};
+use crate::numerics::quadrature::GaussLegendre;
+use crate::propagate::{Event, Observer, Window};
+
+/// Terms of a window's series that are used; kernels carry no more.
+const TERMS: usize = 16;
+
+/// Nodes of the rule for third and fourth powers: exact to degree 63 ≥ 4·15.
+const NODES: usize = 32;
+
+/// Accumulates statistics while a trajectory is marched.
+#[derive(Debug, Clone)]
+pub struct Nvh {
+    half_gap: f64,
+    mesh_frequency: f64,
+    /// Legendre polynomials at the nodes, and the weights.
+    rule: Box<[[f64; TERMS]; NODES]>,
+    weights: Box<[f64; NODES]>,
+    time: f64,
+    /// ∫ (δ/b)^j dt, j = 1 … 4.
+    moments: [f64; 4],
+    smallest: f64,
+    largest: f64,
+    force: [f64; 2],
+    force_peak: f64,
+    times: [f64; 3],
+    impacts: u64,
+    impact_speed: f64,
+    harmonics: Vec<Complex>,
+    /// Exponentials on windows of the length last met.
+    kernel_length: f64,
+    kernels: Vec<[Complex; TERMS]>,
+}
+
+impl Nvh {
+    /// Statistics of a model with amplitudes at the first `harmonics` mesh orders.
+    pub fn new(model: &Model, harmonics: usize) -> Self {
+        let gauss = GaussLegendre::new(NODES);
+        let mut rule = Box::new([[0.0; TERMS]; NODES]);
+        let mut weights = Box::new([0.0; NODES]);
+        for j in 0..NODES {
+            polynomials(gauss.nodes[j], &mut rule[j]);
+            weights[j] = 0.5 * gauss.weights[j];
+        }
+        Self {
+            half_gap: model.half_gap,
+            mesh_frequency: std::f64::consts::TAU / model.period(),
+            rule,
+            weights,
+            time: 0.0,
+            moments: [0.0; 4],
+            smallest: f64::INFINITY,
+            largest: f64::NEG_INFINITY,
+            force: [0.0; 2],
+            force_peak: 0.0,
+            times: [0.0; 3],
+            impacts: 0,
+            impact_speed: 0.0,
+            harmonics: vec![(0.0, 0.0); harmonics],
+            kernel_length: 0.0,
+            kernels: vec![[(0.0, 0.0); TERMS]; harmonics],
+        }
+    }
+
+    /// Forgets everything accumulated.
+    pub fn restart(&mut self) {
+        self.time = 0.0;
+        self.moments = [0.0; 4];
+        self.smallest = f64::INFINITY;
+        self.largest = f64::NEG_INFINITY;
+        self.force = [0.0; 2];
+        self.force_peak = 0.0;
+        self.times = [0.0; 3];
+        self.impacts = 0;
+        self.impact_speed = 0.0;
+        self.harmonics.fill((0.0, 0.0));
+    }
+
+    /// The statistics so far; none before any window.
+    pub fn outcome(&self) -> Option<NvhOutcome> {
+        if self.time <= 0.0 {
+            return None;
+        }
+        let b = self.half_gap;
+        let [m1, m2, m3, m4] = self.moments.map(|m| m / self.time);
+        let variance = (m2 - m1 * m1).max(0.0);
+        let fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1 * m1 * m2 - 3.0 * m1.powi(4);
+        let (mean, rms) = (b * m1, b * variance.sqrt());
+        let [force_mean, force_square] = self.force.map(|f| f / self.time);
+        let entries = self.impacts.max(1) as f64;
+        Some(NvhOutcome {
+            dte_mean: mean,
+            dte_rms: rms,
+            dte_pp: self.largest - self.smallest,
+            dte_crest: ratio((self.largest - mean).max(mean - self.smallest), rms),
+            dte_kurtosis: ratio(fourth, variance * variance),
+            harmonics: self
+                .harmonics
+                .iter()
+                .map(|(re, im)| 2.0 * re.hypot(*im) / self.time)
+                .collect(),
+            force_mean,
+            force_std: (force_square - force_mean * force_mean).max(0.0).sqrt(),
+            force_peak: self.force_peak,
+            impact_rate: self.impacts as f64 / self.time,
+            impact_velocity: self.impact_speed / entries,
+            fractions: self.times.map(|t| t / self.time),
+        })
+    }
+
+    fn add_harmonics(&mut self, window: &Window<'_>, series: &[f64; TERMS]) {
+        if self.kernel_length != window.duration {
+            self.kernel_length = window.duration;
+            for (h, kernel) in self.kernels.iter_mut().enumerate() {
+                let omega = (h + 1) as f64 * self.mesh_frequency;
+                window_integrals(omega, window.duration, kernel);
+            }
+        }
+        let phase = self.mesh_frequency * window.start;
+        let (sin, cos) = phase.sin_cos();
+        let first = (cos, -sin);
+        let mut rotation = first;
+        for (sum, kernel) in self.harmonics.iter_mut().zip(&self.kernels) {
+            let mut value = (0.0, 0.0);
+            for (a, k) in series.iter().zip(kernel) {
+                value.0 += a * k.0;
+                value.1 += a * k.1;
+            }
+            let value = multiply(rotation, value);
+            sum.0 += value.0;
+            sum.1 += value.1;
+            rotation = multiply(rotation, first);
+        }
+    }
+}
+
+/// A quotient whose denominator may be zero (a motionless mesh): then 0.
+fn ratio(numerator: f64, denominator: f64) -> f64 {
+    if denominator > 0.0 {
+        numerator / denominator
+    } else {
+        0.0
+    }
+}
+
+/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 16; windows longer than the exponential series
+/// allows are integrated by halves of the Gauss rule's reach.
+fn window_integrals(omega: f64, tau: f64, out: &mut [Complex; TERMS]) {
+    use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
+    if 0.5 * omega * tau <= LARGEST_HALF_ARGUMENT {
+        legendre_series((0.0, -omega), tau, out);
+        for (n, value) in out.iter_mut().enumerate() {
+            let factor = tau / (2 * n + 1) as f64;
+            *value = (factor * value.0, factor * value.1);
+        }
+        return;
+    }
+    out.fill((0.0, 0.0));
+    let nodes = NODES + (omega * tau) as usize;
+    let gauss = GaussLegendre::new(nodes);
+    let mut p = [0.0; TERMS];
+    for (x, w) in gauss.nodes.iter().zip(&gauss.weights) {
+        polynomials(*x, &mut p);
+        let (sin, cos) = (0.5 * omega * tau * (x + 1.0)).sin_cos();
+        let weight = 0.5 * tau * w;
+        for (value, p) in out.iter_mut().zip(&p) {
+            value.0 += weight * p * cos;
+            value.1 -= weight * p * sin;
+        }
+    }
+}
+
+impl Observer for Nvh {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let tau = window.duration;
+        let deflection = padded(window.deflection);
+        self.time += tau;
+        self.times[window.contact.index()] += tau;
+
+        let (mut sums, mut low, mut high) = ([0.0; 4], (f64::INFINITY, 0), (f64::NEG_INFINITY, 0));
+        for (j, row) in self.rule.iter().enumerate() {
+            let mut value = 0.0;
+            for (a, p) in deflection.iter().zip(row) {
+                value += a * p;
+            }
+            if value < low.0 {
+                low = (value, j);
+            }
+            if value > high.0 {
+                high = (value, j);
+            }
+            let u = value / self.half_gap;
+            let w = self.weights[j];
+            sums[0] += w * u;
+            sums[1] += w * u * u;
+            sums[2] += w * u * u * u;
+            sums[3] += w * u * u * u * u;
+        }
+        for (moment, sum) in self.moments.iter_mut().zip(sums) {
+            *moment += tau * sum;
+        }
+        // A window whose bound stays inside what was seen cannot hold a new extreme.
+        let spread = variation(&deflection);
+        if deflection[0] + spread > self.largest {
+            let x = self.rule[high.1][1];
+            self.largest = self.largest.max(maximum(&deflection, x));
+        }
+        if deflection[0] - spread < self.smallest {
+            let x = self.rule[low.1][1];
+            self.smallest = self.smallest.min(-maximum(&deflection.map(|a| -a), x));
+        }
+        if window.contact.touching() {
+            let force = padded(window.force);
+            self.force[0] += tau * force[0];
+            let square: f64 = force
+                .iter()
+                .enumerate()
+                .map(|(n, f)| f * f / (2 * n + 1) as f64)
+                .sum();
+            self.force[1] += tau * square;
+            let sign = force[0].signum();
+            if force[0].abs() + variation(&force) > self.force_peak {
+                let towards = force.map(|f| sign * f);
+                self.force_peak = self.force_peak.max(search_maximum(&towards, &self.rule));
+            }
+        }
+        if !self.harmonics.is_empty() {
+            self.add_harmonics(window, &deflection);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if event.to.touching() {
+            self.impacts += 1;
+            self.impact_speed += event.rate.abs();
+        }
+    }
+}
+
+fn padded(series: &[f64]) -> [f64; TERMS] {
+    std::array::from_fn(|n| series.get(n).copied().unwrap_or(0.0))
+}
+
+/// Largest value of a series, from its largest value at the nodes.
+fn search_maximum(series: &[f64; TERMS], rule: &[[f64; TERMS]; NODES]) -> f64 {
+    let mut best = (f64::NEG_INFINITY, 0.0);
+    for row in rule {
+        let value: f64 = series.iter().zip(row).map(|(a, p)| a * p).sum();
+        if value > best.0 {
+            best = (value, row[1]);
+        }
+    }
+    maximum(series, best.1)
+}
+
+/// Largest of a series' values at its ends and at the stationary point next to x.
+fn maximum(series: &[f64; TERMS], mut x: f64) -> f64 {
+    let slope = derivative(series);
+    let curvature = derivative(&slope);
+    let mut best = evaluate(series, x)
+        .max(evaluate(series, -1.0))
+        .max(evaluate(series, 1.0));
+    for _ in 0..4 {
+        let c = evaluate(&curvature, x);
+        if c >= 0.0 {
+            break;
+        }
+        x = (x - evaluate(&slope, x) / c).clamp(-1.0, 1.0);
+        best = best.max(evaluate(series, x));
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests;

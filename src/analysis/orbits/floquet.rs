@@ -1,0 +1,52 @@
+//! Multipliers of a periodic orbit.
+//!
+//! The monodromy matrix of k mesh cycles is the product of the windows' exact tangent maps
+//! and the saltation matrices at events; its columns are tangents started along the
+//! coordinate axes. The neutral pair is left out: nothing feels it, so that what remains is
+//! an exact block of the whole. The matrix is scaled to energy before its eigenvalues are
+//! taken.
+
+use crate::analysis::norm::EnergyNorm;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::linalg::eigenvalues;
+use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use faer::Mat;
+
+/// Floquet multipliers of the orbit through `start` with a period of `period` mesh cycles,
+/// as (re, im), largest modulus first; 2(N − neutral) of them. `start` is marched on by one
+/// period. None where the eigenvalue iteration fails.
+///
+/// # Errors
+/// [`Stop`] as for any march.
+pub fn multipliers<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    start: &mut TrajectoryState,
+    period: u32,
+    workspace: &mut K::Workspace,
+    counters: &mut Counters,
+) -> Result<Option<Vec<(f64, f64)>>, Stop> {
+    let weights = norm.weights();
+    let felt: Vec<usize> = (0..weights.len()).filter(|&i| weights[i] > 0.0).collect();
+    let mut tangents = Tangents::zeros(model.modes(), felt.len());
+    for (column, &i) in felt.iter().enumerate() {
+        tangents.vector_mut(column)[i] = 1.0;
+    }
+    for _ in 0..period {
+        kernel.march(start, &mut tangents, workspace, &mut (), counters)?;
+    }
+    let monodromy = Mat::from_fn(felt.len(), felt.len(), |row, column| {
+        let (i, j) = (felt[row], felt[column]);
+        weights[i] * tangents.vector(column)[i] / weights[j]
+    });
+    Ok(eigenvalues(monodromy.as_ref()))
+}
+
+/// Exponents per mesh cycle `ln|μ| / k` of multipliers over k cycles.
+pub fn exponents(multipliers: &[(f64, f64)], period: u32) -> Vec<f64> {
+    multipliers
+        .iter()
+        .map(|(re, im)| re.hypot(*im).ln() / f64::from(period))
+        .collect()
+}

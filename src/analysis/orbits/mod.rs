@@ -1,0 +1,3 @@
+//! Periodic orbits.
+
+pub mod floquet;

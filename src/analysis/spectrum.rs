@@ -1,0 +1,226 @@
+//! Which frequencies does the motion hold? Welch spectra of deflection and force.
+//!
+//! The windows' polynomials are read at [`SAMPLES_PER_CYCLE`] instants a mesh cycle.
+//! Segments of [`CYCLES_PER_SEGMENT`] mesh cycles, overlapping by half, carry a Hann window;
+//! their power is averaged (Welch 1967). A line's amplitude is the peak value of the sine
+//! that would give it.
+
+use super::outcome::{Spectrum, SpectrumLine};
+use crate::model::Model;
+use crate::numerics::legendre::evaluate;
+use crate::propagate::{Event, Observer, Window};
+use realfft::num_complex::Complex64;
+use realfft::{RealFftPlanner, RealToComplex};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Samples a mesh cycle: lines up to mesh order 32.
+pub const SAMPLES_PER_CYCLE: usize = 64;
+
+/// Mesh cycles in a segment: lines every 1/64 mesh order.
+pub const CYCLES_PER_SEGMENT: usize = 64;
+
+/// Samples in a segment.
+const SEGMENT: usize = SAMPLES_PER_CYCLE * CYCLES_PER_SEGMENT;
+
+/// Accumulates Welch spectra while a trajectory is marched.
+pub struct Welch {
+    period: f64,
+    next_sample: usize,
+    signals: [Signal; 2],
+    transform: Arc<dyn RealToComplex<f64>>,
+    hann: Vec<f64>,
+}
+
+/// One signal's pending samples and averaged power.
+struct Signal {
+    name: &'static str,
+    samples: Vec<f64>,
+    power: Vec<f64>,
+    segments: u32,
+}
+
+impl Signal {
+    fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            samples: Vec::with_capacity(SEGMENT),
+            power: vec![0.0; SEGMENT / 2 + 1],
+            segments: 0,
+        }
+    }
+}
+
+impl Welch {
+    /// Spectra of deflection and force of a model.
+    pub fn new(model: &Model) -> Self {
+        Self {
+            period: model.period(),
+            next_sample: 0,
+            signals: [Signal::new("deflection"), Signal::new("force")],
+            transform: RealFftPlanner::new().plan_fft_forward(SEGMENT),
+            hann: (0..SEGMENT)
+                .map(|i| 0.5 - 0.5 * (TAU * i as f64 / SEGMENT as f64).cos())
+                .collect(),
+        }
+    }
+
+    /// Forgets everything accumulated.
+    pub fn restart(&mut self) {
+        for signal in &mut self.signals {
+            signal.samples.clear();
+            signal.power.fill(0.0);
+            signal.segments = 0;
+        }
+    }
+
+    /// Instants of this cycle before a time \[s\] are read from one polynomial.
+    fn take(&mut self, window: &Window<'_>) {
+        let end = window.start + window.duration;
+        while self.next_sample < SAMPLES_PER_CYCLE {
+            let time = self.period * self.next_sample as f64 / SAMPLES_PER_CYCLE as f64;
+            if time >= end {
+                break;
+            }
+            let x = (2.0 * (time - window.start) / window.duration - 1.0).clamp(-1.0, 1.0);
+            self.signals[0].samples.push(evaluate(window.deflection, x));
+            self.signals[1].samples.push(evaluate(window.force, x));
+            self.next_sample += 1;
+            if self.signals[0].samples.len() == SEGMENT {
+                self.transform_segments();
+            }
+        }
+    }
+
+    fn transform_segments(&mut self) {
+        for signal in &mut self.signals {
+            let mean = signal.samples.iter().sum::<f64>() / SEGMENT as f64;
+            let mut input: Vec<f64> = signal
+                .samples
+                .iter()
+                .zip(&self.hann)
+                .map(|(s, w)| w * (s - mean))
+                .collect();
+            let mut output = vec![Complex64::default(); SEGMENT / 2 + 1];
+            // Lengths match the plan, which is the only way this can fail.
+            if self.transform.process(&mut input, &mut output).is_ok() {
+                for (p, c) in signal.power.iter_mut().zip(&output) {
+                    *p += c.norm_sqr();
+                }
+                signal.segments += 1;
+            }
+            signal.samples.drain(..SEGMENT / 2);
+        }
+    }
+
+    /// The spectra; empty before one whole segment.
+    pub fn spectra(&self) -> Vec<Spectrum> {
+        let gain: f64 = 0.5 * self.hann.iter().sum::<f64>();
+        self.signals
+            .iter()
+            .filter(|s| s.segments > 0)
+            .map(|signal| Spectrum {
+                signal: signal.name,
+                lines: signal
+                    .power
+                    .iter()
+                    .enumerate()
+                    .map(|(i, p)| {
+                        let order = i as f64 / CYCLES_PER_SEGMENT as f64;
+                        SpectrumLine {
+                            frequency: order / self.period,
+                            order,
+                            amplitude: (p / f64::from(signal.segments)).sqrt() / gain,
+                        }
+                    })
+                    .collect(),
+            })
+            .collect()
+    }
+}
+
+impl Observer for Welch {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        if window.start == 0.0 {
+            self.next_sample = 0;
+        }
+        self.take(window);
+    }
+
+    fn event(&mut self, _: &Event) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Contact, Segment};
+
+    #[test]
+    fn a_sine_has_its_amplitude_at_its_order() {
+        let structure = crate::shaft::ModalStructure {
+            teeth: 1,
+            wheel_teeth: None,
+            rated_force: 1.0,
+            frequency: vec![1.0],
+            damping: vec![0.0],
+            mesh: vec![1.0],
+            mesh_tilt: vec![0.0],
+            torque: vec![1.0],
+            pinion_torque: None,
+            wheel_torque: None,
+            friction: vec![0.0],
+            friction_lever: vec![0.0],
+            residual_flexibility: 0.0,
+        };
+        let drive = crate::model::Drive {
+            half_gap: 1.0,
+            stiffness: vec![1.0],
+            damping: 0.0,
+            friction: 0.0,
+            transmission_error: Vec::new(),
+            torque_ripple: Vec::new(),
+        };
+        let point = crate::model::OperatingPoint {
+            load: 0.0,
+            speed: TAU,
+        };
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let mut welch = Welch::new(&model);
+        let segment = Segment {
+            first: 0,
+            length: 1,
+            stiffness: 1.0,
+            damping: 0.0,
+        };
+        // Windows shorter than the sampling interval; the signal is 0.3 cos(2π 2 t).
+        let windows = 100;
+        for cycle in 0..128 {
+            for w in 0..windows {
+                let (start, tau) = (w as f64 / f64::from(windows), 1.0 / f64::from(windows));
+                let mut c = [(0.0, 0.0); 16];
+                crate::numerics::exponential::legendre_series((0.0, 2.0 * TAU), tau, &mut c);
+                let (sin, cos) = (2.0 * TAU * start).sin_cos();
+                let deflection = c.map(|u| 0.3 * (cos * u.0 - sin * u.1));
+                welch.window(&Window {
+                    cycle,
+                    start,
+                    duration: tau,
+                    segment: &segment,
+                    contact: Contact::Free,
+                    deflection: &deflection,
+                    force: &[0.0],
+                    first: &[],
+                    second: &[],
+                });
+            }
+        }
+        let spectra = welch.spectra();
+        let line = spectra[0].lines[2 * CYCLES_PER_SEGMENT];
+        assert!((line.amplitude - 0.3).abs() < 1e-12, "{}", line.amplitude);
+        assert!((line.order - 2.0).abs() < 1e-15 && (line.frequency - 2.0).abs() < 1e-12);
+        assert!(spectra[0].lines[5 * CYCLES_PER_SEGMENT].amplitude < 1e-13);
+        assert!(spectra[1].lines.iter().all(|l| l.amplitude == 0.0));
+    }
+}

@@ -1,0 +1,97 @@
+//! The same exponent from two full trajectories.
+//!
+//! A twin starts a small distance away and is pulled back to that distance after every
+//! cycle (Benettin et al. 1976). It knows nothing of tangents or saltations, so agreement
+//! with them means something.
+
+use super::lyapunov::random_direction;
+use super::norm::EnergyNorm;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::random::Stream;
+
+/// Distance of the twin, in units of the half gap: far above round-off, far below the gap.
+const DISTANCE: f64 = 1e-7;
+
+/// Mesh cycles in one stored average, as for the tangents.
+const CYCLES_PER_AVERAGE: u32 = 10;
+
+/// A twin of a trajectory.
+#[derive(Debug, Clone)]
+pub struct Twin {
+    trajectory: TrajectoryState,
+    distance: f64,
+    sum: f64,
+    pending: u32,
+    averages: Vec<f64>,
+}
+
+impl Twin {
+    /// A twin of `trajectory` in a random direction.
+    pub fn new(
+        model: &Model,
+        norm: &EnergyNorm,
+        trajectory: &TrajectoryState,
+        stream: &mut Stream,
+    ) -> Self {
+        let mut direction = vec![0.0; trajectory.state.len()];
+        random_direction(norm, stream, &mut direction);
+        let scale = DISTANCE * norm.unit() / norm.length(&direction);
+        let state = trajectory
+            .state
+            .iter()
+            .zip(&direction)
+            .map(|(x, d)| x + scale * d)
+            .collect();
+        Self {
+            trajectory: TrajectoryState::new(model, state, trajectory.cycle),
+            distance: DISTANCE * norm.unit(),
+            sum: 0.0,
+            pending: 0,
+            averages: Vec::new(),
+        }
+    }
+
+    /// The twin's own trajectory, to be marched by a kernel.
+    pub fn trajectory(&mut self) -> &mut TrajectoryState {
+        &mut self.trajectory
+    }
+
+    /// Forgets all growth so far, keeps the direction.
+    pub fn restart(&mut self) {
+        self.sum = 0.0;
+        self.pending = 0;
+        self.averages.clear();
+    }
+
+    /// To be called after every marched cycle of both: notes the growth, pulls the twin back.
+    pub fn cycle(&mut self, model: &Model, norm: &EnergyNorm, trajectory: &TrajectoryState) {
+        let apart = norm.distance(&self.trajectory.state, &trajectory.state);
+        // Trajectories that merged to the last bit have contracted by at least round-off.
+        let apart = apart.max(f64::EPSILON * self.distance);
+        self.sum += (apart / self.distance).ln();
+        let scale = self.distance / apart;
+        let weights = norm.weights();
+        for ((x, y), w) in self
+            .trajectory
+            .state
+            .iter_mut()
+            .zip(&trajectory.state)
+            .zip(weights)
+        {
+            *x = if *w > 0.0 { y + scale * (*x - y) } else { *y };
+        }
+        let state = std::mem::take(&mut self.trajectory.state);
+        self.trajectory = TrajectoryState::new(model, state, trajectory.cycle);
+        self.pending += 1;
+        if self.pending == CYCLES_PER_AVERAGE {
+            self.averages.push(self.sum / f64::from(CYCLES_PER_AVERAGE));
+            self.sum = 0.0;
+            self.pending = 0;
+        }
+    }
+
+    /// Averages of the exponent over successive stretches of ten cycles.
+    pub fn averages(&self) -> &[f64] {
+        &self.averages
+    }
+}
