@@ -8,10 +8,12 @@
 
 mod counters;
 mod observer;
+mod stepping;
 mod tangents;
 
 pub use counters::Counters;
 pub use observer::{Event, Observer, Window};
+pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
 
 use crate::model::TrajectoryState;
