@@ -348,7 +348,8 @@ impl Kernel for Stepping {
         }
         // The contact state that goes into the next cycle is that of the state itself.
         let end = self.sight(&trajectory.state, 2 * self.steps);
-        if !(end.deflection.abs() + end.rate.abs() * self.step <= RANGE * self.half_gap) {
+        let reach = end.deflection.abs() + end.rate.abs() * self.step;
+        if reach.is_nan() || reach > RANGE * self.half_gap {
             return Err(Stop::Diverged {
                 cycle: trajectory.cycle,
             });

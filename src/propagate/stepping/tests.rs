@@ -36,10 +36,20 @@ fn model(stiffness: &[f64]) -> Model {
     Model::new(&structure(), &drive, point).unwrap()
 }
 
+/// One window, kept.
+struct Shown {
+    start: f64,
+    duration: f64,
+    contact: Contact,
+    deflection: [f64; 4],
+    force: [f64; 4],
+    state: Vec<f64>,
+}
+
 /// Keeps what it is shown.
 #[derive(Default)]
 struct Record {
-    windows: Vec<(f64, f64, Contact, [f64; 4], [f64; 4], Vec<f64>)>,
+    windows: Vec<Shown>,
     events: Vec<Event>,
 }
 
@@ -47,14 +57,14 @@ impl Observer for Record {
     const WINDOWS: bool = true;
 
     fn window(&mut self, w: &Window<'_>) {
-        self.windows.push((
-            w.start,
-            w.duration,
-            w.contact,
-            w.deflection.try_into().unwrap(),
-            w.force.try_into().unwrap(),
-            [w.first, w.second].concat(),
-        ));
+        self.windows.push(Shown {
+            start: w.start,
+            duration: w.duration,
+            contact: w.contact,
+            deflection: w.deflection.try_into().unwrap(),
+            force: w.force.try_into().unwrap(),
+            state: [w.first, w.second].concat(),
+        });
     }
 
     fn event(&mut self, event: &Event) {
@@ -114,21 +124,16 @@ fn windows_tile_the_cycle_and_agree_with_the_model() {
     assert_eq!(record.windows.len(), 900);
     assert_eq!(counters.windows, 900);
     assert_eq!(counters.events as usize, record.events.len());
-    for (j, (start, duration, contact, deflection, force, state)) in
-        record.windows.iter().enumerate()
-    {
-        assert!((start - model.period() * j as f64 / 900.0).abs() < 1e-18);
-        assert!((duration - model.period() / 900.0).abs() < 1e-18);
-        let (exact, rate) = model.deflection(state, *start);
-        let left = deflection[0] - deflection[1] + deflection[2] - deflection[3];
-        assert!((left - exact).abs() < 1e-15 * model.half_gap.max(exact.abs()) * 100.0);
+    let left = |a: [f64; 4]| a[0] - a[1] + a[2] - a[3];
+    for (j, window) in record.windows.iter().enumerate() {
+        let start = model.period() * j as f64 / 900.0;
+        assert!((window.start - start).abs() < 1e-18);
+        assert!((window.duration - model.period() / 900.0).abs() < 1e-18);
+        let (deflection, rate) = model.deflection(&window.state, start);
+        assert!((left(window.deflection) - deflection).abs() < 1e-13 * model.half_gap);
         let segment = &model.cycle.segments[usize::from(j >= 600)];
-        let law = model.force(segment, *contact, exact, rate);
-        let left = force[0] - force[1] + force[2] - force[3];
-        assert!(
-            (left - law).abs() < 1e-9 * (1.0 + law.abs()),
-            "{left} {law}"
-        );
+        let force = model.force(segment, window.contact, deflection, rate);
+        assert!((left(window.force) - force).abs() < 1e-9 * (1.0 + force.abs()));
     }
 }
 
