@@ -1,6 +1,8 @@
 //! Is the small-step kernel what it claims to be? Its order against the reference
 //! integrator, its tangents against finite differences.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use atlas::model::{InitialState, Model, TrajectoryState};
