@@ -276,7 +276,7 @@ mod general_purpose {
                 segment,
                 contact: Contact::Drive,
             };
-            // Forty steps a radian of the fastest mode: the error control never binds.
+            // At least seventeen steps a radian of the fastest mode, and no error control.
             let h = (right - left) / 400.0;
             let mut solver = ExplicitRungeKutta::rkv988e()
                 .h0(h)

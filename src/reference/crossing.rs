@@ -42,19 +42,21 @@ pub(super) fn first_crossing(
     resolution: f64,
     mut exact: impl FnMut(f64) -> Margin,
 ) -> Option<f64> {
-    for pair in samples.windows(2) {
+    for (i, pair) in samples.windows(2).enumerate() {
         let [(left, before), (right, after)] = [pair[0], pair[1]];
-        if after.value < 0.0 {
-            // Samples carry the stage order only; where they and the exact margin disagree
-            // about the sign, the margin is zero within the samples' error: the exact one
-            // decides.
-            if exact(right).value < 0.0 {
-                return Some(zero(left, right, resolution, exact));
-            }
+        // Samples carry the stage order only. Where they disagree with the exact margin
+        // about its sign it is zero within their error, and the exact one decides: whether
+        // there is a crossing, and on which side of the left sample it lies.
+        if after.value < 0.0 && exact(right).value < 0.0 {
+            let left = match i.checked_sub(1) {
+                Some(earlier) if exact(left).value < 0.0 => samples[earlier].0,
+                _ => left,
+            };
+            return Some(zero(left, right, resolution, exact));
         }
-        if before.rate < 0.0 && after.rate > 0.0 {
-            // Twice what the rate at the left could cover: a minimum far from the surface
-            // need not be looked up.
+        if before.rate < 0.0 && after.rate >= 0.0 {
+            // Twice what the rates could cover: a minimum far from the surface need not
+            // be looked up.
             let reach = 2.0 * before.rate.abs().max(after.rate) * (right - left);
             if before.value > reach {
                 continue;
@@ -173,6 +175,26 @@ mod tests {
         let f = |t: f64| ((t - 0.55) * (t - 0.75), 2.0 * t - 1.3);
         let t = crossing(f, &TIMES).unwrap();
         assert!((t - 0.55).abs() < 1e-15, "{t}");
+    }
+
+    #[test]
+    fn error_of_a_sample_does_not_move_the_crossing() {
+        let exact = |t: f64| Margin {
+            value: 0.5 - 1e-12 - t,
+            rate: -1.0,
+        };
+        let mut samples = TIMES.map(|t| (t, exact(t)));
+        // The sample at 0.5 is just beyond the surface, but says it is not; then the reverse.
+        samples[2].1.value = 1e-11;
+        let t = first_crossing(&samples, 1e-17, exact).unwrap();
+        assert!((t - (0.5 - 1e-12)).abs() < 2e-16, "{t}");
+        let exact = |t: f64| Margin {
+            value: 0.5 + 1e-12 - t,
+            rate: -1.0,
+        };
+        samples[2].1.value = -1e-11;
+        let t = first_crossing(&samples, 1e-17, exact).unwrap();
+        assert!((t - (0.5 + 1e-12)).abs() < 2e-16, "{t}");
     }
 
     #[test]
