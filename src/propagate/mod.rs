@@ -10,11 +10,13 @@ mod counters;
 pub mod events;
 mod observer;
 pub mod saltation;
+mod stepping;
 mod tangents;
 mod volterra;
 
 pub use counters::Counters;
 pub use observer::{Event, Observer, Window};
+pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
 pub use volterra::{InstructionSet, Volterra};
 

@@ -1,0 +1,232 @@
+//! Where a step leaves its contact state: samples of the margin, its minima, its zero.
+
+use crate::model::Contact;
+
+/// Distance of a deflection to the nearest surface of its contact state, negative beyond
+/// it, and its rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Margin {
+    /// Margin \[m\].
+    pub value: f64,
+    /// Its rate \[m/s\].
+    pub rate: f64,
+}
+
+impl Margin {
+    /// The margin of a deflection and its rate in a contact state, for half gap b.
+    pub fn new(contact: Contact, deflection: f64, rate: f64, half_gap: f64) -> Self {
+        match contact {
+            Contact::Drive => Self {
+                value: deflection - half_gap,
+                rate,
+            },
+            Contact::Coast => Self {
+                value: -half_gap - deflection,
+                rate: -rate,
+            },
+            Contact::Free => Self {
+                value: half_gap - deflection.abs(),
+                rate: -deflection.signum() * rate,
+            },
+        }
+    }
+}
+
+/// The first time in a step at which the margin turns negative; none where it does not.
+///
+/// `samples` are (time from the step's start, margin) in ascending order, the first one
+/// at 0 where the margin counts as positive whatever its round-off; `exact` gives the margin
+/// at any time of the step to round-off. Times are resolved to `resolution`.
+pub(super) fn first_crossing(
+    samples: &[(f64, Margin)],
+    resolution: f64,
+    mut exact: impl FnMut(f64) -> Margin,
+) -> Option<f64> {
+    for (i, pair) in samples.windows(2).enumerate() {
+        let [(left, before), (right, after)] = [pair[0], pair[1]];
+        // Samples carry the stage order only. Where they disagree with the exact margin
+        // about its sign it is zero within their error, and the exact one decides: whether
+        // there is a crossing, and on which side of the left sample it lies.
+        if after.value < 0.0 && exact(right).value < 0.0 {
+            let left = match i.checked_sub(1) {
+                Some(earlier) if exact(left).value < 0.0 => samples[earlier].0,
+                _ => left,
+            };
+            return Some(zero(left, right, resolution, exact));
+        }
+        if before.rate < 0.0 && after.rate >= 0.0 {
+            // Twice what the rates could cover: a minimum far from the surface need not
+            // be looked up.
+            let reach = 2.0 * before.rate.abs().max(after.rate) * (right - left);
+            if before.value > reach {
+                continue;
+            }
+            let minimum = minimum(left, right, resolution, &mut exact);
+            if exact(minimum).value < 0.0 {
+                return Some(zero(left, minimum, resolution, exact));
+            }
+        }
+    }
+    None
+}
+
+/// The minimum of the margin, by bisection on the sign of its rate.
+fn minimum(
+    mut left: f64,
+    mut right: f64,
+    resolution: f64,
+    mut exact: impl FnMut(f64) -> Margin,
+) -> f64 {
+    // The margin is flat at its minimum: the square root of the resolution would do, and
+    // the full one costs little.
+    while right - left > resolution {
+        let middle = 0.5 * (left + right);
+        if middle <= left || middle >= right {
+            break;
+        }
+        if exact(middle).rate < 0.0 {
+            left = middle;
+        } else {
+            right = middle;
+        }
+    }
+    0.5 * (left + right)
+}
+
+/// The zero of the margin in (left, right], by Newton's method kept inside the bracket.
+fn zero(
+    mut left: f64,
+    mut right: f64,
+    resolution: f64,
+    mut exact: impl FnMut(f64) -> Margin,
+) -> f64 {
+    let mut time = right;
+    while right - left > resolution {
+        let margin = exact(time);
+        if margin.value < 0.0 {
+            right = time;
+        } else {
+            left = time;
+        }
+        let mut next = time - margin.value / margin.rate;
+        // Not finite, or outside: bisect.
+        if !(next > left && next < right) {
+            if (next - time).abs() <= resolution {
+                break;
+            }
+            next = 0.5 * (left + right);
+        }
+        let moved = (next - time).abs();
+        time = next;
+        if moved <= resolution {
+            break;
+        }
+    }
+    time
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Margins of a polynomial-like function sampled at the given times.
+    fn crossing(f: impl Fn(f64) -> (f64, f64), times: &[f64]) -> Option<f64> {
+        let margin = |t: f64| {
+            let (value, rate) = f(t);
+            Margin { value, rate }
+        };
+        let samples: Vec<_> = times.iter().map(|&t| (t, margin(t))).collect();
+        first_crossing(&samples, 1e-17, margin)
+    }
+
+    const TIMES: [f64; 5] = [0.0, 0.2, 0.5, 0.8, 1.0];
+
+    #[test]
+    fn simple_crossing_is_found_to_round_off() {
+        let t = crossing(|t| (0.7 - t, -1.0), &TIMES).unwrap();
+        assert!((t - 0.7).abs() < 2e-16);
+        assert_eq!(crossing(|t| (1.1 - t, -1.0), &TIMES), None);
+    }
+
+    #[test]
+    fn grazing_pair_between_samples_is_found_and_a_near_miss_is_not_invented() {
+        // Roots at 0.6 ± 10⁻⁵, far closer than the samples.
+        let graze = |gap: f64| move |t: f64| ((t - 0.6).powi(2) + gap, 2.0 * (t - 0.6));
+        let t = crossing(graze(-1e-10), &TIMES).unwrap();
+        assert!((t - (0.6 - 1e-5)).abs() < 1e-11, "{t}");
+        assert_eq!(crossing(graze(1e-10), &TIMES), None);
+        assert_eq!(crossing(graze(0.0), &TIMES), None);
+    }
+
+    #[test]
+    fn zero_at_the_start_is_not_a_crossing_but_its_return_is() {
+        // Starts on the surface (below it by round-off), leaves, comes back at 0.3.
+        let f = |t: f64| (t * (0.3 - t) - 1e-18, 0.3 - 2.0 * t);
+        let t = crossing(f, &TIMES).unwrap();
+        assert!((t - 0.3).abs() < 1e-15);
+        // Comes back before the first sample.
+        let f = |t: f64| (t * (0.1 - t), 0.1 - 2.0 * t);
+        let t = crossing(f, &TIMES).unwrap();
+        assert!((t - 0.1).abs() < 1e-15, "{t}");
+    }
+
+    #[test]
+    fn of_two_crossings_the_first_is_returned() {
+        let f = |t: f64| ((t - 0.55) * (t - 0.75), 2.0 * t - 1.3);
+        let t = crossing(f, &TIMES).unwrap();
+        assert!((t - 0.55).abs() < 1e-15, "{t}");
+    }
+
+    #[test]
+    fn error_of_a_sample_does_not_move_the_crossing() {
+        let exact = |t: f64| Margin {
+            value: 0.5 - 1e-12 - t,
+            rate: -1.0,
+        };
+        let mut samples = TIMES.map(|t| (t, exact(t)));
+        // The sample at 0.5 is just beyond the surface, but says it is not; then the reverse.
+        samples[2].1.value = 1e-11;
+        let t = first_crossing(&samples, 1e-17, exact).unwrap();
+        assert!((t - (0.5 - 1e-12)).abs() < 2e-16, "{t}");
+        let exact = |t: f64| Margin {
+            value: 0.5 + 1e-12 - t,
+            rate: -1.0,
+        };
+        samples[2].1.value = -1e-11;
+        let t = first_crossing(&samples, 1e-17, exact).unwrap();
+        assert!((t - (0.5 + 1e-12)).abs() < 2e-16, "{t}");
+    }
+
+    #[test]
+    fn margin_is_positive_inside_every_contact_state() {
+        let inside = |contact, deflection| Margin::new(contact, deflection, 0.5, 1.0);
+        assert_eq!(
+            inside(Contact::Drive, 1.5),
+            Margin {
+                value: 0.5,
+                rate: 0.5
+            }
+        );
+        assert_eq!(
+            inside(Contact::Coast, -1.5),
+            Margin {
+                value: 0.5,
+                rate: -0.5
+            }
+        );
+        assert_eq!(
+            inside(Contact::Free, 0.5),
+            Margin {
+                value: 0.5,
+                rate: -0.5
+            }
+        );
+        assert_eq!(
+            inside(Contact::Free, -0.5),
+            Margin {
+                value: 0.5,
+                rate: 0.5
+            }
+        );
+    }
+}

@@ -1,0 +1,353 @@
+//! Marches a model from breakpoint to breakpoint and records its crossings.
+
+use super::crossing::{Margin, first_crossing};
+use super::gauss::{Compensated, GaussRule, StageWork};
+use crate::model::{Contact, Model, Segment, Surface, TrajectoryState};
+
+/// Stages of the rule: order 16.
+const STAGES: usize = 8;
+
+/// Most changes of contact state in one mesh cycle before the march is given up.
+const CROSSING_LIMIT: u32 = 10_000;
+
+/// A change of contact state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// Mesh cycle.
+    pub cycle: u64,
+    /// Time within the mesh cycle \[s\].
+    pub time: f64,
+    /// Contact state before.
+    pub from: Contact,
+    /// Contact state after.
+    pub to: Contact,
+    /// Deflection rate δ' at the crossing \[m/s\].
+    pub rate: f64,
+}
+
+/// What a march leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Passage {
+    /// The trajectory at its end.
+    pub end: TrajectoryState,
+    /// Every change of contact state, in order.
+    pub crossings: Vec<Crossing>,
+}
+
+/// Why a march was given up.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum ReferenceError {
+    /// The state became non-finite.
+    #[error("the state became non-finite in mesh cycle {cycle}; check the model's parameters")]
+    NonFinite {
+        /// The mesh cycle.
+        cycle: u64,
+    },
+    /// Contact chatters.
+    #[error("more than {limit} changes of contact state in mesh cycle {cycle}")]
+    Chatter {
+        /// The mesh cycle.
+        cycle: u64,
+        /// The limit that was passed.
+        limit: u32,
+    },
+}
+
+/// The independent integrator of one model.
+#[derive(Debug, Clone)]
+pub struct Reference<'m> {
+    model: &'m Model,
+    rule: GaussRule,
+    /// Longest step \[s\].
+    step: f64,
+}
+
+impl<'m> Reference<'m> {
+    /// The integrator of a model, with steps of at most one radian of its fastest rate.
+    pub fn new(model: &'m Model) -> Self {
+        Self {
+            model,
+            rule: GaussRule::new(STAGES),
+            step: 1.0 / fastest_rate(model),
+        }
+    }
+
+    /// The same integrator with steps `factor` ≥ 1 times shorter.
+    pub fn refined(mut self, factor: u32) -> Self {
+        self.step /= f64::from(factor.max(1));
+        self
+    }
+
+    /// Marches `cycles` whole mesh cycles from `start`.
+    ///
+    /// # Errors
+    /// [`ReferenceError`] where the state becomes non-finite or the contact chatters.
+    pub fn march(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, ReferenceError> {
+        let n = start.state.len();
+        let mut march = March {
+            reference: self,
+            cycle: start.cycle,
+            contact: start.contact,
+            state: Compensated::new(start.state.clone()),
+            moved: Compensated::new(vec![0.0; n]),
+            work: StageWork::new(self.rule.stages(), n),
+            samples: Vec::with_capacity(self.rule.stages() + 2),
+            crossings: Vec::new(),
+        };
+        for _ in 0..cycles {
+            march.one_cycle()?;
+        }
+        Ok(Passage {
+            end: TrajectoryState {
+                state: march.state.value,
+                contact: march.contact,
+                cycle: march.cycle,
+            },
+            crossings: march.crossings,
+        })
+    }
+}
+
+/// A rate \[1/s\] that bounds how fast anything in the model moves: natural frequencies with
+/// the mesh spring and damper on top, decay, excitation.
+fn fastest_rate(model: &Model) -> f64 {
+    let mut natural = 0.0f64;
+    let mut decay = 0.0f64;
+    // Σ |w·g| and Σ |w A·g|: what force does to the deflection's rate and acceleration.
+    let (mut direct, mut inertial) = (0.0f64, 0.0f64);
+    for block in &model.blocks {
+        natural = natural.max(block.natural_frequency());
+        decay = decay.max(block.growth().abs());
+        let dot = |a: [f64; 2], b: [f64; 2]| (a[0] * b[0] + a[1] * b[1]).abs();
+        direct += dot(block.deflection, block.mesh_input);
+        inertial += dot(block.rate(), block.mesh_input);
+    }
+    let stiffness = model.cycle.largest_stiffness();
+    let damping = model
+        .cycle
+        .segments
+        .iter()
+        .map(|s| s.damping)
+        .fold(0.0, f64::max);
+    let structure =
+        (natural * natural + stiffness * inertial).sqrt() + damping * inertial + stiffness * direct;
+    let te = model.transmission_error.iter().map(|h| h.angular_frequency);
+    let ripple = model.ripple.iter().map(|r| r.angular_frequency);
+    te.chain(ripple)
+        .fold(structure + 2.0 * decay, f64::max)
+        // A free body has no rate of its own; the mesh cycle then sets the step.
+        .max(1.0 / model.period())
+}
+
+/// A march under way.
+struct March<'r> {
+    reference: &'r Reference<'r>,
+    cycle: u64,
+    contact: Contact,
+    state: Compensated,
+    /// The state at the end of a trial step.
+    moved: Compensated,
+    work: StageWork,
+    samples: Vec<(f64, Margin)>,
+    crossings: Vec<Crossing>,
+}
+
+impl March<'_> {
+    fn one_cycle(&mut self) -> Result<(), ReferenceError> {
+        let cycle = &self.reference.model.cycle;
+        let mut changes = 0;
+        for (index, segment) in cycle.segments.iter().enumerate() {
+            let mut time = cycle.start(index);
+            let end = cycle.end(index);
+            while time < end {
+                time = self.smooth_piece(segment, time, end, &mut changes)?;
+            }
+        }
+        self.cycle += 1;
+        Ok(())
+    }
+
+    /// Marches to the end of the segment or to the next crossing; gives the time reached.
+    fn smooth_piece(
+        &mut self,
+        segment: &Segment,
+        start: f64,
+        end: f64,
+        changes: &mut u32,
+    ) -> Result<f64, ReferenceError> {
+        let steps = ((end - start) / self.reference.step).ceil().max(1.0);
+        let at = |j: f64| {
+            if j == steps {
+                end
+            } else {
+                start + (end - start) * (j / steps)
+            }
+        };
+        let mut j = 0.0;
+        while j < steps {
+            let (left, right) = (at(j), at(j + 1.0));
+            if let Some(crossing) = self.step(segment, left, right)? {
+                *changes += 1;
+                if *changes > CROSSING_LIMIT {
+                    return Err(ReferenceError::Chatter {
+                        cycle: self.cycle,
+                        limit: CROSSING_LIMIT,
+                    });
+                }
+                return Ok(crossing);
+            }
+            j += 1.0;
+        }
+        Ok(end)
+    }
+
+    /// One step from `left` to `right`, or to the first crossing, whose time is given.
+    fn step(
+        &mut self,
+        segment: &Segment,
+        left: f64,
+        right: f64,
+    ) -> Result<Option<f64>, ReferenceError> {
+        let h = right - left;
+        let model = self.reference.model;
+        let (deflection, rate) = self.advance(segment, left, h);
+        if !(deflection + rate).is_finite() {
+            return Err(ReferenceError::NonFinite { cycle: self.cycle });
+        }
+        self.sample(left, h, (deflection, rate));
+
+        // Half a unit in the last place of a mesh period.
+        let resolution = model.period() * 2f64.powi(-54);
+        let (contact, half_gap) = (self.contact, model.half_gap);
+        let samples = std::mem::take(&mut self.samples);
+        let mut probed = false;
+        let found = first_crossing(&samples, resolution, |tau| {
+            probed = true;
+            let (deflection, rate) = self.advance(segment, left, tau);
+            Margin::new(contact, deflection, rate, half_gap)
+        });
+        self.samples = samples;
+
+        let reached = match found {
+            // The crossing's time as it can be told: the state goes with the rounded one.
+            Some(tau) => left + tau,
+            None => right,
+        };
+        let (deflection, rate) = if probed {
+            self.advance(segment, left, reached - left)
+        } else {
+            (deflection, rate)
+        };
+        self.state.copy_from(&self.moved);
+        if found.is_none() {
+            return Ok(None);
+        }
+        let surface = if deflection > 0.0 {
+            Surface::Drive
+        } else {
+            Surface::Coast
+        };
+        let to = contact.across(surface);
+        self.crossings.push(Crossing {
+            cycle: self.cycle,
+            time: reached,
+            from: contact,
+            to,
+            rate,
+        });
+        self.contact = to;
+        Ok(Some(reached))
+    }
+
+    /// Sets `moved` to the state after `tau` from `left` and gives its deflection and rate.
+    fn advance(&mut self, segment: &Segment, left: f64, tau: f64) -> (f64, f64) {
+        let model = self.reference.model;
+        let rule = &self.reference.rule;
+        let (contact, cycle) = (self.contact, self.cycle);
+        rule.solve(
+            &self.state.value,
+            tau,
+            &mut self.work,
+            |fraction, state, out| {
+                model.derivative(segment, contact, cycle, left + fraction * tau, state, out);
+            },
+        );
+        self.moved.copy_from(&self.state);
+        for i in 0..self.state.value.len() {
+            self.moved.add(i, rule.increment(&self.work, tau, i));
+        }
+        model.deflection(&self.moved.value, left + tau)
+    }
+
+    /// Collects the margin at the start, the stages and the end of the step just solved.
+    fn sample(&mut self, left: f64, h: f64, end: (f64, f64)) {
+        let model = self.reference.model;
+        let n = self.state.value.len();
+        let margin =
+            |(deflection, rate)| Margin::new(self.contact, deflection, rate, model.half_gap);
+        self.samples.clear();
+        self.samples
+            .push((0.0, margin(model.deflection(&self.state.value, left))));
+        for (i, c) in self.reference.rule.nodes.iter().enumerate() {
+            let stage = &self.work.states[i * n..(i + 1) * n];
+            self.samples
+                .push((c * h, margin(model.deflection(stage, left + c * h))));
+        }
+        self.samples.push((h, margin(end)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Drive, OperatingPoint};
+    use crate::shaft::ModalStructure;
+
+    fn model(frequency: f64, stiffness: f64) -> Model {
+        let structure = ModalStructure {
+            teeth: 1,
+            wheel_teeth: None,
+            rated_force: 1.0,
+            frequency: vec![frequency],
+            damping: vec![0.0],
+            mesh: vec![2.0],
+            mesh_tilt: vec![0.0],
+            torque: vec![1.0],
+            pinion_torque: None,
+            wheel_torque: None,
+            friction: vec![0.0],
+            friction_lever: vec![0.0],
+            residual_flexibility: 0.0,
+        };
+        let drive = Drive {
+            half_gap: 1.0,
+            stiffness: vec![stiffness],
+            damping: 0.0,
+            friction: 0.0,
+            transmission_error: Vec::new(),
+            torque_ripple: Vec::new(),
+        };
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1.0,
+        };
+        Model::new(&structure, &drive, point).unwrap()
+    }
+
+    #[test]
+    fn fastest_rate_is_the_closed_loop_frequency_of_one_degree() {
+        // ω² + k w².
+        assert!((fastest_rate(&model(3.0, 4.0)) - 5.0).abs() < 1e-14);
+        assert!((fastest_rate(&model(0.0, 4.0)) - 4.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn non_finite_states_are_reported() {
+        let model = model(3.0, 4.0);
+        let start = TrajectoryState::new(&model, vec![f64::NAN, 0.0], 7);
+        assert_eq!(
+            Reference::new(&model).march(&start, 1),
+            Err(ReferenceError::NonFinite { cycle: 7 })
+        );
+    }
+}

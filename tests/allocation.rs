@@ -1,0 +1,107 @@
+//! Does a marched cycle allocate? Every kernel is marched under a counting allocator.
+
+// The one place where unsafe code is needed: an allocator cannot be replaced without.
+#![allow(unsafe_code)]
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use atlas::model::{InitialState, Model};
+use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+thread_local! {
+    /// Allocations of this thread, so that the test harness does not count.
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is handed to the system allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Adds up what it is shown, so that nothing can be left out.
+#[derive(Default)]
+struct Sum(f64);
+
+impl Observer for Sum {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        self.0 += window.deflection[0] * window.duration;
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.0 += event.rate;
+    }
+}
+
+/// Marches a rattling drive, watched and with tangents, and counts allocations.
+fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
+    let mut trajectory = model.start(&InitialState::Static);
+    let mut tangents = Tangents::zeros(model.modes(), 2);
+    tangents.vector_mut(0)[0] = 1e-9;
+    tangents.vector_mut(1)[model.modes()] = 1e-5;
+    let mut workspace = kernel.workspace();
+    let mut sum = Sum::default();
+    let mut counters = Counters::default();
+    let before = COUNT.with(Cell::get);
+    for _ in 0..30 {
+        kernel
+            .march(
+                &mut trajectory,
+                &mut tangents,
+                &mut workspace,
+                &mut sum,
+                &mut counters,
+            )
+            .unwrap();
+    }
+    let count = COUNT.with(Cell::get) - before;
+    assert!(counters.events > 10, "the drive does not rattle");
+    assert!(sum.0.is_finite());
+    count
+}
+
+/// Allocations of every kernel on a model, by name: a new kernel adds a line.
+fn kernels(model: &Model) -> Vec<(&'static str, u64)> {
+    vec![(
+        "stepping",
+        allocations(&Stepping::new(model, 1000, 1000), model),
+    )]
+}
+
+#[test]
+fn marching_allocates_nothing() {
+    for (drive, case) in common::drives() {
+        let model = common::model(&case);
+        for (kernel, count) in kernels(&model) {
+            assert_eq!(count, 0, "{kernel} on {drive}");
+        }
+    }
+}
+
+#[test]
+fn allocator_counts() {
+    let before = COUNT.with(Cell::get);
+    let boxed = std::hint::black_box(Box::new(1));
+    assert!(COUNT.with(Cell::get) > before, "{boxed}");
+}

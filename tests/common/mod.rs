@@ -1,0 +1,197 @@
+//! Hand-built drives from one degree of freedom to forty modes, all of which rattle from
+//! static equilibrium (asserted in `tests/reference.rs`), and how states are compared.
+//!
+//! Mesh data are those of a 20/30-tooth steel pair of module 4 mm and 20 mm face width:
+//! single- and double-pair stiffness 3.333e8 and 4.444e8 N/m with contact ratio 1.6,
+//! transmission error 5 µm at the mesh frequency, pinion speed 1200 rad/s.
+
+// Every test binary uses a part of it.
+#![allow(dead_code)]
+
+use atlas::model::{Drive, Model, OperatingPoint, RippleInput, RippleShaft};
+use atlas::shaft::ModalStructure;
+
+/// A drive at an operating point.
+pub type Case = (ModalStructure, Drive, OperatingPoint);
+
+/// All drives, with their names.
+pub fn drives() -> Vec<(&'static str, Case)> {
+    vec![
+        ("one degree", one_degree()),
+        ("two modes", two_modes()),
+        ("six modes", six_modes()),
+        ("twenty modes", twenty_modes()),
+        ("forty modes", forty_modes()),
+    ]
+}
+
+/// The model of a drive.
+pub fn model(case: &Case) -> Model {
+    Model::new(&case.0, &case.1, case.2).unwrap()
+}
+
+/// A structure with the given frequencies, damping ratio of the elastic modes, mesh and
+/// torque participations, and nothing else.
+pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
+    let n = frequency.len();
+    ModalStructure {
+        teeth: 20,
+        wheel_teeth: Some(30),
+        rated_force: 1330.0,
+        frequency: frequency.to_vec(),
+        damping: frequency
+            .iter()
+            .map(|f| if *f > 0.0 { ratio } else { 0.0 })
+            .collect(),
+        mesh: mesh.to_vec(),
+        mesh_tilt: vec![0.0; n],
+        torque: torque.to_vec(),
+        pinion_torque: None,
+        wheel_torque: None,
+        friction: vec![0.0; n],
+        friction_lever: vec![0.0; n],
+        residual_flexibility: 0.0,
+    }
+}
+
+/// The mesh of the default pair: 60 divisions, two levels, one harmonic.
+pub fn two_level_mesh(half_gap: f64) -> Drive {
+    Drive {
+        half_gap,
+        stiffness: (0..60)
+            .map(|i| if i < 36 { 4.444e8 } else { 3.333e8 })
+            .collect(),
+        damping: 1483.0,
+        friction: 0.0,
+        transmission_error: vec![(1, 5e-6, 0.0)],
+        torque_ripple: Vec::new(),
+    }
+}
+
+/// Strong rattle: light load, 1200 rad/s.
+pub fn strong_rattle() -> OperatingPoint {
+    OperatingPoint {
+        load: 0.05,
+        speed: 1200.0,
+    }
+}
+
+/// The relative rotation alone, rigid: one degree of freedom.
+pub fn one_degree() -> Case {
+    let structure = structure(&[0.0], 0.0, &[1.3], &[1.3]);
+    (structure, two_level_mesh(10e-6), strong_rattle())
+}
+
+/// Two rigid bodies: a neutral and a relative rotation, not yet separated.
+pub fn two_modes() -> Case {
+    let mesh = [0.98, -0.86];
+    let structure = structure(&[0.0, 0.0], 0.0, &mesh, &mesh);
+    (structure, two_level_mesh(9e-6), strong_rattle())
+}
+
+/// Rigid pair and four elastic modes, with friction and torque ripple on both shafts.
+pub fn six_modes() -> Case {
+    let mut structure = structure(
+        &[0.0, 0.0, 4288.0, 4864.0, 8171.0, 19757.0],
+        0.01,
+        &[0.61, -0.49, 0.72, 0.64, -0.48, 0.21],
+        &[0.61, -0.49, 0.33, -0.21, 0.05, 0.0],
+    );
+    structure.friction = vec![0.1, 0.2, -0.17, 0.56, 0.3, -0.1];
+    structure.pinion_torque = Some(vec![16.0, 0.0, 8.0, -5.0, 1.0, 0.0]);
+    structure.wheel_torque = Some(vec![0.0, 8.0, 3.0, 2.0, -1.0, 0.5]);
+    let mut drive = two_level_mesh(10e-6);
+    drive.friction = 0.1;
+    drive.transmission_error.push((2, 1e-6, 0.7));
+    drive.torque_ripple = vec![
+        RippleInput {
+            shaft: RippleShaft::Pinion,
+            order: 2.0,
+            amplitude: 1.5,
+            phase: 0.3,
+        },
+        RippleInput {
+            shaft: RippleShaft::Wheel,
+            order: 1.5,
+            amplitude: 0.8,
+            phase: -1.1,
+        },
+    ];
+    let point = OperatingPoint {
+        load: 0.1,
+        ..strong_rattle()
+    };
+    (structure, drive, point)
+}
+
+/// The twenty lowest modes of the default drive; the others return as residual
+/// flexibility; 30 % load.
+pub fn twenty_modes() -> Case {
+    let mut s = default_drive();
+    s.residual_flexibility = (20..s.modes())
+        .map(|i| (s.mesh[i] / s.frequency[i]).powi(2))
+        .sum();
+    for column in [
+        &mut s.frequency,
+        &mut s.damping,
+        &mut s.mesh,
+        &mut s.mesh_tilt,
+        &mut s.torque,
+        &mut s.friction,
+        &mut s.friction_lever,
+    ] {
+        column.truncate(20);
+    }
+    let point = OperatingPoint {
+        load: 0.3,
+        ..strong_rattle()
+    };
+    (s, two_level_mesh(9e-6), point)
+}
+
+/// The default drive with all its forty modes, 5 % load.
+pub fn forty_modes() -> Case {
+    (default_drive(), two_level_mesh(9e-6), strong_rattle())
+}
+
+/// `tests/data/default-drive.modal.toml`.
+fn default_drive() -> ModalStructure {
+    let table: toml::Table = include_str!("../data/default-drive.modal.toml")
+        .parse()
+        .unwrap();
+    let column = |name: &str| -> Vec<f64> {
+        let values = table[name].as_array().unwrap();
+        values.iter().map(|v| v.as_float().unwrap()).collect()
+    };
+    ModalStructure {
+        frequency: column("frequency"),
+        damping: column("damping"),
+        mesh: column("mesh"),
+        mesh_tilt: column("mesh_tilt"),
+        torque: column("torque"),
+        friction: column("friction"),
+        friction_lever: column("friction_lever"),
+        ..structure(&[], 0.0, &[], &[])
+    }
+}
+
+/// Largest difference of two states (length 2N), first and second components each
+/// against their own largest entry in `b`; the larger of the two.
+pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
+    let n = b.len() / 2;
+    let part = |a: &[f64], b: &[f64]| {
+        let scale = b.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let difference = a
+            .iter()
+            .zip(b)
+            .fold(0.0f64, |m, (x, y)| m.max((x - y).abs()));
+        assert!(difference.is_finite(), "a state is not finite");
+        if difference == 0.0 {
+            0.0
+        } else {
+            difference / scale
+        }
+    };
+    assert_eq!(a.len(), b.len());
+    part(&a[..n], &b[..n]).max(part(&a[n..], &b[n..]))
+}
