@@ -284,6 +284,3 @@ fn maximum(series: &[f64; TERMS], mut x: f64) -> f64 {
     }
     best
 }
-
-#[cfg(test)]
-mod tests;

@@ -23,12 +23,6 @@ impl Recurrence {
     /// States kept: a stretch as long as the longest period, and its image.
     const KEPT: usize = 2 * LONGEST_PERIOD + 1;
 
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.states.clear();
-        self.next = 0;
-    }
-
     /// Notes the state at the end of a cycle.
     pub fn push(&mut self, state: &[f64]) {
         if self.states.len() < Self::KEPT {

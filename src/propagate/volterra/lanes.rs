@@ -377,6 +377,3 @@ fn cut_body<const FUSED: bool>(
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
