@@ -8,7 +8,9 @@ use std::fs::{self, File, Permissions};
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use arrow_schema::{Metadata, Schema};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::metadata::KeyValue;
@@ -107,8 +109,6 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
             .set_compression(Compression::ZSTD(ZstdLevel::default()))
             .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))
             .build();
-        let mut writer = ArrowWriter::try_new(sink, table.schema(), Some(properties))
-            .map_err(|source| StoreError::parquet(&path, "write", source))?;
         let own = [
             ("format", FORMAT.to_owned()),
             ("units", serde_json::json!(table.units()).to_string()),
@@ -117,8 +117,18 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
                 serde_json::json!(table.descriptions()).to_string(),
             ),
         ];
-        for (key, value) in own.iter().chain(metadata) {
-            writer.append_key_value_metadata(KeyValue::new((*key).to_owned(), value.clone()));
+        let metadata: Vec<(String, String)> = own
+            .into_iter()
+            .chain(metadata.iter().cloned())
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect();
+        // Twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
+        let schema = Schema::new(table.schema().fields().clone())
+            .with_metadata(metadata.iter().cloned().collect::<Metadata>());
+        let mut writer = ArrowWriter::try_new(sink, Arc::new(schema), Some(properties))
+            .map_err(|source| StoreError::parquet(&path, "write", source))?;
+        for (key, value) in metadata {
+            writer.append_key_value_metadata(KeyValue::new(key, value));
         }
         let buffer = Vec::new();
         Ok(Self {
