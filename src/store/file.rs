@@ -28,6 +28,9 @@ const GROUP_ROWS: usize = 16_384;
 /// List data of a row group \[bytes\], where rows are long.
 const GROUP_BYTES: usize = 16 << 20;
 
+/// How the name of an unfinished file ends.
+const PARTIAL: &str = ".partial";
+
 /// A result table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TableKind {
@@ -238,15 +241,38 @@ pub(super) fn create_folder(folder: &Path) -> Result<(), StoreError> {
     fs::create_dir_all(folder).map_err(|source| StoreError::io(folder, "create", source))
 }
 
-/// A hidden file in `folder`, removed when dropped.
+/// A hidden file in `folder`, removed when dropped and locked while it is written.
 pub(super) fn temporary_file(folder: &Path, prefix: &str) -> Result<NamedTempFile, StoreError> {
-    tempfile::Builder::new()
+    let file = tempfile::Builder::new()
         .prefix(prefix)
-        .suffix(".partial")
+        .suffix(PARTIAL)
         // What the user's umask lets through, as for any other file.
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(folder)
-        .map_err(|source| StoreError::io(folder, "write", source))
+        .map_err(|source| StoreError::io(folder, "write", source))?;
+    // The lock only tells the living from the dead; a file system without locks does too,
+    // by keeping both.
+    _ = file.as_file().lock_shared();
+    Ok(file)
+}
+
+/// Removes unfinished files that a killed process left in `folder`: those that nobody holds
+/// a lock on. What cannot be removed is harmless and stays.
+pub(super) fn remove_stale(folder: &Path) -> Result<(), StoreError> {
+    let entries = fs::read_dir(folder).map_err(|source| StoreError::io(folder, "read", source))?;
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = path
+            .file_name()
+            .and_then(|name| name.to_str())
+            .unwrap_or_default();
+        if !(name.starts_with('.') && name.ends_with(PARTIAL)) {
+            continue;
+        }
+        if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+            _ = fs::remove_file(&path);
+        }
+    }
+    Ok(())
 }
 
 /// Makes a whole file durable and visible under its final name.

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::file::{Row, Shard, TableFile, TableKind, create_folder};
+use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale};
 use super::reorder::Reorder;
 use super::{
     AxisColumn, PoincareRow, PointRow, SpectrumRow, StoreError, poincare_table, points_table,
@@ -80,6 +80,7 @@ impl ResultWriter {
         I::IntoIter: Send + 'static,
     {
         create_folder(folder)?;
+        remove_stale(folder)?;
         let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
         let metadata = [("axes", serde_json::json!(axes).to_string())];
         let shard = layout.shard;

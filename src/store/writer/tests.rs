@@ -342,6 +342,23 @@ fn a_file_has_its_name_only_when_whole() {
 }
 
 #[test]
+fn only_the_dead_are_swept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut alive = ResultWriter::create(folder.path(), &layout(), 0..1).unwrap();
+    fs::write(
+        folder.path().join(".points.parquet.abc.partial"),
+        "of a killed process",
+    )
+    .unwrap();
+    fs::write(folder.path().join("notes.partial"), "of the user").unwrap();
+    drop(ResultWriter::create(folder.path(), &layout(), 0..1).unwrap());
+    assert!(!folder.path().join(".points.parquet.abc.partial").exists());
+    assert!(folder.path().join("notes.partial").exists());
+    alive.push(full(0)).unwrap();
+    assert_eq!(alive.finish().unwrap().points, 1);
+}
+
+#[test]
 fn an_interrupted_run_keeps_what_it_has() {
     let folder = tempfile::tempdir().unwrap();
     let mut writer = ResultWriter::create(folder.path(), &layout(), 0..10).unwrap();
