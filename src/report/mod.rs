@@ -1,1 +1,8 @@
 //! Summaries and figures from result files; knows nothing of how results came to be.
+
+mod heat;
+mod summary;
+mod text;
+
+pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};
+pub use text::{Style, render};

@@ -1,1 +1,30 @@
 //! Result files: the one place where results meet columns.
+//!
+//! A job writes `points.parquet` and, where asked for, `poincare.parquet` and
+//! `spectra.parquet`, then `run.json`. Files appear under their final name only when they
+//! are whole. The shards of a split job lie as `shard-i-of-n.parquet` in a *folder* of
+//! the table's name, which every Parquet reader takes as one data set.
+
+mod clock;
+mod columns;
+mod error;
+mod file;
+mod read;
+mod reorder;
+mod run;
+mod table;
+mod writer;
+
+pub use clock::timestamp;
+pub use columns::{
+    AxisColumn, Placement, PoincareRow, PointRow, SpectrumRow, poincare_table, points_table,
+    spectra_table,
+};
+pub use error::StoreError;
+pub use file::{Shard, TableKind, table_path};
+pub use read::{ResultTable, read_runs};
+pub use run::{
+    MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Totals, write_run,
+};
+pub use table::{Column, Table};
+pub use writer::{ResultLayout, ResultWriter, Written};

@@ -1,0 +1,273 @@
+//! Summaries of folders written by the store: every layout, every gap.
+
+use std::path::Path;
+
+use super::*;
+use crate::analysis::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
+use crate::report::ReportError;
+use crate::store::{
+    AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
+    ResultWriter, RunRecord, StoreError, Totals, write_run,
+};
+use crate::topology::Topology;
+
+fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOutcome {
+    PointOutcome {
+        status,
+        reason: "for a test".into(),
+        class,
+        lyapunov: lambda.map(|lambda| LyapunovOutcome {
+            exponents: vec![lambda],
+            stderr: 0.012,
+            twin: None,
+            twin_agrees: None,
+            method: LyapunovMethod::Tangent,
+        }),
+        nvh: None,
+        spectra: Vec::new(),
+        poincare: Vec::new(),
+        events_per_cycle: None,
+        energy_residual: None,
+        grazing_count: 0,
+        cycles: 1000,
+        measured_cycles: 800,
+    }
+}
+
+/// One point of every kind, over a grid with the given axis lengths.
+fn kind(point_id: u64) -> PointOutcome {
+    let (ok, lambda) = (Status::Ok, point_id as f64 / 10.0);
+    match point_id % 8 {
+        0 => outcome(ok, Some(Class::Locked), Some(-0.5)),
+        1 => outcome(ok, Some(Class::Periodic(1)), Some(-0.1)),
+        2 => outcome(ok, Some(Class::Periodic(12)), Some(-0.05)),
+        3 => outcome(ok, Some(Class::QuasiPeriodic), Some(0.0)),
+        4 => outcome(Status::NotConverged, Some(Class::NotConverged), Some(0.01)),
+        5 => outcome(Status::Diverged, None, None),
+        _ => outcome(ok, Some(Class::Chaotic), Some(lambda)),
+    }
+}
+
+const AXES: [(&str, &str, f64); 3] = [
+    ("load", "1", 0.05),
+    ("speed", "rad/s", 600.0),
+    ("mesh.half_gap", "m", 5e-6),
+];
+
+fn write(folder: &Path, lengths: &[usize], missing: &[u64], outcome: impl Fn(u64) -> PointOutcome) {
+    let axes = AXES[..lengths.len()]
+        .iter()
+        .map(|&(name, unit, _)| AxisColumn {
+            name: name.into(),
+            unit: unit.into(),
+        })
+        .collect();
+    let layout = ResultLayout {
+        axes,
+        ..ResultLayout::default()
+    };
+    let count = lengths.iter().product::<usize>() as u64;
+    let mut writer = ResultWriter::create(folder, &layout, 0..count).unwrap();
+    for point_id in (0..count).filter(|id| !missing.contains(id)) {
+        let mut rest = point_id as usize;
+        let mut axis_values = vec![0.0; lengths.len()];
+        for (index, &length) in lengths.iter().enumerate().rev() {
+            axis_values[index] = AXES[index].2 * (1 + rest % length) as f64;
+            rest /= length;
+        }
+        let outcome = outcome(point_id);
+        let placement = Placement {
+            worker: 0,
+            numa_node: None,
+            wall_time: 0.04,
+        };
+        let kernel = "volterra".to_owned();
+        writer
+            .push(PointRow {
+                point_id,
+                axis_values,
+                outcome,
+                kernel,
+                placement,
+            })
+            .unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+fn record(folder: &Path, state: RunState, points: u64, computed: u64) {
+    let record = RunRecord {
+        job: "demo".into(),
+        state,
+        shard: None,
+        started: "2026-03-01T12:00:00Z".into(),
+        finished: "2026-03-01T12:00:02Z".into(),
+        program: ProgramRecord::current(),
+        machine: MachineRecord::current(&Topology::synthetic("package:1 core:2 pu:1").unwrap()),
+        placement: PlacementRecord {
+            threads_asked: Some(2),
+            threads: 2,
+            asked: "one worker a core".into(),
+            obtained: "as asked".into(),
+        },
+        totals: Totals::new(points, computed, 0, 1000 * computed, 0.5),
+        warnings: vec!["the machine was busy".into()],
+        manifest_hash: "00".into(),
+        manifest: String::new(),
+    };
+    write_run(folder, &record).unwrap();
+}
+
+fn shown(folder: &Path) -> String {
+    let mut summary = Summary::read(folder).unwrap();
+    summary.folder = "results/demo".into();
+    render(&summary, Style::Plain)
+}
+
+#[test]
+fn two_axes_with_every_kind_of_point() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[2, 8], &[], |point_id| {
+        let mut outcome = kind(point_id);
+        if let Some(found) = &mut outcome.lyapunov {
+            found.twin = Some(0.5);
+            found.twin_agrees = Some(point_id != 14);
+        }
+        outcome.energy_residual = Some(1e-13 * (1 + point_id) as f64);
+        outcome
+    });
+    record(folder.path(), RunState::Complete, 16, 16);
+    insta::assert_snapshot!(shown(folder.path()));
+}
+
+#[test]
+fn one_axis_interrupted() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[10], &[3, 4], |_| {
+        outcome(Status::Ok, Some(Class::Chaotic), Some(0.8))
+    });
+    record(folder.path(), RunState::Interrupted, 10, 8);
+    insta::assert_snapshot!(shown(folder.path()));
+}
+
+#[test]
+fn three_axes_show_the_first_slice() {
+    let folder = tempfile::tempdir().unwrap();
+    // Chaotic in the first slice of the third axis only.
+    write(folder.path(), &[2, 3, 4], &[], |point_id| {
+        match point_id % 4 {
+            0 => outcome(Status::Ok, Some(Class::Chaotic), Some(1.0)),
+            _ => outcome(Status::Ok, Some(Class::Locked), Some(-1.0)),
+        }
+    });
+    let text = shown(folder.path());
+    assert!(
+        text.contains("first of 4 slices: mesh.half_gap [m] = 5e-6"),
+        "{text}"
+    );
+    let rows = text
+        .lines()
+        .filter(|line| line.ends_with("     @     @     @|"));
+    assert_eq!(rows.count(), 2, "{text}");
+    assert!(text.contains("no run.json"), "{text}");
+}
+
+#[test]
+fn without_analyses_it_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[2, 2], &[], |_| {
+        outcome(Status::Ok, None, None)
+    });
+    let text = shown(folder.path());
+    assert!(
+        text.contains("no Lyapunov exponents in these results"),
+        "{text}"
+    );
+    assert!(text.contains(". not classified"), "{text}");
+    assert!(!text.contains("energy") && !text.contains("twin"), "{text}");
+}
+
+#[test]
+fn a_wide_grid_is_binned_and_keeps_its_liveliest_point() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[1, 1000], &[], |point_id| match point_id {
+        501 => outcome(Status::Ok, Some(Class::Chaotic), Some(0.9)),
+        _ => outcome(Status::Ok, Some(Class::Periodic(2)), Some(-0.1)),
+    });
+    let text = shown(folder.path());
+    assert!(text.contains("up to 16 points"), "{text}");
+    let row = text.lines().find(|line| line.contains('|')).unwrap();
+    let marks = row.split('|').nth(1).unwrap();
+    assert_eq!(marks.chars().position(|mark| mark == '@'), Some(501 / 16));
+    assert_eq!(marks.matches('2').count(), 1000_usize.div_ceil(16) - 1);
+    assert!(text.lines().all(|line| line.chars().count() < 90), "{text}");
+}
+
+#[test]
+fn colours_only_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[2, 8], &[], kind);
+    let summary = Summary::read(folder.path()).unwrap();
+    assert!(!render(&summary, Style::Plain).contains('\x1b'));
+    let colour = render(&summary, Style::Colour);
+    assert_eq!(
+        colour.matches("\x1b[48;5;").count(),
+        colour.matches("m \x1b[0m").count() + 4
+    );
+}
+
+#[test]
+fn no_point_and_no_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = |path: &Path| Summary::read(path).err().unwrap();
+    for path in [folder.path().to_path_buf(), folder.path().join("nowhere")] {
+        let error = missing(&path);
+        assert!(
+            matches!(error, ReportError::Store(StoreError::Missing { .. })),
+            "{error:?}"
+        );
+        assert!(error.to_string().contains("atlas run"), "{error}");
+    }
+    write(folder.path(), &[2, 2], &[0, 1, 2, 3], kind);
+    assert!(shown(folder.path()).contains("no point was computed"));
+}
+
+#[test]
+fn numbers_have_four_digits() {
+    for (value, text) in [
+        (0.0, "0"),
+        (1200.0, "1200"),
+        (0.05, "0.05"),
+        (1.0 / 3.0, "0.3333"),
+        (-0.00123456, "-0.001235"),
+        (5e-6, "5e-6"),
+        (123_456.7, "123457"),
+        (2.5e9, "2.5e9"),
+        (100.0, "100"),
+    ] {
+        assert_eq!(number(value), text);
+    }
+}
+
+#[test]
+fn an_exponent_shows_two_digits_of_its_error() {
+    let point = |lambda, stderr| PointSummary {
+        point_id: 0,
+        axis_values: Vec::new(),
+        status: "ok".into(),
+        reason: String::new(),
+        class: None,
+        period: None,
+        lambda,
+        stderr,
+        twin: None,
+        twin_agrees: None,
+    };
+    assert_eq!(
+        exponent(&point(Some(0.86123), Some(0.0123))),
+        "λ = 0.861 ± 0.012"
+    );
+    assert_eq!(exponent(&point(Some(9.8), Some(2.34))), "λ = 9.8 ± 2.3");
+    assert_eq!(exponent(&point(Some(0.5), Some(0.0))), "λ = 0.5");
+    assert_eq!(exponent(&point(None, None)), "λ unknown");
+}

@@ -1,0 +1,430 @@
+//! The columns of every result table: names, units, descriptions and where each value
+//! comes from.
+
+use super::StoreError;
+use super::table::{Column, Table, Value};
+use crate::analysis::{
+    Class, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, SpectrumLine,
+};
+
+/// One axis of the grid as a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AxisColumn {
+    /// `load`, `speed`, or the dotted manifest key.
+    pub name: String,
+    /// SI unit, `1` when dimensionless.
+    pub unit: String,
+}
+
+/// Where and for how long a point was computed. These columns differ from run to run;
+/// all others depend on the manifest alone.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Placement {
+    /// Worker that computed the point, from 0.
+    pub worker: u32,
+    /// NUMA node it ran on, where the machine tells.
+    pub numa_node: Option<u32>,
+    /// Wall time \[s\].
+    pub wall_time: f64,
+}
+
+/// A row of `points.parquet`, with what the point adds to the other tables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointRow {
+    /// Row-major index into the grid.
+    pub point_id: u64,
+    /// Value of each axis, in the order of the axis columns.
+    pub axis_values: Vec<f64>,
+    /// What was found.
+    pub outcome: PointOutcome,
+    /// Name of the kernel that marched it.
+    pub kernel: String,
+    /// Where and for how long.
+    pub placement: Placement,
+}
+
+/// A row of `poincare.parquet`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoincareRow {
+    /// The point.
+    pub point_id: u64,
+    /// Its sample.
+    pub sample: PoincareSample,
+}
+
+/// A row of `spectra.parquet`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectrumRow {
+    /// The point.
+    pub point_id: u64,
+    /// `deflection` or `force`.
+    pub signal: &'static str,
+    /// The line.
+    pub line: SpectrumLine,
+}
+
+/// Columns of `points.parquet`.
+///
+/// # Errors
+/// An axis that has the name of another column.
+pub fn points_table(axes: &[AxisColumn]) -> Result<Table<PointRow>, StoreError> {
+    let mut columns = vec![Column::new(
+        "point_id",
+        "1",
+        "Row-major index into the grid",
+        Value::U64(Box::new(|row: &PointRow| Some(row.point_id))),
+    )];
+    for (index, axis) in axes.iter().enumerate() {
+        columns.push(Column::new(
+            &axis.name,
+            &axis.unit,
+            &format!("Grid axis {}", axis.name),
+            Value::F64(Box::new(move |row: &PointRow| {
+                row.axis_values.get(index).copied()
+            })),
+        ));
+    }
+    columns.extend(ending_columns());
+    columns.extend(lyapunov_columns());
+    columns.extend(motion_columns());
+    columns.extend(nvh_columns());
+    columns.extend(work_columns());
+    for axis in axes {
+        if columns
+            .iter()
+            .filter(|column| column.name == axis.name)
+            .count()
+            > 1
+        {
+            return Err(StoreError::AxisNameTaken {
+                name: axis.name.clone(),
+            });
+        }
+    }
+    Ok(Table::new(columns))
+}
+
+fn ending_columns() -> Vec<Column<PointRow>> {
+    vec![
+        Column::new(
+            "status",
+            "",
+            "How the work ended: ok, not_converged, diverged, event_storm, failed",
+            Value::Text(Box::new(|row: &PointRow| Some(row.outcome.status.name()))),
+        ),
+        Column::new(
+            "reason",
+            "",
+            "Why this status and this class",
+            Value::Text(Box::new(|row: &PointRow| Some(row.outcome.reason.as_str()))),
+        ),
+        Column::new(
+            "class",
+            "",
+            "Kind of motion: locked, periodic, quasi_periodic, chaotic, not_converged",
+            Value::Text(Box::new(|row: &PointRow| {
+                row.outcome.class.as_ref().map(Class::name)
+            })),
+        ),
+        Column::new(
+            "period",
+            "mesh cycles",
+            "Period of locked and periodic motion",
+            Value::U32(Box::new(|row: &PointRow| {
+                row.outcome.class.as_ref()?.period()
+            })),
+        ),
+    ]
+}
+
+fn lyapunov_columns() -> Vec<Column<PointRow>> {
+    fn number(
+        name: &str,
+        description: &str,
+        get: fn(&LyapunovOutcome) -> Option<f64>,
+    ) -> Column<PointRow> {
+        let value = move |row: &PointRow| row.outcome.lyapunov.as_ref().and_then(get);
+        Column::new(name, "1/cycle", description, Value::F64(Box::new(value)))
+    }
+    vec![
+        number(
+            "lambda_max",
+            "Largest Lyapunov exponent per mesh cycle",
+            |found| found.exponents.first().copied(),
+        ),
+        number(
+            "lambda_stderr",
+            "Standard error of lambda_max, from block averages",
+            |found| Some(found.stderr),
+        ),
+        number(
+            "lambda_twin",
+            "Largest exponent from a twin trajectory",
+            |found| found.twin,
+        ),
+        Column::new(
+            "twin_agrees",
+            "",
+            "Whether twin and tangent agree within three standard errors of their difference",
+            Value::Bool(Box::new(|row: &PointRow| {
+                row.outcome.lyapunov.as_ref()?.twin_agrees
+            })),
+        ),
+        Column::new(
+            "lambda_method",
+            "",
+            "tangent: mean growth of tangent vectors; multipliers: of the settled orbit",
+            Value::Text(Box::new(|row: &PointRow| {
+                row.outcome
+                    .lyapunov
+                    .as_ref()
+                    .map(|found| found.method.name())
+            })),
+        ),
+        Column::new(
+            "exponents",
+            "1/cycle",
+            "Lyapunov exponents per mesh cycle, largest first",
+            Value::List(Box::new(|row: &PointRow| {
+                row.outcome
+                    .lyapunov
+                    .as_ref()
+                    .map(|found| found.exponents.as_slice())
+            })),
+        ),
+    ]
+}
+
+fn motion_columns() -> Vec<Column<PointRow>> {
+    vec![Column::new(
+        "events_per_cycle",
+        "1/cycle",
+        "Contact-state changes per measured mesh cycle",
+        Value::F64(Box::new(|row: &PointRow| row.outcome.events_per_cycle)),
+    )]
+}
+
+fn nvh_columns() -> Vec<Column<PointRow>> {
+    fn number(
+        name: &str,
+        unit: &str,
+        description: &str,
+        get: fn(&NvhOutcome) -> f64,
+    ) -> Column<PointRow> {
+        let value = move |row: &PointRow| row.outcome.nvh.as_ref().map(get);
+        Column::new(name, unit, description, Value::F64(Box::new(value)))
+    }
+    vec![
+        number(
+            "fraction_drive",
+            "1",
+            "Fraction of time in contact on the drive flank",
+            |found| found.fractions[0],
+        ),
+        number(
+            "fraction_free",
+            "1",
+            "Fraction of time out of contact",
+            |found| found.fractions[1],
+        ),
+        number(
+            "fraction_coast",
+            "1",
+            "Fraction of time in contact on the coast flank",
+            |found| found.fractions[2],
+        ),
+        number(
+            "dte_mean",
+            "m",
+            "Mean dynamic transmission error (mesh deflection)",
+            |found| found.dte_mean,
+        ),
+        number(
+            "dte_rms",
+            "m",
+            "Root mean square of the deflection about its mean",
+            |found| found.dte_rms,
+        ),
+        number(
+            "dte_pp",
+            "m",
+            "Largest minus smallest deflection",
+            |found| found.dte_pp,
+        ),
+        number(
+            "dte_crest",
+            "1",
+            "Largest |deflection - mean| over dte_rms",
+            |found| found.dte_crest,
+        ),
+        number(
+            "dte_kurtosis",
+            "1",
+            "Fourth central moment over squared variance",
+            |found| found.dte_kurtosis,
+        ),
+        Column::new(
+            "harmonics",
+            "m",
+            "Amplitude of the deflection at mesh orders 1, 2, ...",
+            Value::List(Box::new(|row: &PointRow| {
+                row.outcome
+                    .nvh
+                    .as_ref()
+                    .map(|found| found.harmonics.as_slice())
+            })),
+        ),
+        number("force_mean", "N", "Mean mesh force", |found| {
+            found.force_mean
+        }),
+        number(
+            "force_std",
+            "N",
+            "Standard deviation of the mesh force",
+            |found| found.force_std,
+        ),
+        number("force_peak", "N", "Largest |mesh force|", |found| {
+            found.force_peak
+        }),
+        number(
+            "impact_rate",
+            "1/s",
+            "Entries into contact a second",
+            |found| found.impact_rate,
+        ),
+        number(
+            "impact_velocity",
+            "m/s",
+            "Mean |deflection rate| on entry into contact",
+            |found| found.impact_velocity,
+        ),
+    ]
+}
+
+fn work_columns() -> Vec<Column<PointRow>> {
+    fn count(
+        name: &str,
+        unit: &str,
+        description: &str,
+        get: fn(&PointOutcome) -> u64,
+    ) -> Column<PointRow> {
+        let value = move |row: &PointRow| Some(get(&row.outcome));
+        Column::new(name, unit, description, Value::U64(Box::new(value)))
+    }
+    vec![
+        Column::new(
+            "energy_residual",
+            "1",
+            "Energy imbalance over the audited cycles, relative to the energy turned over",
+            Value::F64(Box::new(|row: &PointRow| row.outcome.energy_residual)),
+        ),
+        count(
+            "grazing_count",
+            "1",
+            "Tangencies met over the whole simulation",
+            |outcome| outcome.grazing_count,
+        ),
+        count(
+            "cycles",
+            "mesh cycles",
+            "Mesh cycles marched, transient included",
+            |outcome| outcome.cycles,
+        ),
+        count(
+            "measured_cycles",
+            "mesh cycles",
+            "Mesh cycles measured",
+            |outcome| outcome.measured_cycles,
+        ),
+        Column::new(
+            "kernel",
+            "",
+            "Kernel that marched the point",
+            Value::Text(Box::new(|row: &PointRow| Some(row.kernel.as_str()))),
+        ),
+        Column::new(
+            "wall_time",
+            "s",
+            "Wall time spent on the point (differs from run to run)",
+            Value::F64(Box::new(|row: &PointRow| Some(row.placement.wall_time))),
+        ),
+        Column::new(
+            "worker",
+            "1",
+            "Worker that computed the point (differs from run to run)",
+            Value::U32(Box::new(|row: &PointRow| Some(row.placement.worker))),
+        ),
+        Column::new(
+            "numa_node",
+            "1",
+            "NUMA node it ran on, where the machine tells (differs from run to run)",
+            Value::U32(Box::new(|row: &PointRow| row.placement.numa_node)),
+        ),
+    ]
+}
+
+/// Columns of `poincare.parquet`.
+pub fn poincare_table() -> Table<PoincareRow> {
+    Table::new(vec![
+        Column::new(
+            "point_id",
+            "1",
+            "Row-major index into the grid",
+            Value::U64(Box::new(|row: &PoincareRow| Some(row.point_id))),
+        ),
+        Column::new(
+            "cycle",
+            "mesh cycles",
+            "Mesh cycle, counted from the start of the simulation",
+            Value::U64(Box::new(|row: &PoincareRow| Some(row.sample.cycle))),
+        ),
+        Column::new(
+            "deflection",
+            "m",
+            "Mesh deflection at mesh phase 0",
+            Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.deflection))),
+        ),
+        Column::new(
+            "velocity",
+            "m/s",
+            "Rate of the mesh deflection at mesh phase 0",
+            Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.velocity))),
+        ),
+    ])
+}
+
+/// Columns of `spectra.parquet`.
+pub fn spectra_table() -> Table<SpectrumRow> {
+    Table::new(vec![
+        Column::new(
+            "point_id",
+            "1",
+            "Row-major index into the grid",
+            Value::U64(Box::new(|row: &SpectrumRow| Some(row.point_id))),
+        ),
+        Column::new(
+            "signal",
+            "",
+            "deflection or force",
+            Value::Text(Box::new(|row: &SpectrumRow| Some(row.signal))),
+        ),
+        Column::new(
+            "frequency",
+            "Hz",
+            "Frequency of the line",
+            Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.frequency))),
+        ),
+        Column::new(
+            "order",
+            "1",
+            "Multiple of the mesh frequency",
+            Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.order))),
+        ),
+        Column::new(
+            "amplitude",
+            "m (deflection) or N (force)",
+            "Peak value of an equivalent sine, in the unit of the signal",
+            Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.amplitude))),
+        ),
+    ])
+}

@@ -1,0 +1,185 @@
+//! What can go wrong with a result file, said with the path and what to do about it.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use parquet::errors::ParquetError;
+use thiserror::Error;
+
+/// A result file could not be written or read.
+#[derive(Debug, Error)]
+pub enum StoreError {
+    /// No space left on the device, or the quota is used up.
+    #[error(
+        "the disk that holds `{}` is full: free some space or choose another folder with --out, \
+         then repeat the command", path.display()
+    )]
+    DiskFull {
+        /// The file being written.
+        path: PathBuf,
+    },
+    /// The file system or a resource limit forbids a file this large.
+    #[error(
+        "`{}` outgrew the largest file allowed here: raise `ulimit -f` or choose another file \
+         system with --out, then repeat the command", path.display()
+    )]
+    FileTooLarge {
+        /// The file being written.
+        path: PathBuf,
+    },
+    /// The user may not read or write there.
+    #[error(
+        "no permission to {action} `{}`: check who owns it (`ls -ld`), or choose another folder",
+        path.display()
+    )]
+    PermissionDenied {
+        /// The file or folder.
+        path: PathBuf,
+        /// `read`, `write` or `create`.
+        action: &'static str,
+    },
+    /// The file system is mounted read-only.
+    #[error(
+        "`{}` lies on a read-only file system: choose another folder with --out", path.display()
+    )]
+    ReadOnly {
+        /// The file or folder.
+        path: PathBuf,
+    },
+    /// A part of the path is a file where a folder is needed.
+    #[error(
+        "`{}` cannot be used: a part of this path is a file, not a folder; move that file away or \
+         choose another folder", path.display()
+    )]
+    NotADirectory {
+        /// The folder wanted.
+        path: PathBuf,
+    },
+    /// A folder of shards stands where a single file is to be written, or the reverse.
+    #[error(
+        "`{}` already holds results of {found} run: move them away, or choose another folder \
+         with --out", path.display()
+    )]
+    OtherLayout {
+        /// The file or folder in the way.
+        path: PathBuf,
+        /// `a sharded` or `an unsharded`.
+        found: &'static str,
+    },
+    /// There is nothing at this path.
+    #[error(
+        "no results in `{}`: {} does not exist; give the folder that `atlas run` wrote",
+        folder.display(), missing.display()
+    )]
+    Missing {
+        /// The folder given.
+        folder: PathBuf,
+        /// The file looked for in it.
+        missing: PathBuf,
+    },
+    /// The file is not what it should be.
+    #[error("`{}` is not a result file of this program ({detail}); write it anew with `atlas run`", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        detail: String,
+    },
+    /// Two columns would have one name.
+    #[error("the grid axis `{name}` has the name of a result column")]
+    AxisNameTaken {
+        /// The axis.
+        name: String,
+    },
+    /// A point was handed over twice, or does not belong to this job or shard.
+    #[error("point {point_id} is not expected (handed over twice, or of another shard)")]
+    UnexpectedPoint {
+        /// The point.
+        point_id: u64,
+    },
+    /// The Parquet library refused.
+    #[error("cannot {action} `{}`", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// `read` or `write`.
+        action: &'static str,
+        /// Its own words.
+        source: ParquetError,
+    },
+    /// Any other failure of the operating system.
+    #[error("cannot {action} `{}`", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// `read`, `write` or `create`.
+        action: &'static str,
+        /// The system's own words.
+        source: io::Error,
+    },
+}
+
+impl StoreError {
+    /// Sorts an error of the operating system into the cases a user can act on.
+    pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
+        let path = path.to_path_buf();
+        match source.kind() {
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Self::DiskFull { path },
+            io::ErrorKind::FileTooLarge => Self::FileTooLarge { path },
+            io::ErrorKind::PermissionDenied => Self::PermissionDenied { path, action },
+            io::ErrorKind::ReadOnlyFilesystem => Self::ReadOnly { path },
+            io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
+                Self::NotADirectory { path }
+            }
+            _ => Self::Io {
+                path,
+                action,
+                source,
+            },
+        }
+    }
+
+    /// The same for an error of the Parquet library, which wraps those of the system.
+    pub(crate) fn parquet(path: &Path, action: &'static str, source: ParquetError) -> Self {
+        match source {
+            ParquetError::External(inner) => match inner.downcast::<io::Error>() {
+                Ok(error) => Self::io(path, action, *error),
+                Err(inner) => Self::Parquet {
+                    path: path.to_path_buf(),
+                    action,
+                    source: ParquetError::External(inner),
+                },
+            },
+            source => Self::Parquet {
+                path: path.to_path_buf(),
+                action,
+                source,
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_common_failure_is_one_line_with_path_and_remedy() {
+        let path = Path::new("/data/results/flex80");
+        for (errno, words) in [
+            (28, "is full"),       // ENOSPC
+            (122, "is full"),      // EDQUOT
+            (27, "outgrew"),       // EFBIG
+            (13, "no permission"), // EACCES
+            (30, "read-only"),     // EROFS
+            (20, "not a folder"),  // ENOTDIR
+        ] {
+            let error = ParquetError::from(io::Error::from_raw_os_error(errno));
+            let text = StoreError::parquet(path, "write", error).to_string();
+            assert!(text.contains(words), "errno {errno}: {text}");
+            assert!(text.contains("/data/results/flex80"), "{text}");
+            assert!(text.contains("choose another"), "{text}");
+            assert!(!text.contains('\n'), "{text}");
+        }
+    }
+}

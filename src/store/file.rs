@@ -1,0 +1,366 @@
+//! One Parquet file, from the first row to its final name.
+//!
+//! Rows are buffered up to a row group and then encoded and written, so memory is bounded
+//! by one group. The file lives under a hidden temporary name beside its destination and
+//! is renamed when whole; one that is dropped before leaves nothing behind.
+
+use std::fs::{self, File, Permissions};
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use arrow_schema::{Metadata, Schema};
+use parquet::arrow::ArrowWriter;
+use parquet::basic::{Compression, ZstdLevel};
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use serde::{Deserialize, Serialize};
+use tempfile::{NamedTempFile, TempPath};
+
+use super::StoreError;
+use super::table::Table;
+
+/// Version of the column layout, stored as metadata `format`.
+pub(super) const FORMAT: &str = "atlas-results-1";
+/// Rows of a row group. Groups follow from the rows alone, never from timing.
+const GROUP_ROWS: usize = 16_384;
+/// List data of a row group \[bytes\], where rows are long.
+const GROUP_BYTES: usize = 16 << 20;
+
+/// How the name of an unfinished file ends.
+const PARTIAL: &str = ".partial";
+
+/// A result table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableKind {
+    /// One row an operating point.
+    Points,
+    /// One row a strobe sample.
+    Poincare,
+    /// One row a line of a spectrum.
+    Spectra,
+}
+
+impl TableKind {
+    /// Name of the file, or of the folder of shards.
+    pub fn file_name(self) -> &'static str {
+        match self {
+            Self::Points => "points.parquet",
+            Self::Poincare => "poincare.parquet",
+            Self::Spectra => "spectra.parquet",
+        }
+    }
+}
+
+/// One part of a split job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// From 1.
+    pub index: u32,
+    /// Number of shards.
+    pub count: u32,
+}
+
+impl Shard {
+    /// `shard-01-of-12`: sorts by index.
+    pub fn stem(&self) -> String {
+        let width = self.count.to_string().len();
+        format!("shard-{:0width$}-of-{}", self.index, self.count)
+    }
+}
+
+/// Where a table lies in a results folder: `DIR/points.parquet`, or
+/// `DIR/points.parquet/shard-i-of-n.parquet`.
+pub fn table_path(folder: &Path, kind: TableKind, shard: Option<Shard>) -> PathBuf {
+    let table = folder.join(kind.file_name());
+    match shard {
+        None => table,
+        Some(shard) => table.join(format!("{}.parquet", shard.stem())),
+    }
+}
+
+/// A row that says how much list data it holds.
+pub(super) trait Row {
+    /// Bytes beyond the fixed columns.
+    fn list_bytes(&self) -> usize {
+        0
+    }
+}
+
+/// Encodes rows into any sink, a row group at a time.
+pub(super) struct TableWriter<R, W: Write + Send> {
+    table: Table<R>,
+    path: PathBuf,
+    writer: ArrowWriter<W>,
+    buffer: Vec<R>,
+    buffered_bytes: usize,
+    rows: u64,
+    largest_buffer: usize,
+}
+
+impl<R: Row, W: Write + Send> TableWriter<R, W> {
+    /// Starts a file; `path` is what errors name, `metadata` is stored beside units and
+    /// descriptions.
+    pub(super) fn new(
+        sink: W,
+        path: PathBuf,
+        table: Table<R>,
+        metadata: &[(&str, String)],
+    ) -> Result<Self, StoreError> {
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))
+            .build();
+        let own = [
+            ("format", FORMAT.to_owned()),
+            ("units", serde_json::json!(table.units()).to_string()),
+            (
+                "descriptions",
+                serde_json::json!(table.descriptions()).to_string(),
+            ),
+        ];
+        let metadata: Vec<(String, String)> = own
+            .into_iter()
+            .chain(metadata.iter().cloned())
+            .map(|(key, value)| (key.to_owned(), value))
+            .collect();
+        // Twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
+        let schema = Schema::new(table.schema().fields().clone())
+            .with_metadata(metadata.iter().cloned().collect::<Metadata>());
+        let mut writer = ArrowWriter::try_new(sink, Arc::new(schema), Some(properties))
+            .map_err(|source| StoreError::parquet(&path, "write", source))?;
+        for (key, value) in metadata {
+            writer.append_key_value_metadata(KeyValue::new(key, value));
+        }
+        let buffer = Vec::new();
+        Ok(Self {
+            table,
+            path,
+            writer,
+            buffer,
+            buffered_bytes: 0,
+            rows: 0,
+            largest_buffer: 0,
+        })
+    }
+
+    pub(super) fn table(&self) -> &Table<R> {
+        &self.table
+    }
+
+    /// Adds a row; writes a row group when one is full.
+    pub(super) fn push(&mut self, row: R) -> Result<(), StoreError> {
+        self.buffered_bytes += row.list_bytes();
+        self.buffer.push(row);
+        self.rows += 1;
+        self.largest_buffer = self.largest_buffer.max(self.buffer.len());
+        if self.buffer.len() >= GROUP_ROWS || self.buffered_bytes >= GROUP_BYTES {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), StoreError> {
+        if self.buffer.is_empty() {
+            return Ok(());
+        }
+        self.table
+            .batch(&self.buffer)
+            .map_err(Into::into)
+            .and_then(|batch| self.writer.write(&batch))
+            .and_then(|()| self.writer.flush())
+            .map_err(|source| StoreError::parquet(&self.path, "write", source))?;
+        self.buffer.clear();
+        self.buffered_bytes = 0;
+        Ok(())
+    }
+
+    /// Writes what is left and the footer; returns the number of rows. Nothing may be
+    /// pushed afterwards.
+    fn finish(&mut self) -> Result<u64, StoreError> {
+        self.flush()?;
+        let refused = |source| StoreError::parquet(&self.path, "write", source);
+        self.writer.finish().map_err(refused)?;
+        // `ArrowWriter` buffers; its `into_inner` would turn an error of the system to text.
+        self.writer
+            .sync()
+            .map_err(|source| StoreError::io(&self.path, "write", source))?;
+        Ok(self.rows)
+    }
+}
+
+/// A table on its way to its final name.
+pub(super) struct TableFile<R> {
+    writer: TableWriter<R, File>,
+    temporary: TempPath,
+}
+
+impl<R: Row> TableFile<R> {
+    /// Starts the table's file in a results folder that exists.
+    pub(super) fn create(
+        folder: &Path,
+        kind: TableKind,
+        shard: Option<Shard>,
+        table: Table<R>,
+        metadata: &[(&str, String)],
+    ) -> Result<Self, StoreError> {
+        let path = table_path(folder, kind, shard);
+        check_layout(folder, kind, shard)?;
+        // In the results folder even for a shard: a stray file inside the folder of shards
+        // would keep polars from reading it.
+        let stem = shard.map_or_else(String::new, |shard| format!("{}.", shard.stem()));
+        let (file, temporary) =
+            temporary_file(folder, &format!(".{}.{stem}", kind.file_name()))?.into_parts();
+        let writer = TableWriter::new(file, path, table, metadata)?;
+        Ok(Self { writer, temporary })
+    }
+
+    pub(super) fn table(&self) -> &Table<R> {
+        self.writer.table()
+    }
+
+    pub(super) fn push(&mut self, row: R) -> Result<(), StoreError> {
+        self.writer.push(row)
+    }
+
+    /// Completes the file and gives it its final name; returns the number of rows.
+    pub(super) fn finish(mut self) -> Result<u64, StoreError> {
+        let rows = self.writer.finish()?;
+        let path = &self.writer.path;
+        if let Some(parent) = path.parent() {
+            create_folder(parent)?;
+        }
+        publish(self.writer.writer.inner(), self.temporary, path)?;
+        Ok(rows)
+    }
+}
+
+/// Creates a folder and its parents.
+pub(super) fn create_folder(folder: &Path) -> Result<(), StoreError> {
+    fs::create_dir_all(folder).map_err(|source| StoreError::io(folder, "create", source))
+}
+
+/// A hidden file in `folder`, removed when dropped and locked while it is written.
+pub(super) fn temporary_file(folder: &Path, prefix: &str) -> Result<NamedTempFile, StoreError> {
+    let file = tempfile::Builder::new()
+        .prefix(prefix)
+        .suffix(PARTIAL)
+        // What the user's umask lets through, as for any other file.
+        .permissions(Permissions::from_mode(0o666))
+        .tempfile_in(folder)
+        .map_err(|source| StoreError::io(folder, "write", source))?;
+    // The lock only tells the living from the dead; a file system without locks does too,
+    // by keeping both.
+    _ = file.as_file().lock_shared();
+    Ok(file)
+}
+
+/// Removes unfinished files that a killed process left in `folder`: those that nobody holds
+/// a lock on. What cannot be removed is harmless and stays.
+pub(super) fn remove_stale(folder: &Path) -> Result<(), StoreError> {
+    let entries = fs::read_dir(folder).map_err(|source| StoreError::io(folder, "read", source))?;
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = path
+            .file_name()
+            .and_then(|name| name.to_str())
+            .unwrap_or_default();
+        if !(name.starts_with('.') && name.ends_with(PARTIAL)) {
+            continue;
+        }
+        if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+            _ = fs::remove_file(&path);
+        }
+    }
+    Ok(())
+}
+
+/// Makes a whole file durable and visible under its final name.
+pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> Result<(), StoreError> {
+    file.sync_all()
+        .map_err(|source| StoreError::io(path, "write", source))?;
+    temporary
+        .persist(path)
+        .map_err(|refused| StoreError::io(path, "write", refused.error))
+}
+
+/// A single file and a folder of shards of the same name exclude each other; better said
+/// before the work than after it.
+fn check_layout(folder: &Path, kind: TableKind, shard: Option<Shard>) -> Result<(), StoreError> {
+    let path = folder.join(kind.file_name());
+    let found = match (shard, path.metadata()) {
+        (None, Ok(metadata)) if metadata.is_dir() => "a sharded",
+        (Some(_), Ok(metadata)) if !metadata.is_dir() => "an unsharded",
+        _ => return Ok(()),
+    };
+    Err(StoreError::OtherLayout { path, found })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::PoincareSample;
+    use crate::store::{PoincareRow, poincare_table};
+    use std::fs::OpenOptions;
+    use std::io;
+
+    fn row(point_id: u64) -> PoincareRow {
+        let sample = PoincareSample {
+            cycle: point_id,
+            deflection: 1e-6,
+            velocity: 2e-3,
+        };
+        PoincareRow { point_id, sample }
+    }
+
+    #[test]
+    fn a_full_disk_is_said_in_one_line() {
+        let sink = OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let path = PathBuf::from("results/flex80/poincare.parquet");
+        let mut writer = TableWriter::new(sink, path, poincare_table(), &[]).unwrap();
+        writer.push(row(0)).unwrap();
+        let error = writer.finish().err().unwrap();
+        assert!(matches!(error, StoreError::DiskFull { .. }), "{error:?}");
+        assert!(
+            error
+                .to_string()
+                .contains("results/flex80/poincare.parquet` is full")
+        );
+    }
+
+    #[test]
+    fn memory_is_bounded_by_one_row_group() {
+        let path = PathBuf::from("poincare.parquet");
+        let mut writer = TableWriter::new(io::sink(), path, poincare_table(), &[]).unwrap();
+        let count = 10 * GROUP_ROWS as u64 + 1;
+        let mut largest = 0;
+        for point_id in 0..count {
+            writer.push(row(point_id)).unwrap();
+            largest = largest.max(writer.writer.memory_size());
+        }
+        assert_eq!(writer.largest_buffer, GROUP_ROWS);
+        assert_eq!(largest, 0, "the encoder keeps nothing between row groups");
+        assert_eq!(writer.writer.flushed_row_groups().len(), 10);
+        assert_eq!(writer.finish().unwrap(), count);
+    }
+
+    #[test]
+    fn shards_sort_by_index() {
+        assert_eq!(
+            Shard {
+                index: 3,
+                count: 12
+            }
+            .stem(),
+            "shard-03-of-12"
+        );
+        assert_eq!(
+            table_path(
+                Path::new("r"),
+                TableKind::Points,
+                Some(Shard { index: 1, count: 2 })
+            ),
+            Path::new("r/points.parquet/shard-1-of-2.parquet")
+        );
+    }
+}

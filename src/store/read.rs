@@ -1,0 +1,256 @@
+//! Reads a results folder back: tables by column, and the run records.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
+use arrow_array::{Array, RecordBatch};
+use arrow_schema::DataType;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+
+use super::file::{FORMAT, TableKind};
+use super::{RunRecord, StoreError};
+
+/// A table in memory: one file, or all shards in the order of their names.
+#[derive(Debug, Clone)]
+pub struct ResultTable {
+    path: PathBuf,
+    batches: Vec<RecordBatch>,
+    metadata: BTreeMap<String, String>,
+    /// Positions of the rows, in ascending `point_id`.
+    order: Vec<usize>,
+}
+
+impl ResultTable {
+    /// Reads a table of a results folder.
+    ///
+    /// # Errors
+    /// The folder or the table does not exist, cannot be read, or is not of this program.
+    pub fn read(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
+        let path = folder.join(kind.file_name());
+        let mut table = Self {
+            path: path.clone(),
+            batches: Vec::new(),
+            metadata: BTreeMap::new(),
+            order: Vec::new(),
+        };
+        for file in parts(folder, &path)? {
+            table.append(&file)?;
+        }
+        let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
+        table.order = (0..rows).collect();
+        let ids = table.u64("point_id")?;
+        table.order.sort_by_key(|&row| ids[row]);
+        Ok(table)
+    }
+
+    fn append(&mut self, path: &Path) -> Result<(), StoreError> {
+        let refused = |source| StoreError::parquet(path, "read", source);
+        let foreign = |detail: String| StoreError::Foreign {
+            path: path.to_path_buf(),
+            detail,
+        };
+        let file = File::open(path).map_err(|source| StoreError::io(path, "read", source))?;
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(refused)?;
+        let metadata: BTreeMap<String, String> = builder
+            .metadata()
+            .file_metadata()
+            .key_value_metadata()
+            .into_iter()
+            .flatten()
+            .filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?)))
+            .collect();
+        match metadata.get("format").map(String::as_str) {
+            Some(FORMAT) => {}
+            Some(other) => return Err(foreign(format!("format `{other}`, not `{FORMAT}`"))),
+            None => return Err(foreign("it names no format".into())),
+        }
+        if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
+            return Err(foreign(
+                "its columns differ from those of the other shards".into(),
+            ));
+        }
+        self.metadata = metadata;
+        for batch in builder.build().map_err(refused)? {
+            self.batches
+                .push(batch.map_err(|error| refused(error.into()))?);
+        }
+        Ok(())
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Names of the grid's axes, slowest first.
+    ///
+    /// # Errors
+    /// The file does not say.
+    pub fn axes(&self) -> Result<Vec<String>, StoreError> {
+        self.json("axes")
+    }
+
+    /// SI unit of every column, by name.
+    ///
+    /// # Errors
+    /// The file does not say.
+    pub fn units(&self) -> Result<BTreeMap<String, String>, StoreError> {
+        self.json("units")
+    }
+
+    fn json<T: serde::de::DeserializeOwned>(&self, key: &str) -> Result<T, StoreError> {
+        self.metadata
+            .get(key)
+            .and_then(|text| serde_json::from_str(text).ok())
+            .ok_or_else(|| self.foreign(format!("no `{key}` in its metadata")))
+    }
+
+    /// A column of whole numbers, in ascending `point_id`.
+    ///
+    /// # Errors
+    /// No such column, or of another type.
+    pub fn u64(&self, name: &str) -> Result<Vec<Option<u64>>, StoreError> {
+        self.column(name, |array| match array.data_type() {
+            DataType::UInt64 => Some(array.as_primitive::<UInt64Type>().iter().collect()),
+            DataType::UInt32 => {
+                let values = array.as_primitive::<UInt32Type>().iter();
+                Some(values.map(|value| value.map(u64::from)).collect())
+            }
+            _ => None,
+        })
+    }
+
+    /// A column of numbers, in ascending `point_id`.
+    ///
+    /// # Errors
+    /// No such column, or of another type.
+    pub fn f64(&self, name: &str) -> Result<Vec<Option<f64>>, StoreError> {
+        self.column(name, |array| {
+            Some(array.as_primitive_opt::<Float64Type>()?.iter().collect())
+        })
+    }
+
+    /// A column of truth values, in ascending `point_id`.
+    ///
+    /// # Errors
+    /// No such column, or of another type.
+    pub fn bool(&self, name: &str) -> Result<Vec<Option<bool>>, StoreError> {
+        self.column(name, |array| Some(array.as_boolean_opt()?.iter().collect()))
+    }
+
+    /// A column of text, in ascending `point_id`.
+    ///
+    /// # Errors
+    /// No such column, or of another type.
+    pub fn text(&self, name: &str) -> Result<Vec<Option<String>>, StoreError> {
+        self.column(name, |array| {
+            let values = array.as_string_opt::<i32>()?.iter();
+            Some(values.map(|value| value.map(str::to_owned)).collect())
+        })
+    }
+
+    /// A column of lists of numbers, in ascending `point_id`.
+    ///
+    /// # Errors
+    /// No such column, or of another type.
+    pub fn lists(&self, name: &str) -> Result<Vec<Option<Vec<Option<f64>>>>, StoreError> {
+        self.column(name, |array| {
+            let lists = array.as_list_opt::<i32>()?;
+            lists
+                .iter()
+                .map(|list| match list {
+                    None => Some(None),
+                    Some(list) => Some(Some(
+                        list.as_primitive_opt::<Float64Type>()?.iter().collect(),
+                    )),
+                })
+                .collect()
+        })
+    }
+
+    fn column<T>(
+        &self,
+        name: &str,
+        extract: impl Fn(&dyn Array) -> Option<Vec<Option<T>>>,
+    ) -> Result<Vec<Option<T>>, StoreError> {
+        let mut values = Vec::with_capacity(self.order.len());
+        for batch in &self.batches {
+            let array = batch
+                .column_by_name(name)
+                .ok_or_else(|| self.foreign(format!("it has no column `{name}`")))?;
+            values.extend(extract(array).ok_or_else(|| {
+                self.foreign(format!("column `{name}` is of type {}", array.data_type()))
+            })?);
+        }
+        Ok(self.order.iter().map(|&row| values[row].take()).collect())
+    }
+
+    fn foreign(&self, detail: String) -> StoreError {
+        StoreError::Foreign {
+            path: self.path.clone(),
+            detail,
+        }
+    }
+}
+
+/// The run records of a results folder: `run.json`, or one a shard.
+///
+/// # Errors
+/// The folder cannot be listed, or a record cannot be read or is not of this program. A
+/// folder without a record gives an empty list.
+pub fn read_runs(folder: &Path) -> Result<Vec<RunRecord>, StoreError> {
+    let is_record = |name: &str| {
+        name == "run.json" || (name.starts_with("run.shard-") && name.ends_with(".json"))
+    };
+    let mut records = Vec::new();
+    for path in listed(folder, is_record)? {
+        let text =
+            fs::read_to_string(&path).map_err(|source| StoreError::io(&path, "read", source))?;
+        records.push(
+            serde_json::from_str(&text).map_err(|error| StoreError::Foreign {
+                path: path.clone(),
+                detail: error.to_string(),
+            })?,
+        );
+    }
+    Ok(records)
+}
+
+/// The files that make up a table.
+fn parts(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let missing = || StoreError::Missing {
+        folder: folder.to_path_buf(),
+        missing: path.to_path_buf(),
+    };
+    match path.metadata() {
+        Ok(metadata) if metadata.is_dir() => {
+            let parts = listed(path, |name| name.ends_with(".parquet"))?;
+            if parts.is_empty() {
+                Err(missing())
+            } else {
+                Ok(parts)
+            }
+        }
+        Ok(_) => Ok(vec![path.to_path_buf()]),
+        Err(error) if error.kind() == ErrorKind::NotFound => Err(missing()),
+        Err(source) => Err(StoreError::io(path, "read", source)),
+    }
+}
+
+/// Files of a folder whose name is wanted, sorted.
+fn listed(folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<Vec<PathBuf>, StoreError> {
+    let refused = |source| StoreError::io(folder, "read", source);
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder).map_err(refused)? {
+        let entry = entry.map_err(refused)?;
+        if entry.file_name().to_str().is_some_and(&wanted) {
+            paths.push(entry.path());
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}

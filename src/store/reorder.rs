@@ -1,0 +1,95 @@
+//! Items that arrive in any order leave in the order expected: what makes result files
+//! independent of the number of threads.
+
+use std::collections::BTreeMap;
+
+use super::StoreError;
+
+/// Holds back items until all that come before them have left.
+pub(super) struct Reorder<T> {
+    expected: Box<dyn Iterator<Item = u64> + Send>,
+    next: Option<u64>,
+    waiting: BTreeMap<u64, T>,
+}
+
+impl<T> Reorder<T> {
+    /// `expected`: the ids, strictly ascending.
+    pub(super) fn new(expected: impl Iterator<Item = u64> + Send + 'static) -> Self {
+        let mut expected: Box<dyn Iterator<Item = u64> + Send> = Box::new(expected);
+        let next = expected.next();
+        Self {
+            expected,
+            next,
+            waiting: BTreeMap::new(),
+        }
+    }
+
+    /// Takes an item in.
+    pub(super) fn insert(&mut self, id: u64, item: T) -> Result<(), StoreError> {
+        let passed = self.next.is_none_or(|next| id < next);
+        if passed || self.waiting.contains_key(&id) {
+            return Err(StoreError::UnexpectedPoint { point_id: id });
+        }
+        self.waiting.insert(id, item);
+        Ok(())
+    }
+
+    /// The next item, if it has arrived.
+    pub(super) fn pop(&mut self) -> Option<T> {
+        let item = self.waiting.remove(&self.next?)?;
+        self.next = self.expected.next();
+        Some(item)
+    }
+
+    /// Items that wait for an earlier one.
+    pub(super) fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// Gives up on the next item; false when there is none.
+    pub(super) fn skip(&mut self) -> bool {
+        let skipped = self.next.is_some();
+        self.next = self.expected.next();
+        skipped
+    }
+
+    /// An item that nothing expects, once every expected id has passed.
+    pub(super) fn leftover(&self) -> Option<u64> {
+        self.waiting.keys().next().copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn any_order_in_one_order_out(order in Just((0..40_u64).collect::<Vec<_>>()).prop_shuffle()) {
+            let mut reorder = Reorder::new((0..40).map(|id| 3 * id + 1));
+            let mut left = Vec::new();
+            for id in order {
+                reorder.insert(3 * id + 1, id).unwrap();
+                while let Some(id) = reorder.pop() {
+                    left.push(id);
+                }
+            }
+            prop_assert_eq!(left, (0..40).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn strangers_and_duplicates_are_refused() {
+        let mut reorder = Reorder::new([2, 4, 6].into_iter());
+        assert!(reorder.insert(0, ()).is_err(), "before the first");
+        reorder.insert(4, ()).unwrap();
+        assert!(reorder.insert(4, ()).is_err(), "waiting already");
+        reorder.insert(2, ()).unwrap();
+        assert!(reorder.pop().is_some() && reorder.pop().is_some() && reorder.pop().is_none());
+        assert!(reorder.insert(4, ()).is_err(), "gone already");
+        reorder.insert(7, ()).unwrap();
+        assert!(reorder.skip() && !reorder.skip());
+        assert_eq!(reorder.leftover(), Some(7), "never expected");
+    }
+}

@@ -1,0 +1,264 @@
+//! `run.json`: what was run, by which program, on which machine, and how it ended.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::StoreError;
+use super::file::{Shard, create_folder, publish, temporary_file};
+use crate::topology::{Machine, Topology};
+
+/// Everything about a run that is not a result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// Name of the job.
+    pub job: String,
+    /// Whether every point was computed.
+    pub state: RunState,
+    /// Which part of a split job this is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The program that ran it.
+    pub program: ProgramRecord,
+    /// The machine it ran on.
+    pub machine: MachineRecord,
+    /// Threads and where they ran.
+    pub placement: PlacementRecord,
+    /// Counts and times over all points.
+    pub totals: Totals,
+    /// What the user should know, one sentence each.
+    pub warnings: Vec<String>,
+    /// Hash over what matters to physics, hexadecimal.
+    pub manifest_hash: String,
+    /// The manifest as the user wrote it.
+    pub manifest: String,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunState {
+    /// Every point was computed.
+    Complete,
+    /// Points are missing.
+    Interrupted,
+}
+
+/// The program that ran a job.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProgramRecord {
+    /// `atlas`.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// The commit it was built from, with `-dirty` where the sources differ from it;
+    /// absent when built outside a git checkout.
+    pub commit: Option<String>,
+}
+
+impl ProgramRecord {
+    /// This program.
+    pub fn current() -> Self {
+        Self {
+            name: env!("CARGO_PKG_NAME").into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: option_env!("ATLAS_COMMIT").map(str::to_owned),
+        }
+    }
+}
+
+/// The machine a job ran on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MachineRecord {
+    /// Processor, as it names itself.
+    pub cpu: String,
+    /// Processor packages.
+    pub packages: usize,
+    /// Cores this process may use.
+    pub cores: usize,
+    /// Hardware threads this process may use.
+    pub threads: usize,
+    /// NUMA nodes.
+    pub numa_nodes: usize,
+    /// Memory \[bytes\]; 0 when the system does not tell.
+    pub memory: u64,
+    /// Instruction sets that kernels can use, widest last.
+    pub isa: Vec<String>,
+    /// Operating system and architecture.
+    pub system: String,
+}
+
+impl MachineRecord {
+    /// This machine.
+    pub fn current(topology: &Topology) -> Self {
+        let machine = Machine::current();
+        Self {
+            cpu: machine.cpu,
+            packages: topology.packages,
+            cores: topology.cores.len(),
+            threads: topology.threads(),
+            numa_nodes: topology.numa_nodes.len(),
+            memory: machine.memory,
+            isa: machine.isa.into_iter().map(str::to_owned).collect(),
+            system: machine.system,
+        }
+    }
+}
+
+/// Threads asked for and obtained, and where they ran.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlacementRecord {
+    /// Threads asked for; absent when left to the program.
+    pub threads_asked: Option<u32>,
+    /// Threads used.
+    pub threads: u32,
+    /// Placement asked for, in words.
+    pub asked: String,
+    /// Placement obtained, in words.
+    pub obtained: String,
+}
+
+/// Counts and times over all points of a run.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Totals {
+    /// Points of the grid (of the shard).
+    pub points: u64,
+    /// Points computed with status ok.
+    pub ok: u64,
+    /// Points computed with any other status.
+    pub failed: u64,
+    /// Points not computed (an interrupted run).
+    pub missing: u64,
+    /// Mesh cycles marched.
+    pub cycles: u64,
+    /// Wall time of the run \[s\].
+    pub wall_time: f64,
+    /// Mesh cycles marched a second of wall time.
+    pub cycles_per_second: f64,
+    /// Wall time per marched cycle, over all threads \[s\].
+    pub wall_time_per_cycle: f64,
+}
+
+impl Totals {
+    /// Totals with the rates that follow from cycles and wall time (0 where nothing was
+    /// marched).
+    pub fn new(points: u64, ok: u64, failed: u64, cycles: u64, wall_time: f64) -> Self {
+        let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
+        Self {
+            points,
+            ok,
+            failed,
+            missing: points.saturating_sub(ok + failed),
+            cycles,
+            wall_time,
+            cycles_per_second: ratio(cycles as f64, wall_time),
+            wall_time_per_cycle: ratio(wall_time, cycles as f64),
+        }
+    }
+}
+
+/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
+    create_folder(folder)?;
+    let name = record.shard.map_or_else(
+        || "run.json".into(),
+        |shard| format!("run.{}.json", shard.stem()),
+    );
+    let path = folder.join(name);
+    let mut text = serde_json::to_string_pretty(record)
+        .map_err(|error| StoreError::io(&path, "write", error.into()))?;
+    text.push('\n');
+    let mut temporary = temporary_file(folder, ".run.")?;
+    temporary
+        .write_all(text.as_bytes())
+        .map_err(|source| StoreError::io(&path, "write", source))?;
+    let (file, temporary) = temporary.into_parts();
+    publish(&file, temporary, &path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::read_runs;
+
+    fn record(shard: Option<Shard>) -> RunRecord {
+        RunRecord {
+            job: "flex80".into(),
+            state: RunState::Interrupted,
+            shard,
+            started: "2026-03-01T12:00:00Z".into(),
+            finished: "2026-03-01T12:00:02Z".into(),
+            program: ProgramRecord::current(),
+            machine: MachineRecord::current(&Topology::synthetic("package:2 core:2 pu:2").unwrap()),
+            placement: PlacementRecord {
+                threads_asked: None,
+                threads: 8,
+                asked: "one worker a core".into(),
+                obtained: "not bound".into(),
+            },
+            totals: Totals::new(80, 70, 4, 50_000, 2.0),
+            warnings: vec!["binding is not possible here".into()],
+            manifest_hash: "0123abcd".into(),
+            manifest: "[job]\nname = \"flex80\"\n".into(),
+        }
+    }
+
+    #[test]
+    fn a_record_comes_back() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(read_runs(folder.path()).unwrap(), []);
+        write_run(folder.path(), &record(None)).unwrap();
+        assert_eq!(read_runs(folder.path()).unwrap(), [record(None)]);
+        let text = std::fs::read_to_string(folder.path().join("run.json")).unwrap();
+        assert!(text.contains("\"state\": \"interrupted\""), "{text}");
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            1,
+            "no temporary file stays"
+        );
+    }
+
+    #[test]
+    fn shards_each_have_a_record() {
+        let folder = tempfile::tempdir().unwrap();
+        let shards = [1, 2].map(|index| Some(Shard { index, count: 2 }));
+        for shard in shards {
+            write_run(folder.path(), &record(shard)).unwrap();
+        }
+        assert_eq!(read_runs(folder.path()).unwrap(), shards.map(record));
+    }
+
+    #[test]
+    fn rates_follow_from_cycles_and_time() {
+        let totals = record(None).totals;
+        assert_eq!(totals.missing, 6);
+        assert_eq!(totals.cycles_per_second, 25_000.0);
+        assert_eq!(totals.wall_time_per_cycle, 4e-5);
+        let nothing = Totals::new(1, 0, 0, 0, 0.0);
+        assert_eq!(
+            (nothing.cycles_per_second, nothing.wall_time_per_cycle),
+            (0.0, 0.0)
+        );
+    }
+
+    #[test]
+    fn the_program_knows_itself() {
+        let program = ProgramRecord::current();
+        assert_eq!(program.name, "atlas");
+        if let Some(commit) = program.commit {
+            let hash = commit.trim_end_matches("-dirty");
+            assert!(
+                hash.len() >= 7 && hash.chars().all(|c| c.is_ascii_hexdigit()),
+                "{commit}"
+            );
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! What a column is: name, unit, description and how its value is read off a row. One
+//! list of columns gives both the schema and the record batches, so that neither can
+//! drift from the other.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use arrow_array::builder::{
+    BooleanBuilder, Float64Builder, ListBuilder, StringBuilder, UInt32Builder, UInt64Builder,
+};
+use arrow_array::{ArrayRef, RecordBatch};
+use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
+
+type Get<R, T> = Box<dyn Fn(&R) -> Option<T> + Send + Sync>;
+type GetRef<R, T> = Box<dyn for<'a> Fn(&'a R) -> Option<&'a T> + Send + Sync>;
+
+/// How a column's value is read off a row; `None` becomes a Parquet null.
+pub(super) enum Value<R> {
+    U64(Get<R, u64>),
+    U32(Get<R, u32>),
+    F64(Get<R, f64>),
+    Bool(Get<R, bool>),
+    Text(GetRef<R, str>),
+    List(GetRef<R, [f64]>),
+}
+
+/// One column of a result table.
+pub struct Column<R> {
+    /// Name in the file.
+    pub name: String,
+    /// SI unit; `1` when dimensionless, empty for text and truth values.
+    pub unit: String,
+    /// One sentence.
+    pub description: String,
+    pub(super) value: Value<R>,
+}
+
+impl<R> Column<R> {
+    pub(super) fn new(name: &str, unit: &str, description: &str, value: Value<R>) -> Self {
+        Self {
+            name: name.into(),
+            unit: unit.into(),
+            description: description.into(),
+            value,
+        }
+    }
+
+    /// The Arrow field. Every column is nullable, so that files of one table have one
+    /// schema whatever they hold.
+    fn field(&self) -> Field {
+        let data_type = match &self.value {
+            Value::U64(_) => DataType::UInt64,
+            Value::U32(_) => DataType::UInt32,
+            Value::F64(_) => DataType::Float64,
+            Value::Bool(_) => DataType::Boolean,
+            Value::Text(_) => DataType::Utf8,
+            Value::List(_) => DataType::new_list(DataType::Float64, true),
+        };
+        Field::new(&self.name, data_type, true)
+            .with_metadata([("unit", &self.unit), ("description", &self.description)])
+    }
+
+    /// The column's values over some rows. A number that is not finite becomes a null:
+    /// [`super::PointRow`] says so in its reason.
+    fn array(&self, rows: &[R]) -> ArrayRef {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        match &self.value {
+            Value::U64(get) => {
+                let mut builder = UInt64Builder::with_capacity(rows.len());
+                rows.iter().for_each(|row| builder.append_option(get(row)));
+                Arc::new(builder.finish())
+            }
+            Value::U32(get) => {
+                let mut builder = UInt32Builder::with_capacity(rows.len());
+                rows.iter().for_each(|row| builder.append_option(get(row)));
+                Arc::new(builder.finish())
+            }
+            Value::F64(get) => {
+                let mut builder = Float64Builder::with_capacity(rows.len());
+                rows.iter()
+                    .for_each(|row| builder.append_option(get(row).and_then(finite)));
+                Arc::new(builder.finish())
+            }
+            Value::Bool(get) => {
+                let mut builder = BooleanBuilder::with_capacity(rows.len());
+                rows.iter().for_each(|row| builder.append_option(get(row)));
+                Arc::new(builder.finish())
+            }
+            Value::Text(get) => {
+                let mut builder = StringBuilder::new();
+                rows.iter().for_each(|row| builder.append_option(get(row)));
+                Arc::new(builder.finish())
+            }
+            Value::List(get) => {
+                let mut builder = ListBuilder::new(Float64Builder::new());
+                for row in rows {
+                    let list = get(row);
+                    for &value in list.unwrap_or_default() {
+                        builder.values().append_option(finite(value));
+                    }
+                    builder.append(list.is_some());
+                }
+                Arc::new(builder.finish())
+            }
+        }
+    }
+
+    /// Whether the row has a number here that is not finite.
+    pub(super) fn is_not_finite(&self, row: &R) -> bool {
+        match &self.value {
+            Value::F64(get) => get(row).is_some_and(|value| !value.is_finite()),
+            Value::List(get) => {
+                get(row).is_some_and(|list| list.iter().any(|value| !value.is_finite()))
+            }
+            _ => false,
+        }
+    }
+}
+
+/// A result table: its columns in file order.
+pub struct Table<R> {
+    columns: Vec<Column<R>>,
+    schema: SchemaRef,
+}
+
+impl<R> Table<R> {
+    pub(super) fn new(columns: Vec<Column<R>>) -> Self {
+        let fields: Vec<Field> = columns.iter().map(Column::field).collect();
+        Self {
+            columns,
+            schema: Arc::new(Schema::new(fields)),
+        }
+    }
+
+    /// The columns, in file order.
+    pub fn columns(&self) -> &[Column<R>] {
+        &self.columns
+    }
+
+    /// The Arrow schema; each field carries `unit` and `description`.
+    pub fn schema(&self) -> SchemaRef {
+        Arc::clone(&self.schema)
+    }
+
+    /// Unit of every column, by name: what readers that drop field metadata need.
+    pub fn units(&self) -> BTreeMap<&str, &str> {
+        self.columns
+            .iter()
+            .map(|column| (&*column.name, &*column.unit))
+            .collect()
+    }
+
+    /// Description of every column, by name.
+    pub fn descriptions(&self) -> BTreeMap<&str, &str> {
+        self.columns
+            .iter()
+            .map(|column| (&*column.name, &*column.description))
+            .collect()
+    }
+
+    /// The rows as columns.
+    pub(super) fn batch(&self, rows: &[R]) -> Result<RecordBatch, ArrowError> {
+        let arrays = self
+            .columns
+            .iter()
+            .map(|column| column.array(rows))
+            .collect();
+        RecordBatch::try_new(self.schema(), arrays)
+    }
+}

@@ -1,0 +1,197 @@
+//! Takes points in any order and writes the result files of a job in `point_id` order.
+//!
+//! Rows, row groups and values follow from the points alone, so every physics column has
+//! the same bytes for any number of threads.
+
+use std::path::Path;
+
+use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale};
+use super::reorder::Reorder;
+use super::{
+    AxisColumn, PoincareRow, PointRow, SpectrumRow, StoreError, poincare_table, points_table,
+    spectra_table,
+};
+
+impl Row for PointRow {
+    fn list_bytes(&self) -> usize {
+        let exponents = self
+            .outcome
+            .lyapunov
+            .as_ref()
+            .map_or(0, |found| found.exponents.len());
+        let harmonics = self
+            .outcome
+            .nvh
+            .as_ref()
+            .map_or(0, |found| found.harmonics.len());
+        size_of::<f64>() * (exponents + harmonics) + self.outcome.reason.len()
+    }
+}
+
+impl Row for PoincareRow {}
+
+impl Row for SpectrumRow {}
+
+/// What a job writes.
+#[derive(Debug, Clone, Default)]
+pub struct ResultLayout {
+    /// The grid's axes, slowest first.
+    pub axes: Vec<AxisColumn>,
+    /// Whether `poincare.parquet` is written.
+    pub poincare: bool,
+    /// Whether `spectra.parquet` is written.
+    pub spectra: bool,
+    /// Which part of a split job this is.
+    pub shard: Option<Shard>,
+}
+
+/// Rows written by a finished [`ResultWriter`].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Of `points.parquet`.
+    pub points: u64,
+    /// Of `poincare.parquet`.
+    pub poincare: u64,
+    /// Of `spectra.parquet`.
+    pub spectra: u64,
+    /// Points expected that never came (an interrupted run).
+    pub missing: u64,
+}
+
+/// Streams points into result files. Dropped without [`ResultWriter::finish`], it leaves
+/// no file, and results of an earlier run in the same folder stay as they are.
+pub struct ResultWriter {
+    order: Reorder<PointRow>,
+    points: TableFile<PointRow>,
+    poincare: Option<TableFile<PoincareRow>>,
+    spectra: Option<TableFile<SpectrumRow>>,
+}
+
+impl ResultWriter {
+    /// Creates `folder` where needed and starts the files. `expected` gives the
+    /// `point_id`s of this run (of this shard), strictly ascending.
+    ///
+    /// # Errors
+    /// The folder cannot be created or written, holds results of the other layout (sharded
+    /// or not), or an axis is named like a result column.
+    pub fn create<I>(folder: &Path, layout: &ResultLayout, expected: I) -> Result<Self, StoreError>
+    where
+        I: IntoIterator<Item = u64>,
+        I::IntoIter: Send + 'static,
+    {
+        create_folder(folder)?;
+        remove_stale(folder)?;
+        let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
+        let metadata = [("axes", serde_json::json!(axes).to_string())];
+        let shard = layout.shard;
+        let points = points_table(&layout.axes)?;
+        Ok(Self {
+            order: Reorder::new(expected.into_iter()),
+            points: TableFile::create(folder, TableKind::Points, shard, points, &metadata)?,
+            poincare: layout
+                .poincare
+                .then(|| {
+                    let table = poincare_table();
+                    TableFile::create(folder, TableKind::Poincare, shard, table, &[])
+                })
+                .transpose()?,
+            spectra: layout
+                .spectra
+                .then(|| {
+                    let table = spectra_table();
+                    TableFile::create(folder, TableKind::Spectra, shard, table, &[])
+                })
+                .transpose()?,
+        })
+    }
+
+    /// Takes a point in; it is written once every point before it has come.
+    ///
+    /// # Errors
+    /// The point was not expected, or a file cannot be written.
+    pub fn push(&mut self, row: PointRow) -> Result<(), StoreError> {
+        self.order.insert(row.point_id, row)?;
+        self.drain()
+    }
+
+    /// Points held in memory because an earlier one has not come. A scheduler that hands
+    /// points out in order keeps this near its number of workers.
+    pub fn waiting(&self) -> usize {
+        self.order.waiting()
+    }
+
+    /// Writes what waits, leaving out points that never came, and gives the files their
+    /// final names, `points.parquet` last.
+    ///
+    /// # Errors
+    /// A point was handed over that is not of this run, or a file cannot be written.
+    pub fn finish(mut self) -> Result<Written, StoreError> {
+        let mut missing = 0;
+        self.drain()?;
+        while self.order.skip() {
+            missing += 1;
+            self.drain()?;
+        }
+        if let Some(point_id) = self.order.leftover() {
+            return Err(StoreError::UnexpectedPoint { point_id });
+        }
+        let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
+        let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
+        let points = self.points.finish()?;
+        Ok(Written {
+            points,
+            poincare,
+            spectra,
+            missing,
+        })
+    }
+
+    fn drain(&mut self) -> Result<(), StoreError> {
+        while let Some(row) = self.order.pop() {
+            self.write(row)?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, mut row: PointRow) -> Result<(), StoreError> {
+        let point_id = row.point_id;
+        let samples = std::mem::take(&mut row.outcome.poincare);
+        let spectra = std::mem::take(&mut row.outcome.spectra);
+        if let Some(file) = &mut self.poincare {
+            for sample in samples {
+                file.push(PoincareRow { point_id, sample })?;
+            }
+        }
+        if let Some(file) = &mut self.spectra {
+            for spectrum in spectra {
+                for line in spectrum.lines {
+                    file.push(SpectrumRow {
+                        point_id,
+                        signal: spectrum.signal,
+                        line,
+                    })?;
+                }
+            }
+        }
+        self.admit_what_is_not_finite(&mut row);
+        self.points.push(row)
+    }
+
+    /// A number that is not finite is stored as a null; the reason then names its column,
+    /// so that it cannot be mistaken for an analysis that was not asked for.
+    fn admit_what_is_not_finite(&self, row: &mut PointRow) {
+        let columns = self.points.table().columns();
+        let names: Vec<&str> = columns
+            .iter()
+            .filter(|column| column.is_not_finite(row))
+            .map(|column| column.name.as_str())
+            .collect();
+        if !names.is_empty() {
+            let note = format!(" (not a finite number: {})", names.join(", "));
+            row.outcome.reason.push_str(&note);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

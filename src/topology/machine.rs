@@ -1,0 +1,78 @@
+//! What the machine is called, how much memory it has and which instruction sets it
+//! offers: for the record, not for decisions.
+
+use std::fs;
+
+/// A machine in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Machine {
+    /// Processor, as it names itself.
+    pub cpu: String,
+    /// Memory \[bytes\]; 0 when the system does not tell.
+    pub memory: u64,
+    /// Instruction sets beyond the baseline, widest last.
+    pub isa: Vec<&'static str>,
+    /// Operating system and architecture.
+    pub system: String,
+}
+
+impl Machine {
+    /// The machine this runs on. What cannot be found out is left empty or 0.
+    pub fn current() -> Self {
+        let read = |path| fs::read_to_string(path).unwrap_or_default();
+        Self {
+            cpu: field(&read("/proc/cpuinfo"), "model name")
+                .unwrap_or("unknown")
+                .to_owned(),
+            memory: memory_bytes(&read("/proc/meminfo")).unwrap_or(0),
+            isa: instruction_sets(),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        }
+    }
+}
+
+/// Value of the first `key : value` line.
+fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+    text.lines().find_map(|line| {
+        let (name, value) = line.split_once(':')?;
+        (name.trim() == key).then(|| value.trim())
+    })
+}
+
+/// `MemTotal` is given in KiB.
+fn memory_bytes(meminfo: &str) -> Option<u64> {
+    let kibibytes = field(meminfo, "MemTotal")?.strip_suffix("kB")?.trim();
+    Some(1024 * kibibytes.parse::<u64>().ok()?)
+}
+
+#[cfg(target_arch = "x86_64")]
+fn instruction_sets() -> Vec<&'static str> {
+    let sets = [
+        ("avx", is_x86_feature_detected!("avx")),
+        ("fma", is_x86_feature_detected!("fma")),
+        ("avx2", is_x86_feature_detected!("avx2")),
+        ("avx512f", is_x86_feature_detected!("avx512f")),
+    ];
+    sets.into_iter()
+        .filter_map(|(name, offered)| offered.then_some(name))
+        .collect()
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn instruction_sets() -> Vec<&'static str> {
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_the_kernel_s_own_format() {
+        let cpuinfo = "processor\t: 0\nmodel name\t: Some CPU @ 2.40GHz\nflags\t\t: fpu avx\n";
+        assert_eq!(field(cpuinfo, "model name"), Some("Some CPU @ 2.40GHz"));
+        assert_eq!(field(cpuinfo, "model"), None);
+        assert_eq!(memory_bytes("MemTotal:       16384 kB\n"), Some(16 << 20));
+        assert_eq!(memory_bytes("MemTotal: unknown\n"), None);
+    }
+}

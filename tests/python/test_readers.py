@@ -1,0 +1,182 @@
+"""Result files as their users read them: pandas, polars, duckdb, with units.
+
+`sample/` and `sharded/` are written by `cargo test --test store_sample`, whose `row` says
+what every point holds. ATLAS_SAMPLE_RESULTS names a folder that `atlas run` wrote;
+`scripts/test` provides both.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import duckdb
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow.dataset
+import pyarrow.parquet
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+WRITTEN = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "tmp"
+SAMPLE, SHARDED = WRITTEN / "sample", WRITTEN / "sharded"
+
+U64, U32, F64, TEXT, BOOL, LIST = "uint64", "uint32", "float64", "text", "bool", "list"
+COLUMNS = {
+    "point_id": U64, "load": F64, "speed": F64, "status": TEXT, "reason": TEXT, "class": TEXT,
+    "period": U32, "lambda_max": F64, "lambda_stderr": F64, "lambda_twin": F64,
+    "twin_agrees": BOOL, "lambda_method": TEXT, "exponents": LIST, "events_per_cycle": F64,
+    "fraction_drive": F64, "fraction_free": F64, "fraction_coast": F64, "dte_mean": F64,
+    "dte_rms": F64, "dte_pp": F64, "dte_crest": F64, "dte_kurtosis": F64, "harmonics": LIST,
+    "force_mean": F64, "force_std": F64, "force_peak": F64, "impact_rate": F64,
+    "impact_velocity": F64, "energy_residual": F64, "grazing_count": U64, "cycles": U64,
+    "measured_cycles": U64, "kernel": TEXT, "wall_time": F64, "worker": U32, "numa_node": U32,
+}  # fmt: skip
+POLARS = {
+    U64: pl.UInt64, U32: pl.UInt32, F64: pl.Float64, TEXT: pl.String, BOOL: pl.Boolean,
+    LIST: pl.List(pl.Float64),
+}  # fmt: skip
+DUCKDB = {
+    U64: "UBIGINT", U32: "UINTEGER", F64: "DOUBLE", TEXT: "VARCHAR", BOOL: "BOOLEAN",
+    LIST: "DOUBLE[]",
+}  # fmt: skip
+FAILED = 13
+
+
+def by_id(frame: pd.DataFrame) -> pd.DataFrame:
+    return frame.set_index("point_id").sort_index()
+
+
+@pytest.fixture(params=[SAMPLE, SHARDED], ids=["whole", "shards"])
+def results(request) -> Path:
+    assert request.param.is_dir(), "run `cargo test --release --test store_sample` first"
+    return request.param
+
+
+def test_pandas(results):
+    points = pd.read_parquet(results / "points.parquet")
+    assert list(points.columns) == list(COLUMNS)
+    for name in ("point_id", "grazing_count", "cycles", "measured_cycles"):
+        assert points[name].dtype == np.uint64, name
+    for name, kind in COLUMNS.items():
+        if kind == F64:
+            assert points[name].dtype == np.float64, name
+    points = by_id(points)
+    assert list(points.index) == list(range(80))
+    assert points.loc[12, "lambda_max"] == pytest.approx(0.22, rel=1e-15)
+    assert points.loc[12, "class"] == "chaotic"
+    assert points.loc[14, "period"] == 2
+    assert list(points.loc[12, "harmonics"]) == [1e-6, 2e-6, 3e-6]
+
+
+def test_polars(results):
+    points = pl.read_parquet(results / "points.parquet").sort("point_id")
+    assert points.schema == {name: POLARS[kind] for name, kind in COLUMNS.items()}
+    assert points["point_id"].to_list() == list(range(80))
+    assert points["exponents"][12].to_list() == pytest.approx([0.22, -1.0], rel=1e-15)
+    chaotic = points.filter(pl.col("class") == "chaotic")
+    assert chaotic["point_id"].to_list() == list(range(0, 80, 3))
+
+
+def test_duckdb(results):
+    points = f"'{results / 'points.parquet'}'"
+    described = duckdb.sql(f"describe select * from {points}").fetchall()
+    assert {row[0]: row[1] for row in described} == {n: DUCKDB[k] for n, k in COLUMNS.items()}
+    counted = duckdb.sql(f"select class, count(*) from {points} group by class").fetchall()
+    assert dict(counted) == {"chaotic": 27, "periodic": 52, None: 1}
+    joined = duckdb.sql(
+        f"""select count(*) from {points} join '{results / "poincare.parquet"}' using (point_id)
+            where deflection = dte_rms"""
+    ).fetchall()
+    assert joined == [(79,)], "every sample joins its own point"
+
+
+def test_absent_values_are_nulls_never_nan(results):
+    points = pl.read_parquet(results / "points.parquet").sort("point_id")
+    for name, kind in COLUMNS.items():
+        if kind == F64:
+            assert not points[name].is_nan().any(), name
+    analyses = [*list(COLUMNS)[5:29]]
+    assert analyses[0] == "class" and analyses[-1] == "energy_residual"
+    for name in analyses:
+        assert points[name][FAILED] is None, name
+    assert points["status"][FAILED] == "failed"
+    assert points["reason"].null_count() == 0
+    assert points["numa_node"].null_count() == 80
+    assert points["lambda_twin"].null_count() == 80 - 27
+
+
+def test_units(results):
+    schema = pyarrow.dataset.dataset(results / "points.parquet").schema
+    units = json.loads(schema.metadata[b"units"])
+    descriptions = json.loads(schema.metadata[b"descriptions"])
+    assert json.loads(schema.metadata[b"axes"]) == ["load", "speed"]
+    assert set(units) == set(descriptions) == set(COLUMNS)
+    expected = {
+        "speed": "rad/s", "load": "1", "lambda_max": "1/cycle", "dte_rms": "m",
+        "harmonics": "m", "force_peak": "N", "impact_rate": "1/s", "impact_velocity": "m/s",
+        "wall_time": "s", "cycles": "mesh cycles", "status": "",
+    }  # fmt: skip
+    assert expected.items() <= units.items()
+    for name in COLUMNS:
+        assert schema.field(name).metadata[b"unit"].decode() == units[name]
+        assert schema.field(name).metadata[b"description"].decode() == descriptions[name]
+    # The same from readers that know nothing of Arrow metadata.
+    part = next(iter(pyarrow.dataset.dataset(results / "points.parquet").files))
+    assert json.loads(pl.read_parquet_metadata(part)["units"]) == units
+    pairs = duckdb.sql(f"select key, value from parquet_kv_metadata('{part}')").fetchall()
+    assert json.loads(dict(pairs)[b"units"]) == units
+
+
+def test_shards_hold_the_same_points():
+    whole, sharded = (by_id(pd.read_parquet(f / "points.parquet")) for f in (SAMPLE, SHARDED))
+    pd.testing.assert_frame_equal(whole, sharded)
+
+
+def test_example_script(results, tmp_path):
+    script, picture = ROOT / "examples" / "read_results.py", tmp_path / "lambda.png"
+    done = subprocess.run(
+        [sys.executable, script, results, "--plot", picture],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert "speed [rad/s]" in done.stdout and "λ [1/cycle]" in done.stdout
+    assert "0.22" in done.stdout
+    assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 10_000
+
+
+@pytest.fixture
+def run() -> Path:
+    folder = os.environ.get("ATLAS_SAMPLE_RESULTS")
+    if folder is None:
+        pytest.skip("ATLAS_SAMPLE_RESULTS is not set (scripts/test sets it)")
+    return Path(folder)
+
+
+def test_results_of_a_run(run):
+    record = json.loads((run / "run.json").read_text())
+    assert record["state"] == "complete"
+    assert "[job]" in record["manifest"] and record["manifest_hash"]
+    points = pl.read_parquet(run / "points.parquet")
+    assert points["point_id"].to_list() == list(range(record["totals"]["points"]))
+    assert points["cycles"].sum() == record["totals"]["cycles"]
+    assert (points["status"] == "ok").sum() == record["totals"]["ok"]
+    metadata = pyarrow.parquet.read_schema(run / "points.parquet").metadata
+    units, axes = (json.loads(metadata[key]) for key in (b"units", b"axes"))
+    assert set(units) == set(points.columns)
+    assert points.columns[1 : 1 + len(axes)] == axes
+    assert len(points.select(axes).unique()) == len(points)
+    for name in points.columns:
+        if points[name].dtype == pl.Float64:
+            assert not points[name].is_nan().any(), name
+
+
+def test_lambda_has_an_error_bar(run):
+    points = pl.read_parquet(run / "points.parquet")
+    found = points.filter(pl.col("lambda_max").is_not_null())
+    assert found["lambda_stderr"].null_count() == 0
+    chaotic = found.filter(pl.col("class") == "chaotic")
+    assert (chaotic["lambda_max"] > chaotic["lambda_stderr"]).all()
+    first = found["exponents"].list.first()
+    assert (first == found["lambda_max"]).all()

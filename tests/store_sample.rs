@@ -1,0 +1,181 @@
+//! Results with known values, written through the public interface and left in
+//! `target/tmp/` for `tests/python/test_readers.py`: `sample/` is one run, `sharded/` the
+//! same points as two shards. The values follow from `point_id` alone (see `row`).
+
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use atlas::analysis::{
+    Class, LyapunovMethod, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, Spectrum,
+    SpectrumLine, Status,
+};
+use atlas::report::{Style, Summary, render};
+use atlas::store::{
+    AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
+    ResultWriter, RunRecord, RunState, Shard, Totals, timestamp, write_run,
+};
+use atlas::topology::Topology;
+
+const LOADS: u64 = 8;
+const SPEEDS: u64 = 10;
+
+/// Point 13 failed, so all its analyses are absent; every third point is chaotic.
+fn row(point_id: u64) -> PointRow {
+    let (load, speed) = (point_id / SPEEDS, point_id % SPEEDS);
+    let chaotic = point_id.is_multiple_of(3);
+    let number = point_id as f64;
+    let lambda = if chaotic {
+        0.01 * number + 0.1
+    } else {
+        -0.01 * number
+    };
+    let mut outcome = PointOutcome {
+        status: Status::Failed,
+        reason: "point 13 fails by design".into(),
+        class: None,
+        lyapunov: None,
+        nvh: None,
+        spectra: Vec::new(),
+        poincare: Vec::new(),
+        events_per_cycle: None,
+        energy_residual: None,
+        grazing_count: 0,
+        cycles: 0,
+        measured_cycles: 0,
+    };
+    if point_id != 13 {
+        outcome = PointOutcome {
+            status: Status::Ok,
+            reason: "as designed".into(),
+            class: Some(if chaotic {
+                Class::Chaotic
+            } else {
+                Class::Periodic(1 + load as u32)
+            }),
+            lyapunov: Some(LyapunovOutcome {
+                exponents: vec![lambda, -1.0],
+                stderr: 0.01,
+                twin: chaotic.then_some(lambda + 0.001),
+                twin_agrees: chaotic.then_some(true),
+                method: if chaotic {
+                    LyapunovMethod::Tangent
+                } else {
+                    LyapunovMethod::Multipliers
+                },
+            }),
+            nvh: Some(NvhOutcome {
+                dte_rms: 1e-6 * number,
+                harmonics: vec![1e-6, 2e-6, 3e-6],
+                fractions: [0.5, 0.3, 0.2],
+                ..NvhOutcome::default()
+            }),
+            spectra: vec![Spectrum {
+                signal: "deflection",
+                lines: vec![SpectrumLine {
+                    frequency: 100.0,
+                    order: 0.5,
+                    amplitude: 1e-6,
+                }],
+            }],
+            poincare: vec![PoincareSample {
+                cycle: 999,
+                deflection: 1e-6 * number,
+                velocity: 0.0,
+            }],
+            events_per_cycle: Some(2.0),
+            energy_residual: Some(1e-13),
+            grazing_count: point_id,
+            cycles: 1000,
+            measured_cycles: 800,
+        };
+    }
+    PointRow {
+        point_id,
+        axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
+        outcome,
+        kernel: "volterra".into(),
+        placement: Placement {
+            worker: 0,
+            numa_node: None,
+            wall_time: 0.04,
+        },
+    }
+}
+
+fn write(folder: &Path, shard: Option<Shard>) {
+    let axis = |name: &str, unit: &str| AxisColumn {
+        name: name.into(),
+        unit: unit.into(),
+    };
+    let axes = vec![axis("load", "1"), axis("speed", "rad/s")];
+    let layout = ResultLayout {
+        axes,
+        poincare: true,
+        spectra: true,
+        shard,
+    };
+    let all = 0..LOADS * SPEEDS;
+    let points: Vec<u64> = match shard {
+        None => all.collect(),
+        Some(shard) => {
+            let (count, index) = (u64::from(shard.count), u64::from(shard.index));
+            all.filter(|id| id % count == index - 1).collect()
+        }
+    };
+    let mut writer = ResultWriter::create(folder, &layout, points.clone()).unwrap();
+    for &point_id in points.iter().rev() {
+        writer.push(row(point_id)).unwrap();
+    }
+    let written = writer.finish().unwrap();
+    let failed = u64::from(points.contains(&13));
+    let count = points.len() as u64;
+    assert_eq!((written.points, written.missing), (count, 0));
+    assert_eq!(
+        (written.poincare, written.spectra),
+        (count - failed, count - failed)
+    );
+    let now = timestamp(std::time::SystemTime::now());
+    let record = RunRecord {
+        job: "sample".into(),
+        state: RunState::Complete,
+        shard,
+        started: now.clone(),
+        finished: now,
+        program: ProgramRecord::current(),
+        machine: MachineRecord::current(&Topology::current().unwrap()),
+        placement: PlacementRecord {
+            threads_asked: None,
+            threads: 1,
+            asked: "none".into(),
+            obtained: "none".into(),
+        },
+        totals: Totals::new(count, count - failed, failed, 1000 * (count - failed), 1.0),
+        warnings: Vec::new(),
+        manifest_hash: "0".into(),
+        manifest: "# written by a test, not by a run\n".into(),
+    };
+    write_run(folder, &record).unwrap();
+}
+
+#[test]
+fn one_run_and_two_shards_say_the_same() {
+    let folders =
+        ["sample", "sharded"].map(|name| PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name));
+    for folder in &folders {
+        if folder.exists() {
+            fs::remove_dir_all(folder).unwrap();
+        }
+    }
+    write(&folders[0], None);
+    for index in [1, 2] {
+        write(&folders[1], Some(Shard { index, count: 2 }));
+    }
+    let [whole, sharded] = folders.map(|folder| Summary::read(&folder).unwrap());
+    assert_eq!(whole.all, sharded.all);
+    assert_eq!(whole.classes, sharded.classes);
+    assert_eq!(sharded.shards, Some([2, 2]));
+    assert_eq!(sharded.state, Some(RunState::Complete));
+    assert!(render(&whole, Style::Plain).contains("80 points: 1 failed, 79 ok"));
+}
