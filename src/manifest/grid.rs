@@ -1,0 +1,596 @@
+//! `[grid]`: its axes and their values. An axis is `load`, `speed` or a quoted model key.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::reader::{self, Section, not_available, wrong_type};
+use super::schema::{self, Bounds, Key, Kind, MANIFEST};
+use super::spec::Axis;
+use super::tree::{Entry, Node, Value};
+use crate::units::{self, Dimension};
+
+/// Most points of a grid.
+pub(super) const MAX_POINTS: u64 = 10_000_000;
+
+/// Tables whose keys can be axes.
+const VARIABLE_TABLES: [&str; 6] = ["model", "gear", "shafts", "mesh", "excitation", "run"];
+
+/// Keys of an axis written as a table.
+const AXIS_KEYS: [&str; 5] = ["from", "to", "count", "spacing", "values"];
+
+static COUNT: Key = Key {
+    path: "count",
+    kind: Kind::Integer,
+    bounds: Bounds {
+        min: 1.0,
+        min_open: false,
+        max: MAX_POINTS as f64,
+        max_open: false,
+    },
+    example: "8",
+};
+
+/// An axis and where its values stand.
+#[derive(Debug)]
+pub(super) struct GridAxis {
+    pub axis: Axis,
+    dimension: Dimension,
+    spans: Spans,
+}
+
+/// Where the values of an axis stand.
+#[derive(Debug)]
+enum Spans {
+    Each(Vec<Span>),
+    Whole(Span),
+}
+
+impl GridAxis {
+    /// Whether the axis names a model key; otherwise it is load or speed.
+    pub fn is_model_key(&self) -> bool {
+        !matches!(self.axis.name.as_str(), "load" | "speed")
+    }
+
+    /// The i-th value as it goes into the tree.
+    pub fn node(&self, i: usize) -> Node {
+        Node {
+            span: match &self.spans {
+                Spans::Each(spans) => spans[i],
+                Spans::Whole(span) => *span,
+            },
+            value: Value::Sample(self.axis.values[i], self.dimension),
+        }
+    }
+}
+
+/// The axes of a grid, slowest first, and the names of the faulty ones.
+#[derive(Debug, Default)]
+pub(super) struct Axes {
+    pub sound: Vec<GridAxis>,
+    pub faulty: Vec<String>,
+}
+
+/// Reads the grid. Model keys come first, by name, then load, then speed: points that
+/// share a structure lie together, and the order of the text is of no effect.
+pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
+    let mut axes = Axes::default();
+    let Some(section) = root.required_child(issues, "grid") else {
+        axes.faulty.extend(["load".to_owned(), "speed".to_owned()]);
+        return axes;
+    };
+    for name in ["load", "speed"] {
+        if !section.has(name) {
+            section.missing(issues, name);
+            axes.faulty.push(name.to_owned());
+        }
+    }
+    let orders = [("sweep-up", SWEEP), ("sweep-down", SWEEP)];
+    if section
+        .choice(issues, "order", Some("independent"), &orders)
+        .is_none()
+    {
+        axes.faulty.push("order".to_owned());
+    }
+    for entry in section
+        .entries()
+        .iter()
+        .filter(|entry| entry.key != "order")
+    {
+        match read_axis(issues, entry) {
+            Some(axis) => axes.sound.push(axis),
+            None => axes.faulty.push(entry.key.clone()),
+        }
+    }
+    let rank = |axis: &GridAxis| match axis.axis.name.as_str() {
+        "load" => 1,
+        "speed" => 2,
+        _ => 0,
+    };
+    axes.sound
+        .sort_by(|a, b| (rank(a), &a.axis.name).cmp(&(rank(b), &b.axis.name)));
+    check_size(issues, &section, &axes.sound);
+    axes
+}
+
+const SWEEP: &str = "order = \"independent\": every point starts from run.initial";
+
+fn check_size(issues: &mut Issues, section: &Section, axes: &[GridAxis]) {
+    let lengths: Vec<u64> = axes.iter().map(|a| a.axis.values.len() as u64).collect();
+    let points = lengths
+        .iter()
+        .try_fold(1_u64, |total, &n| total.checked_mul(n));
+    if points.is_some_and(|points| points <= MAX_POINTS) {
+        return;
+    }
+    let factors: Vec<_> = axes
+        .iter()
+        .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name))
+        .collect();
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::GridTooLarge,
+            section.span,
+            "grid",
+            format!(
+                "the grid has {} points",
+                points.map_or("too many".to_owned(), |p| p.to_string())
+            ),
+        )
+        .label(factors.join(" x "))
+        .accepted(format!("at most {MAX_POINTS} points"))
+        .remedy("use coarser axes, or split the grid over several manifests"),
+    );
+}
+
+fn read_axis(issues: &mut Issues, entry: &Entry) -> Option<GridAxis> {
+    let name = entry.key.as_str();
+    let path = match name.contains('.') {
+        true => format!("grid.\"{name}\""),
+        false => format!("grid.{name}"),
+    };
+    let spec = axis_key(issues, entry, &path)?;
+    let mut reader = AxisReader {
+        spec,
+        path: &path,
+        dimension: match spec.kind {
+            Kind::Quantity(dimension) | Kind::Axis(dimension) => Some(dimension),
+            Kind::ContactDamping => None,
+            _ => Some(Dimension::Ratio),
+        },
+    };
+    let (values, spans) = match &entry.node.value {
+        Value::Table(entries) => reader.table(issues, &entry.node, entries)?,
+        Value::Array(_) => {
+            wrong_axis(issues, &entry.node, &path, spec);
+            return None;
+        }
+        _ => {
+            let value = reader.value(issues, &entry.node, &path)?;
+            (vec![value], Spans::Whole(entry.node.span))
+        }
+    };
+    let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
+    Some(GridAxis {
+        axis: Axis {
+            name: name.to_owned(),
+            unit: dimension.unit().to_owned(),
+            values,
+        },
+        dimension,
+        spans,
+    })
+}
+
+/// The schema's entry for what an axis varies.
+fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
+    let name = entry.key.as_str();
+    if matches!(name, "load" | "speed") {
+        return schema::find(MANIFEST, path);
+    }
+    let table = name.split('.').next().unwrap_or_default();
+    let spec = schema::find(MANIFEST, name).filter(|_| VARIABLE_TABLES.contains(&table));
+    let fault = Diagnostic::new(
+        DiagnosticKind::UnknownAxis,
+        entry.key_span,
+        path,
+        String::new(),
+    )
+    .accepted("load, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"");
+    let fault = match spec.map(|spec| spec.kind) {
+        Some(Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance) => {
+            return spec;
+        }
+        Some(Kind::List(_)) => Diagnostic {
+            message: format!("`{name}` is a list; an axis varies one number"),
+            remedy: Some(format!("name an element, \"{name}.0\", or a key below it")),
+            ..fault.label("a list")
+        },
+        Some(Kind::Table) if !name.contains('.') => {
+            let inner = match &entry.node.value {
+                Value::Table(entries) => entries.first().map(|inner| inner.key.as_str()),
+                _ => None,
+            };
+            let full = format!("\"{name}.{}\"", inner.unwrap_or("key"));
+            Diagnostic {
+                message: format!("`{name}` is a table, not an axis"),
+                remedy: Some(format!("put the whole key in quotes: {full} = ...")),
+                ..fault.label("a table")
+            }
+        }
+        Some(_) => Diagnostic {
+            message: format!("`{name}` takes no number, so it cannot be an axis"),
+            remedy: Some("write one manifest for each of its values".to_owned()),
+            ..fault.label("takes no number")
+        },
+        None if schema::find(MANIFEST, name).is_some() => Diagnostic {
+            message: format!("`{name}` cannot be an axis"),
+            remedy: Some(format!("axes are keys of {}", VARIABLE_TABLES.join(", "))),
+            ..fault.label("not a model key")
+        },
+        None => Diagnostic {
+            message: format!("the axis `{name}` names no model key"),
+            suggestion: nearest_axis(name),
+            ..fault.label("unknown")
+        },
+    };
+    issues.push(fault);
+    None
+}
+
+/// The nearest thing that can be an axis: by its whole name, or by its last part.
+fn nearest_axis(name: &str) -> Option<String> {
+    let paths: Vec<&str> = ["load", "speed"]
+        .into_iter()
+        .chain(
+            MANIFEST
+                .iter()
+                .filter(|key| {
+                    matches!(
+                        key.kind,
+                        Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping
+                    )
+                })
+                .map(|key| key.path)
+                .filter(|path| !path.contains(['*', '<'])),
+        )
+        .collect();
+    let last: Vec<&str> = paths
+        .iter()
+        .map(|path| path.rsplit('.').next().unwrap_or(path))
+        .collect();
+    let whole = schema::nearest(name, &paths);
+    let by_last = || {
+        let near = schema::nearest(name, &last)?;
+        last.iter().position(|part| *part == near).map(|i| paths[i])
+    };
+    whole.or_else(by_last).map(|near| match near.contains('.') {
+        true => format!("\"{near}\""),
+        false => near.to_owned(),
+    })
+}
+
+fn wrong_axis(issues: &mut Issues, node: &Node, path: &str, spec: &'static Key) {
+    let example = match spec.kind {
+        Kind::Axis(_) => spec.example.to_owned(),
+        _ => format!("{{ values = [{}, ...] }}", spec.example),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::WrongType,
+            node.span,
+            path,
+            format!("`{path}` must be a value or a table, not {}", node.value.type_name()),
+        )
+        .label(format!("this is {}", node.value.type_name()))
+        .accepted(format!(
+            "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
+        )),
+    );
+}
+
+/// Reads the values of one axis.
+struct AxisReader<'a> {
+    spec: &'static Key,
+    path: &'a str,
+    /// What the values measure; fixed by the first value where the key leaves it open.
+    dimension: Option<Dimension>,
+}
+
+impl AxisReader<'_> {
+    /// One value in SI. Load and speed are checked for their range here, model keys when
+    /// the point is resolved.
+    fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
+        match self.spec.kind {
+            Kind::Axis(_) => reader::quantity(issues, node, path, self.spec),
+            Kind::Integer => reader::integer(issues, node, path, self.spec).map(|v| v as f64),
+            _ => {
+                let own = match &node.value {
+                    Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
+                        match units::parse_any(text) {
+                            Ok((_, Dimension::Ratio)) => Dimension::Ratio,
+                            _ => Dimension::Damping,
+                        }
+                    }
+                    _ => self.dimension.unwrap_or(Dimension::Ratio),
+                };
+                let dimension = *self.dimension.get_or_insert(own);
+                if self.spec.kind == Kind::ContactDamping
+                    && (own != dimension
+                        || (dimension == Dimension::Damping
+                            && !matches!(node.value, Value::Text(_))))
+                {
+                    issues.push(
+                        Diagnostic::new(
+                            DiagnosticKind::Inconsistent,
+                            node.span,
+                            path,
+                            format!("`{}` mixes damping ratios and coefficients", self.path),
+                        )
+                        .label("not like the first value")
+                        .remedy("give all values as bare ratios, or all with the unit N*s/m"),
+                    );
+                    return None;
+                }
+                let value = reader::quantity_unbounded(issues, node, path, dimension, self.spec)?;
+                if value.is_finite() {
+                    return Some(value);
+                }
+                reader::in_range(issues, node, path, value, dimension, self.spec)
+            }
+        }
+    }
+
+    fn table(
+        &mut self,
+        issues: &mut Issues,
+        node: &Node,
+        entries: &[Entry],
+    ) -> Option<(Vec<f64>, Spans)> {
+        let mut sound = true;
+        for entry in entries
+            .iter()
+            .filter(|e| !AXIS_KEYS.contains(&e.key.as_str()))
+        {
+            let path = format!("{}.{}", self.path, entry.key);
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::UnknownKey,
+                    entry.key_span,
+                    &path,
+                    format!("there is no key `{}` in an axis", entry.key),
+                )
+                .label("unknown")
+                .accepted("{ values = [...] }, or { from, to, count, spacing }")
+                .suggestion(
+                    schema::nearest(&entry.key, &AXIS_KEYS).map(|near| format!("`{near}`")),
+                ),
+            );
+            sound = false;
+        }
+        if let Some(values) = node.entry("values") {
+            if entries.len() > 1 && sound {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::Inconsistent,
+                        node.span,
+                        self.path,
+                        format!("`{}` has `values` and a range", self.path),
+                    )
+                    .label("one of the two")
+                    .remedy("keep either `values`, or `from`, `to`, `count` and `spacing`"),
+                );
+                sound = false;
+            }
+            let list = self.list(issues, &values.node);
+            return list.filter(|_| sound);
+        }
+        let range = self.range(issues, node);
+        range
+            .filter(|_| sound)
+            .map(|values| (values, Spans::Whole(node.span)))
+    }
+
+    fn list(&mut self, issues: &mut Issues, node: &Node) -> Option<(Vec<f64>, Spans)> {
+        let path = format!("{}.values", self.path);
+        let Value::Array(items) = &node.value else {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::WrongType,
+                    node.span,
+                    &path,
+                    format!(
+                        "`{path}` must be a list in [ ], not {}",
+                        node.value.type_name()
+                    ),
+                )
+                .label(format!("this is {}", node.value.type_name())),
+            );
+            return None;
+        };
+        if items.is_empty() {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Empty,
+                    node.span,
+                    &path,
+                    format!("`{path}` is empty, so the grid has no points"),
+                )
+                .label("empty")
+                .remedy("give at least one value"),
+            );
+            return None;
+        }
+        let read: Vec<_> = items
+            .iter()
+            .enumerate()
+            .map(|(i, item)| self.value(issues, item, &format!("{path}.{i}")))
+            .collect();
+        let values = read.into_iter().collect::<Option<Vec<f64>>>()?;
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| values[a].total_cmp(&values[b]).then(a.cmp(&b)));
+        let twice = order
+            .windows(2)
+            .find(|pair| values[pair[0]] == values[pair[1]]);
+        if let Some(pair) = twice {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    items[pair[1]].span,
+                    &path,
+                    format!("`{path}` has the same value twice"),
+                )
+                .label(format!("as entry {}", pair[0] + 1))
+                .remedy("every value makes its own points: keep one of the two"),
+            );
+            return None;
+        }
+        let spans = items.iter().map(|item| item.span).collect();
+        Some((values, Spans::Each(spans)))
+    }
+
+    fn range(&mut self, issues: &mut Issues, node: &Node) -> Option<Vec<f64>> {
+        let missing: Vec<&str> = ["from", "to", "count"]
+            .into_iter()
+            .filter(|key| node.entry(key).is_none())
+            .collect();
+        let path_of = |key: &str| format!("{}.{key}", self.path);
+        if !missing.is_empty() {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::MissingKey,
+                    node.span,
+                    &path_of(missing[0]),
+                    format!("`{}` needs {}", self.path, missing.join(", ")),
+                )
+                .label("incomplete")
+                .accepted("{ values = [...] }, or { from, to, count, spacing }"),
+            );
+        }
+        let (from_path, to_path, count_path) = (path_of("from"), path_of("to"), path_of("count"));
+        let from = node
+            .entry("from")
+            .map(|e| self.value(issues, &e.node, &from_path));
+        let to = node
+            .entry("to")
+            .map(|e| self.value(issues, &e.node, &to_path));
+        let count = node
+            .entry("count")
+            .map(|e| reader::integer(issues, &e.node, &count_path, &COUNT));
+        let logarithmic = self.logarithmic(issues, node);
+        let (from, to, count, logarithmic) = (from??, to??, count??, logarithmic?);
+        let mut fault = |message: String, remedy: &str| {
+            issues.push(
+                Diagnostic::new(DiagnosticKind::Inconsistent, node.span, self.path, message)
+                    .label("does not fit together")
+                    .remedy(remedy),
+            );
+            None
+        };
+        if count > 1 && from == to {
+            return fault(
+                format!(
+                    "`{}` takes {count} values from and to the same one",
+                    self.path
+                ),
+                "set count = 1, or another end",
+            );
+        }
+        if count == 1 && from != to {
+            return fault(
+                format!("`{}` takes 1 value between two ends", self.path),
+                "give the value itself, or count = 2 or more",
+            );
+        }
+        if logarithmic && (from <= 0.0 || to <= 0.0) {
+            return fault(
+                format!(
+                    "`{}` has logarithmic spacing, but not both ends are greater than 0",
+                    self.path
+                ),
+                "use spacing = \"linear\", or ends greater than 0",
+            );
+        }
+        Some(samples(from, to, count, logarithmic))
+    }
+
+    fn logarithmic(&self, issues: &mut Issues, node: &Node) -> Option<bool> {
+        let Some(entry) = node.entry("spacing") else {
+            return Some(false);
+        };
+        match &entry.node.value {
+            Value::Text(text) if text == "linear" => return Some(false),
+            Value::Text(text) if text == "log" => return Some(true),
+            Value::Text(text) if text.starts_with("sweep") => {
+                not_available(issues, entry.node.span, self.path, text, SWEEP);
+                return None;
+            }
+            _ => {}
+        }
+        let path = format!("{}.spacing", self.path);
+        static SPACING: Key = Key {
+            path: "spacing",
+            kind: Kind::Choice(&["linear", "log"]),
+            bounds: COUNT.bounds,
+            example: "\"log\"",
+        };
+        match &entry.node.value {
+            Value::Text(text) => issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    entry.node.span,
+                    &path,
+                    format!("`{path}` cannot be \"{text}\""),
+                )
+                .label("not one of the choices")
+                .accepted(SPACING.accepted())
+                .suggestion(
+                    schema::nearest(text, &["linear", "log"]).map(|near| format!("\"{near}\"")),
+                ),
+            ),
+            _ => wrong_type(issues, &entry.node, &path, &SPACING),
+        }
+        None
+    }
+}
+
+/// `count` values from end to end; both ends are exact.
+fn samples(from: f64, to: f64, count: u64, logarithmic: bool) -> Vec<f64> {
+    if count == 1 {
+        return vec![from];
+    }
+    let last = count - 1;
+    (0..count)
+        .map(|i| {
+            if i == 0 {
+                return from;
+            }
+            if i == last {
+                return to;
+            }
+            let (i, last) = (i as f64, last as f64);
+            if logarithmic {
+                from * (to / from).powf(i / last)
+            } else {
+                ((last - i) * from + i * to) / last
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples;
+
+    #[test]
+    fn ends_are_exact_and_steps_even() {
+        let linear = samples(0.05, 0.30, 6, false);
+        assert_eq!((linear[0], linear[5]), (0.05, 0.30));
+        for (value, wanted) in linear.iter().zip([0.05, 0.10, 0.15, 0.20, 0.25, 0.30]) {
+            assert!((value - wanted).abs() < 1e-16, "{value} {wanted}");
+        }
+        let whole = samples(600.0, 1500.0, 10, false);
+        assert_eq!(whole[3], 900.0);
+        let log = samples(5e-6, 5e-5, 3, true);
+        assert_eq!((log[0], log[2]), (5e-6, 5e-5));
+        assert!((log[1] / (5e-6 * 10f64.sqrt()) - 1.0).abs() < 1e-15);
+        assert_eq!(samples(3.0, 3.0, 1, true), [3.0]);
+    }
+}
