@@ -85,13 +85,11 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut
     for (key, &i) in keys.iter().zip(index) {
         let name = &key.axis.name;
         let path: Vec<&str> = name.split('.').collect();
-        let node = key.node(i);
-        let span = node.span;
-        if let Err(short) = tree.put(&path, node) {
+        if let Err(short) = tree.put(&path, key.node(i)) {
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::UnknownAxis,
-                    span,
+                    key.key_span,
                     name,
                     format!(
                         "the axis `{name}` names an element that is not there: the list has {}",

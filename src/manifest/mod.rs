@@ -17,6 +17,7 @@ mod reader;
 mod schema;
 mod sections;
 mod spec;
+mod syntax;
 mod tree;
 mod unknown;
 
@@ -104,6 +105,7 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     issues
         .found
         .retain(|d| d.kind != DiagnosticKind::MissingKey || !axes.faulty.contains(&d.key));
+    drop_echoes(&mut issues);
     match head {
         Some(head) if issues.found.is_empty() => Ok(Job {
             name: head.name,
@@ -115,6 +117,29 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
         }),
         _ => Err(ManifestErrors::new(issues)),
     }
+}
+
+/// A misspelt key is one fault, not an unknown and a missing one.
+fn drop_echoes(issues: &mut Issues) {
+    let meant: Vec<String> = issues
+        .found
+        .iter()
+        .filter(|d| d.kind == DiagnosticKind::UnknownKey)
+        .filter_map(|d| {
+            let near = d
+                .suggestion
+                .as_ref()?
+                .strip_prefix('`')?
+                .strip_suffix('`')?;
+            Some(match d.key.rsplit_once('.') {
+                Some((parent, _)) => format!("{parent}.{near}"),
+                None => near.to_owned(),
+            })
+        })
+        .collect();
+    issues
+        .found
+        .retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
 }
 
 /// After a syntax error the tree is a guess. Syntax errors stay, and so do faults of

@@ -2,6 +2,7 @@
 //! values into it, so that a point is resolved by the same code as the text.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::syntax;
 use crate::units::Dimension;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -111,31 +112,7 @@ pub(super) struct ArrayTooShort {
 pub(super) fn parse(source: usize, issues: &mut Issues) -> Node {
     let text = issues.sources[source].text.clone();
     let (table, errors) = DeTable::parse_recoverable(&text);
-    for error in errors {
-        let span = error.span().unwrap_or(0..0);
-        let span = at(source, &span);
-        let detail = error.message();
-        let diagnostic = if detail == "duplicate key" {
-            Diagnostic::new(
-                DiagnosticKind::DuplicateKey,
-                span,
-                text.get(span.start..span.end).unwrap_or_default(),
-                "a key is given twice in one table".to_owned(),
-            )
-            .label("second time")
-            .remedy("keep one of the two")
-        } else {
-            Diagnostic::new(
-                DiagnosticKind::Syntax,
-                span,
-                "",
-                format!("not valid TOML: {detail}"),
-            )
-            .label("here")
-            .remedy("a value is a number (15e-6), a quoted text (\"15 um\"), true or false, [a, list] or { a = \"table\" }")
-        };
-        issues.push(diagnostic);
-    }
+    syntax::report(source, &text, &errors, issues);
     let span = at(source, &table.span());
     let value = convert_table(source, table.into_inner(), issues);
     Node { span, value }

@@ -120,7 +120,7 @@ impl Dimension {
             Self::Length => "m, cm, mm, um, nm",
             Self::Time => "s, ms, us, min",
             Self::Angle => "rad, mrad, deg, rev",
-            Self::AngularSpeed => "rad/s, rpm, Hz (revolutions a second), deg/s",
+            Self::AngularSpeed => "rad/s, rpm, Hz, deg/s",
             Self::Force => "N, kN, mN",
             Self::Torque => "N*m, kN*m, N*mm",
             Self::Stiffness => "N/m, N/mm, N/um, kN/mm",

@@ -187,7 +187,7 @@ impl Key {
                 self.bounds.min, self.bounds.max
             ),
             Kind::Boolean => "true or false".to_owned(),
-            Kind::Text => format!("a text, {example}"),
+            Kind::Text => format!("a text in quotes; for example {example}"),
             Kind::Choice(choices) => choices
                 .iter()
                 .map(|choice| format!("\"{choice}\""))
@@ -204,9 +204,19 @@ impl Key {
                 let names = children(MANIFEST, self.path);
                 format!("a table with the keys {}", names.join(", "))
             }
-            Kind::Axis(_) => format!(
-                "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
-            ),
+            Kind::Axis(dimension) => {
+                let value = match dimension {
+                    Dimension::Ratio => "a number or a text in %".to_owned(),
+                    _ => format!(
+                        "a number in {} or a text with a unit ({})",
+                        dimension.unit(),
+                        dimension.units()
+                    ),
+                };
+                format!(
+                    "one value, {{ values = [...] }} or {{ from, to, count, spacing }}, each value {value}{range}; for example {example}"
+                )
+            }
             Kind::Unavailable(_) => String::new(),
         }
     }

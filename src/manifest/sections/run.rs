@@ -69,8 +69,8 @@ pub(super) fn read(
 }
 
 fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
-    match section.choice(issues, "kernel", Some("volterra"), &LATER_KERNELS)? {
-        "stepping" => {
+    match section.choice(issues, "kernel", Some("volterra"), &LATER_KERNELS) {
+        Some("stepping") => {
             section.without_effect(
                 issues,
                 &["tolerance"],
@@ -82,16 +82,21 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
                 steps: u32::try_from(steps).ok()?,
             })
         }
-        _ => {
+        Some(_) => {
             section.without_effect(
                 issues,
                 &["steps"],
                 "with kernel = \"volterra\"",
                 "remove it, or set kernel = \"stepping\"; `tolerance` sets the accuracy of volterra",
             );
-            Some(KernelSpec::Volterra {
-                tolerance: tolerance(section, issues)?,
-            })
+            let tolerance = tolerance(section, issues)?;
+            Some(KernelSpec::Volterra { tolerance })
+        }
+        None => {
+            // Which settings count is open; their own faults show all the same.
+            tolerance(section, issues);
+            section.integer_or(issues, "steps", DEFAULT_STEPS);
+            None
         }
     }
 }

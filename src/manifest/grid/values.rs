@@ -1,17 +1,11 @@
-//! `[grid]`: its axes and their values. An axis is `load`, `speed` or a quoted model key.
+//! The values of one axis: one value, a list, or an even range.
 
-use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::reader::{self, Section, not_available, wrong_type};
-use super::schema::{self, Bounds, Key, Kind, MANIFEST};
-use super::spec::Axis;
-use super::tree::{Entry, Node, Value};
+use super::MAX_POINTS;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use crate::manifest::reader::{self, not_available, wrong_type};
+use crate::manifest::schema::{self, Bounds, Key, Kind};
+use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
-
-/// Most points of a grid.
-pub(super) const MAX_POINTS: u64 = 10_000_000;
-
-/// Tables whose keys can be axes.
-const VARIABLE_TABLES: [&str; 6] = ["model", "gear", "shafts", "mesh", "excitation", "run"];
 
 /// Keys of an axis written as a table.
 const AXIS_KEYS: [&str; 5] = ["from", "to", "count", "spacing", "values"];
@@ -28,273 +22,37 @@ static COUNT: Key = Key {
     example: "8",
 };
 
-/// An axis and where its values stand.
-#[derive(Debug)]
-pub(super) struct GridAxis {
-    pub axis: Axis,
-    dimension: Dimension,
-    spans: Spans,
-}
-
 /// Where the values of an axis stand.
 #[derive(Debug)]
-enum Spans {
+pub(super) enum Spans {
     Each(Vec<Span>),
     Whole(Span),
 }
 
-impl GridAxis {
-    /// Whether the axis names a model key; otherwise it is load or speed.
-    pub fn is_model_key(&self) -> bool {
-        !matches!(self.axis.name.as_str(), "load" | "speed")
-    }
-
-    /// The i-th value as it goes into the tree.
-    pub fn node(&self, i: usize) -> Node {
-        Node {
-            span: match &self.spans {
-                Spans::Each(spans) => spans[i],
-                Spans::Whole(span) => *span,
-            },
-            value: Value::Sample(self.axis.values[i], self.dimension),
-        }
-    }
-}
-
-/// The axes of a grid, slowest first, and the names of the faulty ones.
-#[derive(Debug, Default)]
-pub(super) struct Axes {
-    pub sound: Vec<GridAxis>,
-    pub faulty: Vec<String>,
-}
-
-/// Reads the grid. Model keys come first, by name, then load, then speed: points that
-/// share a structure lie together, and the order of the text is of no effect.
-pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
-    let mut axes = Axes::default();
-    let Some(section) = root.required_child(issues, "grid") else {
-        axes.faulty.extend(["load".to_owned(), "speed".to_owned()]);
-        return axes;
-    };
-    for name in ["load", "speed"] {
-        if !section.has(name) {
-            section.missing(issues, name);
-            axes.faulty.push(name.to_owned());
-        }
-    }
-    let orders = [("sweep-up", SWEEP), ("sweep-down", SWEEP)];
-    if section
-        .choice(issues, "order", Some("independent"), &orders)
-        .is_none()
-    {
-        axes.faulty.push("order".to_owned());
-    }
-    for entry in section
-        .entries()
-        .iter()
-        .filter(|entry| entry.key != "order")
-    {
-        match read_axis(issues, entry) {
-            Some(axis) => axes.sound.push(axis),
-            None => axes.faulty.push(entry.key.clone()),
-        }
-    }
-    let rank = |axis: &GridAxis| match axis.axis.name.as_str() {
-        "load" => 1,
-        "speed" => 2,
-        _ => 0,
-    };
-    axes.sound
-        .sort_by(|a, b| (rank(a), &a.axis.name).cmp(&(rank(b), &b.axis.name)));
-    check_size(issues, &section, &axes.sound);
-    axes
-}
-
-const SWEEP: &str = "order = \"independent\": every point starts from run.initial";
-
-fn check_size(issues: &mut Issues, section: &Section, axes: &[GridAxis]) {
-    let lengths: Vec<u64> = axes.iter().map(|a| a.axis.values.len() as u64).collect();
-    let points = lengths
-        .iter()
-        .try_fold(1_u64, |total, &n| total.checked_mul(n));
-    if points.is_some_and(|points| points <= MAX_POINTS) {
-        return;
-    }
-    let factors: Vec<_> = axes
-        .iter()
-        .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name))
-        .collect();
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::GridTooLarge,
-            section.span,
-            "grid",
-            format!(
-                "the grid has {} points",
-                points.map_or("too many".to_owned(), |p| p.to_string())
-            ),
-        )
-        .label(factors.join(" x "))
-        .accepted(format!("at most {MAX_POINTS} points"))
-        .remedy("use coarser axes, or split the grid over several manifests"),
-    );
-}
-
-fn read_axis(issues: &mut Issues, entry: &Entry) -> Option<GridAxis> {
-    let name = entry.key.as_str();
-    let path = match name.contains('.') {
-        true => format!("grid.\"{name}\""),
-        false => format!("grid.{name}"),
-    };
-    let spec = axis_key(issues, entry, &path)?;
-    let mut reader = AxisReader {
-        spec,
-        path: &path,
-        dimension: match spec.kind {
-            Kind::Quantity(dimension) | Kind::Axis(dimension) => Some(dimension),
-            Kind::ContactDamping => None,
-            _ => Some(Dimension::Ratio),
-        },
-    };
-    let (values, spans) = match &entry.node.value {
-        Value::Table(entries) => reader.table(issues, &entry.node, entries)?,
-        Value::Array(_) => {
-            wrong_axis(issues, &entry.node, &path, spec);
-            return None;
-        }
-        _ => {
-            let value = reader.value(issues, &entry.node, &path)?;
-            (vec![value], Spans::Whole(entry.node.span))
-        }
-    };
-    let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
-    Some(GridAxis {
-        axis: Axis {
-            name: name.to_owned(),
-            unit: dimension.unit().to_owned(),
-            values,
-        },
-        dimension,
-        spans,
-    })
-}
-
-/// The schema's entry for what an axis varies.
-fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
-    let name = entry.key.as_str();
-    if matches!(name, "load" | "speed") {
-        return schema::find(MANIFEST, path);
-    }
-    let table = name.split('.').next().unwrap_or_default();
-    let spec = schema::find(MANIFEST, name).filter(|_| VARIABLE_TABLES.contains(&table));
-    let fault = Diagnostic::new(
-        DiagnosticKind::UnknownAxis,
-        entry.key_span,
-        path,
-        String::new(),
-    )
-    .accepted("load, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"");
-    let fault = match spec.map(|spec| spec.kind) {
-        Some(Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance) => {
-            return spec;
-        }
-        Some(Kind::List(_)) => Diagnostic {
-            message: format!("`{name}` is a list; an axis varies one number"),
-            remedy: Some(format!("name an element, \"{name}.0\", or a key below it")),
-            ..fault.label("a list")
-        },
-        Some(Kind::Table) if !name.contains('.') => {
-            let inner = match &entry.node.value {
-                Value::Table(entries) => entries.first().map(|inner| inner.key.as_str()),
-                _ => None,
-            };
-            let full = format!("\"{name}.{}\"", inner.unwrap_or("key"));
-            Diagnostic {
-                message: format!("`{name}` is a table, not an axis"),
-                remedy: Some(format!("put the whole key in quotes: {full} = ...")),
-                ..fault.label("a table")
-            }
-        }
-        Some(_) => Diagnostic {
-            message: format!("`{name}` takes no number, so it cannot be an axis"),
-            remedy: Some("write one manifest for each of its values".to_owned()),
-            ..fault.label("takes no number")
-        },
-        None if schema::find(MANIFEST, name).is_some() => Diagnostic {
-            message: format!("`{name}` cannot be an axis"),
-            remedy: Some(format!("axes are keys of {}", VARIABLE_TABLES.join(", "))),
-            ..fault.label("not a model key")
-        },
-        None => Diagnostic {
-            message: format!("the axis `{name}` names no model key"),
-            suggestion: nearest_axis(name),
-            ..fault.label("unknown")
-        },
-    };
-    issues.push(fault);
-    None
-}
-
-/// The nearest thing that can be an axis: by its whole name, or by its last part.
-fn nearest_axis(name: &str) -> Option<String> {
-    let paths: Vec<&str> = ["load", "speed"]
-        .into_iter()
-        .chain(
-            MANIFEST
-                .iter()
-                .filter(|key| {
-                    matches!(
-                        key.kind,
-                        Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping
-                    )
-                })
-                .map(|key| key.path)
-                .filter(|path| !path.contains(['*', '<'])),
-        )
-        .collect();
-    let last: Vec<&str> = paths
-        .iter()
-        .map(|path| path.rsplit('.').next().unwrap_or(path))
-        .collect();
-    let whole = schema::nearest(name, &paths);
-    let by_last = || {
-        let near = schema::nearest(name, &last)?;
-        last.iter().position(|part| *part == near).map(|i| paths[i])
-    };
-    whole.or_else(by_last).map(|near| match near.contains('.') {
-        true => format!("\"{near}\""),
-        false => near.to_owned(),
-    })
-}
-
-fn wrong_axis(issues: &mut Issues, node: &Node, path: &str, spec: &'static Key) {
-    let example = match spec.kind {
-        Kind::Axis(_) => spec.example.to_owned(),
-        _ => format!("{{ values = [{}, ...] }}", spec.example),
-    };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::WrongType,
-            node.span,
-            path,
-            format!("`{path}` must be a value or a table, not {}", node.value.type_name()),
-        )
-        .label(format!("this is {}", node.value.type_name()))
-        .accepted(format!(
-            "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
-        )),
-    );
-}
-
 /// Reads the values of one axis.
-struct AxisReader<'a> {
-    spec: &'static Key,
-    path: &'a str,
+pub(super) struct AxisReader<'a> {
+    pub spec: &'static Key,
+    pub path: &'a str,
     /// What the values measure; fixed by the first value where the key leaves it open.
-    dimension: Option<Dimension>,
+    pub dimension: Option<Dimension>,
 }
 
 impl AxisReader<'_> {
+    /// The values in SI and where they stand; `None` when anything is wrong, reported.
+    pub fn read(&mut self, issues: &mut Issues, node: &Node) -> Option<(Vec<f64>, Spans)> {
+        match &node.value {
+            Value::Table(entries) => self.table(issues, node, entries),
+            Value::Array(_) => {
+                wrong_axis(issues, node, self.path, self.spec);
+                None
+            }
+            _ => {
+                let value = self.value(issues, node, self.path)?;
+                Some((vec![value], Spans::Whole(node.span)))
+            }
+        }
+    }
+
     /// One value in SI. Load and speed are checked for their range here, model keys when
     /// the point is resolved.
     fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
@@ -447,22 +205,20 @@ impl AxisReader<'_> {
     }
 
     fn range(&mut self, issues: &mut Issues, node: &Node) -> Option<Vec<f64>> {
-        let missing: Vec<&str> = ["from", "to", "count"]
-            .into_iter()
-            .filter(|key| node.entry(key).is_none())
-            .collect();
         let path_of = |key: &str| format!("{}.{key}", self.path);
-        if !missing.is_empty() {
-            issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::MissingKey,
-                    node.span,
-                    &path_of(missing[0]),
-                    format!("`{}` needs {}", self.path, missing.join(", ")),
-                )
-                .label("incomplete")
-                .accepted("{ values = [...] }, or { from, to, count, spacing }"),
-            );
+        for key in ["from", "to", "count"] {
+            if node.entry(key).is_none() {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::MissingKey,
+                        node.span,
+                        &path_of(key),
+                        format!("`{}` needs `{key}`", self.path),
+                    )
+                    .label("incomplete")
+                    .accepted("{ values = [...] }, or { from, to, count, spacing }"),
+                );
+            }
         }
         let (from_path, to_path, count_path) = (path_of("from"), path_of("to"), path_of("count"));
         let from = node
@@ -519,7 +275,7 @@ impl AxisReader<'_> {
             Value::Text(text) if text == "linear" => return Some(false),
             Value::Text(text) if text == "log" => return Some(true),
             Value::Text(text) if text.starts_with("sweep") => {
-                not_available(issues, entry.node.span, self.path, text, SWEEP);
+                not_available(issues, entry.node.span, self.path, text, super::SWEEP);
                 return None;
             }
             _ => {}
@@ -573,6 +329,25 @@ fn samples(from: f64, to: f64, count: u64, logarithmic: bool) -> Vec<f64> {
             }
         })
         .collect()
+}
+
+fn wrong_axis(issues: &mut Issues, node: &Node, path: &str, spec: &'static Key) {
+    let example = match spec.kind {
+        Kind::Axis(_) => spec.example.to_owned(),
+        _ => format!("{{ values = [{}, ...] }}", spec.example),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::WrongType,
+            node.span,
+            path,
+            format!("`{path}` must be a value or a table, not {}", node.value.type_name()),
+        )
+        .label(format!("this is {}", node.value.type_name()))
+        .accepted(format!(
+            "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
+        )),
+    );
 }
 
 #[cfg(test)]
