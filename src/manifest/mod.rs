@@ -1,5 +1,167 @@
 //! The text of a job: parsed, validated (all errors at once) and resolved into a specification.
+//!
+//! ```text
+//! text → tree (values with their places) → unknown keys → axes of the grid
+//!      → every combination of axis values put into the tree and resolved → Job
+//! ```
+//!
+//! Nothing is computed or written here. A fault never stops the search for others; a
+//! syntax error does, for the text behind it.
 
+mod diagnostic;
+mod expand;
+mod grid;
+mod hash;
+mod modal_file;
+mod reader;
+mod schema;
+mod sections;
 mod spec;
+mod syntax;
+mod tree;
+mod unknown;
 
+pub use diagnostic::{Diagnostic, DiagnosticKind, ManifestErrors, Source, Span};
 pub use spec::*;
+
+use diagnostic::Issues;
+use reader::Section;
+use sections::Context;
+use std::path::Path;
+
+/// Reads a manifest file.
+///
+/// # Errors
+///
+/// Every fault of the manifest and of the modal file it names; an unreadable manifest is
+/// one fault of its own.
+pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
+    let name = path.display().to_string();
+    let base_dir = path.parent().unwrap_or(Path::new(""));
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(&text, &name, base_dir),
+        Err(error) => {
+            let mut issues = Issues::default();
+            let source = issues.add_source(name.clone(), String::new());
+            let span = Span {
+                source,
+                start: 0,
+                end: 0,
+            };
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Unreadable,
+                    span,
+                    "",
+                    format!("the manifest `{name}` cannot be read: {error}"),
+                )
+                .remedy("check the path; a manifest is a text file (UTF-8) in TOML"),
+            );
+            Err(ManifestErrors::new(issues))
+        }
+    }
+}
+
+/// Reads the text of a manifest. `name` stands for it in messages; relative paths in it
+/// start at `base_dir`.
+///
+/// # Errors
+///
+/// Every fault of the text and of the modal file it names.
+pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
+    let mut issues = Issues::default();
+    let source = issues.add_source(name.to_owned(), text.to_owned());
+    let mut tree = tree::parse(source, &mut issues);
+    let syntax_error = issues
+        .found
+        .iter()
+        .filter(|d| d.kind == DiagnosticKind::Syntax)
+        .map(|d| d.span.start)
+        .min();
+
+    unknown::check(&mut issues, &tree, schema::MANIFEST);
+    let root = Section::root(&tree, schema::MANIFEST);
+    let head = sections::read_job(&root, &mut issues);
+    let axes = grid::read(&root, &mut issues);
+    let complete = axes.faulty.is_empty() && issues.found.is_empty();
+
+    let plain: Vec<&Axis> = axes.sound.iter().map(|axis| &axis.axis).collect();
+    let seed = head.as_ref().map_or(0, |head| head.seed);
+    let mut hash = hash::JobHash::new(seed, &plain);
+    let mut context = Context::new(base_dir);
+    let points = expand::expand(
+        &mut tree,
+        &axes.sound,
+        complete,
+        &mut issues,
+        &mut context,
+        &mut hash,
+    );
+
+    if let Some(start) = syntax_error {
+        keep_certain(&mut issues, text, start);
+    }
+    // A key that only a faulty axis gives is not missing.
+    issues
+        .found
+        .retain(|d| d.kind != DiagnosticKind::MissingKey || !axes.faulty.contains(&d.key));
+    drop_echoes(&mut issues);
+    match head {
+        Some(head) if issues.found.is_empty() => Ok(Job {
+            name: head.name,
+            seed: head.seed,
+            text: text.to_owned(),
+            hash: hash.finish(),
+            axes: axes.sound.into_iter().map(|axis| axis.axis).collect(),
+            points,
+        }),
+        _ => Err(ManifestErrors::new(issues)),
+    }
+}
+
+/// A misspelt key is one fault, not an unknown and a missing one.
+fn drop_echoes(issues: &mut Issues) {
+    let meant: Vec<String> = issues
+        .found
+        .iter()
+        .filter(|d| d.kind == DiagnosticKind::UnknownKey)
+        .filter_map(|d| {
+            let near = d
+                .suggestion
+                .as_ref()?
+                .strip_prefix('`')?
+                .strip_suffix('`')?;
+            Some(match d.key.rsplit_once('.') {
+                Some((parent, _)) => format!("{parent}.{near}"),
+                None => near.to_owned(),
+            })
+        })
+        .collect();
+    issues
+        .found
+        .retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
+}
+
+/// After a syntax error the tree is a guess. Syntax errors stay, and so do faults of
+/// values and names on the lines before the first of them; what seems to be missing may
+/// only not have been understood.
+fn keep_certain(issues: &mut Issues, text: &str, first: usize) {
+    let line_start = text[..first.min(text.len())]
+        .rfind('\n')
+        .map_or(0, |newline| newline + 1);
+    issues.found.retain(|d| match d.kind {
+        DiagnosticKind::Syntax | DiagnosticKind::DuplicateKey => true,
+        DiagnosticKind::UnknownKey
+        | DiagnosticKind::WrongType
+        | DiagnosticKind::WrongUnit
+        | DiagnosticKind::OutOfRange
+        | DiagnosticKind::Unavailable => d.span.source == 0 && d.span.end <= line_start,
+        DiagnosticKind::Unreadable
+        | DiagnosticKind::MissingKey
+        | DiagnosticKind::Empty
+        | DiagnosticKind::GridTooLarge
+        | DiagnosticKind::UnknownAxis
+        | DiagnosticKind::Inconsistent
+        | DiagnosticKind::NoEffect => false,
+    });
+}

@@ -2,6 +2,7 @@
 //! validated. Everything is SI; nothing here knows how it was typed.
 
 use crate::shaft::{FlexibleDrive, ModalStructure};
+use std::sync::Arc;
 
 /// A whole job.
 #[derive(Debug, Clone)]
@@ -14,7 +15,8 @@ pub struct Job {
     pub text: String,
     /// Hash over what matters to physics, as lower-case hexadecimal.
     pub hash: String,
-    /// Axes of the grid, slowest first; `point_id` counts row-major over them.
+    /// Axes of the grid, slowest first; `point_id` counts row-major over them. Model keys
+    /// come first, by name, then `load`, then `speed`: the order of the text is of no effect.
     pub axes: Vec<Axis>,
     /// The grid's points, fully resolved, in `point_id` order.
     pub points: Vec<PointSpec>,
@@ -67,13 +69,13 @@ pub struct ModelSpec {
     pub mta: bool,
 }
 
-/// Where the structure comes from.
+/// Where the structure comes from; points with equal structure share one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StructureSource {
     /// Assembled from shafts, bearings and gear bodies.
-    Flexible(FlexibleDrive),
+    Flexible(Arc<FlexibleDrive>),
     /// Read from a modal file (already checked).
-    Modal(ModalStructure),
+    Modal(Arc<ModalStructure>),
 }
 
 /// The gear mesh.

@@ -1,0 +1,311 @@
+//! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
+
+use crate::manifest::{
+    self, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec, StiffnessSpec, StructureSource,
+};
+use clap::Args;
+use serde_json::{Value, json};
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Exit status for bad input.
+const BAD_INPUT: u8 = 2;
+
+/// Arguments of `atlas check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// The manifest
+    pub manifest: PathBuf,
+    /// Print JSON for programs
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Checks a manifest: status 0 when it is sound, 2 when it is not.
+pub fn run(args: &CheckArgs) -> ExitCode {
+    match manifest::load(&args.manifest) {
+        Ok(job) => {
+            let name = args.manifest.display().to_string();
+            print(&match args.json {
+                true => format!("{:#}\n", job_json(&name, &job)),
+                false => summary(&name, &job),
+            });
+            ExitCode::SUCCESS
+        }
+        Err(errors) => {
+            if args.json {
+                print(&format!("{:#}\n", errors_json(&errors)));
+            } else {
+                report(&errors);
+            }
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// A closed pipe (`atlas check … | head`) is no error worth a word.
+fn print(text: &str) {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+}
+
+/// Shows the errors of a manifest on standard error, in colour on a terminal.
+pub fn report(errors: &ManifestErrors) {
+    let stderr = std::io::stderr();
+    let colour = stderr.is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let text = match colour {
+        true => errors.render_coloured(),
+        false => errors.render(),
+    };
+    let count = match errors.diagnostics.len() {
+        1 => "1 error".to_owned(),
+        count => format!("{count} errors"),
+    };
+    let name = errors.sources.first().map_or("", |source| &source.name);
+    let _ = stderr
+        .lock()
+        .write_all(format!("{text}{name}: {count}; nothing was computed or written\n").as_bytes());
+}
+
+fn summary(name: &str, job: &Job) -> String {
+    let lines = job
+        .points
+        .first()
+        .map_or(Vec::new(), |first| describe(job, first));
+    let mut text = format!("{name}: sound\n\n");
+    for (head, line) in lines {
+        text += format!("{head:<12}{line}").trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+/// Head and text of every line of the summary.
+fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
+    let counts: Vec<_> = job
+        .axes
+        .iter()
+        .map(|axis| format!("{} {}", axis.values.len(), axis.name))
+        .collect();
+    let mut lines = vec![
+        ("job".to_owned(), format!("{}, seed {}", job.name, job.seed)),
+        ("hash".to_owned(), job.hash.clone()),
+        (
+            "points".to_owned(),
+            format!("{} = {}", job.points.len(), counts.join(" x ")),
+        ),
+    ];
+    for axis in &job.axes {
+        let (low, high) = range(axis.values.iter().copied());
+        let unit = match axis.unit.as_str() {
+            "1" => "",
+            unit => unit,
+        };
+        lines.push((
+            format!("  {}", axis.name),
+            format!("{} {unit}", span(low, high)),
+        ));
+    }
+    let retained = range(job.points.iter().map(|p| p.model.retained as f64));
+    let modes = range(job.points.iter().map(|p| p.model.modes as f64));
+    lines.push((
+        "model".to_owned(),
+        format!(
+            "{}, {} of {} modes kept{}",
+            kind(first),
+            span(retained.0, retained.1),
+            span(modes.0, modes.1),
+            if first.model.mta {
+                ", the rest as residual flexibility"
+            } else {
+                ""
+            }
+        ),
+    ));
+    lines.push(("mesh".to_owned(), mesh(job)));
+    lines.push((
+        "run".to_owned(),
+        format!(
+            "{} cycles of transient, at most {} measured; {}",
+            first.run.transient,
+            first.run.cycles,
+            kernel(&first.run.kernel)
+        ),
+    ));
+    lines.push(("analyses".to_owned(), analyses(first)));
+    lines
+}
+
+fn mesh(job: &Job) -> String {
+    let gap = range(job.points.iter().map(|p| p.mesh.half_gap));
+    let friction = range(job.points.iter().map(|p| p.mesh.friction));
+    let mut stiffness = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut segments = (f64::INFINITY, f64::NEG_INFINITY);
+    for point in &job.points {
+        let values = match &point.mesh.stiffness {
+            StiffnessSpec::Constant(value) => std::slice::from_ref(value),
+            StiffnessSpec::Piecewise(values) => values.as_slice(),
+        };
+        let (low, high) = range(values.iter().copied());
+        stiffness = (stiffness.0.min(low), stiffness.1.max(high));
+        let count = values.len() as f64;
+        segments = (segments.0.min(count), segments.1.max(count));
+    }
+    let damping = |pick: fn(&DampingSpec) -> Option<f64>, unit: &str| {
+        let values: Vec<f64> = job
+            .points
+            .iter()
+            .filter_map(|p| pick(&p.mesh.damping))
+            .collect();
+        (!values.is_empty()).then(|| {
+            let (low, high) = range(values.into_iter());
+            format!("{}{unit}", span(low, high))
+        })
+    };
+    let ratio = damping(
+        |d| match d {
+            DampingSpec::Ratio(value) => Some(*value),
+            DampingSpec::Coefficient(_) => None,
+        },
+        " (ratio)",
+    );
+    let coefficient = damping(
+        |d| match d {
+            DampingSpec::Coefficient(value) => Some(*value),
+            DampingSpec::Ratio(_) => None,
+        },
+        " N*s/m",
+    );
+    let dampings: Vec<String> = [ratio, coefficient].into_iter().flatten().collect();
+    format!(
+        "half gap {} m; {} segments, {} N/m; contact damping {}; friction {}",
+        span(gap.0, gap.1),
+        span(segments.0, segments.1),
+        span(stiffness.0, stiffness.1),
+        dampings.join(", "),
+        span(friction.0, friction.1)
+    )
+}
+
+fn analyses(point: &PointSpec) -> String {
+    let analyses = &point.analyses;
+    let lyapunov = analyses.lyapunov.map(|lyapunov| {
+        let stop = lyapunov.stop_at_stderr.map_or(String::new(), |bound| {
+            format!(", until standard error {bound}")
+        });
+        format!(
+            "lyapunov ({} exponent{}{stop})",
+            lyapunov.exponents,
+            if lyapunov.exponents == 1 { "" } else { "s" }
+        )
+    });
+    let poincare = analyses
+        .poincare
+        .map(|poincare| format!("poincare ({} samples)", poincare.samples));
+    let nvh = analyses.nvh.map(|nvh| {
+        let spectra = if nvh.spectrum { ", spectra" } else { "" };
+        format!("nvh ({} harmonics{spectra})", nvh.harmonics)
+    });
+    let all: Vec<String> = [lyapunov, poincare, nvh].into_iter().flatten().collect();
+    match all.is_empty() {
+        true => "none".to_owned(),
+        false => all.join(", "),
+    }
+}
+
+fn kind(point: &PointSpec) -> &'static str {
+    match point.model.source {
+        StructureSource::Flexible(_) => "flexible",
+        StructureSource::Modal(_) => "modal",
+    }
+}
+
+fn kernel(kernel: &KernelSpec) -> String {
+    match kernel {
+        KernelSpec::Volterra { tolerance } if *tolerance == f64::EPSILON => {
+            "kernel volterra to round-off".to_owned()
+        }
+        KernelSpec::Volterra { tolerance } => format!("kernel volterra to {tolerance:e}"),
+        KernelSpec::Stepping { steps } => format!("kernel stepping, {steps} steps a cycle"),
+    }
+}
+
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
+}
+
+/// `5e-6 … 5e-5`, or one number.
+fn span(low: f64, high: f64) -> String {
+    let number = |value: f64| {
+        // Four digits tell values apart; the manifest has the others.
+        let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+        match rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
+            true => format!("{rounded}"),
+            false => format!("{rounded:e}"),
+        }
+    };
+    match low == high {
+        true => number(low),
+        false => format!("{} ... {}", number(low), number(high)),
+    }
+}
+
+fn job_json(name: &str, job: &Job) -> Value {
+    let axes: Vec<Value> = job
+        .axes
+        .iter()
+        .map(|axis| json!({ "name": axis.name, "unit": axis.unit, "values": axis.values }))
+        .collect();
+    let retained = range(job.points.iter().map(|p| p.model.retained as f64));
+    let first = job.points.first();
+    json!({
+        "sound": true,
+        "file": name,
+        "job": job.name,
+        "seed": job.seed,
+        "hash": job.hash,
+        "points": job.points.len(),
+        "axes": axes,
+        "model": first.map(kind),
+        "retained_min": retained.0,
+        "retained_max": retained.1,
+        "kernel": first.map(|p| match p.run.kernel {
+            KernelSpec::Volterra { .. } => "volterra",
+            KernelSpec::Stepping { .. } => "stepping",
+        }),
+        "analyses": first.map(|p| {
+            let names = [
+                ("lyapunov", p.analyses.lyapunov.is_some()),
+                ("poincare", p.analyses.poincare.is_some()),
+                ("nvh", p.analyses.nvh.is_some()),
+            ];
+            names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()
+        }),
+    })
+}
+
+fn errors_json(errors: &ManifestErrors) -> Value {
+    let list: Vec<Value> = errors
+        .diagnostics
+        .iter()
+        .map(|d| {
+            json!({
+                "kind": d.kind.code(),
+                "file": errors.sources[d.span.source].name,
+                "line": d.line,
+                "column": d.column,
+                "start": d.span.start,
+                "end": d.span.end,
+                "key": d.key,
+                "message": d.message,
+                "accepted": d.accepted,
+                "nearest": d.suggestion,
+                "remedy": d.remedy,
+                "at_point": d.at_point,
+            })
+        })
+        .collect();
+    json!({ "sound": false, "errors": list })
+}

@@ -1,0 +1,284 @@
+//! What is wrong with a manifest, where, and what to do: one [`Diagnostic`] a fault, all
+//! faults of a job together in [`ManifestErrors`], rendered with the spot underlined.
+
+use codespan_reporting::diagnostic as codespan;
+use codespan_reporting::files::SimpleFiles;
+use codespan_reporting::term;
+use std::fmt;
+
+/// A stretch of bytes in one of the files of a job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Span {
+    /// Which file: index into [`ManifestErrors::sources`].
+    pub source: usize,
+    /// First byte.
+    pub start: usize,
+    /// One past the last byte.
+    pub end: usize,
+}
+
+/// A file that was read: the manifest (first) or a modal file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// Path or name, as shown to the user.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// The kinds of fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum DiagnosticKind {
+    /// A file cannot be read.
+    Unreadable,
+    /// The text is not TOML.
+    Syntax,
+    /// A key or table stands twice.
+    DuplicateKey,
+    /// A key or table that does not exist.
+    UnknownKey,
+    /// A key or table that must be given.
+    MissingKey,
+    /// A value of another type.
+    WrongType,
+    /// Text that is no quantity of the wanted dimension.
+    WrongUnit,
+    /// A value outside its range, or not one of the choices.
+    OutOfRange,
+    /// A list without entries.
+    Empty,
+    /// A grid with more points than the program accepts.
+    GridTooLarge,
+    /// A grid axis that names nothing that can vary.
+    UnknownAxis,
+    /// Values that do not fit each other.
+    Inconsistent,
+    /// A key that has no effect beside the others.
+    NoEffect,
+    /// A feature that this version does not have.
+    Unavailable,
+}
+
+impl DiagnosticKind {
+    /// A short name for programs, `wrong-unit`.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Unreadable => "unreadable",
+            Self::Syntax => "syntax",
+            Self::DuplicateKey => "duplicate-key",
+            Self::UnknownKey => "unknown-key",
+            Self::MissingKey => "missing-key",
+            Self::WrongType => "wrong-type",
+            Self::WrongUnit => "wrong-unit",
+            Self::OutOfRange => "out-of-range",
+            Self::Empty => "empty",
+            Self::GridTooLarge => "grid-too-large",
+            Self::UnknownAxis => "unknown-axis",
+            Self::Inconsistent => "inconsistent",
+            Self::NoEffect => "no-effect",
+            Self::Unavailable => "unavailable",
+        }
+    }
+}
+
+/// One fault.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// What kind of fault.
+    pub kind: DiagnosticKind,
+    /// Where.
+    pub span: Span,
+    /// Line of its first byte, from 1; 0 when a file could not be read.
+    pub line: usize,
+    /// Column of its first byte in characters, from 1; 0 when a file could not be read.
+    pub column: usize,
+    /// The dotted key, `mesh.half_gap`; empty where no key is concerned.
+    pub key: String,
+    /// What is wrong, one sentence.
+    pub message: String,
+    /// A few words under the spot.
+    pub label: String,
+    /// What would be accepted.
+    pub accepted: Option<String>,
+    /// The nearest known key, or the place where such a key belongs.
+    pub suggestion: Option<String>,
+    /// What to do.
+    pub remedy: Option<String>,
+    /// The grid point at which it shows, where it is not a fault of every point.
+    pub at_point: Option<String>,
+}
+
+impl Diagnostic {
+    /// A fault without any of the optional parts.
+    pub(super) fn new(kind: DiagnosticKind, span: Span, key: &str, message: String) -> Self {
+        Self {
+            kind,
+            span,
+            line: 0,
+            column: 0,
+            key: key.to_owned(),
+            message,
+            label: String::new(),
+            accepted: None,
+            suggestion: None,
+            remedy: None,
+            at_point: None,
+        }
+    }
+
+    pub(super) fn label(mut self, label: impl Into<String>) -> Self {
+        self.label = label.into();
+        self
+    }
+
+    pub(super) fn accepted(mut self, accepted: impl Into<String>) -> Self {
+        self.accepted = Some(accepted.into());
+        self
+    }
+
+    pub(super) fn suggestion(mut self, suggestion: Option<String>) -> Self {
+        self.suggestion = suggestion;
+        self
+    }
+
+    pub(super) fn remedy(mut self, remedy: impl Into<String>) -> Self {
+        self.remedy = Some(remedy.into());
+        self
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let note =
+            |head: &str, text: &Option<String>| text.as_ref().map(|text| format!("{head}: {text}"));
+        [
+            note("accepted", &self.accepted),
+            note("nearest", &self.suggestion),
+            note("remedy", &self.remedy),
+            note("seen at", &self.at_point),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+/// The faults found so far and the files they stand in.
+#[derive(Debug, Default)]
+pub(super) struct Issues {
+    pub sources: Vec<Source>,
+    pub found: Vec<Diagnostic>,
+}
+
+impl Issues {
+    /// Adds a file and returns its index.
+    pub fn add_source(&mut self, name: String, text: String) -> usize {
+        self.sources.push(Source { name, text });
+        self.sources.len() - 1
+    }
+
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        self.found.push(diagnostic);
+    }
+}
+
+/// All faults of a job, in the order of the text; at least one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ManifestErrors {
+    /// The files they stand in; the manifest first.
+    pub sources: Vec<Source>,
+    /// The faults.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl ManifestErrors {
+    /// Sorts the faults by place, drops repetitions and fills in lines and columns.
+    pub(super) fn new(issues: Issues) -> Self {
+        let Issues { sources, mut found } = issues;
+        found.sort_by_key(|d| (d.span.source, d.span.start, d.span.end));
+        found.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
+        for diagnostic in &mut found {
+            let source = &sources[diagnostic.span.source];
+            if diagnostic.kind != DiagnosticKind::Unreadable || !source.text.is_empty() {
+                (diagnostic.line, diagnostic.column) = place(&source.text, diagnostic.span.start);
+            }
+        }
+        Self {
+            sources,
+            diagnostics: found,
+        }
+    }
+
+    /// The faults as text for people, without colour.
+    pub fn render(&self) -> String {
+        self.render_into(|files, diagnostic, out| {
+            term::emit_to_io_write(out, &term::Config::default(), files, diagnostic)
+        })
+    }
+
+    /// The faults as text for people, with ANSI colours for a terminal.
+    pub fn render_coloured(&self) -> String {
+        self.render_into(|files, diagnostic, out| {
+            let styles = term::Styles::default();
+            let mut writer = term::StylesWriter::new(term::termcolor::Ansi::new(out), &styles);
+            term::emit_to_write_style(&mut writer, &term::Config::default(), files, diagnostic)
+        })
+    }
+
+    fn render_into(
+        &self,
+        emit: impl Fn(
+            &SimpleFiles<&str, &str>,
+            &codespan::Diagnostic<usize>,
+            &mut Vec<u8>,
+        ) -> Result<(), codespan_reporting::files::Error>,
+    ) -> String {
+        let mut files = SimpleFiles::new();
+        for source in &self.sources {
+            files.add(source.name.as_str(), source.text.as_str());
+        }
+        let mut text = Vec::new();
+        for diagnostic in &self.diagnostics {
+            let mut shown = codespan::Diagnostic::error()
+                .with_code(diagnostic.kind.code())
+                .with_message(&diagnostic.message)
+                .with_notes(diagnostic.notes());
+            if diagnostic.line > 0 {
+                let Span { source, start, end } = diagnostic.span;
+                shown = shown.with_labels(vec![
+                    codespan::Label::primary(source, start..end).with_message(&diagnostic.label),
+                ]);
+            }
+            if emit(&files, &shown, &mut text).is_err() {
+                // The snippet could not be drawn; the sentence still must be shown.
+                text.extend_from_slice(diagnostic.message.as_bytes());
+                text.push(b'\n');
+            }
+            if diagnostic.line == 0 {
+                text.push(b'\n');
+            }
+        }
+        String::from_utf8_lossy(&text).into_owned()
+    }
+}
+
+/// Line and column, from 1, of a byte; the column counts characters.
+fn place(text: &str, byte: usize) -> (usize, usize) {
+    let before = &text.as_bytes()[..byte.min(text.len())];
+    let line_start = before
+        .iter()
+        .rposition(|&b| b == b'\n')
+        .map_or(0, |newline| newline + 1);
+    let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
+    let column = String::from_utf8_lossy(&before[line_start..])
+        .chars()
+        .count()
+        + 1;
+    (line, column)
+}
+
+impl fmt::Display for ManifestErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render())
+    }
+}
+
+impl std::error::Error for ManifestErrors {}

@@ -1,0 +1,190 @@
+//! The points of a grid: every combination of model-key values is put into the tree and
+//! resolved like text; load and speed vary inside, where nothing needs resolving again.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::grid::GridAxis;
+use super::hash::JobHash;
+use super::reader::Section;
+use super::schema::{self, MANIFEST};
+use super::sections::{Context, Resolved, resolve};
+use super::spec::PointSpec;
+use super::tree::Node;
+use std::collections::HashMap;
+
+/// Combinations with faults after which no more are looked at.
+const MAX_FAULTY: usize = 1000;
+
+/// How often a fault was seen.
+#[derive(Debug)]
+struct Sighting {
+    index: usize,
+    combinations: usize,
+}
+
+type Faults = HashMap<(DiagnosticKind, Span, String), Sighting>;
+
+/// Resolves the whole grid. `axes` has the model keys first, then load and speed.
+///
+/// Every fault is recorded once, with the first combination at which it shows when it
+/// does not show at all of them. With `complete` false (an axis is faulty) only the first
+/// combination is looked at, for its faults.
+pub(super) fn expand(
+    tree: &mut Node,
+    axes: &[GridAxis],
+    complete: bool,
+    issues: &mut Issues,
+    context: &mut Context,
+    hash: &mut JobHash,
+) -> Vec<PointSpec> {
+    let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
+    let values = |name: &str| {
+        axes.iter()
+            .find(|axis| axis.axis.name == name)
+            .map_or(&[][..], |axis| &axis.axis.values)
+    };
+    let (loads, speeds) = (values("load"), values("speed"));
+    let mut points = Vec::new();
+    let mut faults = Faults::new();
+    let (mut tried, mut faulty) = (0, 0);
+    let mut index = vec![0; keys.len()];
+    loop {
+        let before = issues.found.len();
+        let resolved = substitute(tree, &keys, &index, issues)
+            .then(|| resolve(&Section::root(tree, MANIFEST), issues, context))
+            .flatten();
+        tried += 1;
+        if issues.found.len() > before {
+            faulty += 1;
+            sift(issues, before, &mut faults, &keys, &index);
+        }
+        if let Some(resolved) = resolved.filter(|_| issues.found.is_empty()) {
+            hash.resolved(&resolved);
+            let keyed: Vec<f64> = keys
+                .iter()
+                .zip(&index)
+                .map(|(k, &i)| k.axis.values[i])
+                .collect();
+            push_points(&mut points, &resolved, &keyed, loads, speeds);
+        }
+        if !complete || faulty >= MAX_FAULTY || !advance(&mut index, &keys) {
+            break;
+        }
+    }
+    for sighting in faults
+        .values()
+        .filter(|sighting| sighting.combinations == tried)
+    {
+        issues.found[sighting.index].at_point = None;
+    }
+    points
+}
+
+/// Puts one value of every key axis into the tree; false when one has no place there.
+fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut Issues) -> bool {
+    let mut fits = true;
+    for (key, &i) in keys.iter().zip(index) {
+        let name = &key.axis.name;
+        let path: Vec<&str> = name.split('.').collect();
+        if let Err(short) = tree.put(&path, key.node(i)) {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::UnknownAxis,
+                    key.key_span,
+                    name,
+                    format!(
+                        "the axis `{name}` names an element that is not there: the list has {}",
+                        super::reader::entries(short.length)
+                    ),
+                )
+                .label("no such element")
+                .remedy("elements count from 0; write the list in its own table first"),
+            );
+            fits = false;
+        }
+    }
+    fits
+}
+
+/// The next combination, the last key fastest.
+fn advance(index: &mut [usize], keys: &[&GridAxis]) -> bool {
+    for (i, key) in index.iter_mut().zip(keys).rev() {
+        *i += 1;
+        if *i < key.axis.values.len() {
+            return true;
+        }
+        *i = 0;
+    }
+    false
+}
+
+/// Drops faults seen at an earlier combination and says of new ones where they were seen.
+fn sift(
+    issues: &mut Issues,
+    before: usize,
+    faults: &mut Faults,
+    keys: &[&GridAxis],
+    index: &[usize],
+) {
+    let place = keys
+        .iter()
+        .zip(index)
+        .map(|(key, &i)| format!("{} = {}", key.axis.name, schema::number(key.axis.values[i])))
+        .collect::<Vec<_>>()
+        .join(", ");
+    let mut seen_here: Vec<(DiagnosticKind, Span, String)> = Vec::new();
+    for mut diagnostic in issues.found.split_off(before) {
+        let identity = (diagnostic.kind, diagnostic.span, diagnostic.key.clone());
+        if seen_here.contains(&identity) {
+            continue;
+        }
+        seen_here.push(identity.clone());
+        if let Some(sighting) = faults.get_mut(&identity) {
+            sighting.combinations += 1;
+            continue;
+        }
+        let own_file = diagnostic.span.source == 0 && diagnostic.kind != DiagnosticKind::Unreadable;
+        if own_file && !keys.is_empty() {
+            diagnostic.at_point = Some(place.clone());
+        }
+        faults.insert(
+            identity,
+            Sighting {
+                index: issues.found.len(),
+                combinations: 1,
+            },
+        );
+        issues.push(diagnostic);
+    }
+}
+
+fn push_points(
+    points: &mut Vec<PointSpec>,
+    resolved: &Resolved,
+    keyed: &[f64],
+    loads: &[f64],
+    speeds: &[f64],
+) {
+    points.reserve(loads.len() * speeds.len());
+    for &load in loads {
+        for &speed in speeds {
+            let Resolved {
+                model,
+                mesh,
+                excitation,
+                run,
+                analyses,
+            } = resolved.clone();
+            points.push(PointSpec {
+                point_id: points.len() as u64,
+                axis_values: [keyed, &[load, speed]].concat(),
+                load,
+                speed,
+                model,
+                mesh,
+                excitation,
+                run,
+                analyses,
+            });
+        }
+    }
+}

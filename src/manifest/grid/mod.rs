@@ -1,0 +1,242 @@
+//! `[grid]`: its axes and their values. An axis is `load`, `speed` or a quoted model key.
+
+mod values;
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::reader::Section;
+use super::schema::{self, Key, Kind, MANIFEST};
+use super::spec::Axis;
+use super::tree::{Entry, Node, Value};
+use crate::units::Dimension;
+use values::{AxisReader, Spans};
+
+/// Most points of a grid.
+pub(super) const MAX_POINTS: u64 = 10_000_000;
+
+/// Tables whose keys can be axes.
+const VARIABLE_TABLES: [&str; 6] = ["model", "gear", "shafts", "mesh", "excitation", "run"];
+
+/// An axis and where its values stand.
+#[derive(Debug)]
+pub(super) struct GridAxis {
+    pub axis: Axis,
+    /// Where its name stands.
+    pub key_span: Span,
+    dimension: Dimension,
+    spans: Spans,
+}
+
+impl GridAxis {
+    /// Whether the axis names a model key; otherwise it is load or speed.
+    pub fn is_model_key(&self) -> bool {
+        !matches!(self.axis.name.as_str(), "load" | "speed")
+    }
+
+    /// The i-th value as it goes into the tree.
+    pub fn node(&self, i: usize) -> Node {
+        Node {
+            span: match &self.spans {
+                Spans::Each(spans) => spans[i],
+                Spans::Whole(span) => *span,
+            },
+            value: Value::Sample(self.axis.values[i], self.dimension),
+        }
+    }
+}
+
+/// The axes of a grid, slowest first, and the names of the faulty ones.
+#[derive(Debug, Default)]
+pub(super) struct Axes {
+    pub sound: Vec<GridAxis>,
+    pub faulty: Vec<String>,
+}
+
+/// Reads the grid. Model keys come first, by name, then load, then speed: points that
+/// share a structure lie together, and the order of the text is of no effect.
+pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
+    let mut axes = Axes::default();
+    let Some(section) = root.required_child(issues, "grid") else {
+        axes.faulty.extend(["load".to_owned(), "speed".to_owned()]);
+        return axes;
+    };
+    for name in ["load", "speed"] {
+        if !section.has(name) {
+            section.missing(issues, name);
+            axes.faulty.push(name.to_owned());
+        }
+    }
+    let orders = [("sweep-up", SWEEP), ("sweep-down", SWEEP)];
+    if section
+        .choice(issues, "order", Some("independent"), &orders)
+        .is_none()
+    {
+        axes.faulty.push("order".to_owned());
+    }
+    for entry in section
+        .entries()
+        .iter()
+        .filter(|entry| entry.key != "order")
+    {
+        match read_axis(issues, entry) {
+            Some(axis) => axes.sound.push(axis),
+            None => axes.faulty.push(entry.key.clone()),
+        }
+    }
+    let rank = |axis: &GridAxis| match axis.axis.name.as_str() {
+        "load" => 1,
+        "speed" => 2,
+        _ => 0,
+    };
+    axes.sound
+        .sort_by(|a, b| (rank(a), &a.axis.name).cmp(&(rank(b), &b.axis.name)));
+    check_size(issues, &section, &axes.sound);
+    axes
+}
+
+const SWEEP: &str = "order = \"independent\": every point starts from run.initial";
+
+fn check_size(issues: &mut Issues, section: &Section, axes: &[GridAxis]) {
+    let lengths: Vec<u64> = axes.iter().map(|a| a.axis.values.len() as u64).collect();
+    let points = lengths
+        .iter()
+        .try_fold(1_u64, |total, &n| total.checked_mul(n));
+    if points.is_some_and(|points| points <= MAX_POINTS) {
+        return;
+    }
+    let factors: Vec<_> = axes
+        .iter()
+        .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name))
+        .collect();
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::GridTooLarge,
+            section.span,
+            "grid",
+            format!(
+                "the grid has {} points",
+                points.map_or("too many".to_owned(), |p| p.to_string())
+            ),
+        )
+        .label(factors.join(" x "))
+        .accepted(format!("at most {MAX_POINTS} points"))
+        .remedy("use coarser axes, or split the grid over several manifests"),
+    );
+}
+
+fn read_axis(issues: &mut Issues, entry: &Entry) -> Option<GridAxis> {
+    let name = entry.key.as_str();
+    let path = match name.contains('.') {
+        true => format!("grid.\"{name}\""),
+        false => format!("grid.{name}"),
+    };
+    let spec = axis_key(issues, entry, &path)?;
+    let mut reader = AxisReader {
+        spec,
+        path: &path,
+        dimension: match spec.kind {
+            Kind::Quantity(dimension) | Kind::Axis(dimension) => Some(dimension),
+            Kind::ContactDamping => None,
+            _ => Some(Dimension::Ratio),
+        },
+    };
+    let (values, spans) = reader.read(issues, &entry.node)?;
+    let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
+    Some(GridAxis {
+        axis: Axis {
+            name: name.to_owned(),
+            unit: dimension.unit().to_owned(),
+            values,
+        },
+        key_span: entry.key_span,
+        dimension,
+        spans,
+    })
+}
+
+/// The schema's entry for what an axis varies.
+fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
+    let name = entry.key.as_str();
+    if matches!(name, "load" | "speed") {
+        return schema::find(MANIFEST, path);
+    }
+    let table = name.split('.').next().unwrap_or_default();
+    let spec = schema::find(MANIFEST, name).filter(|_| VARIABLE_TABLES.contains(&table));
+    let fault = Diagnostic::new(
+        DiagnosticKind::UnknownAxis,
+        entry.key_span,
+        path,
+        String::new(),
+    )
+    .accepted("load, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"");
+    let fault = match spec.map(|spec| spec.kind) {
+        Some(Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance) => {
+            return spec;
+        }
+        Some(Kind::List(_)) => Diagnostic {
+            message: format!("`{name}` is a list; an axis varies one number"),
+            remedy: Some(format!("name an element, \"{name}.0\", or a key below it")),
+            ..fault.label("a list")
+        },
+        Some(Kind::Table) if !name.contains('.') => {
+            let inner = match &entry.node.value {
+                Value::Table(entries) => entries.first().map(|inner| inner.key.as_str()),
+                _ => None,
+            };
+            let full = format!("\"{name}.{}\"", inner.unwrap_or("key"));
+            Diagnostic {
+                message: format!("`{name}` is a table, not an axis"),
+                remedy: Some(format!("put the whole key in quotes: {full} = ...")),
+                ..fault.label("a table")
+            }
+        }
+        Some(_) => Diagnostic {
+            message: format!("`{name}` takes no number, so it cannot be an axis"),
+            remedy: Some("write one manifest for each of its values".to_owned()),
+            ..fault.label("takes no number")
+        },
+        None if schema::find(MANIFEST, name).is_some() => Diagnostic {
+            message: format!("`{name}` cannot be an axis"),
+            remedy: Some(format!("axes are keys of {}", VARIABLE_TABLES.join(", "))),
+            ..fault.label("not a model key")
+        },
+        None => Diagnostic {
+            message: format!("the axis `{name}` names no model key"),
+            suggestion: nearest_axis(name),
+            ..fault.label("unknown")
+        },
+    };
+    issues.push(fault);
+    None
+}
+
+/// The nearest thing that can be an axis: by its whole name, or by its last part.
+fn nearest_axis(name: &str) -> Option<String> {
+    let paths: Vec<&str> = ["load", "speed"]
+        .into_iter()
+        .chain(
+            MANIFEST
+                .iter()
+                .filter(|key| {
+                    matches!(
+                        key.kind,
+                        Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping
+                    )
+                })
+                .map(|key| key.path)
+                .filter(|path| !path.contains(['*', '<'])),
+        )
+        .collect();
+    let last: Vec<&str> = paths
+        .iter()
+        .map(|path| path.rsplit('.').next().unwrap_or(path))
+        .collect();
+    let whole = schema::nearest(name, &paths);
+    let by_last = || {
+        let near = schema::nearest(name, &last)?;
+        last.iter().position(|part| *part == near).map(|i| paths[i])
+    };
+    whole.or_else(by_last).map(|near| match near.contains('.') {
+        true => format!("\"{near}\""),
+        false => near.to_owned(),
+    })
+}

@@ -1,0 +1,371 @@
+//! The values of one axis: one value, a list, or an even range.
+
+use super::MAX_POINTS;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use crate::manifest::reader::{self, not_available, wrong_type};
+use crate::manifest::schema::{self, Bounds, Key, Kind};
+use crate::manifest::tree::{Entry, Node, Value};
+use crate::units::{self, Dimension};
+
+/// Keys of an axis written as a table.
+const AXIS_KEYS: [&str; 5] = ["from", "to", "count", "spacing", "values"];
+
+static COUNT: Key = Key {
+    path: "count",
+    kind: Kind::Integer,
+    bounds: Bounds {
+        min: 1.0,
+        min_open: false,
+        max: MAX_POINTS as f64,
+        max_open: false,
+    },
+    example: "8",
+};
+
+/// Where the values of an axis stand.
+#[derive(Debug)]
+pub(super) enum Spans {
+    Each(Vec<Span>),
+    Whole(Span),
+}
+
+/// Reads the values of one axis.
+pub(super) struct AxisReader<'a> {
+    pub spec: &'static Key,
+    pub path: &'a str,
+    /// What the values measure; fixed by the first value where the key leaves it open.
+    pub dimension: Option<Dimension>,
+}
+
+impl AxisReader<'_> {
+    /// The values in SI and where they stand; `None` when anything is wrong, reported.
+    pub fn read(&mut self, issues: &mut Issues, node: &Node) -> Option<(Vec<f64>, Spans)> {
+        match &node.value {
+            Value::Table(entries) => self.table(issues, node, entries),
+            Value::Array(_) => {
+                wrong_axis(issues, node, self.path, self.spec);
+                None
+            }
+            _ => {
+                let value = self.value(issues, node, self.path)?;
+                Some((vec![value], Spans::Whole(node.span)))
+            }
+        }
+    }
+
+    /// One value in SI. Load and speed are checked for their range here, model keys when
+    /// the point is resolved.
+    fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
+        match self.spec.kind {
+            Kind::Axis(_) => reader::quantity(issues, node, path, self.spec),
+            Kind::Integer => reader::integer(issues, node, path, self.spec).map(|v| v as f64),
+            _ => {
+                let own = match &node.value {
+                    Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
+                        match units::parse_any(text) {
+                            Ok((_, Dimension::Ratio)) => Dimension::Ratio,
+                            _ => Dimension::Damping,
+                        }
+                    }
+                    _ => self.dimension.unwrap_or(Dimension::Ratio),
+                };
+                let dimension = *self.dimension.get_or_insert(own);
+                if self.spec.kind == Kind::ContactDamping
+                    && (own != dimension
+                        || (dimension == Dimension::Damping
+                            && !matches!(node.value, Value::Text(_))))
+                {
+                    issues.push(
+                        Diagnostic::new(
+                            DiagnosticKind::Inconsistent,
+                            node.span,
+                            path,
+                            format!("`{}` mixes damping ratios and coefficients", self.path),
+                        )
+                        .label("not like the first value")
+                        .remedy("give all values as bare ratios, or all with the unit N*s/m"),
+                    );
+                    return None;
+                }
+                let value = reader::quantity_unbounded(issues, node, path, dimension, self.spec)?;
+                if value.is_finite() {
+                    return Some(value);
+                }
+                reader::in_range(issues, node, path, value, dimension, self.spec)
+            }
+        }
+    }
+
+    fn table(
+        &mut self,
+        issues: &mut Issues,
+        node: &Node,
+        entries: &[Entry],
+    ) -> Option<(Vec<f64>, Spans)> {
+        let mut sound = true;
+        for entry in entries
+            .iter()
+            .filter(|e| !AXIS_KEYS.contains(&e.key.as_str()))
+        {
+            let path = format!("{}.{}", self.path, entry.key);
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::UnknownKey,
+                    entry.key_span,
+                    &path,
+                    format!("there is no key `{}` in an axis", entry.key),
+                )
+                .label("unknown")
+                .accepted("{ values = [...] }, or { from, to, count, spacing }")
+                .suggestion(
+                    schema::nearest(&entry.key, &AXIS_KEYS).map(|near| format!("`{near}`")),
+                ),
+            );
+            sound = false;
+        }
+        if let Some(values) = node.entry("values") {
+            if entries.len() > 1 && sound {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::Inconsistent,
+                        node.span,
+                        self.path,
+                        format!("`{}` has `values` and a range", self.path),
+                    )
+                    .label("one of the two")
+                    .remedy("keep either `values`, or `from`, `to`, `count` and `spacing`"),
+                );
+                sound = false;
+            }
+            let list = self.list(issues, &values.node);
+            return list.filter(|_| sound);
+        }
+        let range = self.range(issues, node);
+        range
+            .filter(|_| sound)
+            .map(|values| (values, Spans::Whole(node.span)))
+    }
+
+    fn list(&mut self, issues: &mut Issues, node: &Node) -> Option<(Vec<f64>, Spans)> {
+        let path = format!("{}.values", self.path);
+        let Value::Array(items) = &node.value else {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::WrongType,
+                    node.span,
+                    &path,
+                    format!(
+                        "`{path}` must be a list in [ ], not {}",
+                        node.value.type_name()
+                    ),
+                )
+                .label(format!("this is {}", node.value.type_name())),
+            );
+            return None;
+        };
+        if items.is_empty() {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Empty,
+                    node.span,
+                    &path,
+                    format!("`{path}` is empty, so the grid has no points"),
+                )
+                .label("empty")
+                .remedy("give at least one value"),
+            );
+            return None;
+        }
+        let read: Vec<_> = items
+            .iter()
+            .enumerate()
+            .map(|(i, item)| self.value(issues, item, &format!("{path}.{i}")))
+            .collect();
+        let values = read.into_iter().collect::<Option<Vec<f64>>>()?;
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|&a, &b| values[a].total_cmp(&values[b]).then(a.cmp(&b)));
+        let twice = order
+            .windows(2)
+            .find(|pair| values[pair[0]] == values[pair[1]]);
+        if let Some(pair) = twice {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    items[pair[1]].span,
+                    &path,
+                    format!("`{path}` has the same value twice"),
+                )
+                .label(format!("as entry {}", pair[0] + 1))
+                .remedy("every value makes its own points: keep one of the two"),
+            );
+            return None;
+        }
+        let spans = items.iter().map(|item| item.span).collect();
+        Some((values, Spans::Each(spans)))
+    }
+
+    fn range(&mut self, issues: &mut Issues, node: &Node) -> Option<Vec<f64>> {
+        let path_of = |key: &str| format!("{}.{key}", self.path);
+        for key in ["from", "to", "count"] {
+            if node.entry(key).is_none() {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::MissingKey,
+                        node.span,
+                        &path_of(key),
+                        format!("`{}` needs `{key}`", self.path),
+                    )
+                    .label("incomplete")
+                    .accepted("{ values = [...] }, or { from, to, count, spacing }"),
+                );
+            }
+        }
+        let (from_path, to_path, count_path) = (path_of("from"), path_of("to"), path_of("count"));
+        let from = node
+            .entry("from")
+            .map(|e| self.value(issues, &e.node, &from_path));
+        let to = node
+            .entry("to")
+            .map(|e| self.value(issues, &e.node, &to_path));
+        let count = node
+            .entry("count")
+            .map(|e| reader::integer(issues, &e.node, &count_path, &COUNT));
+        let logarithmic = self.logarithmic(issues, node);
+        let (from, to, count, logarithmic) = (from??, to??, count??, logarithmic?);
+        let mut fault = |message: String, remedy: &str| {
+            issues.push(
+                Diagnostic::new(DiagnosticKind::Inconsistent, node.span, self.path, message)
+                    .label("does not fit together")
+                    .remedy(remedy),
+            );
+            None
+        };
+        if count > 1 && from == to {
+            return fault(
+                format!(
+                    "`{}` takes {count} values from and to the same one",
+                    self.path
+                ),
+                "set count = 1, or another end",
+            );
+        }
+        if count == 1 && from != to {
+            return fault(
+                format!("`{}` takes 1 value between two ends", self.path),
+                "give the value itself, or count = 2 or more",
+            );
+        }
+        if logarithmic && (from <= 0.0 || to <= 0.0) {
+            return fault(
+                format!(
+                    "`{}` has logarithmic spacing, but not both ends are greater than 0",
+                    self.path
+                ),
+                "use spacing = \"linear\", or ends greater than 0",
+            );
+        }
+        Some(samples(from, to, count, logarithmic))
+    }
+
+    fn logarithmic(&self, issues: &mut Issues, node: &Node) -> Option<bool> {
+        let Some(entry) = node.entry("spacing") else {
+            return Some(false);
+        };
+        match &entry.node.value {
+            Value::Text(text) if text == "linear" => return Some(false),
+            Value::Text(text) if text == "log" => return Some(true),
+            Value::Text(text) if text.starts_with("sweep") => {
+                not_available(issues, entry.node.span, self.path, text, super::SWEEP);
+                return None;
+            }
+            _ => {}
+        }
+        let path = format!("{}.spacing", self.path);
+        static SPACING: Key = Key {
+            path: "spacing",
+            kind: Kind::Choice(&["linear", "log"]),
+            bounds: COUNT.bounds,
+            example: "\"log\"",
+        };
+        match &entry.node.value {
+            Value::Text(text) => issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    entry.node.span,
+                    &path,
+                    format!("`{path}` cannot be \"{text}\""),
+                )
+                .label("not one of the choices")
+                .accepted(SPACING.accepted())
+                .suggestion(
+                    schema::nearest(text, &["linear", "log"]).map(|near| format!("\"{near}\"")),
+                ),
+            ),
+            _ => wrong_type(issues, &entry.node, &path, &SPACING),
+        }
+        None
+    }
+}
+
+/// `count` values from end to end; both ends are exact.
+fn samples(from: f64, to: f64, count: u64, logarithmic: bool) -> Vec<f64> {
+    if count == 1 {
+        return vec![from];
+    }
+    let last = count - 1;
+    (0..count)
+        .map(|i| {
+            if i == 0 {
+                return from;
+            }
+            if i == last {
+                return to;
+            }
+            let (i, last) = (i as f64, last as f64);
+            if logarithmic {
+                from * (to / from).powf(i / last)
+            } else {
+                ((last - i) * from + i * to) / last
+            }
+        })
+        .collect()
+}
+
+fn wrong_axis(issues: &mut Issues, node: &Node, path: &str, spec: &'static Key) {
+    let example = match spec.kind {
+        Kind::Axis(_) => spec.example.to_owned(),
+        _ => format!("{{ values = [{}, ...] }}", spec.example),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::WrongType,
+            node.span,
+            path,
+            format!("`{path}` must be a value or a table, not {}", node.value.type_name()),
+        )
+        .label(format!("this is {}", node.value.type_name()))
+        .accepted(format!(
+            "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
+        )),
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples;
+
+    #[test]
+    fn ends_are_exact_and_steps_even() {
+        let linear = samples(0.05, 0.30, 6, false);
+        assert_eq!((linear[0], linear[5]), (0.05, 0.30));
+        for (value, wanted) in linear.iter().zip([0.05, 0.10, 0.15, 0.20, 0.25, 0.30]) {
+            assert!((value - wanted).abs() < 1e-16, "{value} {wanted}");
+        }
+        let whole = samples(600.0, 1500.0, 10, false);
+        assert_eq!(whole[3], 900.0);
+        let log = samples(5e-6, 5e-5, 3, true);
+        assert_eq!((log[0], log[2]), (5e-6, 5e-5));
+        assert!((log[1] / (5e-6 * 10f64.sqrt()) - 1.0).abs() < 1e-15);
+        assert_eq!(samples(3.0, 3.0, 1, true), [3.0]);
+    }
+}

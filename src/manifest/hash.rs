@@ -1,0 +1,349 @@
+//! The content hash of a job: BLAKE3 over the resolved values, so that comments, layout,
+//! key order, equal units and the job's name do not matter and everything that can change
+//! a result does. Every structure is taken apart field by field: a new field that is
+//! forgotten here does not compile.
+
+use super::sections::Resolved;
+use super::spec::{
+    AnalysesSpec, Axis, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec, LyapunovSpec,
+    MeshSpec, ModelSpec, NvhSpec, PoincareSpec, RunSpec, ShaftName, StiffnessSpec, StructureSource,
+    TorqueRipple, TransmissionErrorHarmonic,
+};
+use crate::gear::GearPair;
+use crate::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
+
+/// Changes whenever the meaning of the hashed bytes does.
+const FORMAT: &str = "atlas job 1";
+
+/// The hash of a job in the making.
+#[derive(Debug)]
+pub(super) struct JobHash(blake3::Hasher);
+
+impl JobHash {
+    /// Begins with what is common to all points.
+    pub fn new(seed: u64, axes: &[&Axis]) -> Self {
+        let mut hash = Self(blake3::Hasher::new());
+        hash.text(FORMAT);
+        hash.integer(seed);
+        hash.integer(axes.len() as u64);
+        for Axis { name, unit, values } in axes {
+            hash.text(name);
+            hash.text(unit);
+            hash.numbers(values);
+        }
+        hash
+    }
+
+    /// Lower-case hexadecimal.
+    pub fn finish(&self) -> String {
+        self.0.finalize().to_hex().to_string()
+    }
+
+    /// Everything about the points of one combination of model keys.
+    pub fn resolved(&mut self, resolved: &Resolved) {
+        let Resolved {
+            model,
+            mesh,
+            excitation,
+            run,
+            analyses,
+        } = resolved;
+        self.model(model);
+        self.mesh(mesh);
+        self.excitation(excitation);
+        self.run(run);
+        self.analyses(analyses);
+    }
+
+    fn integer(&mut self, value: u64) {
+        self.0.update(&value.to_le_bytes());
+    }
+
+    fn number(&mut self, value: f64) {
+        // −0 and 0 are the same quantity.
+        self.integer((value + 0.0).to_bits());
+    }
+
+    fn numbers(&mut self, values: &[f64]) {
+        self.integer(values.len() as u64);
+        for &value in values {
+            self.number(value);
+        }
+    }
+
+    fn text(&mut self, text: &str) {
+        self.integer(text.len() as u64);
+        self.0.update(text.as_bytes());
+    }
+
+    fn flag(&mut self, flag: bool) {
+        self.integer(u64::from(flag));
+    }
+
+    fn optional<T>(&mut self, value: Option<&T>, write: impl FnOnce(&mut Self, &T)) {
+        self.flag(value.is_some());
+        if let Some(value) = value {
+            write(self, value);
+        }
+    }
+
+    fn model(&mut self, model: &ModelSpec) {
+        let ModelSpec {
+            source,
+            modes,
+            retained,
+            mta,
+        } = model;
+        match source {
+            StructureSource::Flexible(drive) => {
+                self.text("flexible");
+                self.drive(drive);
+            }
+            StructureSource::Modal(structure) => {
+                self.text("modal");
+                self.structure(structure);
+            }
+        }
+        self.integer(*modes as u64);
+        self.integer(*retained as u64);
+        self.flag(*mta);
+    }
+
+    fn drive(&mut self, drive: &FlexibleDrive) {
+        let FlexibleDrive {
+            gears,
+            shafts,
+            young_modulus,
+            shear_modulus,
+            density,
+            shear_coefficient,
+            elements,
+            damping,
+            damping_overrides,
+        } = drive;
+        let GearPair {
+            teeth,
+            module,
+            pressure_angle,
+            face_width,
+            body_length,
+            rated_torque,
+        } = gears;
+        for &count in teeth {
+            self.integer(u64::from(count));
+        }
+        for value in [module, pressure_angle, face_width, rated_torque] {
+            self.number(*value);
+        }
+        self.numbers(body_length);
+        for shaft in shafts {
+            let Shaft {
+                diameter,
+                span,
+                overhang,
+                gear_position,
+                end_inertia,
+                bearings,
+            } = shaft;
+            for value in [diameter, span, overhang, gear_position, end_inertia] {
+                self.number(*value);
+            }
+            for bearing in bearings {
+                let Bearing {
+                    line_of_centres,
+                    across,
+                    axial,
+                    tilt,
+                } = bearing;
+                for value in [line_of_centres, across, axial, tilt] {
+                    self.number(*value);
+                }
+            }
+        }
+        for value in [
+            young_modulus,
+            shear_modulus,
+            density,
+            shear_coefficient,
+            damping,
+        ] {
+            self.number(*value);
+        }
+        for &count in elements {
+            self.integer(count as u64);
+        }
+        self.integer(damping_overrides.len() as u64);
+        for &(mode, ratio) in damping_overrides {
+            self.integer(mode as u64);
+            self.number(ratio);
+        }
+    }
+
+    fn structure(&mut self, structure: &ModalStructure) {
+        let ModalStructure {
+            teeth,
+            wheel_teeth,
+            rated_force,
+            frequency,
+            damping,
+            mesh,
+            mesh_tilt,
+            torque,
+            pinion_torque,
+            wheel_torque,
+            friction,
+            friction_lever,
+            residual_flexibility,
+        } = structure;
+        self.integer(u64::from(*teeth));
+        self.optional(wheel_teeth.as_ref(), |hash, &teeth| {
+            hash.integer(u64::from(teeth))
+        });
+        self.number(*rated_force);
+        for column in [
+            frequency,
+            damping,
+            mesh,
+            mesh_tilt,
+            torque,
+            friction,
+            friction_lever,
+        ] {
+            self.numbers(column);
+        }
+        for column in [pinion_torque, wheel_torque] {
+            self.optional(column.as_ref(), |hash, column| hash.numbers(column));
+        }
+        self.number(*residual_flexibility);
+    }
+
+    fn mesh(&mut self, mesh: &MeshSpec) {
+        let MeshSpec {
+            half_gap,
+            stiffness,
+            damping,
+            friction,
+        } = mesh;
+        self.number(*half_gap);
+        match stiffness {
+            StiffnessSpec::Constant(value) => {
+                self.text("constant");
+                self.number(*value);
+            }
+            StiffnessSpec::Piecewise(values) => {
+                self.text("piecewise");
+                self.numbers(values);
+            }
+        }
+        match damping {
+            DampingSpec::Ratio(value) => {
+                self.text("ratio");
+                self.number(*value);
+            }
+            DampingSpec::Coefficient(value) => {
+                self.text("coefficient");
+                self.number(*value);
+            }
+        }
+        self.number(*friction);
+    }
+
+    fn excitation(&mut self, excitation: &ExcitationSpec) {
+        let ExcitationSpec {
+            transmission_error,
+            torque_ripple,
+        } = excitation;
+        self.integer(transmission_error.len() as u64);
+        for term in transmission_error {
+            let TransmissionErrorHarmonic {
+                harmonic,
+                amplitude,
+                phase,
+            } = *term;
+            self.integer(u64::from(harmonic));
+            self.number(amplitude);
+            self.number(phase);
+        }
+        self.integer(torque_ripple.len() as u64);
+        for term in torque_ripple {
+            let TorqueRipple {
+                shaft,
+                order,
+                amplitude,
+                phase,
+            } = *term;
+            self.flag(shaft == ShaftName::Wheel);
+            self.number(order);
+            self.number(amplitude);
+            self.number(phase);
+        }
+    }
+
+    fn run(&mut self, run: &RunSpec) {
+        let RunSpec {
+            transient,
+            cycles,
+            kernel,
+            initial,
+            audit_cycles,
+            event_limit,
+        } = run;
+        self.integer(*transient);
+        self.integer(*cycles);
+        match kernel {
+            KernelSpec::Volterra { tolerance } => {
+                self.text("volterra");
+                self.number(*tolerance);
+            }
+            KernelSpec::Stepping { steps } => {
+                self.text("stepping");
+                self.integer(u64::from(*steps));
+            }
+        }
+        match initial {
+            InitialSpec::Static => self.text("static"),
+            InitialSpec::Rest => self.text("rest"),
+            InitialSpec::Modal {
+                displacement,
+                velocity,
+            } => {
+                self.text("modal");
+                self.numbers(displacement);
+                self.numbers(velocity);
+            }
+        }
+        self.integer(*audit_cycles);
+        self.integer(u64::from(*event_limit));
+    }
+
+    fn analyses(&mut self, analyses: &AnalysesSpec) {
+        let AnalysesSpec {
+            lyapunov,
+            poincare,
+            nvh,
+        } = analyses;
+        self.optional(lyapunov.as_ref(), |hash, lyapunov| {
+            let LyapunovSpec {
+                exponents,
+                stop_at_stderr,
+                align,
+                twin,
+            } = *lyapunov;
+            hash.integer(exponents as u64);
+            hash.optional(stop_at_stderr.as_ref(), |hash, &bound| hash.number(bound));
+            hash.integer(align);
+            hash.flag(twin);
+        });
+        self.optional(poincare.as_ref(), |hash, &PoincareSpec { samples }| {
+            hash.integer(samples as u64);
+        });
+        self.optional(nvh.as_ref(), |hash, nvh| {
+            let NvhSpec {
+                harmonics,
+                spectrum,
+            } = *nvh;
+            hash.integer(harmonics as u64);
+            hash.flag(spectrum);
+        });
+    }
+}

@@ -1,0 +1,197 @@
+//! Modal files: a structure from any finite-element code, one list a column, one entry a
+//! mode. The same diagnostics as for the manifest, pointing into the modal file.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::reader::{Section, entries};
+use super::schema::{self, MODAL_FILE};
+use super::sections::Context;
+use super::{tree, unknown};
+use crate::shaft::ModalStructure;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Most modes; the kernels are meant for tens.
+const MAX_MODES: usize = 1000;
+
+/// Reads the modal file named in the manifest at `span`, once a job.
+pub(super) fn load(
+    issues: &mut Issues,
+    context: &mut Context,
+    file: &str,
+    span: Span,
+) -> Option<Arc<ModalStructure>> {
+    let path: PathBuf = context.base_dir.join(file);
+    if let Some(known) = context.modal_files.get(&path) {
+        return known.clone();
+    }
+    let structure = match std::fs::read_to_string(&path) {
+        Ok(text) => parse(issues, &path, text).map(Arc::new),
+        Err(error) => {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Unreadable,
+                    span,
+                    "model.file",
+                    format!(
+                        "the modal file `{}` cannot be read: {error}",
+                        path.display()
+                    ),
+                )
+                .label("named here")
+                .remedy("check the path; a relative one starts at the manifest's folder"),
+            );
+            None
+        }
+    };
+    context.modal_files.insert(path, structure.clone());
+    structure
+}
+
+fn parse(issues: &mut Issues, path: &Path, text: String) -> Option<ModalStructure> {
+    let source = issues.add_source(path.display().to_string(), text);
+    let before = issues.found.len();
+    let tree = tree::parse(source, issues);
+    if issues.found.len() > before {
+        return None;
+    }
+    unknown::check(issues, &tree, MODAL_FILE);
+    read(&Section::root(&tree, MODAL_FILE), issues)
+}
+
+fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
+    let teeth = root.integer(issues, "teeth");
+    let wheel_teeth = match root.has("teeth_wheel") {
+        true => root.integer(issues, "teeth_wheel").map(Some),
+        false => Some(None),
+    };
+    let rated_force = root.quantity(issues, "rated_force");
+    let frequency = root.quantities(issues, "frequency", None);
+    let modes = frequency.as_ref().map(Vec::len);
+    let damping = column(root, issues, "damping", modes);
+    let mesh = column(root, issues, "mesh", modes).filter(|c| acts(root, issues, "mesh", c));
+    let torque = column(root, issues, "torque", modes).filter(|c| acts(root, issues, "torque", c));
+    let mesh_tilt = optional(root, issues, "mesh_tilt", modes);
+    let friction = optional(root, issues, "friction", modes);
+    let friction_lever = optional(root, issues, "friction_lever", modes);
+    let pinion_torque = optional(root, issues, "torque_pinion", modes);
+    let wheel_torque = optional(root, issues, "torque_wheel", modes);
+    let frequency = frequency?;
+    check_frequencies(root, issues, &frequency)?;
+    let zeros = vec![0.0; frequency.len()];
+    Some(ModalStructure {
+        teeth: u32::try_from(teeth?).ok()?,
+        wheel_teeth: match wheel_teeth? {
+            Some(teeth) => Some(u32::try_from(teeth).ok()?),
+            None => None,
+        },
+        rated_force: rated_force?,
+        frequency,
+        damping: damping?,
+        mesh: mesh?,
+        mesh_tilt: mesh_tilt?.unwrap_or_else(|| zeros.clone()),
+        torque: torque?,
+        pinion_torque: pinion_torque?,
+        wheel_torque: wheel_torque?,
+        friction: friction?.unwrap_or_else(|| zeros.clone()),
+        friction_lever: friction_lever?.unwrap_or(zeros),
+        residual_flexibility: 0.0,
+    })
+}
+
+/// A column with one entry a mode.
+fn column(
+    root: &Section,
+    issues: &mut Issues,
+    name: &str,
+    modes: Option<usize>,
+) -> Option<Vec<f64>> {
+    let values = root.quantities(issues, name, None)?;
+    let modes = modes?;
+    if values.len() == modes {
+        return Some(values);
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of(name),
+            name,
+            format!(
+                "`{name}` has {}, `frequency` has {}",
+                entries(values.len()),
+                entries(modes)
+            ),
+        )
+        .label(format!("{modes} are needed, one a mode"))
+        .remedy("give every column one entry a mode, in the order of `frequency`"),
+    );
+    None
+}
+
+/// A column that may be absent.
+fn optional(
+    root: &Section,
+    issues: &mut Issues,
+    name: &str,
+    modes: Option<usize>,
+) -> Option<Option<Vec<f64>>> {
+    if root.has(name) {
+        column(root, issues, name, modes).map(Some)
+    } else {
+        Some(None)
+    }
+}
+
+/// Whether any mode takes part.
+fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool {
+    if values.iter().any(|&value| value != 0.0) {
+        return true;
+    }
+    let what = match name {
+        "mesh" => "the mesh force acts on nothing",
+        _ => "the load acts on nothing",
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of(name),
+            name,
+            format!("`{name}` is zero for every mode: {what}"),
+        )
+        .label("all zero")
+        .remedy(format!(
+            "check the export: `{name}` needs at least one entry that is not 0"
+        )),
+    );
+    false
+}
+
+fn check_frequencies(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
+    let descent = frequency.windows(2).position(|pair| pair[1] < pair[0]);
+    let (kind, message, label) = if frequency.is_empty() || frequency.len() > MAX_MODES {
+        (
+            DiagnosticKind::OutOfRange,
+            format!("the file has {} modes", frequency.len()),
+            format!("1 to {MAX_MODES} are accepted"),
+        )
+    } else if let Some(i) = descent {
+        (
+            DiagnosticKind::Inconsistent,
+            format!(
+                "frequencies must ascend, but mode {} ({}) lies below mode {} ({})",
+                i + 2,
+                schema::number(frequency[i + 1]),
+                i + 1,
+                schema::number(frequency[i])
+            ),
+            "not ascending".to_owned(),
+        )
+    } else {
+        return Some(());
+    };
+    issues.push(
+        Diagnostic::new(kind, root.span_of("frequency"), "frequency", message)
+            .label(label)
+            .remedy("sort all columns by frequency; truncation keeps the first modes"),
+    );
+    None
+}

@@ -1,0 +1,410 @@
+//! Typed reading of a table: every accessor checks type, unit and range by the schema,
+//! records what is wrong and answers `None`, so that one pass finds every fault.
+
+mod value;
+
+pub(super) use value::{
+    entries, in_range, integer, not_available, quantity, quantity_unbounded, wrong_type, wrong_unit,
+};
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::schema::{self, Key, Kind};
+use super::tree::{Entry, Node, Value};
+
+/// A table of a file, with its dotted path.
+#[derive(Debug, Clone)]
+pub(super) struct Section<'t> {
+    /// Dotted path, empty for the top of a file.
+    pub path: String,
+    /// Where missing keys are reported: the table's header.
+    pub span: Span,
+    entries: &'t [Entry],
+    schema: &'static [Key],
+}
+
+/// A subtable that may be absent.
+#[derive(Debug)]
+pub(super) enum Child<'t> {
+    Absent,
+    /// Not a table; reported.
+    Invalid,
+    Present(Section<'t>),
+}
+
+impl<'t> Section<'t> {
+    /// The top of a file.
+    pub fn root(node: &'t Node, schema: &'static [Key]) -> Self {
+        let entries = match &node.value {
+            Value::Table(entries) => entries.as_slice(),
+            _ => &[],
+        };
+        let span = Span {
+            end: node.span.start,
+            ..node.span
+        };
+        Self {
+            path: String::new(),
+            span,
+            entries,
+            schema,
+        }
+    }
+
+    pub fn entry(&self, name: &str) -> Option<&'t Entry> {
+        self.entries.iter().find(|entry| entry.key == name)
+    }
+
+    pub fn entries(&self) -> &'t [Entry] {
+        self.entries
+    }
+
+    pub fn has(&self, name: &str) -> bool {
+        self.entry(name).is_some()
+    }
+
+    /// The dotted path of a key of this table.
+    pub fn path_of(&self, name: &str) -> String {
+        if self.path.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{}.{name}", self.path)
+        }
+    }
+
+    /// The schema's entry of a path, which must be in it.
+    pub fn spec(&self, path: &str) -> &'static Key {
+        schema::find(self.schema, path)
+            .unwrap_or_else(|| unreachable!("`{path}` is read but not in the schema"))
+    }
+
+    /// The header of a table as shown to the user.
+    fn title(&self) -> String {
+        if self.path.is_empty() {
+            "the file".to_owned()
+        } else {
+            format!("`{}`", self.path)
+        }
+    }
+
+    /// Records that a key is missing.
+    pub fn missing(&self, issues: &mut Issues, name: &str) {
+        let path = self.path_of(name);
+        let spec = self.spec(&path);
+        let mut diagnostic = Diagnostic::new(
+            DiagnosticKind::MissingKey,
+            self.span,
+            &path,
+            match spec.kind {
+                Kind::Table => format!("the table [{path}] is missing"),
+                _ => format!("`{path}` is missing"),
+            },
+        )
+        .label(format!("{} must have `{name}`", self.title()))
+        .accepted(spec.accepted());
+        if spec.kind != Kind::Table {
+            diagnostic = diagnostic.remedy(format!("add {name} = {}", spec.example));
+        }
+        issues.push(diagnostic);
+    }
+
+    /// A subtable.
+    pub fn child(&self, issues: &mut Issues, name: &str) -> Child<'t> {
+        let Some(entry) = self.entry(name) else {
+            return Child::Absent;
+        };
+        let path = self.path_of(name);
+        match Self::of_node(&entry.node, path.clone(), self.schema) {
+            Some(mut section) => {
+                section.span = entry.key_span;
+                Child::Present(section)
+            }
+            None => {
+                wrong_type(issues, &entry.node, &path, self.spec(&path));
+                Child::Invalid
+            }
+        }
+    }
+
+    /// A table without entries, for one that may be left out.
+    pub fn empty_child(&self, name: &str) -> Section<'t> {
+        Self {
+            path: self.path_of(name),
+            span: self.span,
+            entries: &[],
+            schema: self.schema,
+        }
+    }
+
+    /// A subtable that must be there.
+    pub fn required_child(&self, issues: &mut Issues, name: &str) -> Option<Section<'t>> {
+        match self.child(issues, name) {
+            Child::Present(section) => Some(section),
+            Child::Invalid => None,
+            Child::Absent => {
+                self.missing(issues, name);
+                None
+            }
+        }
+    }
+
+    /// A table that stands as a value.
+    fn of_node(node: &'t Node, path: String, schema: &'static [Key]) -> Option<Self> {
+        match &node.value {
+            Value::Table(entries) => Some(Self {
+                path,
+                span: node.span,
+                entries,
+                schema,
+            }),
+            _ => None,
+        }
+    }
+
+    fn required(&self, issues: &mut Issues, name: &str) -> Option<&'t Entry> {
+        let entry = self.entry(name);
+        if entry.is_none() {
+            self.missing(issues, name);
+        }
+        entry
+    }
+
+    /// A quantity in SI that must be there.
+    pub fn quantity(&self, issues: &mut Issues, name: &str) -> Option<f64> {
+        let entry = self.required(issues, name)?;
+        let path = self.path_of(name);
+        quantity(issues, &entry.node, &path, self.spec(&path))
+    }
+
+    /// A quantity in SI, or a default.
+    pub fn quantity_or(&self, issues: &mut Issues, name: &str, default: f64) -> Option<f64> {
+        if self.has(name) {
+            self.quantity(issues, name)
+        } else {
+            Some(default)
+        }
+    }
+
+    /// A whole number that must be there.
+    pub fn integer(&self, issues: &mut Issues, name: &str) -> Option<u64> {
+        let entry = self.required(issues, name)?;
+        let path = self.path_of(name);
+        integer(issues, &entry.node, &path, self.spec(&path))
+    }
+
+    /// A whole number, or a default.
+    pub fn integer_or(&self, issues: &mut Issues, name: &str, default: u64) -> Option<u64> {
+        if self.has(name) {
+            self.integer(issues, name)
+        } else {
+            Some(default)
+        }
+    }
+
+    /// A whole number that counts things in memory and must be there.
+    pub fn count(&self, issues: &mut Issues, name: &str) -> Option<usize> {
+        let count = self.integer(issues, name)?;
+        usize::try_from(count).ok()
+    }
+
+    /// A whole number that counts things in memory, or a default.
+    pub fn count_or(&self, issues: &mut Issues, name: &str, default: usize) -> Option<usize> {
+        let count = self.integer_or(issues, name, default as u64)?;
+        usize::try_from(count).ok()
+    }
+
+    /// `true` or `false`, or a default.
+    pub fn boolean_or(&self, issues: &mut Issues, name: &str, default: bool) -> Option<bool> {
+        let Some(entry) = self.entry(name) else {
+            return Some(default);
+        };
+        if let Value::Boolean(value) = entry.node.value {
+            return Some(value);
+        }
+        let path = self.path_of(name);
+        wrong_type(issues, &entry.node, &path, self.spec(&path));
+        None
+    }
+
+    /// A text that must be there.
+    pub fn text(&self, issues: &mut Issues, name: &str) -> Option<&'t str> {
+        let entry = self.required(issues, name)?;
+        if let Value::Text(text) = &entry.node.value {
+            return Some(text);
+        }
+        let path = self.path_of(name);
+        wrong_type(issues, &entry.node, &path, self.spec(&path));
+        None
+    }
+
+    /// One of the schema's words for this key, or a default. `unavailable` lists words of
+    /// the file format that this version does not have, with what to use instead.
+    pub fn choice(
+        &self,
+        issues: &mut Issues,
+        name: &str,
+        default: Option<&'static str>,
+        unavailable: &[(&str, &str)],
+    ) -> Option<&'static str> {
+        let Some(entry) = self.entry(name) else {
+            if default.is_none() {
+                self.missing(issues, name);
+            }
+            return default;
+        };
+        let path = self.path_of(name);
+        let spec = self.spec(&path);
+        let Kind::Choice(choices) = spec.kind else {
+            unreachable!("`{path}` is read as a choice but is none in the schema")
+        };
+        let Value::Text(text) = &entry.node.value else {
+            wrong_type(issues, &entry.node, &path, spec);
+            return None;
+        };
+        if let Some(choice) = choices.iter().find(|choice| *choice == text) {
+            return Some(choice);
+        }
+        if let Some((_, instead)) = unavailable.iter().find(|(word, _)| word == text) {
+            not_available(
+                issues,
+                entry.node.span,
+                &path,
+                &format!("{path} = \"{text}\""),
+                instead,
+            );
+            return None;
+        }
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                entry.node.span,
+                &path,
+                format!("`{path}` cannot be \"{text}\""),
+            )
+            .label("not one of the choices")
+            .accepted(spec.accepted())
+            .suggestion(schema::nearest(text, choices).map(|near| format!("\"{near}\""))),
+        );
+        None
+    }
+
+    /// The elements of a list; `None` when it is no list or not of the wanted length.
+    pub fn list(
+        &self,
+        issues: &mut Issues,
+        name: &str,
+        length: Option<usize>,
+    ) -> Option<&'t [Node]> {
+        let entry = self.required(issues, name)?;
+        let path = self.path_of(name);
+        let spec = self.spec(&path);
+        let Value::Array(items) = &entry.node.value else {
+            wrong_type(issues, &entry.node, &path, spec);
+            return None;
+        };
+        match length {
+            Some(length) if length != items.len() => {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::WrongType,
+                        entry.node.span,
+                        &path,
+                        format!("`{path}` has {}, not {length}", entries(items.len())),
+                    )
+                    .label(format!("{length} are needed"))
+                    .accepted(spec.accepted()),
+                );
+                None
+            }
+            _ => Some(items),
+        }
+    }
+
+    /// A list of quantities in SI.
+    pub fn quantities(
+        &self,
+        issues: &mut Issues,
+        name: &str,
+        length: Option<usize>,
+    ) -> Option<Vec<f64>> {
+        let items = self.list(issues, name, length)?;
+        let element = self.path_of(name) + ".*";
+        let spec = self.spec(&element);
+        // Every element is read before any failure counts, so that all faults are found.
+        let values: Vec<_> = items
+            .iter()
+            .enumerate()
+            .map(|(i, item)| quantity(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
+            .collect();
+        values.into_iter().collect()
+    }
+
+    /// A list of whole numbers of fixed length.
+    pub fn integers<const N: usize>(&self, issues: &mut Issues, name: &str) -> Option<[u64; N]> {
+        let items = self.list(issues, name, Some(N))?;
+        let element = self.path_of(name) + ".*";
+        let spec = self.spec(&element);
+        let values: Vec<_> = items
+            .iter()
+            .enumerate()
+            .map(|(i, item)| integer(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
+            .collect();
+        let values: Option<Vec<u64>> = values.into_iter().collect();
+        values?.try_into().ok()
+    }
+
+    /// Two quantities in SI, `[first, second]`.
+    pub fn pair(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+        self.quantities(issues, name, Some(2))?.try_into().ok()
+    }
+
+    /// Two quantities in SI, `[first, second]`, or one for both.
+    pub fn one_or_pair(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+        match self.entry(name).map(|entry| &entry.node.value) {
+            Some(Value::Array(_)) => self.pair(issues, name),
+            _ => self.quantity(issues, name).map(|value| [value; 2]),
+        }
+    }
+
+    /// The tables of a list, empty when the key is absent.
+    pub fn tables(&self, issues: &mut Issues, name: &str) -> Option<Vec<Section<'t>>> {
+        if !self.has(name) {
+            return Some(Vec::new());
+        }
+        let items = self.list(issues, name, None)?;
+        let sections: Vec<_> = items
+            .iter()
+            .enumerate()
+            .map(|(i, item)| {
+                let path = self.path_of(&format!("{name}.{i}"));
+                let section = Self::of_node(item, path.clone(), self.schema);
+                if section.is_none() {
+                    wrong_type(issues, item, &path, self.spec(&path));
+                }
+                section
+            })
+            .collect();
+        sections.into_iter().collect()
+    }
+
+    /// Records keys that have no effect, and says why.
+    pub fn without_effect(&self, issues: &mut Issues, names: &[&str], why: &str, remedy: &str) {
+        for entry in names.iter().filter_map(|name| self.entry(name)) {
+            let path = self.path_of(&entry.key);
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::NoEffect,
+                    entry.key_span,
+                    &path,
+                    format!("`{path}` has no effect {why}"),
+                )
+                .label("not used")
+                .remedy(remedy),
+            );
+        }
+    }
+
+    /// Where the value of a key stands; the table's header when it is absent.
+    pub fn span_of(&self, name: &str) -> Span {
+        self.entry(name).map_or(self.span, |entry| entry.node.span)
+    }
+}

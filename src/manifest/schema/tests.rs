@@ -1,0 +1,53 @@
+use super::*;
+
+#[test]
+fn paths_are_unique_and_their_parents_known() {
+    for schema in [MANIFEST, MODAL_FILE] {
+        for (i, key) in schema.iter().enumerate() {
+            assert!(
+                !schema[..i].iter().any(|k| k.path == key.path),
+                "{}",
+                key.path
+            );
+            if let Some((parent, _)) = key.path.rsplit_once('.') {
+                assert!(schema.iter().any(|k| k.path == parent), "{}", key.path);
+            }
+        }
+    }
+}
+
+#[test]
+fn indices_and_shafts_find_their_patterns() {
+    let path = |text: &str| find(MANIFEST, text).map(|key| key.path);
+    assert_eq!(
+        path("excitation.torque_ripple.3.order"),
+        Some("excitation.torque_ripple.*.order")
+    );
+    assert_eq!(path("shafts.wheel.span"), Some("shafts.<shaft>.span"));
+    assert_eq!(path("shafts.third.span"), None);
+    assert_eq!(path("mesh"), Some("mesh"));
+}
+
+#[test]
+fn the_nearest_name_is_near() {
+    let names = ["half_gap", "stiffness", "friction"];
+    assert_eq!(nearest("half_gpa", &names), Some("half_gap"));
+    assert_eq!(nearest("Half-Gap", &names), Some("half_gap"));
+    assert_eq!(nearest("gap", &names), None);
+    assert_eq!(nearest("colour", &names), None);
+}
+
+#[test]
+fn ranges_read_as_words() {
+    let any = find(MANIFEST, "mesh.misalignment").unwrap().bounds;
+    assert_eq!(
+        find(MANIFEST, "mesh.friction").unwrap().bounds.words(),
+        "at least 0 and less than 1"
+    );
+    assert_eq!(
+        find(MANIFEST, "mesh.half_gap").unwrap().bounds.words(),
+        "greater than 0"
+    );
+    assert_eq!(any.words(), "");
+    assert!(!any.contain(f64::NAN) && !any.contain(f64::INFINITY));
+}

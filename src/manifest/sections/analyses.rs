@@ -1,0 +1,110 @@
+//! `[analyses]`: a table for each analysis; absent = not computed.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::spec::{AnalysesSpec, LyapunovSpec, NvhSpec, PoincareSpec};
+
+const DEFAULT_EXPONENTS: usize = 1;
+const DEFAULT_ALIGN: u64 = 100;
+const DEFAULT_SAMPLES: usize = 200;
+const DEFAULT_HARMONICS: usize = 10;
+
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    retained: Option<usize>,
+    cycles: Option<u64>,
+) -> Option<AnalysesSpec> {
+    let lyapunov = optional(section, issues, "lyapunov", |table, issues| {
+        lyapunov(table, issues, retained)
+    });
+    let poincare = optional(section, issues, "poincare", |table, issues| {
+        poincare(table, issues, cycles)
+    });
+    let nvh = optional(section, issues, "nvh", |table, issues| {
+        let harmonics = table.count_or(issues, "harmonics", DEFAULT_HARMONICS);
+        let spectrum = table.boolean_or(issues, "spectrum", false);
+        Some(NvhSpec {
+            harmonics: harmonics?,
+            spectrum: spectrum?,
+        })
+    });
+    Some(AnalysesSpec {
+        lyapunov: lyapunov?,
+        poincare: poincare?,
+        nvh: nvh?,
+    })
+}
+
+/// `Some(None)` when absent, `None` when faulty.
+fn optional<T>(
+    section: &Section,
+    issues: &mut Issues,
+    name: &str,
+    read: impl FnOnce(&Section, &mut Issues) -> Option<T>,
+) -> Option<Option<T>> {
+    match section.child(issues, name) {
+        Child::Absent => Some(None),
+        Child::Invalid => None,
+        Child::Present(table) => read(&table, issues).map(Some),
+    }
+}
+
+fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<LyapunovSpec> {
+    let exponents = table.count_or(issues, "exponents", DEFAULT_EXPONENTS);
+    let stop_at_stderr = if table.has("stop_at_stderr") {
+        table.quantity(issues, "stop_at_stderr").map(Some)
+    } else {
+        Some(None)
+    };
+    let align = table.integer_or(issues, "align", DEFAULT_ALIGN);
+    let twin = table.boolean_or(issues, "twin", true);
+    let exponents = exponents?;
+    if let Some(retained) = retained.filter(|retained| exponents > 2 * retained) {
+        let most = 2 * retained;
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("exponents"),
+                "analyses.lyapunov.exponents",
+                format!(
+                    "there are no {exponents} exponents: {retained} retained modes have {most}"
+                ),
+            )
+            .label(format!("at most {most}"))
+            .accepted(format!(
+                "a whole number from 1 to {most}, twice the retained modes"
+            )),
+        );
+        return None;
+    }
+    Some(LyapunovSpec {
+        exponents,
+        stop_at_stderr: stop_at_stderr?,
+        align: align?,
+        twin: twin?,
+    })
+}
+
+fn poincare(table: &Section, issues: &mut Issues, cycles: Option<u64>) -> Option<PoincareSpec> {
+    let most = cycles.map_or(usize::MAX, |cycles| {
+        usize::try_from(cycles).unwrap_or(usize::MAX)
+    });
+    let samples = table.count_or(issues, "samples", DEFAULT_SAMPLES.min(most))?;
+    if samples <= most {
+        return Some(PoincareSpec { samples });
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of("samples"),
+            "analyses.poincare.samples",
+            format!(
+                "`analyses.poincare.samples` = {samples} is more than the {most} measured cycles"
+            ),
+        )
+        .label(format!("at most {most}"))
+        .remedy("there is one sample a mesh cycle: lower samples or raise run.cycles"),
+    );
+    None
+}

@@ -1,0 +1,86 @@
+//! `[excitation]`: harmonics of the transmission error, torque ripple on either shaft.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::spec::{
+    ExcitationSpec, ShaftName, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
+};
+
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    source: Option<&StructureSource>,
+) -> Option<ExcitationSpec> {
+    let errors = section.tables(issues, "transmission_error").map(|tables| {
+        let read: Vec<_> = tables.iter().map(|table| harmonic(table, issues)).collect();
+        read.into_iter().collect::<Option<Vec<_>>>()
+    });
+    let ripples = section.tables(issues, "torque_ripple").map(|tables| {
+        let read: Vec<_> = tables
+            .iter()
+            .map(|table| ripple(table, issues, source))
+            .collect();
+        read.into_iter().collect::<Option<Vec<_>>>()
+    });
+    Some(ExcitationSpec {
+        transmission_error: errors??,
+        torque_ripple: ripples??,
+    })
+}
+
+fn harmonic(table: &Section, issues: &mut Issues) -> Option<TransmissionErrorHarmonic> {
+    let harmonic = table.integer(issues, "harmonic");
+    let amplitude = table.quantity(issues, "amplitude");
+    let phase = table.quantity_or(issues, "phase", 0.0);
+    Some(TransmissionErrorHarmonic {
+        harmonic: u32::try_from(harmonic?).ok()?,
+        amplitude: amplitude?,
+        phase: phase?,
+    })
+}
+
+fn ripple(
+    table: &Section,
+    issues: &mut Issues,
+    source: Option<&StructureSource>,
+) -> Option<TorqueRipple> {
+    let shaft = match table.choice(issues, "shaft", None, &[]) {
+        Some("wheel") => Some(ShaftName::Wheel),
+        Some(_) => Some(ShaftName::Pinion),
+        None => None,
+    };
+    let order = table.quantity(issues, "order");
+    let amplitude = table.quantity(issues, "amplitude");
+    let phase = table.quantity_or(issues, "phase", 0.0);
+    let ripple = TorqueRipple {
+        shaft: shaft?,
+        order: order?,
+        amplitude: amplitude?,
+        phase: phase?,
+    };
+    if let Some(StructureSource::Modal(structure)) = source {
+        let (name, columns) = match ripple.shaft {
+            ShaftName::Pinion if structure.pinion_torque.is_none() => ("pinion", "torque_pinion"),
+            ShaftName::Wheel
+                if structure.wheel_torque.is_none() || structure.wheel_teeth.is_none() =>
+            {
+                ("wheel", "torque_wheel and teeth_wheel")
+            }
+            _ => return Some(ripple),
+        };
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("shaft"),
+                &table.path_of("shaft"),
+                format!("the modal file does not say how a torque on the {name} shaft acts"),
+            )
+            .label("unknown participation")
+            .remedy(format!(
+                "add {columns} to the modal file, or remove the ripple"
+            )),
+        );
+        return None;
+    }
+    Some(ripple)
+}

@@ -1,0 +1,198 @@
+//! `[mesh]`: backlash, stiffness over the mesh cycle, contact damping, friction.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{self, Section, not_available};
+use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec};
+use crate::manifest::tree::Value;
+use crate::units::{self, Dimension};
+
+/// Stiffness laws of the file format that this version does not have.
+const LATER_LAWS: [(&str, &str); 2] = [
+    (
+        "table",
+        "stiffness = \"piecewise\" with the segment means of the table in mesh.values",
+    ),
+    (
+        "continuous",
+        "stiffness = \"piecewise\" with enough segments",
+    ),
+];
+
+/// Keys of the two-level law.
+const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
+
+const DEFAULT_SEGMENTS: u64 = 60;
+
+/// A transition this close to a segment's border, in segments, stands on it: only
+/// rounding in `contact_ratio − 1` put it elsewhere.
+const ON_BORDER: f64 = 1e-9;
+
+pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<MeshSpec> {
+    let half_gap = section.quantity(issues, "half_gap");
+    let stiffness = match section.choice(issues, "stiffness", None, &LATER_LAWS) {
+        Some("constant") => constant(section, issues),
+        Some(_) => piecewise(section, issues),
+        None => None,
+    };
+    let friction = section.quantity_or(issues, "friction", 0.0);
+    let damping = contact_damping(section, issues);
+    let misalignment = section.quantity_or(issues, "misalignment", 0.0)?;
+    if misalignment != 0.0 {
+        not_available(
+            issues,
+            section.span_of("misalignment"),
+            "mesh.misalignment",
+            "mesh.misalignment other than 0",
+            "misalignment = 0 with a reduced mean_stiffness",
+        );
+        return None;
+    }
+    Some(MeshSpec {
+        half_gap: half_gap?,
+        stiffness: stiffness?,
+        damping: damping?,
+        friction: friction?,
+    })
+}
+
+fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+    let others = [LAW.as_slice(), &["values"]].concat();
+    section.without_effect(
+        issues,
+        &others,
+        "with stiffness = \"constant\"",
+        "remove it, or set stiffness = \"piecewise\"",
+    );
+    section
+        .quantity(issues, "mean_stiffness")
+        .map(StiffnessSpec::Constant)
+}
+
+fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+    if section.has("values") {
+        let others = [LAW.as_slice(), &["mean_stiffness"]].concat();
+        section.without_effect(
+            issues,
+            &others,
+            "beside `mesh.values`, which gives every segment",
+            "remove it, or remove `mesh.values`",
+        );
+        let values = section.quantities(issues, "values", None)?;
+        if values.is_empty() {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Empty,
+                    section.span_of("values"),
+                    "mesh.values",
+                    "`mesh.values` has no entries".to_owned(),
+                )
+                .label("empty")
+                .accepted("one stiffness for each equal segment of the mesh cycle, at least 1"),
+            );
+            return None;
+        }
+        return Some(StiffnessSpec::Piecewise(values));
+    }
+    let mean = section.quantity(issues, "mean_stiffness");
+    let contact_ratio = section.quantity(issues, "contact_ratio");
+    let drop = section.quantity(issues, "single_pair_drop");
+    let segments = section.integer_or(issues, "segments", DEFAULT_SEGMENTS);
+    Some(StiffnessSpec::Piecewise(two_levels(
+        mean?,
+        contact_ratio?,
+        drop?,
+        segments?,
+    )))
+}
+
+/// The two-level law on equal segments: `k_d` over the first `ε − 1` of the cycle and
+/// `(1 − drop) k_d` over the rest, with the given mean; a segment that straddles the
+/// transition has the average over its width.
+fn two_levels(mean: f64, contact_ratio: f64, drop: f64, segments: u64) -> Vec<f64> {
+    let double_share = contact_ratio - 1.0;
+    let double_pair = mean / (double_share + (1.0 - drop) * (1.0 - double_share));
+    let exact = double_share * segments as f64;
+    let transition = if (exact - exact.round()).abs() < ON_BORDER {
+        exact.round()
+    } else {
+        exact
+    };
+    (0..segments)
+        .map(|segment| {
+            let double = (transition - segment as f64).clamp(0.0, 1.0);
+            double_pair * (1.0 - drop * (1.0 - double))
+        })
+        .collect()
+}
+
+/// A bare number or a percentage is a ratio, a text in `N*s/m` the coefficient.
+fn contact_damping(section: &Section, issues: &mut Issues) -> Option<DampingSpec> {
+    const PATH: &str = "mesh.contact_damping";
+    let Some(entry) = section.entry("contact_damping") else {
+        section.missing(issues, "contact_damping");
+        return None;
+    };
+    let (node, spec) = (&entry.node, section.spec(PATH));
+    let (value, dimension) = match &node.value {
+        Value::Text(text) => match units::parse_any(text) {
+            Ok((value, dimension @ (Dimension::Damping | Dimension::Ratio))) => (value, dimension),
+            Ok(_) | Err(_) => {
+                let error = units::parse(text, Dimension::Damping).err()?;
+                reader::wrong_unit(issues, node, PATH, Dimension::Damping, &error, spec);
+                return None;
+            }
+        },
+        Value::Sample(value, dimension) => (*value, *dimension),
+        _ => {
+            let value = reader::quantity_unbounded(issues, node, PATH, Dimension::Ratio, spec)?;
+            (value, Dimension::Ratio)
+        }
+    };
+    if dimension == Dimension::Ratio {
+        let value = reader::in_range(issues, node, PATH, value, dimension, spec)?;
+        return Some(DampingSpec::Ratio(value));
+    }
+    if value >= 0.0 {
+        return Some(DampingSpec::Coefficient(value));
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            node.span,
+            PATH,
+            format!("`{PATH}` = {value} N*s/m is out of range"),
+        )
+        .label("must be at least 0")
+        .accepted(spec.accepted()),
+    );
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::two_levels;
+
+    #[test]
+    fn default_levels_are_the_drawing_s() {
+        let values = two_levels(4e8, 1.6, 0.25, 60);
+        assert_eq!(values.len(), 60);
+        for (i, value) in values.iter().enumerate() {
+            let level = if i < 36 { 4e8 / 0.9 } else { 3e8 / 0.9 };
+            assert!(
+                (value / level - 1.0).abs() < 4.0 * f64::EPSILON,
+                "segment {i}: {value}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_straddling_segment_keeps_the_mean() {
+        // 0.63 · 7 = 4.41: the fifth segment has 0.41 of the higher level.
+        let values = two_levels(4e8, 1.63, 0.25, 7);
+        let (high, low) = (values[0], values[6]);
+        assert!((low / high - 0.75).abs() < 1e-15);
+        assert!((values[4] - (0.41 * high + 0.59 * low)).abs() < 1e-6);
+        let mean = values.iter().sum::<f64>() / 7.0;
+        assert!((mean / 4e8 - 1.0).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,85 @@
+//! One file per table of the manifest, and the order in which they depend on each other:
+//! structure, then mesh, excitation, run and analyses.
+
+mod analyses;
+mod excitation;
+mod gear;
+mod job;
+mod mesh;
+mod model;
+mod run;
+mod shafts;
+
+use super::diagnostic::Issues;
+use super::reader::{Child, Section};
+use super::spec::{AnalysesSpec, ExcitationSpec, MeshSpec, ModelSpec, RunSpec};
+use crate::shaft::{FlexibleDrive, ModalStructure};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub(super) use job::read as read_job;
+
+/// Everything about a point but its load and speed.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Resolved {
+    pub model: ModelSpec,
+    pub mesh: MeshSpec,
+    pub excitation: ExcitationSpec,
+    pub run: RunSpec,
+    pub analyses: AnalysesSpec,
+}
+
+/// What outlives one pass over the tree, so that the points of a grid share it.
+#[derive(Debug)]
+pub(super) struct Context<'a> {
+    /// Relative paths in the manifest start here.
+    pub base_dir: &'a Path,
+    /// Modal files read so far; `None` for one with faults, already reported.
+    pub modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
+    /// The last drive: points that differ in nothing structural share it.
+    pub last_drive: Option<Arc<FlexibleDrive>>,
+}
+
+impl<'a> Context<'a> {
+    pub fn new(base_dir: &'a Path) -> Self {
+        Self {
+            base_dir,
+            modal_files: HashMap::new(),
+            last_drive: None,
+        }
+    }
+}
+
+/// Reads every table but `[job]` and `[grid]`; `None` when anything was wrong.
+pub(super) fn resolve(
+    root: &Section,
+    issues: &mut Issues,
+    context: &mut Context,
+) -> Option<Resolved> {
+    let model = model::read(root, issues, context);
+    let mesh = root
+        .required_child(issues, "mesh")
+        .and_then(|section| mesh::read(&section, issues));
+    let source = model.as_ref().map(|model| &model.source);
+    let excitation = match root.child(issues, "excitation") {
+        Child::Present(section) => excitation::read(&section, issues, source),
+        Child::Absent => Some(ExcitationSpec::default()),
+        Child::Invalid => None,
+    };
+    let retained = model.as_ref().map(|model| model.retained);
+    let run = run::read(root, issues, retained);
+    let cycles = run.as_ref().map(|run| run.cycles);
+    let analyses = match root.child(issues, "analyses") {
+        Child::Present(section) => analyses::read(&section, issues, retained, cycles),
+        Child::Absent => Some(AnalysesSpec::default()),
+        Child::Invalid => None,
+    };
+    Some(Resolved {
+        model: model?,
+        mesh: mesh?,
+        excitation: excitation?,
+        run: run?,
+        analyses: analyses?,
+    })
+}

@@ -1,0 +1,201 @@
+//! `[run]`: how long, with which kernel, from which state.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{self, Child, Section, entries, wrong_type};
+use crate::manifest::schema;
+use crate::manifest::spec::{InitialSpec, KernelSpec, RunSpec};
+use crate::manifest::tree::Value;
+use crate::units::Dimension;
+
+/// Kernels of the file format that this version does not have.
+const LATER_KERNELS: [(&str, &str); 4] = [
+    ("dyadic", LATER),
+    ("hermite", LATER),
+    ("spectral", LATER),
+    ("fused", LATER),
+];
+const LATER: &str = "kernel = \"volterra\" (exact), or kernel = \"stepping\" to compare with";
+
+const DEFAULT_TRANSIENT: u64 = 200;
+const DEFAULT_CYCLES: u64 = 800;
+const DEFAULT_STEPS: u64 = 4096;
+const DEFAULT_AUDIT_CYCLES: u64 = 100;
+const DEFAULT_EVENT_LIMIT: u64 = 1000;
+
+/// `tolerance = "roundoff"`: 2⁻⁵², the spacing of doubles at 1.
+const ROUNDOFF: f64 = f64::EPSILON;
+
+pub(super) fn read(
+    root: &Section,
+    issues: &mut Issues,
+    retained: Option<usize>,
+) -> Option<RunSpec> {
+    let section = match root.child(issues, "run") {
+        Child::Present(section) => section,
+        Child::Absent => root.empty_child("run"),
+        Child::Invalid => return None,
+    };
+    let transient = section.integer_or(issues, "transient", DEFAULT_TRANSIENT);
+    let cycles = section.integer_or(issues, "cycles", DEFAULT_CYCLES);
+    let kernel = kernel(&section, issues);
+    let initial = initial(&section, issues, retained);
+    let event_limit = section.integer_or(issues, "event_limit", DEFAULT_EVENT_LIMIT);
+    let default_audit = DEFAULT_AUDIT_CYCLES.min(cycles.unwrap_or(DEFAULT_CYCLES));
+    let audit_cycles = section.integer_or(issues, "audit_cycles", default_audit);
+    let (cycles, audit_cycles) = (cycles?, audit_cycles?);
+    if audit_cycles > cycles {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("audit_cycles"),
+                "run.audit_cycles",
+                format!(
+                    "`run.audit_cycles` = {audit_cycles} is more than the {cycles} measured cycles"
+                ),
+            )
+            .label(format!("at most {cycles}"))
+            .remedy("lower audit_cycles or raise run.cycles"),
+        );
+        return None;
+    }
+    Some(RunSpec {
+        transient: transient?,
+        cycles,
+        kernel: kernel?,
+        initial: initial?,
+        audit_cycles,
+        event_limit: u32::try_from(event_limit?).ok()?,
+    })
+}
+
+fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
+    match section.choice(issues, "kernel", Some("volterra"), &LATER_KERNELS) {
+        Some("stepping") => {
+            section.without_effect(
+                issues,
+                &["tolerance"],
+                "with kernel = \"stepping\"",
+                "remove it, or set kernel = \"volterra\"; `steps` sets the accuracy of stepping",
+            );
+            let steps = section.integer_or(issues, "steps", DEFAULT_STEPS)?;
+            Some(KernelSpec::Stepping {
+                steps: u32::try_from(steps).ok()?,
+            })
+        }
+        Some(_) => {
+            section.without_effect(
+                issues,
+                &["steps"],
+                "with kernel = \"volterra\"",
+                "remove it, or set kernel = \"stepping\"; `tolerance` sets the accuracy of volterra",
+            );
+            let tolerance = tolerance(section, issues)?;
+            Some(KernelSpec::Volterra { tolerance })
+        }
+        None => {
+            // Which settings count is open; their own faults show all the same.
+            tolerance(section, issues);
+            section.integer_or(issues, "steps", DEFAULT_STEPS);
+            None
+        }
+    }
+}
+
+fn tolerance(section: &Section, issues: &mut Issues) -> Option<f64> {
+    const PATH: &str = "run.tolerance";
+    let Some(entry) = section.entry("tolerance") else {
+        return Some(ROUNDOFF);
+    };
+    let (node, spec) = (&entry.node, section.spec(PATH));
+    if let Value::Text(text) = &node.value {
+        if text == "roundoff" {
+            return Some(ROUNDOFF);
+        }
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                node.span,
+                PATH,
+                format!("`{PATH}` cannot be \"{text}\""),
+            )
+            .label("neither \"roundoff\" nor a number")
+            .accepted(spec.accepted())
+            .suggestion(schema::nearest(text, &["roundoff"]).map(|near| format!("\"{near}\""))),
+        );
+        return None;
+    }
+    let value = reader::quantity_unbounded(issues, node, PATH, Dimension::Ratio, spec)?;
+    reader::in_range(issues, node, PATH, value, Dimension::Ratio, spec)
+}
+
+fn initial(section: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<InitialSpec> {
+    const PATH: &str = "run.initial";
+    let Some(entry) = section.entry("initial") else {
+        return Some(InitialSpec::Static);
+    };
+    let (node, spec) = (&entry.node, section.spec(PATH));
+    match &node.value {
+        Value::Text(text) if text == "static" => Some(InitialSpec::Static),
+        Value::Text(text) if text == "rest" => Some(InitialSpec::Rest),
+        Value::Text(text) => {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    node.span,
+                    PATH,
+                    format!("`{PATH}` cannot be \"{text}\""),
+                )
+                .label("not one of the choices")
+                .accepted(spec.accepted())
+                .suggestion(
+                    schema::nearest(text, &["static", "rest"]).map(|near| format!("\"{near}\"")),
+                ),
+            );
+            None
+        }
+        Value::Table(_) => {
+            let Child::Present(state) = section.child(issues, "initial") else {
+                return None;
+            };
+            let displacement = modal_vector(&state, issues, "displacement", retained);
+            let velocity = modal_vector(&state, issues, "velocity", retained);
+            Some(InitialSpec::Modal {
+                displacement: displacement?,
+                velocity: velocity?,
+            })
+        }
+        _ => {
+            wrong_type(issues, node, PATH, spec);
+            None
+        }
+    }
+}
+
+/// One number a retained mode.
+fn modal_vector(
+    state: &Section,
+    issues: &mut Issues,
+    name: &str,
+    retained: Option<usize>,
+) -> Option<Vec<f64>> {
+    let values = state.quantities(issues, name, None)?;
+    let retained = retained?;
+    if values.len() == retained {
+        return Some(values);
+    }
+    let path = state.path_of(name);
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            state.span_of(name),
+            &path,
+            format!(
+                "`{path}` has {} for {retained} retained modes",
+                entries(values.len())
+            ),
+        )
+        .label(format!("{retained} are needed"))
+        .remedy("give one number for each retained mode, in ascending frequency"),
+    );
+    None
+}

@@ -1,0 +1,89 @@
+//! Syntax errors in words. The parser goes on after an error and so reports echoes of it;
+//! only the first of a line is kept, and none behind a bracket left open.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use toml::de::Error;
+
+/// Records the syntax errors of a file.
+pub(super) fn report(source: usize, text: &str, errors: &[Error], issues: &mut Issues) {
+    let mut last_line = None;
+    for error in errors {
+        let range = error.span().unwrap_or(0..0);
+        let span = Span {
+            source,
+            start: range.start,
+            end: range.end,
+        };
+        let spot = text.get(range.clone()).unwrap_or_default();
+        if error.message() == "duplicate key" {
+            issues.push(duplicate(span, spot));
+            continue;
+        }
+        let before = text.get(..range.start).unwrap_or_default();
+        let line = before.matches('\n').count();
+        if last_line.replace(line) == Some(line) {
+            continue;
+        }
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        let begins_line = before[line_start..].trim().is_empty();
+        let unclosed = begins_line && error.message().starts_with("missing comma");
+        let (message, remedy) = words(error.message(), spot, unclosed);
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Syntax,
+                span,
+                "",
+                format!("not valid TOML: {message}"),
+            )
+            .label("here")
+            .remedy(remedy),
+        );
+        if unclosed {
+            return;
+        }
+    }
+}
+
+fn duplicate(span: Span, key: &str) -> Diagnostic {
+    Diagnostic::new(
+        DiagnosticKind::DuplicateKey,
+        span,
+        key,
+        format!("`{key}` is given twice"),
+    )
+    .label("second time")
+    .remedy("keep one of the two")
+}
+
+/// What is wrong and what to do, in the words of a user rather than of the grammar.
+fn words(detail: &str, spot: &str, unclosed: bool) -> (String, String) {
+    let (message, remedy) = if unclosed {
+        (
+            "a list or table begun above is not closed",
+            "close it with ] or } before this line, or put the missing comma",
+        )
+    } else if detail.starts_with("string values must be quoted") && spot.is_empty() {
+        (
+            "a value is missing after `=`",
+            "give a value, or remove the line",
+        )
+    } else if detail.starts_with("string values must be quoted") {
+        let quoted = spot.trim();
+        return (
+            "a text must stand in quotes".to_owned(),
+            format!("write \"{quoted}\"; a number without unit needs no quotes"),
+        );
+    } else if detail.starts_with("invalid basic string, expected `\"`") {
+        (
+            "a quoted text is not closed",
+            "end it with \" on the same line",
+        )
+    } else {
+        return (
+            detail.to_owned(),
+            "a line is `key = value` or `[table]`; a value is a number, a \"text\", true, false, [a, list] or { a = \"table\" }"
+                .to_owned(),
+        );
+    };
+    (message.to_owned(), remedy.to_owned())
+}

@@ -1,0 +1,171 @@
+//! A TOML document as a tree of values that know where they stand. Grid axes put their
+//! values into it, so that a point is resolved by the same code as the text.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::syntax;
+use crate::units::Dimension;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A value and its place.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub span: Span,
+    pub value: Value,
+}
+
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    Text(String),
+    Integer(i64),
+    Float(f64),
+    /// A value of a grid axis in SI, with what it measures; stands for an integer too when
+    /// it is whole.
+    Sample(f64, Dimension),
+    Boolean(bool),
+    /// A date or time; nothing takes one.
+    Datetime,
+    Array(Vec<Node>),
+    Table(Vec<Entry>),
+}
+
+/// A key of a table with its value.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    pub key: String,
+    pub key_span: Span,
+    pub node: Node,
+}
+
+impl Value {
+    /// The type with its article, for messages.
+    pub fn type_name(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "a text",
+            Self::Integer(_) => "an integer",
+            Self::Float(_) | Self::Sample(..) => "a number",
+            Self::Boolean(_) => "a boolean",
+            Self::Datetime => "a date",
+            Self::Array(_) => "an array",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+impl Node {
+    /// The entry of a table; `None` in anything else.
+    pub fn entry(&self, key: &str) -> Option<&Entry> {
+        match &self.value {
+            Value::Table(entries) => entries.iter().find(|entry| entry.key == key),
+            _ => None,
+        }
+    }
+
+    /// Puts `node` at a path of keys and array indices, making tables on the way.
+    ///
+    /// Returns the length of the array that is too short, when one is.
+    pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), ArrayTooShort> {
+        let Some((first, rest)) = path.split_first() else {
+            *self = node;
+            return Ok(());
+        };
+        match &mut self.value {
+            Value::Array(items) => {
+                let length = items.len();
+                match first.parse::<usize>().ok().and_then(|i| items.get_mut(i)) {
+                    Some(item) => item.put(rest, node),
+                    None => Err(ArrayTooShort { length }),
+                }
+            }
+            Value::Table(entries) => {
+                let index = entries.iter().position(|entry| entry.key == *first);
+                if index.is_none() && first.parse::<usize>().is_ok() {
+                    return Err(ArrayTooShort { length: 0 });
+                }
+                let index = index.unwrap_or_else(|| {
+                    entries.push(Entry {
+                        key: (*first).to_owned(),
+                        key_span: node.span,
+                        node: Node {
+                            span: node.span,
+                            value: Value::Table(Vec::new()),
+                        },
+                    });
+                    entries.len() - 1
+                });
+                entries[index].node.put(rest, node)
+            }
+            // A scalar where a table belongs is reported when the tree is read; one where
+            // an array element is named cannot hold it.
+            _ => Err(ArrayTooShort { length: 0 }),
+        }
+    }
+}
+
+/// An index names an element beyond an array's end.
+pub(super) struct ArrayTooShort {
+    pub length: usize,
+}
+
+/// Parses a file already added to `issues`. Every syntax error is recorded; the tree holds
+/// what could be understood.
+pub(super) fn parse(source: usize, issues: &mut Issues) -> Node {
+    let text = issues.sources[source].text.clone();
+    let (table, errors) = DeTable::parse_recoverable(&text);
+    syntax::report(source, &text, &errors, issues);
+    let span = at(source, &table.span());
+    let value = convert_table(source, table.into_inner(), issues);
+    Node { span, value }
+}
+
+fn at(source: usize, span: &std::ops::Range<usize>) -> Span {
+    Span {
+        source,
+        start: span.start,
+        end: span.end,
+    }
+}
+
+fn convert_table(source: usize, table: DeTable<'_>, issues: &mut Issues) -> Value {
+    let entries = table
+        .into_iter()
+        .map(|(key, value)| Entry {
+            key_span: at(source, &key.span()),
+            key: key.into_inner().into_owned(),
+            node: convert(source, value, issues),
+        })
+        .collect();
+    Value::Table(entries)
+}
+
+fn convert(source: usize, value: Spanned<DeValue<'_>>, issues: &mut Issues) -> Node {
+    let span = at(source, &value.span());
+    let value = match value.into_inner() {
+        DeValue::String(text) => Value::Text(text.into_owned()),
+        DeValue::Integer(integer) => match i64::from_str_radix(integer.as_str(), integer.radix()) {
+            Ok(integer) => Value::Integer(integer),
+            Err(_) => {
+                let message = format!("`{integer}` does not fit in 64 bits");
+                issues.push(Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    span,
+                    "",
+                    message,
+                ));
+                Value::Integer(0)
+            }
+        },
+        // Text that is no number has been reported as a syntax error.
+        DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(boolean) => Value::Boolean(boolean),
+        DeValue::Datetime(_) => Value::Datetime,
+        DeValue::Array(items) => Value::Array(
+            items
+                .into_iter()
+                .map(|item| convert(source, item, issues))
+                .collect(),
+        ),
+        DeValue::Table(table) => convert_table(source, table, issues),
+    };
+    Node { span, value }
+}

@@ -1,0 +1,70 @@
+//! Keys that do not exist, and keys that this version does not have.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use super::reader::not_available;
+use super::schema::{self, Key, Kind};
+use super::tree::{Entry, Node, Value};
+
+/// Records every unknown and unavailable key below `node`. The axes of the grid are left
+/// to the grid's own reader.
+pub(super) fn check(issues: &mut Issues, node: &Node, schema: &'static [Key]) {
+    check_table(issues, node, "", schema);
+}
+
+fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: &'static [Key]) {
+    let Value::Table(entries) = &node.value else {
+        return;
+    };
+    for entry in entries {
+        let child = if path.is_empty() {
+            entry.key.clone()
+        } else {
+            format!("{path}.{}", entry.key)
+        };
+        // A quoted key may contain dots; it is never the path it looks like.
+        let known = (!entry.key.contains('.'))
+            .then(|| schema::find(schema, &child))
+            .flatten();
+        match known.map(|key| key.kind) {
+            None if path == "grid" => {}
+            None => issues.push(unknown(entry, path, &child, schema)),
+            Some(Kind::Unavailable(instead)) => {
+                not_available(issues, entry.key_span, &child, &child, instead);
+            }
+            Some(Kind::Table | Kind::Initial) => check_table(issues, &entry.node, &child, schema),
+            Some(Kind::List(_)) => check_list(issues, &entry.node, &child, schema),
+            Some(_) => {}
+        }
+    }
+}
+
+fn check_list(issues: &mut Issues, node: &Node, path: &str, schema: &'static [Key]) {
+    if let Value::Array(items) = &node.value {
+        for (i, item) in items.iter().enumerate() {
+            check_table(issues, item, &format!("{path}.{i}"), schema);
+        }
+    }
+}
+
+fn unknown(entry: &Entry, path: &str, child: &str, schema: &'static [Key]) -> Diagnostic {
+    let siblings = schema::children(schema, path);
+    let what = match (&entry.node.value, path.is_empty()) {
+        (Value::Table(_), true) => format!("there is no table [{child}]"),
+        _ => format!("there is no key `{child}`"),
+    };
+    let homes = schema::homes(schema, &entry.key);
+    let suggestion = schema::nearest(&entry.key, &siblings)
+        .map(|near| format!("`{near}`"))
+        .or_else(|| {
+            (!homes.is_empty())
+                .then(|| format!("`{}` belongs in [{}]", entry.key, homes.join("] or [")))
+        });
+    let place = match path {
+        "" => "at the top of the file".to_owned(),
+        path => format!("in `{path}`"),
+    };
+    Diagnostic::new(DiagnosticKind::UnknownKey, entry.key_span, child, what)
+        .label("unknown")
+        .accepted(format!("{place}: {}", siblings.join(", ")))
+        .suggestion(suggestion)
+}

@@ -1,1 +1,0 @@
-//! SI quantities and their text form; the one place where units are converted.

@@ -1,0 +1,304 @@
+//! SI quantities and their text form; the one place where units are converted.
+//!
+//! A quantity is a bare number in SI, or text `number unit` such as `"15 um"`,
+//! `"11460 rpm"`, `"2e-3 kg*m^2"`. Powers of ten are applied to the decimal text, before
+//! the number becomes binary: `"15 um"` and `1.5e-5` are the same double.
+
+mod expression;
+#[cfg(test)]
+mod tests;
+
+use expression::{Exponents, UnitError};
+
+/// What a quantity measures, and so which units it accepts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Dimension {
+    /// Length \[m\].
+    Length,
+    /// Time \[s\].
+    Time,
+    /// Plane angle \[rad\].
+    Angle,
+    /// Angular speed or angular frequency \[rad/s\].
+    AngularSpeed,
+    /// Force \[N\].
+    Force,
+    /// Torque \[N m\].
+    Torque,
+    /// Translational stiffness \[N/m\].
+    Stiffness,
+    /// Stiffness of a tilt \[N m/rad\].
+    TiltStiffness,
+    /// Viscous damping coefficient \[N s/m\].
+    Damping,
+    /// Pressure or elastic modulus \[Pa\].
+    Pressure,
+    /// Density \[kg/m³\].
+    Density,
+    /// Moment of inertia \[kg m²\].
+    Inertia,
+    /// Dimensionless ratio.
+    Ratio,
+    /// Participation of a mass-normalised mode \[1/√kg\]; bare numbers only.
+    Participation,
+    /// Participation by length, or modal force of a unit torque \[1/(m √kg)\]; bare
+    /// numbers only.
+    ParticipationByLength,
+    /// Mass-normalised modal displacement \[m √kg\]; bare numbers only.
+    ModalDisplacement,
+    /// Mass-normalised modal velocity \[m √kg/s\]; bare numbers only.
+    ModalVelocity,
+}
+
+/// The dimensions that have a text form, with the exponents of kg, m, s and rad.
+const TEXT_FORMS: [(Dimension, Exponents); 13] = [
+    (Dimension::Length, Exponents([0, 1, 0, 0])),
+    (Dimension::Time, Exponents([0, 0, 1, 0])),
+    (Dimension::Angle, Exponents([0, 0, 0, 1])),
+    (Dimension::AngularSpeed, Exponents([0, 0, -1, 1])),
+    (Dimension::Force, Exponents([1, 1, -2, 0])),
+    (Dimension::Torque, Exponents([1, 2, -2, 0])),
+    (Dimension::Stiffness, Exponents([1, 0, -2, 0])),
+    (Dimension::TiltStiffness, Exponents([1, 2, -2, -1])),
+    (Dimension::Damping, Exponents([1, 0, -1, 0])),
+    (Dimension::Pressure, Exponents([1, -1, -2, 0])),
+    (Dimension::Density, Exponents([1, -3, 0, 0])),
+    (Dimension::Inertia, Exponents([1, 2, 0, 0])),
+    (Dimension::Ratio, Exponents([0, 0, 0, 0])),
+];
+
+impl Dimension {
+    /// The name with its article, as it stands in messages: `a length`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Length => "a length",
+            Self::Time => "a time",
+            Self::Angle => "an angle",
+            Self::AngularSpeed => "an angular speed",
+            Self::Force => "a force",
+            Self::Torque => "a torque",
+            Self::Stiffness => "a stiffness",
+            Self::TiltStiffness => "a tilt stiffness",
+            Self::Damping => "a damping coefficient",
+            Self::Pressure => "a pressure or elastic modulus",
+            Self::Density => "a density",
+            Self::Inertia => "a moment of inertia",
+            Self::Ratio => "a ratio",
+            Self::Participation => "a modal participation",
+            Self::ParticipationByLength => "a modal participation by length",
+            Self::ModalDisplacement => "a modal displacement",
+            Self::ModalVelocity => "a modal velocity",
+        }
+    }
+
+    /// The SI unit as text, `1` when dimensionless.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Length => "m",
+            Self::Time => "s",
+            Self::Angle => "rad",
+            Self::AngularSpeed => "rad/s",
+            Self::Force => "N",
+            Self::Torque => "N*m",
+            Self::Stiffness => "N/m",
+            Self::TiltStiffness => "N*m/rad",
+            Self::Damping => "N*s/m",
+            Self::Pressure => "Pa",
+            Self::Density => "kg/m^3",
+            Self::Inertia => "kg*m^2",
+            Self::Ratio => "1",
+            Self::Participation => "1/sqrt(kg)",
+            Self::ParticipationByLength => "1/(m sqrt(kg))",
+            Self::ModalDisplacement => "m sqrt(kg)",
+            Self::ModalVelocity => "m sqrt(kg)/s",
+        }
+    }
+
+    /// Units that the text form accepts, the usual ones; empty where only bare numbers do.
+    pub fn units(self) -> &'static str {
+        match self {
+            Self::Length => "m, cm, mm, um, nm",
+            Self::Time => "s, ms, us, min",
+            Self::Angle => "rad, mrad, deg, rev",
+            Self::AngularSpeed => "rad/s, rpm, Hz, deg/s",
+            Self::Force => "N, kN, mN",
+            Self::Torque => "N*m, kN*m, N*mm",
+            Self::Stiffness => "N/m, N/mm, N/um, kN/mm",
+            Self::TiltStiffness => "N*m/rad, kN*m/rad, N*m/deg",
+            Self::Damping => "N*s/m, N*s/mm, kN*s/m",
+            Self::Pressure => "Pa, kPa, MPa, GPa, N/mm^2",
+            Self::Density => "kg/m^3, g/cm^3",
+            Self::Inertia => "kg*m^2, kg*mm^2, g*cm^2",
+            Self::Ratio => "%",
+            Self::Participation
+            | Self::ParticipationByLength
+            | Self::ModalDisplacement
+            | Self::ModalVelocity => "",
+        }
+    }
+
+    fn exponents(self) -> Option<Exponents> {
+        TEXT_FORMS
+            .iter()
+            .find_map(|&(dimension, exponents)| (dimension == self).then_some(exponents))
+    }
+
+    fn from_exponents(exponents: Exponents) -> Option<Self> {
+        TEXT_FORMS
+            .iter()
+            .find_map(|&(dimension, known)| (known == exponents).then_some(dimension))
+    }
+}
+
+/// Why a text is not a quantity of the wanted dimension.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum QuantityError {
+    /// The text does not begin with a number.
+    #[error("`{text}` does not begin with a number")]
+    NotANumber {
+        /// The text.
+        text: String,
+    },
+    /// The number is written with a decimal comma.
+    #[error("`{text}` has a decimal comma; write a decimal point")]
+    DecimalComma {
+        /// The text.
+        text: String,
+    },
+    /// A number in quotes without a unit.
+    #[error("`{text}` has no unit")]
+    MissingUnit {
+        /// The text.
+        text: String,
+    },
+    /// A unit that is not known.
+    #[error("`{unit}` is not a unit known here")]
+    UnknownUnit {
+        /// The part that is not known.
+        unit: String,
+    },
+    /// A known unit of another dimension.
+    #[error("`{unit}` is {}, not {}", kind_of_unit(*found), wanted.name())]
+    WrongKind {
+        /// The unit as written.
+        unit: String,
+        /// What it measures, where it has a name here.
+        found: Option<Dimension>,
+        /// What is wanted.
+        wanted: Dimension,
+    },
+    /// The value does not fit in a double.
+    #[error("`{text}` does not fit in a double")]
+    NotFinite {
+        /// The text.
+        text: String,
+    },
+}
+
+fn kind_of_unit(found: Option<Dimension>) -> String {
+    match found {
+        Some(dimension) => {
+            let name = dimension.name();
+            let noun = name.split_once(' ').map_or(name, |(_, noun)| noun);
+            format!("a unit of {noun}")
+        }
+        None => "a unit of something else".to_owned(),
+    }
+}
+
+/// Reads text `number unit` as a quantity of the wanted dimension, in SI.
+///
+/// Units are products and quotients of `m g s N Pa rad deg rev rpm Hz min h %` with the
+/// decimal prefixes `G M k c m u µ n p`, `*` or `·` or a space between factors, `/` before
+/// a divisor, `^` (or ², ³) for powers. `Hz` and `rpm` are revolutions, 2π rad each.
+///
+/// # Errors
+///
+/// Every way the text can fail is a variant of [`QuantityError`].
+pub fn parse(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
+    let (value, dimension, unit) = parse_exponents(text)?;
+    if wanted.exponents() == Some(dimension) {
+        return Ok(value);
+    }
+    Err(QuantityError::WrongKind {
+        unit,
+        found: Dimension::from_exponents(dimension),
+        wanted,
+    })
+}
+
+/// Reads text `number unit` as a quantity of whichever dimension its unit has.
+///
+/// # Errors
+///
+/// As [`parse`]; [`QuantityError::UnknownUnit`] too when the unit, though well formed,
+/// measures nothing that has a name here.
+pub fn parse_any(text: &str) -> Result<(f64, Dimension), QuantityError> {
+    let (value, exponents, unit) = parse_exponents(text)?;
+    match Dimension::from_exponents(exponents) {
+        Some(dimension) => Ok((value, dimension)),
+        None => Err(QuantityError::UnknownUnit { unit }),
+    }
+}
+
+fn parse_exponents(text: &str) -> Result<(f64, Exponents, String), QuantityError> {
+    let trimmed = text.trim();
+    let whole = || text.to_owned();
+    let (number, unit) =
+        split_number(trimmed).ok_or(QuantityError::NotANumber { text: whole() })?;
+    let unit = unit.trim();
+    if unit.is_empty() {
+        return Err(QuantityError::MissingUnit { text: whole() });
+    }
+    if unit.starts_with(',') {
+        return Err(QuantityError::DecimalComma { text: whole() });
+    }
+    let scale = expression::parse(unit)
+        .map_err(|UnitError { part }| QuantityError::UnknownUnit { unit: part })?;
+    let value = scaled(number, scale.ten).map(|value| value * scale.factor);
+    match value {
+        // Adding zero turns −0 into 0, so that equal quantities have equal bits.
+        Some(value) if value.is_finite() => Ok((value + 0.0, scale.exponents, unit.to_owned())),
+        _ => Err(QuantityError::NotFinite { text: whole() }),
+    }
+}
+
+/// Splits a leading decimal number from the rest.
+fn split_number(text: &str) -> Option<(&str, &str)> {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| {
+        from + bytes[from..]
+            .iter()
+            .take_while(|b| b.is_ascii_digit() || **b == b'_')
+            .count()
+    };
+    let mut end = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let mantissa_start = end;
+    end = digits(end);
+    if bytes.get(end) == Some(&b'.') {
+        end = digits(end + 1);
+    }
+    if !bytes[mantissa_start..end].iter().any(u8::is_ascii_digit) {
+        return None;
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent_start = end + 1 + sign;
+        let exponent_end = digits(exponent_start.min(bytes.len()));
+        if exponent_end > exponent_start {
+            end = exponent_end;
+        }
+    }
+    Some(text.split_at(end))
+}
+
+/// The decimal number times 10^`ten`, rounded once.
+fn scaled(number: &str, ten: i32) -> Option<f64> {
+    let number = number.replace('_', "");
+    let (mantissa, exponent) = match number.split_once(['e', 'E']) {
+        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
+        None => (number.as_str(), 0),
+    };
+    let exponent = exponent.checked_add(ten)?;
+    format!("{mantissa}e{exponent}").parse().ok()
+}

@@ -1,0 +1,578 @@
+//! Sound manifests: what they resolve to, how grids expand, what the hash sees.
+
+use atlas::manifest::{
+    self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, ManifestErrors, ShaftName,
+    StiffnessSpec, StructureSource,
+};
+use std::path::Path;
+use std::sync::Arc;
+
+const MODAL: &str = include_str!("manifests/modal.toml");
+
+fn folder() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/manifests")
+}
+
+fn parse(text: &str) -> Result<Job, ManifestErrors> {
+    manifest::parse(text, "test.toml", &folder())
+}
+
+fn job(text: &str) -> Job {
+    parse(text).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+fn shipped(name: &str) -> Job {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("manifests")
+        .join(name);
+    manifest::load(&path).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The text with one piece replaced; the piece must be there.
+fn with(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "`{from}` is not in the manifest");
+    text.replacen(from, to, 1)
+}
+
+#[test]
+fn flex80_is_the_default_drive() {
+    let job = shipped("flex80.toml");
+    assert_eq!(
+        (job.name.as_str(), job.seed, job.points.len()),
+        ("flex80", 1, 80)
+    );
+    let names: Vec<_> = job
+        .axes
+        .iter()
+        .map(|a| (a.name.as_str(), a.unit.as_str()))
+        .collect();
+    assert_eq!(names, [("load", "1"), ("speed", "rad/s")]);
+    assert_eq!(
+        job.axes[1].values,
+        [
+            600., 700., 800., 900., 1000., 1100., 1200., 1300., 1400., 1500.
+        ]
+    );
+    let point = &job.points[0];
+    let StructureSource::Flexible(drive) = &point.model.source else {
+        panic!("not a flexible drive");
+    };
+    assert_eq!(drive.gears.teeth, [20, 30]);
+    assert!((drive.gears.rated_force() - 1330.2).abs() < 0.1);
+    assert_eq!(drive.gears.body_length, [0.07, 0.04]);
+    assert_eq!(drive.shafts[0].diameter, 0.022);
+    assert_eq!(drive.shafts[1].end_inertia, 5e-3);
+    for shaft in &drive.shafts {
+        assert_eq!(
+            (shaft.span, shaft.overhang, shaft.gear_position),
+            (0.12, 0.04, 0.45)
+        );
+        let [first, second] = shaft.bearings;
+        assert_eq!(
+            (first.line_of_centres, first.across, first.tilt),
+            (1.25e8, 1e8, 2e4)
+        );
+        assert_eq!((first.axial, second.axial), (1e8, 0.0));
+        assert_eq!(second.tilt, 2e4);
+    }
+    assert_eq!(
+        (drive.young_modulus, drive.shear_modulus, drive.density),
+        (206e9, 79e9, 7850.0)
+    );
+    assert_eq!((drive.elements, drive.damping), ([3, 5, 7], 0.01));
+    assert_eq!(
+        (point.model.modes, point.model.retained, point.model.mta),
+        (40, 40, false)
+    );
+    assert_eq!(point.mesh.half_gap, 1e-5);
+    assert_eq!(point.mesh.damping, DampingSpec::Coefficient(1483.0));
+    let StiffnessSpec::Piecewise(values) = &point.mesh.stiffness else {
+        panic!("not piecewise");
+    };
+    assert_eq!(values.len(), 60);
+    assert!((values[35] - 4.444e8).abs() < 1e5 && (values[36] - 3.333e8).abs() < 1e5);
+    assert_eq!(
+        point.run.kernel,
+        KernelSpec::Volterra {
+            tolerance: f64::EPSILON
+        }
+    );
+    assert_eq!((point.run.transient, point.run.cycles), (2000, 40000));
+    assert_eq!(point.analyses.lyapunov.unwrap().stop_at_stderr, Some(0.01));
+    assert_eq!(point.analyses.poincare.unwrap().samples, 200);
+    assert_eq!(point.analyses.nvh.unwrap().harmonics, 10);
+}
+
+#[test]
+fn points_are_row_major_and_share_the_structure() {
+    let job = shipped("flex80.toml");
+    let StructureSource::Flexible(first) = &job.points[0].model.source else {
+        panic!("not a flexible drive");
+    };
+    for (i, point) in job.points.iter().enumerate() {
+        assert_eq!(point.point_id, i as u64);
+        assert_eq!(point.load, job.axes[0].values[i / 10]);
+        assert_eq!(point.speed, job.axes[1].values[i % 10]);
+        assert_eq!(point.axis_values, [point.load, point.speed]);
+        let StructureSource::Flexible(drive) = &point.model.source else {
+            panic!("not a flexible drive");
+        };
+        assert!(Arc::ptr_eq(first, drive));
+    }
+}
+
+#[test]
+fn a_modal_file_is_the_structure() {
+    let job = job(MODAL);
+    let StructureSource::Modal(structure) = &job.points[0].model.source else {
+        panic!("not modal");
+    };
+    assert_eq!(structure.frequency, [0.0, 0.0, 4452.8]);
+    assert_eq!((structure.teeth, structure.wheel_teeth), (20, None));
+    assert_eq!(structure.friction, [0.0; 3]);
+    assert_eq!(structure.pinion_torque, None);
+    assert_eq!(job.points[0].model.retained, 3);
+    assert_eq!(job.points[0].mesh.stiffness, StiffnessSpec::Constant(4e8));
+}
+
+#[test]
+fn defaults_are_the_documented_ones() {
+    let job = job(MODAL);
+    let run = &job.points[0].run;
+    assert_eq!((job.seed, run.transient, run.cycles), (1, 200, 800));
+    assert_eq!((run.audit_cycles, run.event_limit), (100, 1000));
+    assert_eq!(run.initial, InitialSpec::Static);
+    assert_eq!(
+        run.kernel,
+        KernelSpec::Volterra {
+            tolerance: f64::EPSILON
+        }
+    );
+    let analyses = &job.points[0].analyses;
+    assert!(analyses.lyapunov.is_none() && analyses.poincare.is_none() && analyses.nvh.is_none());
+    let all = job_with(
+        "[grid]",
+        "[analyses]\nlyapunov = {}\npoincare = {}\nnvh = {}\n\n[grid]",
+    );
+    let analyses = &all.points[0].analyses;
+    let lyapunov = analyses.lyapunov.unwrap();
+    assert_eq!(
+        (lyapunov.exponents, lyapunov.align, lyapunov.twin),
+        (1, 100, true)
+    );
+    assert_eq!(lyapunov.stop_at_stderr, None);
+    assert_eq!(analyses.poincare.unwrap().samples, 200);
+    assert_eq!(analyses.nvh.unwrap().harmonics, 10);
+}
+
+fn job_with(from: &str, to: &str) -> Job {
+    job(&with(MODAL, from, to))
+}
+
+#[test]
+fn shafts_override_what_they_share() {
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/quickstart.toml"),
+    )
+    .unwrap();
+    let text = with(
+        &text,
+        "[shafts.wheel]",
+        "[shafts.wheel.bearings]\ntilt = [1e4, 3e4]\n\n[shafts.wheel]\nspan = \"150 mm\"",
+    );
+    let job = job(&text);
+    let StructureSource::Flexible(drive) = &job.points[0].model.source else {
+        panic!("not a flexible drive");
+    };
+    let [pinion, wheel] = &drive.shafts;
+    assert_eq!((pinion.span, wheel.span), (0.12, 0.15));
+    assert_eq!(pinion.bearings.map(|b| b.tilt), [2e4, 2e4]);
+    assert_eq!(wheel.bearings.map(|b| b.tilt), [1e4, 3e4]);
+    assert_eq!(wheel.bearings.map(|b| b.across), [1e8, 1e8]);
+}
+
+#[test]
+fn ripple_needs_and_finds_its_columns() {
+    let folder = tempfile::tempdir().unwrap();
+    let modal = include_str!("manifests/oscillator.modal.toml");
+    let columns =
+        "teeth_wheel = 30\ntorque_pinion = [13.8, -11.4, 8.2]\ntorque_wheel = [-9.2, 7.6, -5.5]\n";
+    std::fs::write(
+        folder.path().join("oscillator.modal.toml"),
+        format!("{modal}{columns}"),
+    )
+    .unwrap();
+    let text = with(
+        MODAL,
+        "[grid]",
+        "torque_ripple = [{ shaft = \"wheel\", order = 0.5, amplitude = \"3 N*m\" }]\n\n[grid]",
+    );
+    let job = manifest::parse(&text, "test.toml", folder.path()).unwrap_or_else(|e| panic!("{e}"));
+    let ripple = job.points[0].excitation.torque_ripple[0];
+    assert_eq!(
+        (ripple.shaft, ripple.order, ripple.amplitude, ripple.phase),
+        (ShaftName::Wheel, 0.5, 3.0, 0.0)
+    );
+    let StructureSource::Modal(structure) = &job.points[0].model.source else {
+        panic!("not modal");
+    };
+    assert_eq!(structure.wheel_teeth, Some(30));
+    assert_eq!(
+        structure.wheel_torque.as_deref(),
+        Some(&[-9.2, 7.6, -5.5][..])
+    );
+}
+
+#[test]
+fn any_numeric_model_key_can_be_an_axis() {
+    let job = job_with(
+        "load = 0.1",
+        "load = 0.1\n\"mesh.half_gap\" = { from = \"5 um\", to = \"20 um\", count = 3, spacing = \"log\" }\n\"model.retained\" = { values = [2, 3] }\n\"excitation.transmission_error.0.amplitude\" = { values = [\"1 um\", 2e-6] }\n\"mesh.contact_damping\" = { values = [\"1000 N*s/m\", \"2 kN*s/m\"] }\n\"mesh.friction\" = 0.1",
+    );
+    let names: Vec<_> = job.axes.iter().map(|axis| axis.name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "excitation.transmission_error.0.amplitude",
+            "mesh.contact_damping",
+            "mesh.friction",
+            "mesh.half_gap",
+            "model.retained",
+            "load",
+            "speed"
+        ]
+    );
+    assert_eq!(job.axes[1].unit, "N*s/m");
+    assert_eq!(job.points.len(), 2 * 2 * 3 * 2 * 10);
+    for point in &job.points {
+        let [
+            amplitude,
+            damping,
+            friction,
+            half_gap,
+            retained,
+            load,
+            speed,
+        ] = point.axis_values[..]
+        else {
+            panic!("{} axis values", point.axis_values.len());
+        };
+        assert_eq!(point.excitation.transmission_error[0].amplitude, amplitude);
+        assert_eq!(point.mesh.damping, DampingSpec::Coefficient(damping));
+        assert_eq!(
+            (point.mesh.friction, point.mesh.half_gap),
+            (friction, half_gap)
+        );
+        assert_eq!(point.model.retained as f64, retained);
+        assert_eq!((point.load, point.speed), (load, speed));
+        assert_eq!(point.excitation.transmission_error[0].harmonic, 1);
+    }
+    assert!((job.axes[3].values[1] - 1e-5).abs() < 1e-20);
+}
+
+#[test]
+fn an_axis_may_give_a_key_that_its_table_leaves_out() {
+    let text = with(MODAL, "half_gap = \"15 um\"\n", "");
+    let text = with(
+        &text,
+        "load = 0.1",
+        "load = 0.1\n\"mesh.half_gap\" = { values = [1e-5, \"20 um\"] }",
+    );
+    let job = job(&text);
+    assert_eq!(job.points[0].mesh.half_gap, 1e-5);
+    assert_eq!(job.points[10].mesh.half_gap, 2e-5);
+}
+
+#[test]
+fn the_hash_ignores_how_it_is_written() {
+    let reference = job(MODAL).hash;
+    assert_eq!(reference.len(), 64);
+    let same = [
+        ("half_gap = \"15 um\"", "half_gap = 1.5e-5 # a comment"),
+        ("half_gap = \"15 um\"", "half_gap = \"0.015 mm\""),
+        (
+            "mean_stiffness = \"4e8 N/m\"",
+            "mean_stiffness = \"400 N/um\"",
+        ),
+        (
+            "half_gap = \"15 um\"\nstiffness = \"constant\"",
+            "stiffness = \"constant\"\nhalf_gap = \"15 um\"",
+        ),
+        ("name = \"case\"", "name = \"another\""),
+        ("name = \"case\"", "name = \"case\"\nseed = 1"),
+        (
+            "contact_damping = 0.05",
+            "contact_damping = \"5 %\"\nfriction = -0.0",
+        ),
+        ("load = 0.1", "load = { values = [0.1] }"),
+        (
+            "{ from = 600, to = 1500, count = 10 }",
+            "{ values = [600, 700, 800, 900, 1000, 1100, 1200, 1300, 1400, 1500] }",
+        ),
+        (
+            "load = 0.1\nspeed = { from = 600, to = 1500, count = 10 }",
+            "speed = { from = 600, to = 1500, count = 10 }\nload = 0.1",
+        ),
+        (
+            "[grid]",
+            "[run]\ntransient = 200\nkernel = \"volterra\"\ntolerance = \"roundoff\"\n\n[grid]",
+        ),
+        (
+            "amplitude = \"5 um\"",
+            "amplitude = \"5 um\", phase = \"0 deg\"",
+        ),
+    ];
+    for (from, to) in same {
+        assert_eq!(job_with(from, to).hash, reference, "{to}");
+    }
+}
+
+#[test]
+fn the_hash_sees_every_change_that_matters() {
+    let changes = [
+        ("half_gap = \"15 um\"", "half_gap = \"15.000001 um\""),
+        (
+            "mean_stiffness = \"4e8 N/m\"",
+            "mean_stiffness = \"4.1e8 N/m\"",
+        ),
+        (
+            "stiffness = \"constant\"\nmean_stiffness = \"4e8 N/m\"",
+            "stiffness = \"piecewise\"\nvalues = [4e8]",
+        ),
+        ("contact_damping = 0.05", "contact_damping = 0.06"),
+        ("contact_damping = 0.05", "contact_damping = \"0.05 N*s/m\""),
+        (
+            "contact_damping = 0.05",
+            "contact_damping = 0.05\nfriction = 0.01",
+        ),
+        ("harmonic = 1", "harmonic = 2"),
+        ("amplitude = \"5 um\"", "amplitude = \"6 um\""),
+        (
+            "amplitude = \"5 um\"",
+            "amplitude = \"5 um\", phase = \"1 deg\"",
+        ),
+        ("load = 0.1", "load = 0.2"),
+        ("count = 10", "count = 11"),
+        ("name = \"case\"", "name = \"case\"\nseed = 2"),
+        ("kind = \"modal\"", "kind = \"modal\"\nretained = 2"),
+        ("kind = \"modal\"", "kind = \"modal\"\nmta = true"),
+        ("[grid]", "[run]\ntransient = 201\n\n[grid]"),
+        ("[grid]", "[run]\ncycles = 801\n\n[grid]"),
+        ("[grid]", "[run]\nkernel = \"stepping\"\n\n[grid]"),
+        (
+            "[grid]",
+            "[run]\nkernel = \"stepping\"\nsteps = 8192\n\n[grid]",
+        ),
+        ("[grid]", "[run]\ntolerance = 1e-12\n\n[grid]"),
+        ("[grid]", "[run]\ninitial = \"rest\"\n\n[grid]"),
+        (
+            "[grid]",
+            "[run]\ninitial = { displacement = [0, 0, 1e-6], velocity = [0, 0, 0] }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[run]\ninitial = { displacement = [0, 0, 0], velocity = [0, 0, 1e-6] }\n\n[grid]",
+        ),
+        ("[grid]", "[run]\naudit_cycles = 50\n\n[grid]"),
+        ("[grid]", "[run]\nevent_limit = 100\n\n[grid]"),
+        ("[grid]", "[analyses]\nlyapunov = {}\n\n[grid]"),
+        (
+            "[grid]",
+            "[analyses]\nlyapunov = { exponents = 2 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nlyapunov = { stop_at_stderr = 0.01 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nlyapunov = { twin = false }\n\n[grid]",
+        ),
+        ("[grid]", "[analyses]\npoincare = {}\n\n[grid]"),
+        ("[grid]", "[analyses]\nnvh = {}\n\n[grid]"),
+        ("[grid]", "[analyses]\nnvh = { spectrum = true }\n\n[grid]"),
+        ("load = 0.1", "load = 0.1\n\"mesh.half_gap\" = \"15 um\""),
+    ];
+    let mut seen = std::collections::HashMap::from([(job(MODAL).hash, "the original")]);
+    for (from, to) in changes {
+        let earlier = seen.insert(job_with(from, to).hash, to);
+        assert_eq!(earlier, None, "{to} hashes like it");
+    }
+}
+
+#[test]
+fn the_hash_sees_a_modal_file_by_its_content() {
+    let modal = include_str!("manifests/oscillator.modal.toml");
+    let hash = |content: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("oscillator.modal.toml"), content).unwrap();
+        manifest::parse(MODAL, "test.toml", folder.path())
+            .unwrap_or_else(|errors| panic!("{errors}"))
+            .hash
+    };
+    let reference = hash(modal);
+    assert_eq!(reference, job(MODAL).hash);
+    assert_eq!(
+        reference,
+        hash(&format!("# moved\n{modal}\nmesh_tilt = [0, 0, 0]\n"))
+    );
+    for (from, to) in [
+        ("4452.8", "4452.9"),
+        ("teeth        = 20", "teeth = 21"),
+        ("0.02", "0.03"),
+    ] {
+        assert_ne!(reference, hash(&with(modal, from, to)), "{to}");
+    }
+}
+
+#[test]
+fn the_default_drive_hash_sees_every_field() {
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/flex80.toml"),
+    )
+    .unwrap();
+    let mut seen = std::collections::HashSet::from([job(&text).hash]);
+    for (from, to) in [
+        ("teeth = [20, 30]", "teeth = [20, 31]"),
+        ("\"4 mm\"", "\"4.1 mm\""),
+        ("\"20 deg\"", "\"21 deg\""),
+        ("\"20 mm\"", "\"21 mm\""),
+        ("\"40 mm\"]", "\"41 mm\"]"),
+        ("\"50 N*m\"", "\"51 N*m\""),
+        ("\"206 GPa\"", "\"207 GPa\""),
+        ("\"79 GPa\"", "\"80 GPa\""),
+        ("\"7850 kg/m^3\"", "\"7800 kg/m^3\""),
+        ("shear_coefficient = 0.9", "shear_coefficient = 0.85"),
+        ("span = \"120 mm\"", "span = \"121 mm\""),
+        ("overhang = \"40 mm\"", "overhang = \"41 mm\""),
+        ("gear_position = 0.45", "gear_position = 0.46"),
+        ("[3, 5, 7]", "[3, 7, 5]"),
+        ("\"22 mm\"", "\"23 mm\""),
+        ("\"5e-3 kg*m^2\"", "\"6e-3 kg*m^2\""),
+        ("\"1.25e8 N/m\"", "\"1.26e8 N/m\""),
+        ("across = \"1e8 N/m\"", "across = \"1.1e8 N/m\""),
+        ("\"2e4 N*m/rad\"", "[2e4, 3e4]"),
+        ("[\"1e8 N/m\", 0]", "[0, \"1e8 N/m\"]"),
+        ("modes = 40", "modes = 41"),
+        ("damping = 0.01", "damping = 0.02"),
+        (
+            "damping = 0.01",
+            "damping = 0.01\ndamping_overrides = [{ mode = 7, ratio = 0.02 }]",
+        ),
+        ("contact_ratio = 1.6", "contact_ratio = 1.5"),
+        ("single_pair_drop = 0.25", "single_pair_drop = 0.2"),
+        ("segments = 60", "segments = 120"),
+    ] {
+        assert!(
+            seen.insert(job(&with(&text, from, to)).hash),
+            "{to} is not seen"
+        );
+    }
+}
+
+#[test]
+fn all_faults_of_a_file_come_at_once_in_its_order() {
+    let text = with(MODAL, "half_gap = \"15 um\"", "half_gap = \"15 N\"");
+    let text = with(&text, "name = \"case\"", "name = 3");
+    let text = with(&text, "load = 0.1", "load = 0");
+    let errors = parse(&text).unwrap_err();
+    let found: Vec<_> = errors
+        .diagnostics
+        .iter()
+        .map(|d| (d.kind, d.key.as_str(), d.line))
+        .collect();
+    assert_eq!(
+        found,
+        [
+            (DiagnosticKind::WrongType, "job.name", 2),
+            (DiagnosticKind::WrongUnit, "mesh.half_gap", 9),
+            (DiagnosticKind::OutOfRange, "grid.load", 18),
+        ]
+    );
+}
+
+#[test]
+fn colours_are_asked_for() {
+    let errors = parse("").unwrap_err();
+    assert!(!errors.render().contains('\u{1b}'));
+    assert!(errors.render_coloured().contains('\u{1b}'));
+    assert_eq!(errors.to_string(), errors.render());
+}
+
+#[test]
+fn ten_million_points_are_the_most() {
+    let grid = |count: &str| {
+        let text = with(
+            MODAL,
+            "load = 0.1",
+            "load = { from = 0.1, to = 0.3, count = 100000 }",
+        );
+        with(&text, "count = 10 }", count)
+    };
+    let errors = parse(&grid("count = 101 }")).unwrap_err();
+    assert_eq!(errors.diagnostics.len(), 1);
+    assert_eq!(errors.diagnostics[0].kind, DiagnosticKind::GridTooLarge);
+}
+
+mod no_panic {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Pieces that manifests are made of, put together blindly.
+    const PIECES: [&str; 28] = [
+        "[mesh]\n",
+        "[grid]\n",
+        "[model]\n",
+        "[run]\n",
+        "[excitation]\n",
+        "[analyses]\n",
+        "[shafts]\n",
+        "half_gap = ",
+        "load = ",
+        "speed = ",
+        "kind = ",
+        "initial = ",
+        "\"mesh.half_gap\" = ",
+        "\"excitation.transmission_error.0.amplitude\" = ",
+        "transmission_error = ",
+        "\"15 um\"",
+        "-1",
+        "nan",
+        "\"modal\"",
+        "\"flexible\"",
+        "[",
+        "]",
+        "{ values = [",
+        "] }",
+        "{ from = 0, to = 1, count = 3 }",
+        "\n",
+        "= ",
+        "µ",
+    ];
+
+    proptest! {
+        #[test]
+        fn whatever_the_text(pieces in proptest::collection::vec(0..PIECES.len(), 0..24)) {
+            let text: String = pieces.iter().map(|&i| PIECES[i]).collect();
+            let errors = parse(&text).unwrap_err();
+            prop_assert!(!errors.render().is_empty());
+            for d in &errors.diagnostics {
+                prop_assert!(d.line >= 1 && d.column >= 1);
+            }
+        }
+
+        /// A manifest cut anywhere is answered, in most places with errors.
+        #[test]
+        fn wherever_it_is_cut(cut in 0..MODAL.len(), insert in "\\PC{0,3}") {
+            if MODAL.is_char_boundary(cut) {
+                let text = format!("{}{insert}{}", &MODAL[..cut], &MODAL[cut..]);
+                if let Err(errors) = parse(&text) {
+                    prop_assert!(!errors.render().is_empty());
+                }
+                if let Err(errors) = parse(&MODAL[..cut]) {
+                    prop_assert!(!errors.render().is_empty());
+                }
+            }
+        }
+    }
+}
