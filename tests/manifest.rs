@@ -1,5 +1,7 @@
 //! Sound manifests: what they resolve to, how grids expand, what the hash sees.
 
+#![allow(clippy::unwrap_used)]
+
 use atlas::manifest::{
     self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, ManifestErrors, ShaftName,
     StiffnessSpec, StructureSource,

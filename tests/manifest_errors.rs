@@ -1,6 +1,8 @@
 //! Every manifest in `tests/manifests/bad` through the real program: the whole message is
 //! a snapshot, the exit status is 2, standard output is empty and nothing is written.
 
+#![allow(clippy::unwrap_used)]
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

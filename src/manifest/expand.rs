@@ -26,12 +26,12 @@ type Faults = HashMap<(DiagnosticKind, Span, String), Sighting>;
 /// Resolves the whole grid. `axes` has the model keys first, then load and speed.
 ///
 /// Every fault is recorded once, with the first combination at which it shows when it
-/// does not show at all of them. With `complete` false (an axis is faulty) only the first
-/// combination is looked at, for its faults.
+/// does not show at all of them. Unless `exhaustive` (the grid is too large) only the first
+/// combination is looked at.
 pub(super) fn expand(
     tree: &mut Node,
     axes: &[GridAxis],
-    complete: bool,
+    exhaustive: bool,
     issues: &mut Issues,
     context: &mut Context,
     hash: &mut JobHash,
@@ -66,7 +66,7 @@ pub(super) fn expand(
                 .collect();
             push_points(&mut points, &resolved, &keyed, loads, speeds);
         }
-        if !complete || faulty >= MAX_FAULTY || !advance(&mut index, &keys) {
+        if !exhaustive || faulty >= MAX_FAULTY || !advance(&mut index, &keys) {
             break;
         }
     }

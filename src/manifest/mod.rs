@@ -83,7 +83,6 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     let root = Section::root(&tree, schema::MANIFEST);
     let head = sections::read_job(&root, &mut issues);
     let axes = grid::read(&root, &mut issues);
-    let complete = axes.faulty.is_empty() && issues.found.is_empty();
 
     let plain: Vec<&Axis> = axes.sound.iter().map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
@@ -92,7 +91,7 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     let points = expand::expand(
         &mut tree,
         &axes.sound,
-        complete,
+        !axes.too_large,
         &mut issues,
         &mut context,
         &mut hash,

@@ -71,7 +71,7 @@ fn words(detail: &str, spot: &str, unclosed: bool) -> (String, String) {
         let quoted = spot.trim();
         return (
             "a text must stand in quotes".to_owned(),
-            format!("write \"{quoted}\"; a number without unit needs no quotes"),
+            format!("write \"{quoted}\""),
         );
     } else if detail.starts_with("invalid basic string, expected `\"`") {
         (

@@ -44,11 +44,14 @@ impl GridAxis {
     }
 }
 
-/// The axes of a grid, slowest first, and the names of the faulty ones.
+/// The axes of a grid, slowest first.
 #[derive(Debug, Default)]
 pub(super) struct Axes {
     pub sound: Vec<GridAxis>,
+    /// Names of the axes that have faults or are missing.
     pub faulty: Vec<String>,
+    /// Whether there are more points than accepted.
+    pub too_large: bool,
 }
 
 /// Reads the grid. Model keys come first, by name, then load, then speed: points that
@@ -66,12 +69,7 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
         }
     }
     let orders = [("sweep-up", SWEEP), ("sweep-down", SWEEP)];
-    if section
-        .choice(issues, "order", Some("independent"), &orders)
-        .is_none()
-    {
-        axes.faulty.push("order".to_owned());
-    }
+    section.choice(issues, "order", Some("independent"), &orders);
     for entry in section
         .entries()
         .iter()
@@ -89,19 +87,19 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
     };
     axes.sound
         .sort_by(|a, b| (rank(a), &a.axis.name).cmp(&(rank(b), &b.axis.name)));
-    check_size(issues, &section, &axes.sound);
+    axes.too_large = !size_is_accepted(issues, &section, &axes.sound);
     axes
 }
 
 const SWEEP: &str = "order = \"independent\": every point starts from run.initial";
 
-fn check_size(issues: &mut Issues, section: &Section, axes: &[GridAxis]) {
+fn size_is_accepted(issues: &mut Issues, section: &Section, axes: &[GridAxis]) -> bool {
     let lengths: Vec<u64> = axes.iter().map(|a| a.axis.values.len() as u64).collect();
     let points = lengths
         .iter()
         .try_fold(1_u64, |total, &n| total.checked_mul(n));
     if points.is_some_and(|points| points <= MAX_POINTS) {
-        return;
+        return true;
     }
     let factors: Vec<_> = axes
         .iter()
@@ -121,6 +119,7 @@ fn check_size(issues: &mut Issues, section: &Section, axes: &[GridAxis]) {
         .accepted(format!("at most {MAX_POINTS} points"))
         .remedy("use coarser axes, or split the grid over several manifests"),
     );
+    false
 }
 
 fn read_axis(issues: &mut Issues, entry: &Entry) -> Option<GridAxis> {

@@ -311,7 +311,13 @@ impl<'t> Section<'t> {
                         format!("`{path}` has {}, not {length}", entries(items.len())),
                     )
                     .label(format!("{length} are needed"))
-                    .accepted(spec.accepted()),
+                    .accepted(match spec.kind {
+                        Kind::List(_) => spec.accepted(),
+                        _ => format!(
+                            "one value for both, or a pair [first, second]: {}",
+                            spec.accepted()
+                        ),
+                    }),
                 );
                 None
             }

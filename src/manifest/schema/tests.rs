@@ -51,3 +51,38 @@ fn ranges_read_as_words() {
     assert_eq!(any.words(), "");
     assert!(!any.contain(f64::NAN) && !any.contain(f64::INFINITY));
 }
+
+/// An example that the program itself would refuse teaches the wrong thing.
+#[test]
+fn examples_are_accepted() {
+    use crate::manifest::diagnostic::Issues;
+    use crate::manifest::reader;
+    use crate::manifest::tree;
+    let mut checked = 0;
+    for key in MANIFEST.iter().chain(MODAL_FILE) {
+        let mut issues = Issues::default();
+        let source = issues.add_source("example".to_owned(), format!("x = {}", key.example));
+        if key.example.is_empty() {
+            assert!(
+                matches!(key.kind, Kind::Table | Kind::Unavailable(_)),
+                "{}",
+                key.path
+            );
+            continue;
+        }
+        let tree = tree::parse(source, &mut issues);
+        let node = &tree.entry("x").unwrap().node;
+        match key.kind {
+            Kind::Quantity(_) => {
+                reader::quantity(&mut issues, node, key.path, key);
+            }
+            Kind::Integer => {
+                reader::integer(&mut issues, node, key.path, key);
+            }
+            _ => {}
+        }
+        assert!(issues.found.is_empty(), "{}: {:?}", key.path, issues.found);
+        checked += 1;
+    }
+    assert!(checked > 80, "{checked}");
+}
