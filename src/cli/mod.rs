@@ -2,14 +2,27 @@
 //! exit status.
 
 pub mod check;
+mod progress;
+pub mod run;
 pub mod show;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use std::io::Write;
 use std::process::ExitCode;
 
-/// Gear rattle over grids of operating points.
+/// Exit status for bad input.
+const BAD_INPUT: u8 = 2;
+
+/// Exit status of a job with points that did not end well.
+const FAILED_POINTS: u8 = 3;
+
+/// Exit status after Ctrl-C or SIGTERM.
+const INTERRUPTED: u8 = 130;
+
+/// Gear rattle over grids of operating points: exact propagation, Lyapunov exponents with
+/// error bars, Poincaré samples, NVH statistics, in Parquet.
 #[derive(Debug, Parser)]
-#[command(name = "atlas", version)]
+#[command(name = "atlas", version, arg_required_else_help = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -17,16 +30,42 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Compute every point of a manifest and write the result files
+    Run(run::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
 }
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
     match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Show(args) => show::run(&args),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);
+            print(&String::from_utf8_lossy(&script));
+            ExitCode::SUCCESS
+        }
     }
+}
+
+/// Prints to standard output. A closed pipe (`atlas … | head`) is no error worth a word.
+fn print(text: &str) {
+    _ = std::io::stdout().lock().write_all(text.as_bytes());
+}
+
+/// Prints one error line and gives the exit status.
+fn fail(status: u8, message: &str) -> ExitCode {
+    // Nothing can be done when standard error is closed as well.
+    _ = writeln!(std::io::stderr().lock(), "error: {message}");
+    ExitCode::from(status)
 }

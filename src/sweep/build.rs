@@ -1,0 +1,141 @@
+//! From a point's specification to the system that kernels march.
+
+use crate::analysis::{LyapunovQuestion, NvhQuestion, Questions};
+use crate::manifest::{
+    DampingSpec, InitialSpec, ModelSpec, PointSpec, ShaftName, StiffnessSpec, StructureSource,
+};
+use crate::model::{
+    Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
+};
+use crate::shaft::{ModalStructure, ShaftError};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Why a point's system cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The structure cannot be assembled or solved.
+    #[error("the structure cannot be computed: {0}")]
+    Structure(#[from] ShaftError),
+    /// The model cannot be formed.
+    #[error("the model cannot be formed: {0}")]
+    Model(#[from] ModelError),
+}
+
+/// The structure of a model specification, reduced to the modes it retains.
+///
+/// # Errors
+/// The shaft model cannot be assembled or solved.
+pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
+    match &spec.source {
+        StructureSource::Flexible(drive) => drive.modes(spec.modes, spec.retained, spec.mta),
+        StructureSource::Modal(structure) => structure.truncated(spec.retained, spec.mta),
+    }
+}
+
+/// The piecewise-linear system of a point.
+///
+/// # Errors
+/// A value that the model refuses.
+pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, ModelError> {
+    let stiffness = match &point.mesh.stiffness {
+        StiffnessSpec::Constant(k) => vec![*k],
+        StiffnessSpec::Piecewise(values) => values.to_vec(),
+    };
+    let mean = stiffness.iter().sum::<f64>() / stiffness.len() as f64;
+    let drive = Drive {
+        half_gap: point.mesh.half_gap,
+        damping: match point.mesh.damping {
+            DampingSpec::Coefficient(c) => c,
+            DampingSpec::Ratio(ratio) => Model::damping_from_ratio(structure, ratio, mean),
+        },
+        stiffness,
+        friction: point.mesh.friction,
+        transmission_error: point
+            .excitation
+            .transmission_error
+            .iter()
+            .map(|h| (h.harmonic, h.amplitude, h.phase))
+            .collect(),
+        torque_ripple: point
+            .excitation
+            .torque_ripple
+            .iter()
+            .map(|r| RippleInput {
+                shaft: match r.shaft {
+                    ShaftName::Pinion => RippleShaft::Pinion,
+                    ShaftName::Wheel => RippleShaft::Wheel,
+                },
+                order: r.order,
+                amplitude: r.amplitude,
+                phase: r.phase,
+            })
+            .collect(),
+    };
+    let operating = OperatingPoint {
+        load: point.load,
+        speed: point.speed,
+    };
+    Model::new(structure, &drive, operating)
+}
+
+/// Where a point's trajectory starts.
+pub fn initial(spec: &InitialSpec) -> InitialState {
+    match spec {
+        InitialSpec::Static => InitialState::Static,
+        InitialSpec::Rest => InitialState::Rest,
+        InitialSpec::Modal {
+            displacement,
+            velocity,
+        } => InitialState::Modal {
+            displacement: displacement.clone(),
+            velocity: velocity.clone(),
+        },
+    }
+}
+
+/// What is asked of a point.
+pub fn questions(point: &PointSpec, seed: u64) -> Questions {
+    let analyses = &point.analyses;
+    Questions {
+        seed,
+        point_id: point.point_id,
+        transient: point.run.transient,
+        cycles: point.run.cycles,
+        audit_cycles: point.run.audit_cycles,
+        lyapunov: analyses.lyapunov.map(|l| LyapunovQuestion {
+            exponents: l.exponents,
+            stop_at_stderr: l.stop_at_stderr,
+            align: l.align,
+            twin: l.twin,
+        }),
+        poincare_samples: analyses.poincare.map_or(0, |p| p.samples),
+        nvh: analyses.nvh.map(|n| NvhQuestion {
+            harmonics: n.harmonics,
+            spectrum: n.spectrum,
+        }),
+    }
+}
+
+/// Structures already computed: points of a grid mostly share one.
+#[derive(Debug, Default)]
+pub struct StructureCache(Mutex<HashMap<String, Arc<ModalStructure>>>);
+
+impl StructureCache {
+    /// The structure of a model specification, computed once.
+    ///
+    /// # Errors
+    /// As [`structure`].
+    pub fn get(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
+        // The specification's own words: equal text is an equal structure.
+        let key = format!("{spec:?}");
+        // Computing under the lock keeps workers from computing the same one twice.
+        let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = cache.get(&key) {
+            return Ok(found.clone());
+        }
+        let computed = Arc::new(structure(spec)?);
+        cache.insert(key, computed.clone());
+        Ok(computed)
+    }
+}

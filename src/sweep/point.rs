@@ -1,0 +1,110 @@
+//! One point, from specification to row; whatever goes wrong becomes part of the row.
+
+use super::build::{BuildError, StructureCache, initial, model, questions};
+use crate::analysis::{CalledOff, PointOutcome, Status, investigate};
+use crate::manifest::{KernelSpec, PointSpec};
+use crate::model::Model;
+use crate::propagate::{Stepping, Volterra};
+use crate::store::{Placement, PointRow};
+use crate::topology::Topology;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// Who computes.
+#[derive(Debug, Clone, Copy)]
+pub struct Worker<'a> {
+    /// Its number, from 0.
+    pub index: u32,
+    /// The machine, where it is known.
+    pub topology: Option<&'a Topology>,
+}
+
+/// Computes a point. A model that cannot be built, and a panic, give a row with status
+/// `failed` and the reason.
+///
+/// # Errors
+/// [`CalledOff`] when `called_off` was raised meanwhile.
+pub fn compute(
+    point: &PointSpec,
+    seed: u64,
+    structures: &StructureCache,
+    worker: Worker<'_>,
+    called_off: &AtomicBool,
+) -> Result<PointRow, CalledOff> {
+    let clock = Instant::now();
+    let attempt = catch_unwind(AssertUnwindSafe(|| {
+        answer(point, seed, structures, called_off)
+    }));
+    let outcome = match attempt {
+        Ok(Ok(answered)) => answered?,
+        Ok(Err(error)) => failed(error.to_string()),
+        Err(panic) => {
+            let message = panic
+                .downcast_ref::<String>()
+                .map(String::as_str)
+                .or_else(|| panic.downcast_ref::<&str>().copied())
+                .unwrap_or("no message");
+            failed(format!("the program panicked: {message}"))
+        }
+    };
+    Ok(PointRow {
+        point_id: point.point_id,
+        axis_values: point.axis_values.clone(),
+        outcome,
+        kernel: kernel_name(&point.run.kernel).to_owned(),
+        placement: Placement {
+            worker: worker.index,
+            numa_node: worker.topology.and_then(Topology::current_numa_node),
+            wall_time: clock.elapsed().as_secs_f64(),
+        },
+    })
+}
+
+/// A kernel's name as manifests and result files have it.
+pub fn kernel_name(kernel: &KernelSpec) -> &'static str {
+    match kernel {
+        KernelSpec::Volterra { .. } => "volterra",
+        KernelSpec::Stepping { .. } => "stepping",
+    }
+}
+
+fn answer(
+    point: &PointSpec,
+    seed: u64,
+    structures: &StructureCache,
+    called_off: &AtomicBool,
+) -> Result<Result<PointOutcome, CalledOff>, BuildError> {
+    let structure = structures.get(&point.model)?;
+    let model: Model = model(&structure, point)?;
+    let start = model.start(&initial(&point.run.initial));
+    let questions = questions(point, seed);
+    let limit = point.run.event_limit;
+    Ok(match point.run.kernel {
+        KernelSpec::Volterra { tolerance } => {
+            let kernel = Volterra::new(&model, tolerance, limit);
+            investigate(&model, &kernel, start, &questions, called_off)
+        }
+        KernelSpec::Stepping { steps } => {
+            let kernel = Stepping::new(&model, steps, limit);
+            investigate(&model, &kernel, start, &questions, called_off)
+        }
+    })
+}
+
+fn failed(reason: String) -> PointOutcome {
+    PointOutcome {
+        status: Status::Failed,
+        reason,
+        class: None,
+        lyapunov: None,
+        nvh: None,
+        spectra: Vec::new(),
+        poincare: Vec::new(),
+        events_per_cycle: None,
+        energy_residual: None,
+        grazing_count: 0,
+        cycles: 0,
+        measured_cycles: 0,
+    }
+}
