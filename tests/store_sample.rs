@@ -154,7 +154,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         totals: Totals::new(count, count - failed, failed, 1000 * (count - failed), 1.0),
         warnings: Vec::new(),
         manifest_hash: "0".into(),
-        manifest: "# written by a test, not by a run\n".into(),
+        manifest: "# written by a test\n[job]\nname = \"sample\"\n".into(),
     };
     write_run(folder, &record).unwrap();
 }

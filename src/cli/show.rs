@@ -90,3 +90,36 @@ fn with_causes(error: &dyn std::error::Error) -> String {
     }
     message
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::{ResultLayout, ResultWriter};
+
+    #[test]
+    fn json_is_json_and_text_is_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let writer = ResultWriter::create(folder.path(), &ResultLayout::default(), []).unwrap();
+        writer.finish().unwrap();
+        let json = text(folder.path(), true, Colour::Never).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+        assert_eq!(value["points"], 0);
+        assert_eq!(value["state"], serde_json::Value::Null);
+        let plain = text(folder.path(), false, Colour::Never).unwrap();
+        assert!(plain.contains("no point was computed"), "{plain}");
+    }
+
+    #[test]
+    fn a_folder_without_results_is_bad_input() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = text(folder.path(), false, Colour::Never).unwrap_err();
+        assert!(message.starts_with("no results in"), "{message}");
+        assert_eq!(message.lines().count(), 1);
+    }
+
+    #[test]
+    fn colours_are_never_forced_on_a_pipe() {
+        assert_eq!(Colour::Always.style(), Style::Colour);
+        assert_eq!(Colour::Never.style(), Style::Plain);
+    }
+}
