@@ -10,24 +10,15 @@
 //!     + Σ ½ Δk (δ − s b)²                                     stiffness steps in contact
 //! ```
 //!
-//! Every integrand is a product of Legendre series. The modal velocities are rebuilt here
-//! from the state at each window's start and the force series, independently of how the
-//! kernel moved the state on. The residual is relative to the sum of all absolute works.
+//! Every integrand is a product of Legendre series. The modal velocities are rebuilt
+//! ([`super::modal_series`]) from the state at each window's start and the force series,
+//! independently of how the kernel moved the state on. The residual is relative to the sum
+//! of all absolute works.
 
+use super::modal_series::{ModalSeries, Series, TERMS, cosine_series, padded};
 use crate::model::{Contact, Model, Segment, TrajectoryState};
-use crate::numerics::convolution::convolution16;
-use crate::numerics::exponential::{RIGID_PHASE, legendre_series};
 use crate::numerics::legendre::{at_start, derivative};
 use crate::propagate::{Event, Observer, Window};
-
-const TERMS: usize = 16;
-const KERNEL_TERMS: usize = 32;
-
-/// A series on a window.
-type Series = [f64; TERMS];
-
-/// Response of the kernel terms to one input.
-type Responses = [Series; KERNEL_TERMS];
 
 /// Audits the energy balance of a trajectory made of companion blocks.
 #[derive(Debug, Clone)]
@@ -92,56 +83,18 @@ impl<'m> EnergyAudit<'m> {
     /// Works of torques, friction and structural damping over a window.
     fn structural_work(&mut self, window: &Window<'_>, force: &Series) {
         let tau = window.duration;
-        let convolution = convolution16();
-        let mut by_force: Responses = [[0.0; TERMS]; KERNEL_TERMS];
-        let mut by_one: Responses = [[0.0; TERMS]; KERNEL_TERMS];
-        convolution.responses(force, tau, &mut by_force);
-        convolution.responses(&[1.0], tau, &mut by_one);
-        let ripples = self.ripple_series(window);
-        let by_ripple: Vec<Responses> = ripples
-            .iter()
-            .map(|series| {
-                let mut out = [[0.0; TERMS]; KERNEL_TERMS];
-                convolution.responses(series, tau, &mut out);
-                out
-            })
-            .collect();
         let model = self.model;
+        let series = ModalSeries::new(model, window);
         let (mut torque, mut friction, mut damping) = (0.0, 0.0, 0.0);
         for (i, block) in model.blocks.iter().enumerate() {
             if model.neutral.contains(&i) {
                 continue;
             }
-            let nu = block
-                .damped_frequency()
-                .unwrap_or(0.0)
-                .max(RIGID_PHASE / tau);
-            let mut exponential = [(0.0, 0.0); KERNEL_TERMS];
-            legendre_series((block.growth(), nu), tau, &mut exponential);
-            let m = block.traceless();
-            // Row of e^{At} that gives the velocity, as series.
-            let row = |n: usize| {
-                let (cosine, sine) = (exponential[n].0, exponential[n].1 / nu);
-                [sine * m[1][0], cosine + sine * m[1][1]]
-            };
-            let mut velocity = [0.0; TERMS];
-            for (n, v) in velocity.iter_mut().enumerate() {
-                let r = row(n);
-                *v = r[0] * window.first[i] + r[1] * window.second[i];
-            }
+            let velocity = series.block(i).component(1);
             let (g, s) = (block.mesh_input[1], block.static_input[1]);
-            for k in 0..KERNEL_TERMS {
-                let r = row(k)[1];
-                for n in 0..TERMS {
-                    velocity[n] += r * (s * by_one[k][n] - g * by_force[k][n]);
-                    for (ripple, by) in model.ripple.iter().zip(&by_ripple) {
-                        velocity[n] += r * ripple.input[i][1] * by[k][n];
-                    }
-                }
-            }
             torque += s * tau * velocity[0];
-            for (ripple, series) in model.ripple.iter().zip(&ripples) {
-                torque += ripple.input[i][1] * integral(series, &velocity, tau);
+            for (ripple, course) in model.ripple.iter().zip(series.ripples()) {
+                torque += ripple.input[i][1] * integral(course, &velocity, tau);
             }
             friction -= (g - block.deflection[0]) * integral(force, &velocity, tau);
             damping += 2.0 * block.growth() * integral(&velocity, &velocity, tau);
@@ -149,18 +102,6 @@ impl<'m> EnergyAudit<'m> {
         self.work(torque);
         self.work(friction);
         self.work(damping);
-    }
-
-    /// Each torque ripple's time course on a window.
-    fn ripple_series(&self, window: &Window<'_>) -> Vec<Series> {
-        self.model
-            .ripple
-            .iter()
-            .map(|ripple| {
-                let phase = ripple.phase_at(window.cycle, window.start);
-                cosine_series(ripple.angular_frequency, phase, window.duration)
-            })
-            .collect()
     }
 }
 
@@ -205,10 +146,6 @@ impl Observer for EnergyAudit<'_> {
     fn event(&mut self, _: &Event) {}
 }
 
-fn padded(series: &[f64]) -> Series {
-    std::array::from_fn(|n| series.get(n).copied().unwrap_or(0.0))
-}
-
 /// `∫ a b dt` over a window.
 fn integral(a: &Series, b: &Series, tau: f64) -> f64 {
     let mut sum = 0.0;
@@ -216,12 +153,4 @@ fn integral(a: &Series, b: &Series, tau: f64) -> f64 {
         sum += a[n] * b[n] / (2 * n + 1) as f64;
     }
     tau * sum
-}
-
-/// `cos(ωt + phase)` on a window.
-fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
-    let mut series = [(0.0, 0.0); TERMS];
-    legendre_series((0.0, omega), tau, &mut series);
-    let (sin, cos) = phase.sin_cos();
-    series.map(|u| cos * u.0 - sin * u.1)
 }

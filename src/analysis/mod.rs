@@ -3,6 +3,7 @@
 mod classify;
 mod energy;
 mod lyapunov;
+mod modal_series;
 mod norm;
 mod nvh;
 pub mod orbits;

@@ -1,0 +1,334 @@
+//! How do the modal coordinates move within a window?
+//!
+//! A window shows the blocks' states at its start and the mesh force as a series. With
+//! `e^{At} = C(t) I + S(t) M` (M traceless, C and S as Legendre series) each block follows as
+//!
+//! ```text
+//! x(t) = e^{At} x₀ + ∫₀ᵗ e^{A(t−τ)} (s + Σ r cos(ωτ + φ) − g F(τ)) dτ
+//! ```
+//!
+//! from the universal convolution table. Nothing here is shared with the way a kernel moves
+//! its state on, so that the two check each other.
+
+use crate::model::{Block, Model};
+use crate::numerics::convolution::convolution16;
+use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series};
+use crate::propagate::Window;
+
+/// Terms of a window's series; kernels carry no more.
+pub const TERMS: usize = 16;
+
+/// Terms of the exponentials.
+const KERNEL_TERMS: usize = 32;
+
+/// A Legendre series on a window.
+pub type Series = [f64; TERMS];
+
+/// Response to one input, by term of the exponential.
+type Responses = [Series; KERNEL_TERMS];
+
+/// What drives the blocks on a window, made ready for every block.
+#[derive(Debug, Clone)]
+pub struct ModalSeries<'a> {
+    model: &'a Model,
+    window: Window<'a>,
+    by_force: Option<Box<Responses>>,
+    ripples: Vec<(Series, Responses)>,
+}
+
+impl<'a> ModalSeries<'a> {
+    /// Takes in the inputs of a window.
+    pub fn new(model: &'a Model, window: &Window<'a>) -> Self {
+        let tau = window.duration;
+        let respond = |series: &[f64]| {
+            let mut out = [[0.0; TERMS]; KERNEL_TERMS];
+            convolution16().responses(series, tau, &mut out);
+            out
+        };
+        let force = padded(window.force);
+        Self {
+            model,
+            window: *window,
+            by_force: window.contact.touching().then(|| Box::new(respond(&force))),
+            ripples: model
+                .ripple
+                .iter()
+                .map(|ripple| {
+                    let phase = ripple.phase_at(window.cycle, window.start);
+                    let series = cosine_series(ripple.angular_frequency, phase, tau);
+                    (series, respond(&series))
+                })
+                .collect(),
+        }
+    }
+
+    /// Each torque ripple's time course, `cos(ωt + φ)`.
+    pub fn ripples(&self) -> impl Iterator<Item = &Series> {
+        self.ripples.iter().map(|(series, _)| series)
+    }
+
+    /// A block's motion on the window.
+    pub fn block(&self, index: usize) -> BlockSeries<'_> {
+        let block = &self.model.blocks[index];
+        let tau = self.window.duration;
+        let nu = block
+            .damped_frequency()
+            .unwrap_or(0.0)
+            .max(RIGID_PHASE / tau);
+        let mut exponential = [(0.0, 0.0); KERNEL_TERMS];
+        legendre_series((block.growth(), nu), tau, &mut exponential);
+        for term in &mut exponential {
+            term.1 /= nu;
+        }
+        BlockSeries {
+            inputs: self,
+            index,
+            block,
+            exponential,
+        }
+    }
+}
+
+/// One block's motion on a window.
+#[derive(Debug, Clone)]
+pub struct BlockSeries<'a> {
+    inputs: &'a ModalSeries<'a>,
+    index: usize,
+    block: &'a Block,
+    /// Series of C and S.
+    exponential: [Complex; KERNEL_TERMS],
+}
+
+impl BlockSeries<'_> {
+    /// Series of the first (`row = 0`) or second (`row = 1`) component: modal displacement
+    /// \[m √kg\] and velocity \[m √kg/s\] of a companion block.
+    pub fn component(&self, row: usize) -> Series {
+        let ModalSeries {
+            model,
+            window,
+            by_force,
+            ripples,
+        } = self.inputs;
+        let m = self.block.traceless();
+        // Weights of C and S in this row of e^{At} u.
+        let weights = |u: [f64; 2]| (u[row], m[row][0] * u[0] + m[row][1] * u[1]);
+
+        let start = weights([window.first[self.index], window.second[self.index]]);
+        let mut out = [0.0; TERMS];
+        for (value, e) in out.iter_mut().zip(&self.exponential) {
+            *value = e.0 * start.0 + e.1 * start.1;
+        }
+        self.add_constant(weights(self.block.static_input), &mut out);
+        if let Some(responses) = by_force {
+            let (c, s) = weights(self.block.mesh_input);
+            self.add((-c, -s), responses, &mut out);
+        }
+        for (ripple, (_, responses)) in model.ripple.iter().zip(ripples) {
+            self.add(weights(ripple.input[self.index]), responses, &mut out);
+        }
+        out
+    }
+
+    fn add(&self, weights: (f64, f64), responses: &Responses, out: &mut Series) {
+        for (e, response) in self.exponential.iter().zip(responses) {
+            let scale = e.0 * weights.0 + e.1 * weights.1;
+            for (value, r) in out.iter_mut().zip(response) {
+                *value += scale * r;
+            }
+        }
+    }
+
+    /// The response to a constant input: `∫₀ᵗ P_k dt = Δ/2 (P_{k+1} − P_{k−1})/(2k+1)`, with
+    /// `P_{−1} = −1`.
+    fn add_constant(&self, weights: (f64, f64), out: &mut Series) {
+        for (k, e) in self.exponential[..=TERMS].iter().enumerate() {
+            let scale = e.0 * weights.0 + e.1 * weights.1;
+            let value = 0.5 * self.inputs.window.duration * scale / (2 * k + 1) as f64;
+            if k + 1 < TERMS {
+                out[k + 1] += value;
+            }
+            match k {
+                0 => out[0] += value,
+                _ => out[k - 1] -= value,
+            }
+        }
+    }
+}
+
+/// A window's series with all its terms.
+pub fn padded(series: &[f64]) -> Series {
+    std::array::from_fn(|n| series.get(n).copied().unwrap_or(0.0))
+}
+
+/// `cos(ωt + phase)` on a window.
+pub fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
+    let mut series = [(0.0, 0.0); TERMS];
+    legendre_series((0.0, omega), tau, &mut series);
+    let (sin, cos) = phase.sin_cos();
+    series.map(|u| cos * u.0 - sin * u.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Drive, InitialState, OperatingPoint, RippleInput, RippleShaft};
+    use crate::numerics::legendre::{at_end, at_start, evaluate};
+    use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
+    use crate::shaft::ModalStructure;
+
+    /// Two rigid rotations and two elastic modes, with friction and ripple: rattles.
+    fn drive() -> (ModalStructure, Drive) {
+        let n = 4;
+        let structure = ModalStructure {
+            teeth: 20,
+            wheel_teeth: Some(30),
+            rated_force: 1330.0,
+            frequency: vec![0.0, 0.0, 4288.0, 8171.0],
+            damping: vec![0.0, 0.0, 0.01, 0.02],
+            mesh: vec![0.61, -0.49, 0.72, -0.48],
+            mesh_tilt: vec![0.0; n],
+            torque: vec![0.61, -0.49, 0.33, 0.05],
+            pinion_torque: Some(vec![16.0, 2.0, 8.0, 1.0]),
+            wheel_torque: None,
+            friction: vec![0.1, 0.2, -0.17, 0.3],
+            friction_lever: vec![0.0; n],
+            residual_flexibility: 0.0,
+        };
+        let drive = Drive {
+            half_gap: 10e-6,
+            stiffness: (0..60)
+                .map(|i| if i < 36 { 4.444e8 } else { 3.333e8 })
+                .collect(),
+            damping: 1483.0,
+            friction: 0.1,
+            transmission_error: vec![(1, 5e-6, 0.0)],
+            torque_ripple: vec![RippleInput {
+                shaft: RippleShaft::Pinion,
+                order: 2.0,
+                amplitude: 1.5,
+                phase: 0.3,
+            }],
+        };
+        (structure, drive)
+    }
+
+    fn model() -> Model {
+        let (structure, drive) = drive();
+        let point = OperatingPoint {
+            load: 0.1,
+            speed: 1200.0,
+        };
+        Model::new(&structure, &drive, point).unwrap()
+    }
+
+    /// Compares the end of every window with the state that the next one starts from.
+    struct Chain<'m> {
+        model: &'m Model,
+        ends: Vec<[f64; 2]>,
+        windows: u64,
+        events: u64,
+        largest: [f64; 2],
+        worst: [f64; 2],
+    }
+
+    impl Observer for Chain<'_> {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, window: &Window<'_>) {
+            for (i, end) in self.ends.iter().enumerate() {
+                for (row, now) in [window.first[i], window.second[i]].into_iter().enumerate() {
+                    self.worst[row] = self.worst[row].max((end[row] - now).abs());
+                    self.largest[row] = self.largest[row].max(now.abs());
+                }
+            }
+            let series = ModalSeries::new(self.model, window);
+            self.ends = (0..self.model.modes())
+                .map(|i| {
+                    let block = series.block(i);
+                    let start = [0, 1].map(|row| at_start(&block.component(row)));
+                    for (row, now) in [window.first[i], window.second[i]].into_iter().enumerate() {
+                        self.worst[row] = self.worst[row].max((start[row] - now).abs());
+                    }
+                    [0, 1].map(|row| at_end(&block.component(row)))
+                })
+                .collect();
+            self.windows += 1;
+        }
+
+        fn event(&mut self, _: &Event) {
+            self.events += 1;
+        }
+    }
+
+    #[test]
+    fn series_lead_from_each_window_to_the_next() {
+        let model = model();
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut workspace = kernel.workspace();
+        let mut chain = Chain {
+            model: &model,
+            ends: Vec::new(),
+            windows: 0,
+            events: 0,
+            largest: [0.0; 2],
+            worst: [0.0; 2],
+        };
+        for _ in 0..40 {
+            kernel
+                .march(
+                    &mut trajectory,
+                    &mut Tangents::none(),
+                    &mut workspace,
+                    &mut chain,
+                    &mut Counters::default(),
+                )
+                .unwrap();
+        }
+        assert!(chain.events > 20, "{} events: no rattle", chain.events);
+        assert!(chain.windows > 1000, "{} windows", chain.windows);
+        for row in 0..2 {
+            let error = chain.worst[row] / chain.largest[row];
+            assert!(error < 2e-14, "component {row}: {error:e}");
+        }
+    }
+
+    #[test]
+    fn a_constant_force_bends_a_damped_oscillator_as_in_the_textbook() {
+        let model = model();
+        let (index, force, tau) = (2, 700.0, 2e-4);
+        let (first, second) = (vec![0.0; 4], vec![0.0; 4]);
+        let window = Window {
+            cycle: 0,
+            start: 0.0,
+            duration: tau,
+            segment: &model.cycle.segments[0],
+            contact: crate::model::Contact::Drive,
+            deflection: &[2e-5],
+            force: &[force],
+            first: &first,
+            second: &second,
+        };
+        let mut still = model.clone();
+        still.ripple.clear();
+        let series = ModalSeries::new(&still, &window);
+        let block = series.block(index);
+        let (omega, zeta): (f64, f64) = (4288.0, 0.01);
+        let nu = omega * (1.0 - zeta * zeta).sqrt();
+        let b = &model.blocks[index];
+        let load = b.static_input[1] - b.mesh_input[1] * force;
+        for x in [-1.0, -0.4, 0.3, 1.0] {
+            let t = 0.5 * tau * (x + 1.0);
+            let decay = (-zeta * omega * t).exp();
+            let (sin, cos) = (nu * t).sin_cos();
+            let settled = load / (omega * omega);
+            let q = settled * (1.0 - decay * (cos + zeta * omega / nu * sin));
+            let v = load / nu * decay * sin;
+            let scale = [settled, load / nu];
+            for (row, exact) in [q, v].into_iter().enumerate() {
+                let error = (evaluate(&block.component(row), x) - exact) / scale[row];
+                assert!(error.abs() < 4e-15, "component {row} at {x}: {error:e}");
+            }
+        }
+    }
+}
