@@ -335,6 +335,20 @@ impl Model {
     pub fn from_structure(&self, values: &[f64]) -> Vec<f64> {
         rotate_rigid(&self.rigid, &self.rigid_basis, values)
     }
+
+    /// Modal values of this model in the structure's basis: undoes [`Self::from_structure`].
+    pub fn to_structure(&self, values: &[f64]) -> Vec<f64> {
+        let mut out = values.to_vec();
+        for (j, &target) in self.rigid.iter().enumerate() {
+            out[target] = self
+                .rigid_basis
+                .iter()
+                .zip(&self.rigid)
+                .map(|(row, &i)| row[j] * values[i])
+                .sum();
+        }
+        out
+    }
 }
 
 /// Orthonormal rows spanning the rigid modes, the last one along their mesh participation:
