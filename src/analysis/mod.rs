@@ -12,6 +12,7 @@ mod poincare;
 mod point;
 mod recurrence;
 mod spectrum;
+mod trace;
 mod twin;
 
 pub use energy::EnergyAudit;
@@ -21,3 +22,4 @@ pub use nvh::Nvh;
 pub use outcome::*;
 pub use point::{CalledOff, LyapunovQuestion, NvhQuestion, Questions, investigate};
 pub use spectrum::Welch;
+pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};
