@@ -40,6 +40,10 @@ pub enum TableKind {
     Poincare,
     /// One row a line of a spectrum.
     Spectra,
+    /// One row an instant of a traced trajectory.
+    Trace,
+    /// One row a change of contact state of a traced trajectory.
+    Events,
 }
 
 impl TableKind {
@@ -49,6 +53,8 @@ impl TableKind {
             Self::Points => "points.parquet",
             Self::Poincare => "poincare.parquet",
             Self::Spectra => "spectra.parquet",
+            Self::Trace => "trace.parquet",
+            Self::Events => "events.parquet",
         }
     }
 }

@@ -4,6 +4,8 @@
 //! `spectra.parquet`, then `run.json`. Files appear under their final name only when they
 //! are whole. The shards of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
+//!
+//! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`.
 
 mod clock;
 mod columns;
@@ -13,6 +15,7 @@ mod read;
 mod reorder;
 mod run;
 mod table;
+mod trace;
 mod writer;
 
 pub use clock::timestamp;
@@ -27,4 +30,5 @@ pub use run::{
     MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Totals, write_run,
 };
 pub use table::{Column, Table};
+pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
 pub use writer::{ResultLayout, ResultWriter, Written};

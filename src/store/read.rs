@@ -42,8 +42,11 @@ impl ResultTable {
         }
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
-        let ids = table.u64("point_id")?;
-        table.order.sort_by_key(|&row| ids[row]);
+        // A traced trajectory is of one point and stays in order of time.
+        if !matches!(kind, TableKind::Trace | TableKind::Events) {
+            let ids = table.u64("point_id")?;
+            table.order.sort_by_key(|&row| ids[row]);
+        }
         Ok(table)
     }
 

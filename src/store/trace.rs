@@ -1,0 +1,235 @@
+//! The files of a traced trajectory: `trace.parquet`, a row an instant, and
+//! `events.parquet`, a row a change of contact state.
+
+use std::path::Path;
+
+use super::StoreError;
+use super::file::{Row, TableFile, TableKind, create_folder, remove_stale};
+use super::table::{Column, Table, Value};
+use crate::analysis::{ModalState, TraceSample, TraceSink};
+use crate::model::Surface;
+use crate::propagate::Event;
+
+impl Row for TraceSample {
+    fn list_bytes(&self) -> usize {
+        self.modal.as_ref().map_or(0, |modal| {
+            size_of::<f64>() * (modal.displacement.len() + modal.velocity.len())
+        })
+    }
+}
+
+/// A row of `events.parquet`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EventRow {
+    event: Event,
+    /// Mesh period \[s\].
+    period: f64,
+}
+
+impl Row for EventRow {}
+
+impl EventRow {
+    fn phase(&self) -> f64 {
+        self.event.time / self.period
+    }
+
+    fn kind(&self) -> &'static str {
+        match (self.event.surface, self.event.to.touching()) {
+            (Surface::Drive, true) => "drive_entry",
+            (Surface::Drive, false) => "drive_release",
+            (Surface::Coast, true) => "coast_entry",
+            (Surface::Coast, false) => "coast_release",
+        }
+    }
+}
+
+const TIME: &str = "Time since the start of the simulation";
+const CYCLE: &str = "Mesh cycle, counted from the start of the simulation";
+const PHASE: &str = "Mesh phase: fraction of the mesh cycle passed";
+
+/// Columns of `trace.parquet`; the modal ones only where `modal`.
+pub fn trace_table(modal: bool) -> Table<TraceSample> {
+    fn number(
+        name: &str,
+        unit: &str,
+        description: &str,
+        get: fn(&TraceSample) -> f64,
+    ) -> Column<TraceSample> {
+        let value = move |row: &TraceSample| Some(get(row));
+        Column::new(name, unit, description, Value::F64(Box::new(value)))
+    }
+    fn list(
+        name: &str,
+        unit: &str,
+        description: &str,
+        get: fn(&ModalState) -> &[f64],
+    ) -> Column<TraceSample> {
+        let value = Value::List(Box::new(move |row: &TraceSample| {
+            row.modal.as_ref().map(get)
+        }));
+        Column::new(name, unit, description, value)
+    }
+    let mut columns = vec![
+        number("time", "s", TIME, |row| row.time),
+        Column::new(
+            "cycle",
+            "mesh cycles",
+            CYCLE,
+            Value::U64(Box::new(|row: &TraceSample| Some(row.cycle))),
+        ),
+        number("phase", "1", PHASE, |row| row.phase),
+        number("deflection", "m", "Mesh deflection", |row| row.deflection),
+        number("velocity", "m/s", "Rate of the mesh deflection", |row| {
+            row.velocity
+        }),
+        number("force", "N", "Mesh force", |row| row.force),
+        Column::new(
+            "contact",
+            "",
+            "Contact state: drive, free, coast",
+            Value::Text(Box::new(|row: &TraceSample| Some(row.contact.name()))),
+        ),
+    ];
+    if modal {
+        columns.push(list(
+            "displacement",
+            "m sqrt(kg)",
+            "Modal displacements, one a mode, as run.initial takes them at mesh phase 0",
+            |state| &state.displacement,
+        ));
+        columns.push(list(
+            "modal_velocity",
+            "m sqrt(kg)/s",
+            "Modal velocities, one a mode, as run.initial takes them at mesh phase 0",
+            |state| &state.velocity,
+        ));
+    }
+    Table::new(columns)
+}
+
+/// Columns of `events.parquet`.
+pub fn events_table() -> Table<EventRow> {
+    fn number(
+        name: &str,
+        unit: &str,
+        description: &str,
+        get: fn(&EventRow) -> f64,
+    ) -> Column<EventRow> {
+        let value = move |row: &EventRow| Some(get(row));
+        Column::new(name, unit, description, Value::F64(Box::new(value)))
+    }
+    fn text(name: &str, description: &str, get: fn(&EventRow) -> &'static str) -> Column<EventRow> {
+        let value = Value::Text(Box::new(move |row: &EventRow| Some(get(row))));
+        Column::new(name, "", description, value)
+    }
+    Table::new(vec![
+        number("time", "s", TIME, |row| {
+            (row.event.cycle as f64 + row.phase()) * row.period
+        }),
+        Column::new(
+            "cycle",
+            "mesh cycles",
+            CYCLE,
+            Value::U64(Box::new(|row: &EventRow| Some(row.event.cycle))),
+        ),
+        number("phase", "1", PHASE, EventRow::phase),
+        text(
+            "kind",
+            "drive_entry, drive_release, coast_entry or coast_release",
+            EventRow::kind,
+        ),
+        number("rate", "m/s", "Rate of the mesh deflection there", |row| {
+            row.event.rate
+        }),
+        text(
+            "surface",
+            "Surface crossed: drive (deflection = +half gap) or coast (-half gap)",
+            |row| match row.event.surface {
+                Surface::Drive => "drive",
+                Surface::Coast => "coast",
+            },
+        ),
+    ])
+}
+
+/// What a trace is of; kept as metadata of both files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TraceLabel {
+    /// Name of the job.
+    pub job: String,
+    /// Hash of its manifest.
+    pub manifest_hash: String,
+    /// Name and SI value of every axis of the grid.
+    pub point: Vec<(String, f64)>,
+    /// Mesh period \[s\].
+    pub period: f64,
+    /// Backlash half gap \[m\].
+    pub half_gap: f64,
+}
+
+/// Streams a trace into its files. Dropped without [`TraceWriter::finish`], it leaves none.
+pub struct TraceWriter {
+    period: f64,
+    trace: TableFile<TraceSample>,
+    events: TableFile<EventRow>,
+}
+
+impl TraceWriter {
+    /// Creates `folder` where needed and starts both files.
+    ///
+    /// # Errors
+    /// The folder cannot be created or written.
+    pub fn create(folder: &Path, label: &TraceLabel, modal: bool) -> Result<Self, StoreError> {
+        create_folder(folder)?;
+        remove_stale(folder)?;
+        let point: serde_json::Map<String, serde_json::Value> = label
+            .point
+            .iter()
+            .map(|(name, value)| (name.clone(), serde_json::json!(value)))
+            .collect();
+        let metadata = [
+            ("job", label.job.clone()),
+            ("manifest_hash", label.manifest_hash.clone()),
+            ("point", serde_json::Value::Object(point).to_string()),
+            (
+                "mesh_period",
+                serde_json::json!({ "value": label.period, "unit": "s" }).to_string(),
+            ),
+            (
+                "half_gap",
+                serde_json::json!({ "value": label.half_gap, "unit": "m" }).to_string(),
+            ),
+        ];
+        let (samples, events) = (trace_table(modal), events_table());
+        Ok(Self {
+            period: label.period,
+            trace: TableFile::create(folder, TableKind::Trace, None, samples, &metadata)?,
+            events: TableFile::create(folder, TableKind::Events, None, events, &metadata)?,
+        })
+    }
+
+    /// Gives the files their final names, `trace.parquet` last.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn finish(self) -> Result<(), StoreError> {
+        self.events.finish()?;
+        self.trace.finish()?;
+        Ok(())
+    }
+}
+
+impl TraceSink for TraceWriter {
+    type Error = StoreError;
+
+    fn sample(&mut self, sample: TraceSample) -> Result<(), StoreError> {
+        self.trace.push(sample)
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), StoreError> {
+        self.events.push(EventRow {
+            event: *event,
+            period: self.period,
+        })
+    }
+}
