@@ -144,7 +144,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         started: now.clone(),
         finished: now,
         program: ProgramRecord::current(),
-        machine: MachineRecord::current(&Topology::current().unwrap()),
+        machine: MachineRecord::current(Some(&Topology::current().unwrap())),
         placement: PlacementRecord {
             threads_asked: None,
             threads: 1,

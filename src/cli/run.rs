@@ -185,7 +185,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         started: timestamp(started),
         finished: timestamp(SystemTime::now()),
         program: ProgramRecord::current(),
-        machine: machine(topology.as_ref()),
+        machine: MachineRecord::current(topology.as_ref()),
         placement: PlacementRecord {
             threads_asked: args.threads,
             threads: finished.threads as u32,
@@ -206,10 +206,6 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         print(&closing_line(&finished, &record, folder));
     }
     status(&record)
-}
-
-fn machine(topology: Option<&Topology>) -> MachineRecord {
-    MachineRecord::current(topology)
 }
 
 /// A panic in a worker becomes a row with its message; a backtrace amid the progress bar

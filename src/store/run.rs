@@ -94,15 +94,15 @@ pub struct MachineRecord {
 }
 
 impl MachineRecord {
-    /// This machine.
-    pub fn current(topology: &Topology) -> Self {
+    /// This machine; counts are 0 where its topology is not known.
+    pub fn current(topology: Option<&Topology>) -> Self {
         let machine = Machine::current();
         Self {
             cpu: machine.cpu,
-            packages: topology.packages,
-            cores: topology.cores.len(),
-            threads: topology.threads(),
-            numa_nodes: topology.numa_nodes.len(),
+            packages: topology.map_or(0, |t| t.packages),
+            cores: topology.map_or(0, |t| t.cores.len()),
+            threads: topology.map_or(0, Topology::threads),
+            numa_nodes: topology.map_or(0, |t| t.numa_nodes.len()),
             memory: machine.memory,
             isa: machine.isa.into_iter().map(str::to_owned).collect(),
             system: machine.system,
@@ -197,7 +197,9 @@ mod tests {
             started: "2026-03-01T12:00:00Z".into(),
             finished: "2026-03-01T12:00:02Z".into(),
             program: ProgramRecord::current(),
-            machine: MachineRecord::current(&Topology::synthetic("package:2 core:2 pu:2").unwrap()),
+            machine: MachineRecord::current(Some(
+                &Topology::synthetic("package:2 core:2 pu:2").unwrap(),
+            )),
             placement: PlacementRecord {
                 threads_asked: None,
                 threads: 8,

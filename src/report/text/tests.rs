@@ -103,7 +103,9 @@ fn record(folder: &Path, state: RunState, points: u64, computed: u64) {
         started: "2026-03-01T12:00:00Z".into(),
         finished: "2026-03-01T12:00:02Z".into(),
         program: ProgramRecord::current(),
-        machine: MachineRecord::current(&Topology::synthetic("package:1 core:2 pu:1").unwrap()),
+        machine: MachineRecord::current(Some(
+            &Topology::synthetic("package:1 core:2 pu:1").unwrap(),
+        )),
         placement: PlacementRecord {
             threads_asked: Some(2),
             threads: 2,
