@@ -2,9 +2,11 @@
 //! exit status.
 
 pub mod check;
+mod point;
 mod progress;
 pub mod run;
 pub mod show;
+pub mod trace;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::io::Write;
@@ -36,6 +38,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
+    /// Record one trajectory with its events
+    Trace(trace::TraceArgs),
     /// Print a completion script for a shell
     Completions {
         /// The shell
@@ -49,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Show(args) => show::run(&args),
+        Command::Trace(args) => trace::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);

@@ -1,0 +1,305 @@
+//! `--point axis=value,…`: one operating point of a manifest, on its grid or off it.
+//!
+//! Load and speed may take any value. Every other axis goes into the resolved model, so
+//! that only values of the grid exist. An axis with a single value need not be named.
+
+use crate::manifest::{Axis, Job, PointSpec};
+use crate::units::{self, Dimension, QuantityError};
+
+/// An operating point that was asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChosenPoint {
+    /// What to simulate.
+    pub spec: PointSpec,
+    /// Name of every axis and its value, SI.
+    pub values: Vec<(String, f64)>,
+    /// The axes named, with their values as typed, fit for a file name.
+    pub label: String,
+}
+
+/// Why a text is not an operating point of a manifest.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PointError {
+    /// A part without an equals sign.
+    #[error(
+        "`{part}` is not of the form axis=value; write for example --point load=0.05,speed=1200, with decimal points and a comma between axes"
+    )]
+    NoAssignment {
+        /// The part.
+        part: String,
+    },
+    /// A name that is not an axis.
+    #[error("the grid has no axis `{name}`; its axes are {axes}")]
+    UnknownAxis {
+        /// The name.
+        name: String,
+        /// All axes with their values.
+        axes: String,
+    },
+    /// An axis given more than once.
+    #[error("`{name}` is given twice; keep one of the two")]
+    Twice {
+        /// The axis.
+        name: String,
+    },
+    /// Not a quantity of the axis's kind.
+    #[error("{name}: {reason}; a bare number is in SI ({unit}){others}")]
+    NotAValue {
+        /// The axis.
+        name: String,
+        /// What is wrong.
+        reason: String,
+        /// SI unit.
+        unit: String,
+        /// Other units accepted, as a half-sentence.
+        others: String,
+    },
+    /// Load or speed that is not positive.
+    #[error("{name} is {value}, but must be greater than 0")]
+    NotPositive {
+        /// The axis.
+        name: String,
+        /// Its value, SI.
+        value: f64,
+    },
+    /// A value that the grid does not have, of an axis that may only take the grid's.
+    #[error(
+        "{name} is {value}, which is not on the grid; choose one of {values}, or add it to the manifest"
+    )]
+    NotOnGrid {
+        /// The axis.
+        name: String,
+        /// Its value, SI.
+        value: String,
+        /// The grid's values.
+        values: String,
+    },
+    /// Axes with several values that were not given.
+    #[error("the point needs a value for {axes}; add it to --point, as in --point {example}")]
+    Missing {
+        /// The axes with their values.
+        axes: String,
+        /// A sound argument.
+        example: String,
+    },
+}
+
+/// Values of an axis that a message lists.
+const LISTED: usize = 24;
+
+/// How near to a value of the grid a typed one must be, relative: half a unit in the last
+/// digit that messages show.
+const NEAR: f64 = 5e-7;
+
+/// The point of `job` that `text` names.
+///
+/// # Errors
+/// Everything that is wrong with the text.
+pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
+    let mut errors = Vec::new();
+    let mut typed: Vec<Option<(&str, f64)>> = vec![None; job.axes.len()];
+    let mut named = vec![false; job.axes.len()];
+    for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+        let Some((name, value)) = part.split_once('=') else {
+            errors.push(PointError::NoAssignment { part: part.into() });
+            continue;
+        };
+        let name = name.trim().trim_matches('"');
+        let Some(index) = job.axes.iter().position(|axis| axis.name == name) else {
+            errors.push(PointError::UnknownAxis {
+                name: name.into(),
+                axes: list(job.axes.iter().map(ranged)),
+            });
+            continue;
+        };
+        if std::mem::replace(&mut named[index], true) {
+            errors.push(PointError::Twice { name: name.into() });
+            continue;
+        }
+        match read(&job.axes[index], value.trim()) {
+            Ok(number) => typed[index] = Some((value.trim(), number)),
+            Err(error) => errors.push(error),
+        }
+    }
+    let missing: Vec<&Axis> = (job.axes.iter().zip(&named))
+        .filter(|(axis, named)| !**named && axis.values.len() > 1)
+        .map(|(axis, _)| axis)
+        .collect();
+    if !missing.is_empty() {
+        errors.push(PointError::Missing {
+            axes: list(missing.into_iter().map(ranged)),
+            example: example(job, &typed),
+        });
+    }
+    let values: Vec<f64> = (job.axes.iter().zip(&typed))
+        .map(|(axis, typed)| typed.map_or(axis.values[0], |(_, value)| value))
+        .collect();
+    let spec = job.points.iter().find(|point| {
+        let fixed = job.axes.iter().zip(&point.axis_values).zip(&values);
+        fixed
+            .filter(|((axis, _), _)| !is_free(axis))
+            .all(|((_, on_grid), value)| on_grid == value)
+    });
+    match spec {
+        Some(spec) if errors.is_empty() => Ok(chosen(job, spec.clone(), &values, &typed)),
+        _ => Err(errors),
+    }
+}
+
+fn chosen(
+    job: &Job,
+    mut spec: PointSpec,
+    values: &[f64],
+    typed: &[Option<(&str, f64)>],
+) -> ChosenPoint {
+    for (axis, &value) in job.axes.iter().zip(values) {
+        match axis.name.as_str() {
+            "load" => spec.load = value,
+            "speed" => spec.speed = value,
+            _ => {}
+        }
+    }
+    spec.axis_values = values.to_vec();
+    let names = job.axes.iter().map(|axis| axis.name.clone());
+    let label: Vec<String> = (job.axes.iter().zip(typed))
+        .filter_map(|(axis, typed)| typed.map(|(text, _)| format!("{}-{text}", axis.name)))
+        .collect();
+    ChosenPoint {
+        spec,
+        values: names.zip(values.iter().copied()).collect(),
+        label: label
+            .join("-")
+            .chars()
+            .filter(|c| !c.is_whitespace())
+            .map(|c| match c {
+                _ if c.is_ascii_alphanumeric() => c,
+                '.' | '-' | '+' | '%' => c,
+                _ => '_',
+            })
+            .collect(),
+    }
+}
+
+/// Whether an axis may take values that the grid does not have.
+fn is_free(axis: &Axis) -> bool {
+    matches!(axis.name.as_str(), "load" | "speed")
+}
+
+/// A value of an axis as typed, in SI.
+fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
+    let value = quantity(axis, text)?;
+    if is_free(axis) {
+        return match value > 0.0 {
+            true => Ok(value),
+            false => Err(PointError::NotPositive {
+                name: axis.name.clone(),
+                value,
+            }),
+        };
+    }
+    let near = |on_grid: &&f64| (**on_grid - value).abs() <= NEAR * value.abs();
+    let found = axis.values.iter().find(near).copied();
+    found.ok_or_else(|| PointError::NotOnGrid {
+        name: axis.name.clone(),
+        value: with_unit(number(value), axis),
+        values: listed(axis),
+    })
+}
+
+fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
+    let dimension = match axis.unit.as_str() {
+        "1" => Some(Dimension::Ratio),
+        // None where the axis takes bare numbers only.
+        unit => units::parse_any(&format!("1 {unit}")).ok().map(|(_, d)| d),
+    };
+    let not_finite = QuantityError::NotFinite { text: text.into() };
+    let parsed = match (text.parse::<f64>(), dimension) {
+        (Ok(value), _) if value.is_finite() => Ok(value),
+        (Ok(_), _) => Err(not_finite),
+        (Err(_), Some(dimension)) => units::parse(text, dimension),
+        (Err(_), None) => Err(QuantityError::NotANumber { text: text.into() }),
+    };
+    parsed.map_err(|error| PointError::NotAValue {
+        name: axis.name.clone(),
+        reason: error.to_string(),
+        unit: axis.unit.clone(),
+        others: match dimension.map_or("", Dimension::units) {
+            "" => String::new(),
+            units => format!("; with a unit: {units}"),
+        },
+    })
+}
+
+/// A sound argument: what was typed, and the first value of each axis that was not.
+fn example(job: &Job, typed: &[Option<(&str, f64)>]) -> String {
+    let parts: Vec<String> = (job.axes.iter().zip(typed))
+        .filter(|(axis, typed)| typed.is_some() || axis.values.len() > 1)
+        .map(|(axis, typed)| match typed {
+            Some((text, _)) => format!("{}={text}", axis.name),
+            None => format!("{}={}", axis.name, number(axis.values[0])),
+        })
+        .collect();
+    let text = parts.join(",");
+    match text.contains(char::is_whitespace) {
+        true => format!("\"{text}\""),
+        false => text,
+    }
+}
+
+/// `load (0.1 ... 0.3)` where any value will do, else all values.
+fn ranged(axis: &Axis) -> String {
+    let values = match is_free(axis) && axis.values.len() > 1 {
+        true => {
+            let (low, high) = axis
+                .values
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+                    (low.min(value), high.max(value))
+                });
+            let span = format!("{} ... {}", number(low), number(high));
+            format!("any value; the grid has {}", with_unit(span, axis))
+        }
+        false => listed(axis),
+    };
+    format!("{} ({values})", axis.name)
+}
+
+/// All values of an axis, or as many as one reads.
+fn listed(axis: &Axis) -> String {
+    let mut shown: Vec<String> = axis
+        .values
+        .iter()
+        .take(LISTED)
+        .map(|v| number(*v))
+        .collect();
+    if axis.values.len() > LISTED {
+        shown.push(format!("and {} more", axis.values.len() - LISTED));
+    }
+    with_unit(shown.join(", "), axis)
+}
+
+fn with_unit(text: String, axis: &Axis) -> String {
+    match axis.unit.as_str() {
+        "1" => text,
+        unit => format!("{text} {unit}"),
+    }
+}
+
+/// A number with seven digits, which tell the values of a grid apart.
+pub fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    match rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
+        true => format!("{rounded}"),
+        false => format!("{rounded:e}"),
+    }
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn list(items: impl Iterator<Item = String>) -> String {
+    let mut items: Vec<String> = items.collect();
+    match items.pop() {
+        Some(last) if items.is_empty() => last,
+        Some(last) => format!("{} and {last}", items.join(", ")),
+        None => "none".to_owned(),
+    }
+}

@@ -1,0 +1,228 @@
+//! `atlas trace m.toml --point …`: one trajectory with its events, for a close look.
+
+use super::point::{self, ChosenPoint, number};
+use super::{BAD_INPUT, FAILED_POINTS, check, fail, print};
+use crate::analysis::{TraceOutcome, TraceQuestion, trace};
+use crate::manifest::{self, Job, KernelSpec};
+use crate::model::Model;
+use crate::propagate::{Stepping, Volterra};
+use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
+use crate::sweep::build;
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Arguments of `atlas trace`.
+#[derive(Debug, Args)]
+pub struct TraceArgs {
+    /// The manifest.
+    pub manifest: PathBuf,
+    /// The operating point: load and speed may be any, other axes are values of the grid.
+    /// A bare number is in SI. Axes with a single value may be left out.
+    #[arg(
+        long,
+        value_name = "AXIS=VALUE,...",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub point: String,
+    /// Mesh cycles recorded.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub cycles: u64,
+    /// Mesh cycles marched before [default: run.transient of the manifest].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
+    pub skip: Option<u64>,
+    /// Samples a mesh cycle, evenly spaced from mesh phase 0.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub samples_per_cycle: u32,
+    /// Record the modal displacements and velocities, too.
+    #[arg(long)]
+    pub modal: bool,
+    /// Folder for the files [default: results/<job name>/trace-<point>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Traces one operating point: status 0 when done, 2 for bad input, 3 where the trajectory
+/// could not be marched to the end.
+pub fn run(args: &TraceArgs) -> ExitCode {
+    let job = match manifest::load(&args.manifest) {
+        Ok(job) => job,
+        Err(errors) => {
+            check::report(&errors);
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let point = match point::choose(&job, &args.point) {
+        Ok(point) => point,
+        Err(errors) => {
+            let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+            return fail(BAD_INPUT, &lines.join("\nerror: "));
+        }
+    };
+    let model = match model(&point) {
+        Ok(model) => model,
+        Err(message) => return fail(BAD_INPUT, &message),
+    };
+    let question = TraceQuestion {
+        skip: args.skip.unwrap_or(point.spec.run.transient),
+        cycles: args.cycles,
+        samples_per_cycle: args.samples_per_cycle,
+        modal: args.modal,
+    };
+    let folder = args.out.clone().unwrap_or_else(|| {
+        let name = match point.label.as_str() {
+            "" => "trace".to_owned(),
+            label => format!("trace-{label}"),
+        };
+        Path::new("results").join(&job.name).join(name)
+    });
+    let outcome = match record(&job, &point, &model, &question, &folder) {
+        Ok(outcome) => outcome,
+        Err(error) => return fail(1, &error.to_string()),
+    };
+    print(&match args.json {
+        true => format!("{:#}\n", summary_json(&job, &point, &outcome, &folder)),
+        false => summary(&job, &point, &model, &question, &outcome, &folder),
+    });
+    match outcome.stop {
+        None => ExitCode::SUCCESS,
+        Some(stop) => fail(
+            FAILED_POINTS,
+            &format!("the trace ended early: {stop}; the files hold what came before"),
+        ),
+    }
+}
+
+fn model(point: &ChosenPoint) -> Result<Model, String> {
+    let structure = build::structure(&point.spec.model).map_err(|e| e.to_string())?;
+    build::model(&structure, &point.spec).map_err(|e| e.to_string())
+}
+
+/// Marches, and writes the files as it goes.
+fn record(
+    job: &Job,
+    point: &ChosenPoint,
+    model: &Model,
+    question: &TraceQuestion,
+    folder: &Path,
+) -> Result<TraceOutcome, StoreError> {
+    let label = TraceLabel {
+        job: job.name.clone(),
+        manifest_hash: job.hash.clone(),
+        point: point.values.clone(),
+        period: model.period(),
+        half_gap: model.half_gap,
+    };
+    let mut writer = TraceWriter::create(folder, &label, question.modal)?;
+    let run = &point.spec.run;
+    let start = model.start(&build::initial(&run.initial));
+    let outcome = match run.kernel {
+        KernelSpec::Volterra { tolerance } => {
+            let kernel = Volterra::new(model, tolerance, run.event_limit);
+            trace(model, &kernel, start, question, &mut writer)?
+        }
+        KernelSpec::Stepping { steps } => {
+            let kernel = Stepping::new(model, steps, run.event_limit);
+            trace(model, &kernel, start, question, &mut writer)?
+        }
+    };
+    writer.finish()?;
+    Ok(outcome)
+}
+
+fn summary(
+    job: &Job,
+    point: &ChosenPoint,
+    model: &Model,
+    question: &TraceQuestion,
+    outcome: &TraceOutcome,
+    folder: &Path,
+) -> String {
+    let values: Vec<String> = (job.axes.iter().zip(&point.values))
+        .map(|(axis, (name, value))| match axis.unit.as_str() {
+            "1" => format!("{name} {}", number(*value)),
+            unit => format!("{name} {} {unit}", number(*value)),
+        })
+        .collect();
+    let mut lines = vec![
+        ("point", format!("{}: {}", job.name, values.join(", "))),
+        (
+            "recorded",
+            format!(
+                "{} mesh cycles of {:.4} ms, from cycle {} on; {} samples",
+                outcome.cycles,
+                1e3 * model.period(),
+                question.skip,
+                outcome.samples
+            ),
+        ),
+        (
+            "events",
+            match events_per_cycle(outcome) {
+                Some(rate) => format!("{}, {rate:.2} a cycle", outcome.events),
+                None => outcome.events.to_string(),
+            },
+        ),
+    ];
+    if let Some(nvh) = &outcome.nvh {
+        let [drive, free, coast] = nvh.fractions.map(|f| 100.0 * f);
+        lines.push((
+            "contact",
+            format!("drive {drive:.1} %, free {free:.1} %, coast {coast:.1} % of the time"),
+        ));
+        lines.push((
+            "force",
+            format!(
+                "largest {:.4} N, mean {:.4} N",
+                nvh.force_peak, nvh.force_mean
+            ),
+        ));
+    }
+    for (head, kind) in [("files", TableKind::Trace), ("", TableKind::Events)] {
+        lines.push((head, table_path(folder, kind, None).display().to_string()));
+    }
+    lines
+        .iter()
+        .map(|(head, line)| format!("{head:<10}{line}\n"))
+        .collect()
+}
+
+fn summary_json(
+    job: &Job,
+    point: &ChosenPoint,
+    outcome: &TraceOutcome,
+    folder: &Path,
+) -> serde_json::Value {
+    let values: serde_json::Map<String, serde_json::Value> = point
+        .values
+        .iter()
+        .map(|(name, value)| (name.clone(), json!(value)))
+        .collect();
+    let nvh = outcome.nvh.as_ref();
+    json!({
+        "job": job.name,
+        "point": values,
+        "cycles": outcome.cycles,
+        "samples": outcome.samples,
+        "events": outcome.events,
+        "events_per_cycle": events_per_cycle(outcome),
+        "fraction_drive": nvh.map(|n| n.fractions[0]),
+        "fraction_free": nvh.map(|n| n.fractions[1]),
+        "fraction_coast": nvh.map(|n| n.fractions[2]),
+        "force_peak": nvh.map(|n| n.force_peak),
+        "force_mean": nvh.map(|n| n.force_mean),
+        "stop": outcome.stop.map(|stop| stop.to_string()),
+        "trace": table_path(folder, TableKind::Trace, None),
+        "events_file": table_path(folder, TableKind::Events, None),
+    })
+}
+
+/// None where the first cycle was not finished.
+fn events_per_cycle(outcome: &TraceOutcome) -> Option<f64> {
+    (outcome.cycles > 0).then(|| outcome.events as f64 / outcome.cycles as f64)
+}
