@@ -15,7 +15,7 @@
 //! independently of how the kernel moved the state on. The residual is relative to the sum
 //! of all absolute works.
 
-use super::modal_series::{ModalSeries, Series, TERMS, cosine_series, padded};
+use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
 use crate::model::{Contact, Model, Segment, TrajectoryState};
 use crate::numerics::legendre::{at_start, derivative};
 use crate::propagate::{Event, Observer, Window};
@@ -24,6 +24,7 @@ use crate::propagate::{Event, Observer, Window};
 #[derive(Debug, Clone)]
 pub struct EnergyAudit<'m> {
     model: &'m Model,
+    motion: ModalMotion<'m>,
     start: Option<f64>,
     balance: f64,
     turnover: f64,
@@ -35,6 +36,7 @@ impl<'m> EnergyAudit<'m> {
     pub fn new(model: &'m Model) -> Self {
         Self {
             model,
+            motion: ModalMotion::new(model),
             start: None,
             balance: 0.0,
             turnover: 0.0,
@@ -84,13 +86,13 @@ impl<'m> EnergyAudit<'m> {
     fn structural_work(&mut self, window: &Window<'_>, force: &Series) {
         let tau = window.duration;
         let model = self.model;
-        let series = ModalSeries::new(model, window);
+        let series = self.motion.on(window);
         let (mut torque, mut friction, mut damping) = (0.0, 0.0, 0.0);
         for (i, block) in model.blocks.iter().enumerate() {
             if model.neutral.contains(&i) {
                 continue;
             }
-            let velocity = series.block(i).component(1);
+            let velocity = series.component(i, 1);
             let (g, s) = (block.mesh_input[1], block.static_input[1]);
             torque += s * tau * velocity[0];
             for (ripple, course) in model.ripple.iter().zip(series.ripples()) {

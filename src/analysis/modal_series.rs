@@ -27,32 +27,48 @@ pub type Series = [f64; TERMS];
 /// Response to one input, by term of the exponential.
 type Responses = [Series; KERNEL_TERMS];
 
-/// What drives the blocks on a window, made ready for every block.
+/// Series of the exponential's C and S.
+type Exponential = [Complex; KERNEL_TERMS];
+
+/// Modal motion of a model, window after window.
 #[derive(Debug, Clone)]
-pub struct ModalSeries<'a> {
-    model: &'a Model,
-    window: Window<'a>,
-    by_force: Option<Box<Responses>>,
-    ripples: Vec<(Series, Responses)>,
+pub struct ModalMotion<'m> {
+    model: &'m Model,
+    /// Exponentials of all blocks on windows of the length last met: most have the same.
+    exponentials: Vec<Exponential>,
+    duration: f64,
 }
 
-impl<'a> ModalSeries<'a> {
-    /// Takes in the inputs of a window.
-    pub fn new(model: &'a Model, window: &Window<'a>) -> Self {
+impl<'m> ModalMotion<'m> {
+    /// The motion of a model's blocks.
+    pub fn new(model: &'m Model) -> Self {
+        Self {
+            model,
+            exponentials: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
+            duration: 0.0,
+        }
+    }
+
+    /// The motion on a window.
+    pub fn on<'a>(&'a mut self, window: &Window<'a>) -> ModalSeries<'a> {
         let tau = window.duration;
+        if self.duration != tau {
+            self.duration = tau;
+            for (block, out) in self.model.blocks.iter().zip(&mut self.exponentials) {
+                exponential(block, tau, out);
+            }
+        }
         let respond = |series: &[f64]| {
             let mut out = [[0.0; TERMS]; KERNEL_TERMS];
             convolution16().responses(series, tau, &mut out);
             out
         };
-        let force = padded(window.force);
-        Self {
-            model,
+        ModalSeries {
+            model: self.model,
+            exponentials: &self.exponentials,
             window: *window,
-            by_force: window.contact.touching().then(|| Box::new(respond(&force))),
-            ripples: model
-                .ripple
-                .iter()
+            by_force: (window.contact.touching()).then(|| respond(&padded(window.force))),
+            ripples: (self.model.ripple.iter())
                 .map(|ripple| {
                     let phase = ripple.phase_at(window.cycle, window.start);
                     let series = cosine_series(ripple.angular_frequency, phase, tau);
@@ -61,96 +77,90 @@ impl<'a> ModalSeries<'a> {
                 .collect(),
         }
     }
+}
 
+/// Writes the series of C and S of a block on \[0, τ\].
+fn exponential(block: &Block, tau: f64, out: &mut Exponential) {
+    let nu = block
+        .damped_frequency()
+        .unwrap_or(0.0)
+        .max(RIGID_PHASE / tau);
+    legendre_series((block.growth(), nu), tau, out);
+    for term in out {
+        term.1 /= nu;
+    }
+}
+
+/// Modal motion on one window.
+#[derive(Debug, Clone)]
+pub struct ModalSeries<'a> {
+    model: &'a Model,
+    exponentials: &'a [Exponential],
+    window: Window<'a>,
+    by_force: Option<Responses>,
+    ripples: Vec<(Series, Responses)>,
+}
+
+impl ModalSeries<'_> {
     /// Each torque ripple's time course, `cos(ωt + φ)`.
     pub fn ripples(&self) -> impl Iterator<Item = &Series> {
         self.ripples.iter().map(|(series, _)| series)
     }
 
-    /// A block's motion on the window.
-    pub fn block(&self, index: usize) -> BlockSeries<'_> {
+    /// Series of a block's first (`row = 0`) or second (`row = 1`) component: modal
+    /// displacement \[m √kg\] and velocity \[m √kg/s\] of a companion block.
+    pub fn component(&self, index: usize, row: usize) -> Series {
         let block = &self.model.blocks[index];
-        let tau = self.window.duration;
-        let nu = block
-            .damped_frequency()
-            .unwrap_or(0.0)
-            .max(RIGID_PHASE / tau);
-        let mut exponential = [(0.0, 0.0); KERNEL_TERMS];
-        legendre_series((block.growth(), nu), tau, &mut exponential);
-        for term in &mut exponential {
-            term.1 /= nu;
-        }
-        BlockSeries {
-            inputs: self,
-            index,
-            block,
-            exponential,
-        }
-    }
-}
-
-/// One block's motion on a window.
-#[derive(Debug, Clone)]
-pub struct BlockSeries<'a> {
-    inputs: &'a ModalSeries<'a>,
-    index: usize,
-    block: &'a Block,
-    /// Series of C and S.
-    exponential: [Complex; KERNEL_TERMS],
-}
-
-impl BlockSeries<'_> {
-    /// Series of the first (`row = 0`) or second (`row = 1`) component: modal displacement
-    /// \[m √kg\] and velocity \[m √kg/s\] of a companion block.
-    pub fn component(&self, row: usize) -> Series {
-        let ModalSeries {
-            model,
-            window,
-            by_force,
-            ripples,
-        } = self.inputs;
-        let m = self.block.traceless();
+        let exponential = &self.exponentials[index];
+        let m = block.traceless();
         // Weights of C and S in this row of e^{At} u.
         let weights = |u: [f64; 2]| (u[row], m[row][0] * u[0] + m[row][1] * u[1]);
 
-        let start = weights([window.first[self.index], window.second[self.index]]);
+        let start = weights([self.window.first[index], self.window.second[index]]);
         let mut out = [0.0; TERMS];
-        for (value, e) in out.iter_mut().zip(&self.exponential) {
+        for (value, e) in out.iter_mut().zip(exponential) {
             *value = e.0 * start.0 + e.1 * start.1;
         }
-        self.add_constant(weights(self.block.static_input), &mut out);
-        if let Some(responses) = by_force {
-            let (c, s) = weights(self.block.mesh_input);
-            self.add((-c, -s), responses, &mut out);
+        let constant = weights(block.static_input);
+        add_constant(exponential, constant, self.window.duration, &mut out);
+        if let Some(responses) = &self.by_force {
+            let (c, s) = weights(block.mesh_input);
+            add(exponential, (-c, -s), responses, &mut out);
         }
-        for (ripple, (_, responses)) in model.ripple.iter().zip(ripples) {
-            self.add(weights(ripple.input[self.index]), responses, &mut out);
+        for (ripple, (_, responses)) in self.model.ripple.iter().zip(&self.ripples) {
+            add(
+                exponential,
+                weights(ripple.input[index]),
+                responses,
+                &mut out,
+            );
         }
         out
     }
+}
 
-    fn add(&self, weights: (f64, f64), responses: &Responses, out: &mut Series) {
-        for (e, response) in self.exponential.iter().zip(responses) {
-            let scale = e.0 * weights.0 + e.1 * weights.1;
-            for (value, r) in out.iter_mut().zip(response) {
-                *value += scale * r;
-            }
+/// Adds the response to an input given by its `responses`.
+fn add(exponential: &Exponential, weights: (f64, f64), responses: &Responses, out: &mut Series) {
+    for (e, response) in exponential.iter().zip(responses) {
+        let scale = e.0 * weights.0 + e.1 * weights.1;
+        for (value, r) in out.iter_mut().zip(response) {
+            *value += scale * r;
         }
     }
+}
 
-    /// The response to a constant input: `∫₀ᵗ P_k dt = Δ/2 (P_{k+1} − P_{k−1})/(2k+1)`, with
-    /// `P_{−1} = −1`.
-    fn add_constant(&self, weights: (f64, f64), out: &mut Series) {
-        for (k, e) in self.exponential[..=TERMS].iter().enumerate() {
-            let scale = e.0 * weights.0 + e.1 * weights.1;
-            let value = 0.5 * self.inputs.window.duration * scale / (2 * k + 1) as f64;
-            if k + 1 < TERMS {
-                out[k + 1] += value;
-            }
-            match k {
-                0 => out[0] += value,
-                _ => out[k - 1] -= value,
-            }
+/// Adds the response to a constant input: `∫₀ᵗ P_k dt = Δ/2 (P_{k+1} − P_{k−1})/(2k+1)`, with
+/// `P_{−1} = −1`.
+fn add_constant(exponential: &Exponential, weights: (f64, f64), tau: f64, out: &mut Series) {
+    for (k, e) in exponential[..=TERMS].iter().enumerate() {
+        let scale = e.0 * weights.0 + e.1 * weights.1;
+        let value = 0.5 * tau * scale / (2 * k + 1) as f64;
+        if k + 1 < TERMS {
+            out[k + 1] += value;
+        }
+        match k {
+            0 => out[0] += value,
+            _ => out[k - 1] -= value,
         }
     }
 }
@@ -223,7 +233,7 @@ mod tests {
 
     /// Compares the end of every window with the state that the next one starts from.
     struct Chain<'m> {
-        model: &'m Model,
+        motion: ModalMotion<'m>,
         ends: Vec<[f64; 2]>,
         windows: u64,
         events: u64,
@@ -241,15 +251,14 @@ mod tests {
                     self.largest[row] = self.largest[row].max(now.abs());
                 }
             }
-            let series = ModalSeries::new(self.model, window);
-            self.ends = (0..self.model.modes())
+            let series = self.motion.on(window);
+            self.ends = (0..window.first.len())
                 .map(|i| {
-                    let block = series.block(i);
-                    let start = [0, 1].map(|row| at_start(&block.component(row)));
+                    let start = [0, 1].map(|row| at_start(&series.component(i, row)));
                     for (row, now) in [window.first[i], window.second[i]].into_iter().enumerate() {
                         self.worst[row] = self.worst[row].max((start[row] - now).abs());
                     }
-                    [0, 1].map(|row| at_end(&block.component(row)))
+                    [0, 1].map(|row| at_end(&series.component(i, row)))
                 })
                 .collect();
             self.windows += 1;
@@ -267,7 +276,7 @@ mod tests {
         let mut trajectory = model.start(&InitialState::Static);
         let mut workspace = kernel.workspace();
         let mut chain = Chain {
-            model: &model,
+            motion: ModalMotion::new(&model),
             ends: Vec::new(),
             windows: 0,
             events: 0,
@@ -311,8 +320,8 @@ mod tests {
         };
         let mut still = model.clone();
         still.ripple.clear();
-        let series = ModalSeries::new(&still, &window);
-        let block = series.block(index);
+        let mut motion = ModalMotion::new(&still);
+        let series = motion.on(&window);
         let (omega, zeta): (f64, f64) = (4288.0, 0.01);
         let nu = omega * (1.0 - zeta * zeta).sqrt();
         let b = &model.blocks[index];
@@ -326,7 +335,7 @@ mod tests {
             let v = load / nu * decay * sin;
             let scale = [settled, load / nu];
             for (row, exact) in [q, v].into_iter().enumerate() {
-                let error = (evaluate(&block.component(row), x) - exact) / scale[row];
+                let error = (evaluate(&series.component(index, row), x) - exact) / scale[row];
                 assert!(error.abs() < 4e-15, "component {row} at {x}: {error:e}");
             }
         }

@@ -10,7 +10,7 @@
 //! so that sampling has no influence on the motion. An instant that falls on the joint of
 //! two windows is read off the later one: stiffness steps and entries show their new force.
 
-use super::modal_series::{ModalSeries, padded};
+use super::modal_series::{ModalMotion, padded};
 use super::{Nvh, NvhOutcome};
 use crate::model::{Contact, Model, TrajectoryState};
 use crate::numerics::legendre::{derivative, evaluate};
@@ -110,6 +110,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
     let mut watch = (
         Recorder {
             model,
+            motion: ModalMotion::new(model),
             question,
             sink,
             next: 0,
@@ -163,6 +164,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
 /// Reads samples off the windows of one cycle after another.
 struct Recorder<'a, S: TraceSink> {
     model: &'a Model,
+    motion: ModalMotion<'a>,
     question: &'a TraceQuestion,
     sink: &'a mut S,
     /// The next instant of the present mesh cycle.
@@ -219,14 +221,13 @@ impl<S: TraceSink> Recorder<'_, S> {
     }
 
     /// The modal states at some places of a window.
-    fn modal(&self, window: &Window<'_>, places: &[(f64, f64)]) -> Vec<ModalState> {
+    fn modal(&mut self, window: &Window<'_>, places: &[(f64, f64)]) -> Vec<ModalState> {
         let modes = self.model.modes();
-        let series = ModalSeries::new(self.model, window);
+        let series = self.motion.on(window);
         let mut states = vec![[vec![0.0; modes], vec![0.0; modes]]; places.len()];
         for i in 0..modes {
-            let block = series.block(i);
             for row in 0..2 {
-                let component = block.component(row);
+                let component = series.component(i, row);
                 for (state, (_, x)) in states.iter_mut().zip(places) {
                     state[row][i] = evaluate(&component, *x);
                 }
