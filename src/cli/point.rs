@@ -4,7 +4,7 @@
 //! that only values of the grid exist. An axis with a single value need not be named.
 
 use crate::manifest::{Axis, Job, PointSpec};
-use crate::units::{self, Dimension, QuantityError};
+use crate::units::{self, Dimension};
 
 /// An operating point that was asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +20,7 @@ pub struct ChosenPoint {
 /// Why a text is not an operating point of a manifest.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PointError {
-    /// A part without an equals sign.
+    /// A part without an equals sign, or with more than one value.
     #[error(
         "`{part}` is not of the form axis=value; write for example --point load=0.05,speed=1200, with decimal points and a comma between axes"
     )]
@@ -43,16 +43,14 @@ pub enum PointError {
         name: String,
     },
     /// Not a quantity of the axis's kind.
-    #[error("{name}: {reason}; a bare number is in SI ({unit}){others}")]
+    #[error("{name}: {reason}; give {accepted}")]
     NotAValue {
         /// The axis.
         name: String,
         /// What is wrong.
         reason: String,
-        /// SI unit.
-        unit: String,
-        /// Other units accepted, as a half-sentence.
-        others: String,
+        /// What would be accepted.
+        accepted: String,
     },
     /// Load or speed that is not positive.
     #[error("{name} is {value}, but must be greater than 0")]
@@ -64,7 +62,7 @@ pub enum PointError {
     },
     /// A value that the grid does not have, of an axis that may only take the grid's.
     #[error(
-        "{name} is {value}, which is not on the grid; choose one of {values}, or add it to the manifest"
+        "{name} is {value}, which is not on the grid ({values}); choose a value of the grid, or add this one to the manifest"
     )]
     NotOnGrid {
         /// The axis.
@@ -99,7 +97,7 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     let mut errors = Vec::new();
     let mut typed: Vec<Option<(&str, f64)>> = vec![None; job.axes.len()];
     let mut named = vec![false; job.axes.len()];
-    for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+    for part in parts(text) {
         let Some((name, value)) = part.split_once('=') else {
             errors.push(PointError::NoAssignment { part: part.into() });
             continue;
@@ -116,6 +114,10 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
             errors.push(PointError::Twice { name: name.into() });
             continue;
         }
+        if value.contains([',', '=']) {
+            errors.push(PointError::NoAssignment { part: part.into() });
+            continue;
+        }
         match read(&job.axes[index], value.trim()) {
             Ok(number) => typed[index] = Some((value.trim(), number)),
             Err(error) => errors.push(error),
@@ -125,7 +127,9 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         .filter(|(axis, named)| !**named && axis.values.len() > 1)
         .map(|(axis, _)| axis)
         .collect();
-    if !missing.is_empty() {
+    // A misspelt name is one fault, not an unknown and a missing one.
+    let misspelt = |error: &PointError| matches!(error, PointError::UnknownAxis { .. });
+    if !missing.is_empty() && !errors.iter().any(misspelt) {
         errors.push(PointError::Missing {
             axes: list(missing.into_iter().map(ranged)),
             example: example(job, &typed),
@@ -144,6 +148,27 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         Some(spec) if errors.is_empty() => Ok(chosen(job, spec.clone(), &values, &typed)),
         _ => Err(errors),
     }
+}
+
+/// The parts of the text between commas; what has no equals sign belongs to what comes
+/// before it, so that a decimal comma shows as one.
+fn parts(text: &str) -> Vec<&str> {
+    let mut ends: Vec<usize> = (text.match_indices(',').map(|(at, _)| at))
+        .filter(|&at| {
+            let rest = &text[at + 1..];
+            let part = rest.split(',').next().unwrap_or(rest);
+            part.contains('=') || part.trim().is_empty()
+        })
+        .collect();
+    ends.push(text.len());
+    let mut start = 0;
+    let mut parts = Vec::with_capacity(ends.len());
+    for end in ends {
+        parts.push(text[start..end].trim());
+        start = (end + 1).min(text.len());
+    }
+    parts.retain(|part| !part.is_empty());
+    parts
 }
 
 fn chosen(
@@ -212,21 +237,26 @@ fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
         // None where the axis takes bare numbers only.
         unit => units::parse_any(&format!("1 {unit}")).ok().map(|(_, d)| d),
     };
-    let not_finite = QuantityError::NotFinite { text: text.into() };
     let parsed = match (text.parse::<f64>(), dimension) {
         (Ok(value), _) if value.is_finite() => Ok(value),
-        (Ok(_), _) => Err(not_finite),
-        (Err(_), Some(dimension)) => units::parse(text, dimension),
-        (Err(_), None) => Err(QuantityError::NotANumber { text: text.into() }),
+        (Ok(_), _) => Err(format!("`{text}` is not finite")),
+        (Err(_), Some(dimension)) => units::parse(text, dimension).map_err(|e| e.to_string()),
+        (Err(_), None) => Err(format!("`{text}` is not a number")),
     };
-    parsed.map_err(|error| PointError::NotAValue {
-        name: axis.name.clone(),
-        reason: error.to_string(),
-        unit: axis.unit.clone(),
-        others: match dimension.map_or("", Dimension::units) {
+    parsed.map_err(|reason| {
+        let unit = match axis.unit.as_str() {
+            "1" => String::new(),
+            unit => format!(" in {unit}"),
+        };
+        let units = match dimension.map_or("", Dimension::units) {
             "" => String::new(),
-            units => format!("; with a unit: {units}"),
-        },
+            units => format!(", or one with a unit ({units})"),
+        };
+        PointError::NotAValue {
+            name: axis.name.clone(),
+            reason,
+            accepted: format!("a bare number{unit}{units}"),
+        }
     })
 }
 

@@ -53,6 +53,8 @@ fn rigid_rotations_are_split_into_neutral_and_relative() {
     // An orthogonal change of basis keeps lengths and the deflection.
     let q = [0.3, 0.7, -0.2];
     let r = model.from_structure(&q);
+    let back = model.to_structure(&r);
+    assert!(back.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-15));
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
     assert!((length(&q) - length(&r)).abs() < 1e-15);
     let deflection = |v: &[f64], w: &[f64]| -> f64 { v.iter().zip(w).map(|(a, b)| a * b).sum() };
