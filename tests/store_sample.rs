@@ -58,6 +58,7 @@ fn row(point_id: u64) -> PointRow {
                 exponents: vec![lambda, -1.0],
                 stderr: 0.01,
                 twin: chaotic.then_some(lambda + 0.001),
+                twin_stderr: chaotic.then_some(0.01),
                 twin_agrees: chaotic.then_some(true),
                 method: if chaotic {
                     LyapunovMethod::Tangent

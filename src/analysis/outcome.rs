@@ -75,6 +75,8 @@ pub struct LyapunovOutcome {
     pub stderr: f64,
     /// Largest exponent from a twin trajectory, where one was marched.
     pub twin: Option<f64>,
+    /// Standard error of `twin`, from block averages.
+    pub twin_stderr: Option<f64>,
     /// Whether twin and tangent agree within three standard errors of their difference.
     pub twin_agrees: Option<bool>,
     /// Where the exponents come from.

@@ -394,15 +394,13 @@ impl<K: Kernel> March<'_, K> {
             Class::Periodic(period)
         };
         let lyapunov = self.questions.lyapunov.map(|l| {
-            let twin = instruments.twin.as_ref().map(|t| mean(t.averages()));
+            let twin = instruments.twin.as_ref();
             LyapunovOutcome {
                 exponents: exponents[0].iter().take(l.exponents).copied().collect(),
                 stderr,
-                twin,
-                twin_agrees: instruments
-                    .twin
-                    .as_ref()
-                    .and_then(|t| agree(instruments.averages(), t.averages())),
+                twin: twin.map(|t| mean(t.averages())),
+                twin_stderr: twin.map(|t| standard_error(t.averages())),
+                twin_agrees: twin.and_then(|t| agree(instruments.averages(), t.averages())),
                 method: LyapunovMethod::Multipliers,
             }
         });
@@ -446,15 +444,14 @@ impl<K: Kernel> March<'_, K> {
             measured: instruments.measured,
         };
         let verdict = classify(&evidence);
+        let twin = instruments.twin.as_ref();
         let lyapunov = instruments.growth.as_ref().and_then(|growth| {
             Some(LyapunovOutcome {
                 exponents: growth.exponents()?,
                 stderr: standard_error(&averages),
-                twin: instruments.twin.as_ref().map(|t| mean(t.averages())),
-                twin_agrees: instruments
-                    .twin
-                    .as_ref()
-                    .and_then(|t| agree(&averages, t.averages())),
+                twin: twin.map(|t| mean(t.averages())),
+                twin_stderr: twin.map(|t| standard_error(t.averages())),
+                twin_agrees: twin.and_then(|t| agree(&averages, t.averages())),
                 method: LyapunovMethod::Tangent,
             })
         });

@@ -162,10 +162,15 @@ fn lyapunov_columns() -> Vec<Column<PointRow>> {
             "Largest exponent from a twin trajectory",
             |found| found.twin,
         ),
+        number(
+            "lambda_twin_stderr",
+            "Standard error of lambda_twin, from block averages",
+            |found| found.twin_stderr,
+        ),
         Column::new(
             "twin_agrees",
             "",
-            "Whether twin and tangent agree within three standard errors of their difference",
+            "Whether twin and tangents agree, over the same cycles, within three standard errors of their difference",
             Value::Bool(Box::new(|row: &PointRow| {
                 row.outcome.lyapunov.as_ref()?.twin_agrees
             })),

@@ -27,6 +27,7 @@ U64, U32, F64, TEXT, BOOL, LIST = "uint64", "uint32", "float64", "text", "bool",
 COLUMNS = {
     "point_id": U64, "load": F64, "speed": F64, "status": TEXT, "reason": TEXT, "class": TEXT,
     "period": U32, "lambda_max": F64, "lambda_stderr": F64, "lambda_twin": F64,
+    "lambda_twin_stderr": F64,
     "twin_agrees": BOOL, "lambda_method": TEXT, "exponents": LIST, "events_per_cycle": F64,
     "fraction_drive": F64, "fraction_free": F64, "fraction_coast": F64, "dte_mean": F64,
     "dte_rms": F64, "dte_pp": F64, "dte_crest": F64, "dte_kurtosis": F64, "harmonics": LIST,

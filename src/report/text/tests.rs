@@ -20,6 +20,7 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
             exponents: vec![lambda],
             stderr: 0.012,
             twin: None,
+            twin_stderr: None,
             twin_agrees: None,
             method: LyapunovMethod::Tangent,
         }),

@@ -41,6 +41,7 @@ fn full(point_id: u64) -> PointRow {
                 exponents: vec![0.86 + base, -0.3, -1.0 / 3.0],
                 stderr: 0.01,
                 twin: Some(0.85),
+                twin_stderr: Some(0.02),
                 twin_agrees: Some(true),
                 method: LyapunovMethod::Tangent,
             }),
