@@ -230,30 +230,12 @@ fn events_are_those_of_the_kernel() {
     }
 }
 
-#[test]
-fn deflection_velocity_and_force_fit_together() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = ["--point", POINT, "--cycles", "12", "--skip", "20"];
-    let fine = ["--samples-per-cycle", "1024"];
-    let summary = traced(folder.path(), QUICKSTART, &[&arguments[..], &fine].concat());
-    let (_, model) = model(0.05, 1200.0);
-    let s = samples(folder.path());
-    let step = model.period() / 1024.0;
-    let fastest = largest(&s.velocity);
-    let largest_force = largest(&s.force);
+/// Holds every sample to `F = k (δ − s b) + c δ'`; counts those in drive, free and coast.
+fn assert_contact_law(s: &Samples, model: &Model) -> [u64; 3] {
     let b = model.half_gap;
-    let mut seen = [0_u64; 3];
+    let largest_force = largest(&s.force);
+    let mut seen = [0; 3];
     for row in 0..s.time.len() {
-        // Between samples the deflection moves by what the velocity says, over window
-        // joints and events alike: acceleration may jump, by c w² δ' at an entry.
-        if row > 0 {
-            let mean = 0.5 * (s.velocity[row - 1] + s.velocity[row]);
-            let moved = (s.deflection[row] - s.deflection[row - 1]) / step;
-            assert!(
-                (moved - mean).abs() < 1e-3 * fastest,
-                "row {row}: {moved} {mean}"
-            );
-        }
         let (d, v, f) = (s.deflection[row], s.velocity[row], s.force[row]);
         let division = (s.phase[row] * model.cycle.divisions as f64 + 1e-9) as usize;
         let holds = |g: &&atlas::model::Segment| g.first + g.length > division;
@@ -277,6 +259,33 @@ fn deflection_velocity_and_force_fit_together() {
             );
         }
     }
+    seen
+}
+
+#[test]
+fn deflection_velocity_and_force_fit_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--point", POINT, "--cycles", "12", "--skip", "20"];
+    let fine = ["--samples-per-cycle", "1024"];
+    let summary = traced(folder.path(), QUICKSTART, &[&arguments[..], &fine].concat());
+    let (_, model) = model(0.05, 1200.0);
+    let s = samples(folder.path());
+    let step = model.period() / 1024.0;
+    let fastest = largest(&s.velocity);
+    let largest_force = largest(&s.force);
+    for row in 0..s.time.len() {
+        // Between samples the deflection moves by what the velocity says, over window
+        // joints and events alike: acceleration may jump, by c w² δ' at an entry.
+        if row > 0 {
+            let mean = 0.5 * (s.velocity[row - 1] + s.velocity[row]);
+            let moved = (s.deflection[row] - s.deflection[row - 1]) / step;
+            assert!(
+                (moved - mean).abs() < 1e-3 * fastest,
+                "row {row}: {moved} {mean}"
+            );
+        }
+    }
+    let seen = assert_contact_law(&s, &model);
     assert!(seen.iter().all(|n| *n > 100), "{seen:?}");
     // The summary's fractions come from the windows; samples can only come near.
     for (name, count) in ["fraction_drive", "fraction_free", "fraction_coast"]
@@ -293,6 +302,25 @@ fn deflection_velocity_and_force_fit_together() {
     let peak = summary["force_peak"].as_f64().unwrap();
     assert!(peak >= largest_force * (1.0 - 1e-12));
     assert!(peak < largest_force * 1.01, "{peak} {largest_force}");
+}
+
+#[test]
+fn a_sample_on_a_stiffness_step_shows_the_new_stiffness() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--point", POINT, "--cycles", "200", "--skip", "20"];
+    // Every step of the quickstart's mesh lies on a fifth of the cycle.
+    let coarse = ["--samples-per-cycle", "5"];
+    traced(
+        folder.path(),
+        QUICKSTART,
+        &[&arguments[..], &coarse].concat(),
+    );
+    let (_, model) = model(0.05, 1200.0);
+    let steps = &model.cycle.segments;
+    let on_a_fifth = |g: &atlas::model::Segment| (5 * g.first) % model.cycle.divisions == 0;
+    assert!(steps.len() == 2 && steps.iter().all(on_a_fifth));
+    let seen = assert_contact_law(&samples(folder.path()), &model);
+    assert!(seen[0] > 100 && seen[2] > 100, "{seen:?}");
 }
 
 #[test]
