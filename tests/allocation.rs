@@ -7,7 +7,7 @@
 mod common;
 
 use atlas::model::{InitialState, Model};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
+use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Volterra, Window};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -83,10 +83,16 @@ fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
 
 /// Allocations of every kernel on a model, by name: a new kernel adds a line.
 fn kernels(model: &Model) -> Vec<(&'static str, u64)> {
-    vec![(
-        "stepping",
-        allocations(&Stepping::new(model, 1000, 1000), model),
-    )]
+    vec![
+        (
+            "stepping",
+            allocations(&Stepping::new(model, 1000, 1000), model),
+        ),
+        (
+            "volterra",
+            allocations(&Volterra::new(model, f64::EPSILON, 1000), model),
+        ),
+    ]
 }
 
 #[test]
