@@ -17,6 +17,7 @@ use super::nvh::Nvh;
 use super::orbits::floquet;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::Poincare;
+use super::questions::Questions;
 use super::recurrence::{LONGEST_PERIOD, Recurrence};
 use super::spectrum::{CYCLES_PER_SEGMENT, Welch};
 use super::twin::Twin;
@@ -25,49 +26,6 @@ use crate::numerics::random::Stream;
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What is asked of a point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Questions {
-    /// Root seed of the random streams.
-    pub seed: u64,
-    /// The point, as the streams know it.
-    pub point_id: u64,
-    /// Mesh cycles discarded.
-    pub transient: u64,
-    /// Most mesh cycles measured.
-    pub cycles: u64,
-    /// Mesh cycles over which the energy balance is audited; 0 for none.
-    pub audit_cycles: u64,
-    /// Lyapunov exponents, if asked for.
-    pub lyapunov: Option<LyapunovQuestion>,
-    /// Poincaré samples kept.
-    pub poincare_samples: usize,
-    /// NVH statistics, if asked for.
-    pub nvh: Option<NvhQuestion>,
-}
-
-/// How Lyapunov exponents are asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LyapunovQuestion {
-    /// Number of exponents.
-    pub exponents: usize,
-    /// Stop once the standard error of the largest is at most this.
-    pub stop_at_stderr: Option<f64>,
-    /// Cycles of alignment, discarded.
-    pub align: u64,
-    /// Whether a twin is marched.
-    pub twin: bool,
-}
-
-/// How NVH statistics are asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NvhQuestion {
-    /// Mesh orders of the deflection.
-    pub harmonics: usize,
-    /// Whether spectra are formed.
-    pub spectrum: bool,
-}
 
 /// The work was called off; nothing is known of the point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
