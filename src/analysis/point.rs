@@ -225,7 +225,8 @@ impl<K: Kernel> March<'_, K> {
         Instruments {
             growth: q
                 .lyapunov
-                .map(|l| TangentGrowth::new(&self.norm, modes, l.exponents, &mut stream(0))),
+                .map(|l| l.exponents.min(self.norm.dimension()))
+                .map(|count| TangentGrowth::new(&self.norm, modes, count, &mut stream(0))),
             twin: q
                 .lyapunov
                 .filter(|l| l.twin)
@@ -365,7 +366,10 @@ impl<K: Kernel> March<'_, K> {
             }
         });
         let reason = match class {
-            Class::Locked => "repeats every cycle and never leaves contact".to_owned(),
+            Class::Locked if period == 1 => {
+                "repeats every cycle and never leaves contact".to_owned()
+            }
+            Class::Locked => format!("repeats after {period} cycles and never leaves contact"),
             _ => format!(
                 "repeats after {period} {} with {events} events in {} cycles",
                 if period == 1 { "cycle" } else { "cycles" },

@@ -24,7 +24,8 @@ pub struct Questions {
 /// How Lyapunov exponents are asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LyapunovQuestion {
-    /// Number of exponents.
+    /// Number of exponents, at least 1; a model has twice as many as modes that are not
+    /// neutral, and no more are given.
     pub exponents: usize,
     /// Stop once the standard error of the largest is at most this.
     pub stop_at_stderr: Option<f64>,
