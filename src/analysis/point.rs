@@ -38,6 +38,10 @@ const BLOCK: u64 = 50;
 /// Fewest cycles a settled periodic motion is measured over.
 const SETTLED_CYCLES: u64 = 128;
 
+/// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
+/// double multiplier 1 (free flight) by its square root.
+const NEUTRAL: f64 = 1e-7;
+
 /// Answers all questions to one point.
 ///
 /// # Errors
@@ -305,7 +309,7 @@ impl<K: Kernel> March<'_, K> {
 
     /// A motion that repeats after `period` cycles: confirms it by its multipliers and
     /// measures it over whole periods. None where a multiplier lies outside the unit circle
-    /// (a long stay near an unstable orbit).
+    /// (a long stay near an unstable orbit); one on it is a motion that nothing damps.
     fn settle(
         &mut self,
         instruments: &mut Instruments,
@@ -329,7 +333,7 @@ impl<K: Kernel> March<'_, K> {
             *exponents = floquet::exponents(&multipliers, period);
         }
         let largest = exponents[0].first().copied().unwrap_or(f64::NAN);
-        if largest.is_nan() || largest >= 0.0 {
+        if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
         // A second, independent turn around the orbit shows how well the first is known.
