@@ -375,7 +375,12 @@ fn free_rest_has_no_events_and_no_spread() {
         (nvh.dte_rms, nvh.dte_crest, nvh.dte_kurtosis),
         (0.0, 0.0, 0.0)
     );
-    assert_eq!(outcome.class, Some(Class::Periodic(1)), "{}", outcome.reason);
+    assert_eq!(
+        outcome.class,
+        Some(Class::Periodic(1)),
+        "{}",
+        outcome.reason
+    );
 }
 
 #[test]
