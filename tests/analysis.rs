@@ -67,6 +67,14 @@ fn value(series: &[f64], x: f64) -> f64 {
 /// Samples a window is read at, even: Simpson's rule converges with the fourth power.
 const SAMPLES: usize = 1000;
 
+/// One sample with its weight in Simpson's rule.
+struct Sample {
+    weight: f64,
+    time: f64,
+    deflection: f64,
+    force: f64,
+}
+
 /// Statistics by brute force: two passes of Simpson's rule over fine samples.
 fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
     let mut samples = Vec::new();
@@ -82,17 +90,26 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
             let x = 2.0 * s - 1.0;
             let force = value(&piece.force, x);
             let deflection = value(&piece.deflection, x);
-            samples.push((weight, piece.start + s * piece.duration, deflection, force));
+            samples.push(Sample {
+                weight,
+                time: piece.start + s * piece.duration,
+                deflection,
+                force,
+            });
         }
     }
-    let time: f64 = samples.iter().map(|s| s.0).sum();
-    let average = |f: &dyn Fn(&(f64, f64, f64, f64)) -> f64| -> f64 {
-        samples.iter().map(|s| s.0 * f(s)).sum::<f64>() / time
+    let time: f64 = samples.iter().map(|s| s.weight).sum();
+    let average = |f: fn(&Sample, f64) -> f64, parameter: f64| -> f64 {
+        samples
+            .iter()
+            .map(|s| s.weight * f(s, parameter))
+            .sum::<f64>()
+            / time
     };
-    let mean = average(&|s| s.2);
-    let variance = average(&|s| (s.2 - mean).powi(2));
-    let force_mean = average(&|s| s.3);
-    let extreme = |f: fn(f64, f64) -> f64| samples.iter().map(|s| s.2).reduce(f).unwrap();
+    let mean = average(|s, _| s.deflection, 0.0);
+    let variance = average(|s, mean| (s.deflection - mean).powi(2), mean);
+    let force_mean = average(|s, _| s.force, 0.0);
+    let extreme = |f: fn(f64, f64) -> f64| samples.iter().map(|s| s.deflection).reduce(f).unwrap();
     let (low, high) = (extreme(f64::min), extreme(f64::max));
     let mut fractions = [0.0; 3];
     for piece in &record.windows {
@@ -104,18 +121,18 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
         dte_rms: variance.sqrt(),
         dte_pp: high - low,
         dte_crest: (high - mean).max(mean - low) / variance.sqrt(),
-        dte_kurtosis: average(&|s| (s.2 - mean).powi(4)) / variance.powi(2),
+        dte_kurtosis: average(|s, mean| (s.deflection - mean).powi(4), mean) / variance.powi(2),
         harmonics: (1..=harmonics)
             .map(|h| {
                 let omega = TAU * h as f64 / model.period();
-                let re = average(&|s| s.2 * (omega * s.1).cos());
-                let im = average(&|s| s.2 * (omega * s.1).sin());
+                let re = average(|s, omega| s.deflection * (omega * s.time).cos(), omega);
+                let im = average(|s, omega| s.deflection * (omega * s.time).sin(), omega);
                 2.0 * re.hypot(im)
             })
             .collect(),
         force_mean,
-        force_std: average(&|s| (s.3 - force_mean).powi(2)).sqrt(),
-        force_peak: samples.iter().map(|s| s.3.abs()).fold(0.0, f64::max),
+        force_std: average(|s, mean| (s.force - mean).powi(2), force_mean).sqrt(),
+        force_peak: samples.iter().map(|s| s.force.abs()).fold(0.0, f64::max),
         impact_rate: impacts as f64 / time,
         impact_velocity: record.impacts.iter().sum::<f64>() / impacts.max(1) as f64,
         fractions,

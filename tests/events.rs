@@ -434,6 +434,24 @@ fn hundreds_of_events_in_a_cycle_and_their_limit() {
     assert_eq!(run(0).0, Err(Stop::EventStorm { cycle: 0, limit: 0 }));
 }
 
+/// A trajectory given in the wrong contact state is put right by one event at its start.
+#[test]
+fn wrong_contact_state_is_put_right() {
+    let o = Oscillator::default();
+    let model = o.model();
+    // Deep in contact and moving out: the release must come at the surface.
+    for (position, contact) in [(12e-6, Contact::Free), (3e-6, Contact::Drive)] {
+        let right = start(&model, position, 0.05);
+        let mut wrong = right.clone();
+        wrong.contact = contact;
+        let (expected, _, end) = events(&model, &right, 3);
+        let (found, _, corrected) = events(&model, &wrong, 3);
+        assert_eq!((found[0].0, found[0].1.to), (0.0, right.contact));
+        assert_eq!(found[1..], expected);
+        assert_eq!(corrected, end);
+    }
+}
+
 #[test]
 fn nonsense_diverges_at_once() {
     let model = common::model(&common::six_modes());

@@ -83,7 +83,7 @@ pub fn classify(evidence: &Evidence<'_>) -> Verdict {
             },
         };
     }
-    if lambda.abs() <= (SIGMAS * error).min(NEUTRAL).max(NEUTRAL / 10.0) {
+    if lambda.abs() <= (SIGMAS * error).clamp(NEUTRAL / 10.0, NEUTRAL) {
         return Verdict {
             status: Status::Ok,
             class: Some(Class::QuasiPeriodic),

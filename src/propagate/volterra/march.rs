@@ -171,9 +171,14 @@ impl Volterra<'_> {
                     rate: 2.0 / t.delta * legendre::evaluate(&slope, c.x),
                 });
                 counters.events += 1;
+                // A start beyond the surface (a trajectory given in the wrong contact state)
+                // is no root that may be divided out.
+                let side = c.surface.sign() * self.model.half_gap;
+                let beyond = legendre::at_start(&solution.deflection) - side;
+                let on_surface = c.x > -1.0 || beyond.abs() <= solution.noise;
                 self.salt(self.segment(clock), to.touching(), workspace);
                 *contact = to;
-                clock.crossed = Some(c.surface);
+                clock.crossed = on_surface.then_some(c.surface);
             }
             None if fits => {
                 self.move_full(clock, *contact, &solution, workspace, observer, counters)
