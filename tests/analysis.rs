@@ -9,7 +9,7 @@ use atlas::analysis::{
     Class, EnergyAudit, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome, Questions,
     Status, investigate,
 };
-use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
 use atlas::propagate::{Event, Observer, Stepping, Window};
 use atlas::reference::Reference;
 use common::march::{march, march_with, settled, volterra};
@@ -366,6 +366,35 @@ fn small_oscillators_are_of_their_known_kind() {
     );
     let lyapunov = chaotic.lyapunov.unwrap();
     assert!(lyapunov.exponents[0] > 20.0 * lyapunov.stderr && lyapunov.exponents[1] < 0.0);
+}
+
+/// Torque ripple of a shaft order lengthens the period to the shaft's teeth; ripple that
+/// never comes back leaves locked motion locked.
+#[test]
+fn ripple_sets_the_period() {
+    for (load, speed, order, class) in [
+        (1.0, 400.0, 1.0, Class::Locked),
+        (0.3, 600.0, 1.0, Class::Periodic(40)),
+        (0.3, 600.0, 4.0, Class::Periodic(10)),
+        (1.0, 400.0, std::f64::consts::SQRT_2, Class::Locked),
+    ] {
+        let (mut structure, mut drive, mut point) = common::one_degree();
+        structure.teeth = 40;
+        structure.pinion_torque = Some(vec![10.0]);
+        drive.torque_ripple = vec![RippleInput {
+            shaft: RippleShaft::Pinion,
+            order,
+            amplitude: 1.0,
+            phase: 0.4,
+        }];
+        // Twice the teeth at half the speed: the same mesh frequency.
+        (point.load, point.speed) = (load, 0.5 * speed);
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let outcome = ask(&model, &questions(500, 1000));
+        assert_eq!(outcome.class, Some(class), "{}", outcome.reason);
+        assert_eq!(outcome.status, Status::Ok, "{}", outcome.reason);
+        assert!(outcome.lyapunov.unwrap().exponents[0] < 0.0);
+    }
 }
 
 /// Nothing that moves is not given a class by accident: a free body at rest.

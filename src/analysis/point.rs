@@ -18,7 +18,7 @@ use super::orbits::floquet;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::Poincare;
 use super::questions::Questions;
-use super::recurrence::{LONGEST_PERIOD, Recurrence};
+use super::recurrence::Recurrence;
 use super::spectrum::{CYCLES_PER_SEGMENT, Welch};
 use super::twin::Twin;
 use crate::model::{Model, TrajectoryState};
@@ -240,7 +240,7 @@ impl<K: Kernel> March<'_, K> {
                 welch: q.nvh.filter(|n| n.spectrum).map(|_| Welch::new(self.model)),
             },
             poincare: Poincare::new(q.poincare_samples),
-            recurrence: Recurrence::default(),
+            recurrence: Recurrence::new(self.model),
             measured: 0,
             events_before: 0,
         }
@@ -395,7 +395,8 @@ impl<K: Kernel> March<'_, K> {
             return false;
         };
         let averages = instruments.averages();
-        if averages.len() < 4 * FEWEST_BLOCKS || instruments.measured < LONGEST_PERIOD as u64 {
+        let longest = instruments.recurrence.longest() as u64;
+        if averages.len() < 4 * FEWEST_BLOCKS || instruments.measured < longest {
             return false;
         }
         let error = standard_error(averages);
@@ -408,6 +409,10 @@ impl<K: Kernel> March<'_, K> {
         let evidence = Evidence {
             averages: &averages,
             closest_return: instruments.recurrence.closest_return(&self.norm),
+            longest_period: instruments.recurrence.longest(),
+            excitation_repeats: instruments.recurrence.excitation_repeats(),
+            touched_throughout: self.counters.events == instruments.events_before
+                && self.trajectory.contact.touching(),
             target: self.questions.lyapunov.and_then(|l| l.stop_at_stderr),
             measured: instruments.measured,
         };
