@@ -7,7 +7,7 @@
 mod common;
 
 use atlas::model::{InitialState, Model};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
+use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Volterra, Window};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -54,39 +54,54 @@ impl Observer for Sum {
     }
 }
 
-/// Marches a rattling drive, watched and with tangents, and counts allocations.
+/// Marches a rattling drive, watched and with tangents, and beside it one without, as a twin
+/// would be; counts allocations after the first cycle, which makes room for the tangents.
 fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
     let mut trajectory = model.start(&InitialState::Static);
+    let mut twin = trajectory.clone();
     let mut tangents = Tangents::zeros(model.modes(), 2);
     tangents.vector_mut(0)[0] = 1e-9;
     tangents.vector_mut(1)[model.modes()] = 1e-5;
     let mut workspace = kernel.workspace();
     let mut sum = Sum::default();
     let mut counters = Counters::default();
-    let before = COUNT.with(Cell::get);
-    for _ in 0..30 {
-        kernel
-            .march(
-                &mut trajectory,
-                &mut tangents,
-                &mut workspace,
-                &mut sum,
-                &mut counters,
-            )
-            .unwrap();
+    let mut before = 0;
+    for cycle in 0..31 {
+        if cycle == 1 {
+            before = COUNT.with(Cell::get);
+        }
+        let mut none = Tangents::none();
+        for (trajectory, tangents) in [(&mut trajectory, &mut tangents), (&mut twin, &mut none)] {
+            kernel
+                .march(
+                    trajectory,
+                    tangents,
+                    &mut workspace,
+                    &mut sum,
+                    &mut counters,
+                )
+                .unwrap();
+        }
     }
     let count = COUNT.with(Cell::get) - before;
-    assert!(counters.events > 10, "the drive does not rattle");
+    assert_eq!(trajectory, twin, "tangents change the trajectory");
+    assert!(counters.events > 20, "the drive does not rattle");
     assert!(sum.0.is_finite());
     count
 }
 
 /// Allocations of every kernel on a model, by name: a new kernel adds a line.
 fn kernels(model: &Model) -> Vec<(&'static str, u64)> {
-    vec![(
-        "stepping",
-        allocations(&Stepping::new(model, 1000, 1000), model),
-    )]
+    vec![
+        (
+            "stepping",
+            allocations(&Stepping::new(model, 1000, 1000), model),
+        ),
+        (
+            "volterra",
+            allocations(&Volterra::new(model, f64::EPSILON, 1000), model),
+        ),
+    ]
 }
 
 #[test]

@@ -11,6 +11,12 @@ pub struct Evidence<'a> {
     pub averages: &'a [f64],
     /// Closest return of the strobe states, in units of the half gap.
     pub closest_return: Option<f64>,
+    /// Longest period looked for, in mesh cycles.
+    pub longest_period: usize,
+    /// Whether the excitation repeats within it; if not, the motion cannot.
+    pub excitation_repeats: bool,
+    /// Whether contact was never left while measured.
+    pub touched_throughout: bool,
     /// Standard error asked for.
     pub target: Option<f64>,
     /// Mesh cycles measured.
@@ -58,6 +64,16 @@ pub fn classify(evidence: &Evidence<'_>) -> Verdict {
         ));
     }
     let known = format!("λ = {lambda:.4} ± {error:.4} per cycle");
+    if evidence.touched_throughout && !evidence.excitation_repeats && lambda < 0.0 {
+        return Verdict {
+            status: Status::Ok,
+            class: Some(Class::Locked),
+            reason: format!(
+                "{known}; never leaves contact, driven by ripple without a period up to {}",
+                evidence.longest_period
+            ),
+        };
+    }
     if lambda > SIGMAS * error && lambda > NEUTRAL {
         let (early, late) = evidence.averages.split_at(evidence.averages.len() / 2);
         let spread = standard_error(early).hypot(standard_error(late));
@@ -83,11 +99,14 @@ pub fn classify(evidence: &Evidence<'_>) -> Verdict {
             },
         };
     }
-    if lambda.abs() <= (SIGMAS * error).min(NEUTRAL).max(NEUTRAL / 10.0) {
+    if lambda.abs() <= (SIGMAS * error).clamp(NEUTRAL / 10.0, NEUTRAL) {
         return Verdict {
             status: Status::Ok,
             class: Some(Class::QuasiPeriodic),
-            reason: format!("{known}, zero within its error, and no period up to 32"),
+            reason: format!(
+                "{known}, zero within its error, and no period up to {}",
+                evidence.longest_period
+            ),
         };
     }
     let returns = evidence
@@ -108,6 +127,9 @@ mod tests {
         classify(&Evidence {
             averages,
             closest_return: Some(1e-3),
+            longest_period: 32,
+            excitation_repeats: true,
+            touched_throughout: false,
             target,
             measured: 10 * averages.len() as u64,
         })
@@ -150,6 +172,25 @@ mod tests {
             verdict(&noisy(-0.01, 1e-4), None).class,
             Some(Class::NotConverged)
         );
+    }
+
+    #[test]
+    fn contact_never_left_is_locked_unless_it_should_have_repeated() {
+        let averages = noisy(-0.01, 1e-4);
+        let class = |excitation_repeats| {
+            classify(&Evidence {
+                averages: &averages,
+                closest_return: Some(1e-3),
+                longest_period: 32,
+                excitation_repeats,
+                touched_throughout: true,
+                target: None,
+                measured: 5120,
+            })
+            .class
+        };
+        assert_eq!(class(false), Some(Class::Locked));
+        assert_eq!(class(true), Some(Class::NotConverged));
     }
 
     #[test]

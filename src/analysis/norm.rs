@@ -47,6 +47,11 @@ impl EnergyNorm {
         &self.weights
     }
 
+    /// Dimension of the space without the neutral pair: the number of exponents.
+    pub fn dimension(&self) -> usize {
+        self.weights.iter().filter(|w| **w > 0.0).count()
+    }
+
     /// The natural unit: the norm of a displacement by half a gap.
     pub fn unit(&self) -> f64 {
         self.unit

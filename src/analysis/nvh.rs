@@ -6,6 +6,9 @@
 //! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule exact for degree 63
 //! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel series of the exponential)
 //! ```
+//!
+//! Powers are taken about the mean of the first window: about zero, the spread of a mesh
+//! that hardly moves under load would drown in the round-off of its mean.
 
 use super::outcome::NvhOutcome;
 use crate::model::Model;
@@ -29,10 +32,13 @@ pub struct Nvh {
     rule: Box<[[f64; TERMS]; NODES]>,
     weights: Box<[f64; NODES]>,
     time: f64,
-    /// ∫ (δ/b)^j dt, j = 1 … 4.
+    /// Mean δ \[m\] and F \[N\] of the first window: what powers are taken about.
+    centre: [f64; 2],
+    /// ∫ ((δ − centre)/b)^j dt, j = 1 … 4.
     moments: [f64; 4],
     smallest: f64,
     largest: f64,
+    /// ∫ (F − centre)^j dt, j = 1, 2.
     force: [f64; 2],
     force_peak: f64,
     times: [f64; 3],
@@ -60,6 +66,7 @@ impl Nvh {
             rule,
             weights,
             time: 0.0,
+            centre: [0.0; 2],
             moments: [0.0; 4],
             smallest: f64::INFINITY,
             largest: f64::NEG_INFINITY,
@@ -97,8 +104,8 @@ impl Nvh {
         let [m1, m2, m3, m4] = self.moments.map(|m| m / self.time);
         let variance = (m2 - m1 * m1).max(0.0);
         let fourth = m4 - 4.0 * m1 * m3 + 6.0 * m1 * m1 * m2 - 3.0 * m1.powi(4);
-        let (mean, rms) = (b * m1, b * variance.sqrt());
-        let [force_mean, force_square] = self.force.map(|f| f / self.time);
+        let (mean, rms) = (self.centre[0] + b * m1, b * variance.sqrt());
+        let [force_first, force_square] = self.force.map(|f| f / self.time);
         let entries = self.impacts.max(1) as f64;
         Some(NvhOutcome {
             dte_mean: mean,
@@ -111,8 +118,8 @@ impl Nvh {
                 .iter()
                 .map(|(re, im)| 2.0 * re.hypot(*im) / self.time)
                 .collect(),
-            force_mean,
-            force_std: (force_square - force_mean * force_mean).max(0.0).sqrt(),
+            force_mean: self.centre[1] + force_first,
+            force_std: (force_square - force_first * force_first).max(0.0).sqrt(),
             force_peak: self.force_peak,
             impact_rate: self.impacts as f64 / self.time,
             impact_velocity: self.impact_speed / entries,
@@ -188,6 +195,10 @@ impl Observer for Nvh {
     fn window(&mut self, window: &Window<'_>) {
         let tau = window.duration;
         let deflection = padded(window.deflection);
+        let force = padded(window.force);
+        if self.time == 0.0 {
+            self.centre = [deflection[0], force[0]];
+        }
         self.time += tau;
         self.times[window.contact.index()] += tau;
 
@@ -203,7 +214,7 @@ impl Observer for Nvh {
             if value > high.0 {
                 high = (value, j);
             }
-            let u = value / self.half_gap;
+            let u = (value - self.centre[0]) / self.half_gap;
             let w = self.weights[j];
             sums[0] += w * u;
             sums[1] += w * u * u;
@@ -223,18 +234,15 @@ impl Observer for Nvh {
             let x = self.rule[low.1][1];
             self.smallest = self.smallest.min(-maximum(&deflection.map(|a| -a), x));
         }
-        if window.contact.touching() {
-            let force = padded(window.force);
-            self.force[0] += tau * force[0];
-            let square: f64 = force
-                .iter()
-                .enumerate()
-                .map(|(n, f)| f * f / (2 * n + 1) as f64)
-                .sum();
-            self.force[1] += tau * square;
-            let sign = force[0].signum();
-            if force[0].abs() + variation(&force) > self.force_peak {
-                let towards = force.map(|f| sign * f);
+        let mut about = force;
+        about[0] -= self.centre[1];
+        self.force[0] += tau * about[0];
+        for (n, f) in about.iter().enumerate() {
+            self.force[1] += tau * f * f / (2 * n + 1) as f64;
+        }
+        if force[0].abs() + variation(&force) > self.force_peak {
+            // Contact damping pulls before it lets go: either sign may be the larger.
+            for towards in [force, force.map(|f| -f)] {
                 self.force_peak = self.force_peak.max(search_maximum(&towards, &self.rule));
             }
         }

@@ -17,7 +17,8 @@ use super::nvh::Nvh;
 use super::orbits::floquet;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::Poincare;
-use super::recurrence::{LONGEST_PERIOD, Recurrence};
+use super::questions::Questions;
+use super::recurrence::Recurrence;
 use super::spectrum::{CYCLES_PER_SEGMENT, Welch};
 use super::twin::Twin;
 use crate::model::{Model, TrajectoryState};
@@ -25,49 +26,6 @@ use crate::numerics::random::Stream;
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// What is asked of a point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Questions {
-    /// Root seed of the random streams.
-    pub seed: u64,
-    /// The point, as the streams know it.
-    pub point_id: u64,
-    /// Mesh cycles discarded.
-    pub transient: u64,
-    /// Most mesh cycles measured.
-    pub cycles: u64,
-    /// Mesh cycles over which the energy balance is audited; 0 for none.
-    pub audit_cycles: u64,
-    /// Lyapunov exponents, if asked for.
-    pub lyapunov: Option<LyapunovQuestion>,
-    /// Poincaré samples kept.
-    pub poincare_samples: usize,
-    /// NVH statistics, if asked for.
-    pub nvh: Option<NvhQuestion>,
-}
-
-/// How Lyapunov exponents are asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LyapunovQuestion {
-    /// Number of exponents.
-    pub exponents: usize,
-    /// Stop once the standard error of the largest is at most this.
-    pub stop_at_stderr: Option<f64>,
-    /// Cycles of alignment, discarded.
-    pub align: u64,
-    /// Whether a twin is marched.
-    pub twin: bool,
-}
-
-/// How NVH statistics are asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NvhQuestion {
-    /// Mesh orders of the deflection.
-    pub harmonics: usize,
-    /// Whether spectra are formed.
-    pub spectrum: bool,
-}
 
 /// The work was called off; nothing is known of the point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -79,6 +37,10 @@ const BLOCK: u64 = 50;
 
 /// Fewest cycles a settled periodic motion is measured over.
 const SETTLED_CYCLES: u64 = 128;
+
+/// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
+/// double multiplier 1 (free flight) by its square root.
+const NEUTRAL: f64 = 1e-7;
 
 /// Answers all questions to one point.
 ///
@@ -267,7 +229,8 @@ impl<K: Kernel> March<'_, K> {
         Instruments {
             growth: q
                 .lyapunov
-                .map(|l| TangentGrowth::new(&self.norm, modes, l.exponents, &mut stream(0))),
+                .map(|l| l.exponents.min(self.norm.dimension()))
+                .map(|count| TangentGrowth::new(&self.norm, modes, count, &mut stream(0))),
             twin: q
                 .lyapunov
                 .filter(|l| l.twin)
@@ -277,7 +240,7 @@ impl<K: Kernel> March<'_, K> {
                 welch: q.nvh.filter(|n| n.spectrum).map(|_| Welch::new(self.model)),
             },
             poincare: Poincare::new(q.poincare_samples),
-            recurrence: Recurrence::default(),
+            recurrence: Recurrence::new(self.model),
             measured: 0,
             events_before: 0,
         }
@@ -346,7 +309,7 @@ impl<K: Kernel> March<'_, K> {
 
     /// A motion that repeats after `period` cycles: confirms it by its multipliers and
     /// measures it over whole periods. None where a multiplier lies outside the unit circle
-    /// (a long stay near an unstable orbit).
+    /// (a long stay near an unstable orbit); one on it is a motion that nothing damps.
     fn settle(
         &mut self,
         instruments: &mut Instruments,
@@ -370,7 +333,7 @@ impl<K: Kernel> March<'_, K> {
             *exponents = floquet::exponents(&multipliers, period);
         }
         let largest = exponents[0].first().copied().unwrap_or(f64::NAN);
-        if largest.is_nan() || largest >= 0.0 {
+        if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
         // A second, independent turn around the orbit shows how well the first is known.
@@ -405,7 +368,10 @@ impl<K: Kernel> March<'_, K> {
             }
         });
         let reason = match class {
-            Class::Locked => "repeats every cycle and never leaves contact".to_owned(),
+            Class::Locked if period == 1 => {
+                "repeats every cycle and never leaves contact".to_owned()
+            }
+            Class::Locked => format!("repeats after {period} cycles and never leaves contact"),
             _ => format!(
                 "repeats after {period} {} with {events} events in {} cycles",
                 if period == 1 { "cycle" } else { "cycles" },
@@ -427,7 +393,8 @@ impl<K: Kernel> March<'_, K> {
             return false;
         };
         let averages = instruments.averages();
-        if averages.len() < 4 * FEWEST_BLOCKS || instruments.measured < LONGEST_PERIOD as u64 {
+        let longest = instruments.recurrence.longest() as u64;
+        if averages.len() < 4 * FEWEST_BLOCKS || instruments.measured < longest {
             return false;
         }
         let error = standard_error(averages);
@@ -440,6 +407,10 @@ impl<K: Kernel> March<'_, K> {
         let evidence = Evidence {
             averages: &averages,
             closest_return: instruments.recurrence.closest_return(&self.norm),
+            longest_period: instruments.recurrence.longest(),
+            excitation_repeats: instruments.recurrence.excitation_repeats(),
+            touched_throughout: self.counters.events == instruments.events_before
+                && self.trajectory.contact.touching(),
             target: self.questions.lyapunov.and_then(|l| l.stop_at_stderr),
             measured: instruments.measured,
         };

@@ -2,11 +2,22 @@
 //!
 //! Strobe states of the last mesh cycles are kept; the shortest period is sought for which
 //! a whole stretch of them comes back, in the energy norm without the neutral pair.
+//!
+//! No motion repeats sooner than what drives it: torque ripple of a shaft order comes back
+//! after as many mesh cycles as the shaft has teeth, of both shafts after their common
+//! multiple.
 
 use super::norm::EnergyNorm;
+use crate::model::Model;
 
-/// Longest period looked for, in mesh cycles.
-pub const LONGEST_PERIOD: usize = 32;
+/// Longest period looked for, in mesh cycles, unless the excitation itself is longer.
+const LONGEST_PERIOD: usize = 32;
+
+/// Longest period of an excitation that is waited for, in mesh cycles.
+const LONGEST_EXCITATION: usize = 1024;
+
+/// Turns \[1\] by which a ripple's phase may miss a whole number and still count as repeating.
+const PHASE_TOLERANCE: f64 = 1e-9;
 
 /// Return distance, in units of the half gap, below which a motion counts as repeating.
 /// A slow decay rate λ leaves an error of this over |λ|.
@@ -18,43 +29,68 @@ pub const TOLERANCE: f64 = 1e-10;
 const SAME_POINT: f64 = 1e-7;
 
 /// Strobe states of the last cycles.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Recurrence {
+    longest: usize,
+    excitation_repeats: bool,
+    /// A stretch as long as the longest period, and its image.
+    kept: usize,
     states: Vec<Vec<f64>>,
     next: usize,
 }
 
 impl Recurrence {
-    /// States kept: a stretch as long as the longest period, and its image.
-    const KEPT: usize = 2 * LONGEST_PERIOD + 1;
+    /// No states yet; how long a period is looked for depends on the model's excitation.
+    pub fn new(model: &Model) -> Self {
+        let excitation = excitation_period(model);
+        let longest = LONGEST_PERIOD.max(excitation.unwrap_or(1));
+        Self {
+            longest,
+            excitation_repeats: excitation.is_some(),
+            kept: 2 * longest + 1,
+            states: Vec::new(),
+            next: 0,
+        }
+    }
+
+    /// Longest period looked for, in mesh cycles.
+    pub fn longest(&self) -> usize {
+        self.longest
+    }
+
+    /// Whether what drives the motion repeats within the longest period; if not, the motion
+    /// cannot.
+    pub fn excitation_repeats(&self) -> bool {
+        self.excitation_repeats
+    }
 
     /// Notes the state at the end of a cycle.
     pub fn push(&mut self, state: &[f64]) {
-        if self.states.len() < Self::KEPT {
+        if self.states.len() < self.kept {
             self.states.push(state.to_vec());
         } else {
             self.states[self.next].copy_from_slice(state);
         }
-        self.next = (self.next + 1) % Self::KEPT;
+        self.next = (self.next + 1) % self.kept;
     }
 
     /// The state `back` cycles ago.
     fn past(&self, back: usize) -> &[f64] {
-        let newest = self.next + Self::KEPT - 1;
-        &self.states[(newest - back) % Self::KEPT]
+        let newest = self.next + self.kept - 1;
+        &self.states[(newest - back) % self.kept]
     }
 
     /// The period of the motion, once it repeats to [`TOLERANCE`] and the store is full.
     pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
-        if self.states.len() < Self::KEPT {
+        if self.states.len() < self.kept {
             return None;
         }
         let repeats = |period: usize, tolerance: f64| {
-            (0..LONGEST_PERIOD).all(|back| {
+            (0..self.longest).all(|back| {
                 norm.distance(self.past(back), self.past(back + period)) <= tolerance * norm.unit()
             })
         };
-        let longest = (1..=LONGEST_PERIOD).find(|&period| repeats(period, TOLERANCE))?;
+        let longest = (1..=self.longest).find(|&period| repeats(period, TOLERANCE))?;
         (1..=longest)
             .find(|&period| longest.is_multiple_of(period) && repeats(period, SAME_POINT))
             .map(|period| period as u32)
@@ -63,19 +99,30 @@ impl Recurrence {
     /// The smallest distance, in units of the half gap, between the newest state and an
     /// earlier one kept.
     pub fn closest_return(&self, norm: &EnergyNorm) -> Option<f64> {
-        (1..self.states.len().min(LONGEST_PERIOD + 1))
+        (1..self.states.len().min(self.longest + 1))
             .map(|back| norm.distance(self.past(0), self.past(back)) / norm.unit())
             .min_by(f64::total_cmp)
     }
 }
 
+/// Mesh cycles after which all torque ripple starts anew; none where that takes too long or
+/// never happens. The transmission error repeats every cycle.
+fn excitation_period(model: &Model) -> Option<usize> {
+    (1..=LONGEST_EXCITATION).find(|&period| {
+        model.ripple.iter().all(|ripple| {
+            let turns = ripple.turns_per_cycle * period as f64;
+            (turns - turns.round()).abs() < PHASE_TOLERANCE
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Drive, Model, OperatingPoint};
+    use crate::model::{Drive, OperatingPoint};
     use crate::shaft::ModalStructure;
 
-    fn norm() -> EnergyNorm {
+    fn model() -> Model {
         let structure = ModalStructure {
             teeth: 20,
             wheel_teeth: None,
@@ -103,15 +150,15 @@ mod tests {
             load: 1.0,
             speed: 1.0,
         };
-        EnergyNorm::new(&Model::new(&structure, &drive, point).unwrap())
+        Model::new(&structure, &drive, point).unwrap()
     }
 
     fn period(cycles: usize, state: impl Fn(f64) -> [f64; 2]) -> Option<u32> {
-        let mut recurrence = Recurrence::default();
+        let mut recurrence = Recurrence::new(&model());
         for n in 0..cycles {
             recurrence.push(&state(n as f64));
         }
-        recurrence.period(&norm())
+        recurrence.period(&EnergyNorm::new(&model()))
     }
 
     #[test]
@@ -134,8 +181,8 @@ mod tests {
             let angle = 1.2566 * n;
             [1.0 + size * angle.cos(), size * angle.sin()]
         };
-        let mut recurrence = Recurrence::default();
-        let norm = norm();
+        let mut recurrence = Recurrence::new(&model());
+        let norm = EnergyNorm::new(&model());
         let mut first = None;
         for n in 0..400 {
             recurrence.push(&decay(f64::from(n)));

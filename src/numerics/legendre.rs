@@ -46,7 +46,7 @@ pub fn derivative<const P: usize>(series: &[f64; P]) -> [f64; P] {
 
 /// Value at x = −1.
 pub fn at_start(series: &[f64]) -> f64 {
-    let sign = |n: usize| if n % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = |n: usize| if n.is_multiple_of(2) { 1.0 } else { -1.0 };
     series.iter().enumerate().map(|(n, a)| sign(n) * a).sum()
 }
 

@@ -8,6 +8,8 @@
 // Every test binary uses a part of it.
 #![allow(dead_code)]
 
+pub mod march;
+
 use atlas::model::{Drive, Model, OperatingPoint, RippleInput, RippleShaft};
 use atlas::shaft::ModalStructure;
 

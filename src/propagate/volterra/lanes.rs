@@ -377,3 +377,6 @@ fn cut_body<const FUSED: bool>(
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -22,7 +22,10 @@ const FARTHEST: f64 = 1e9;
 pub struct Workspace {
     state: Vec<f64>,
     next: Vec<f64>,
+    /// Room for tangents; what one march made room for, later ones use.
     tangents: Vec<Vec<f64>>,
+    /// Tangents in this march, the first of `tangents`.
+    tangent_count: usize,
     phases: Phases,
     cut: Cut,
 }
@@ -49,6 +52,7 @@ impl Kernel for Volterra<'_> {
             state: vec![0.0; 2 * t.padded],
             next: vec![0.0; 2 * t.padded],
             tangents: Vec::new(),
+            tangent_count: 0,
             phases: Phases {
                 transmission_error: vec![(1.0, 0.0); t.transmission_error.len()],
                 ripple: vec![(1.0, 0.0); t.ripple.len()],
@@ -167,9 +171,14 @@ impl Volterra<'_> {
                     rate: 2.0 / t.delta * legendre::evaluate(&slope, c.x),
                 });
                 counters.events += 1;
+                // A start beyond the surface (a trajectory given in the wrong contact state)
+                // is no root that may be divided out.
+                let side = c.surface.sign() * self.model.half_gap;
+                let beyond = legendre::at_start(&solution.deflection) - side;
+                let on_surface = c.x > -1.0 || beyond.abs() <= solution.noise;
                 self.salt(self.segment(clock), to.touching(), workspace);
                 *contact = to;
-                clock.crossed = Some(c.surface);
+                clock.crossed = on_surface.then_some(c.surface);
             }
             None if fits => {
                 self.move_full(clock, *contact, &solution, workspace, observer, counters)
@@ -215,7 +224,7 @@ impl Volterra<'_> {
         let segment = self.segment(clock);
         let feedback = contact.touching().then(|| &t.feedback[segment]);
         let set = self.instructions;
-        for x in &mut workspace.tangents {
+        for x in &mut workspace.tangents[..workspace.tangent_count] {
             let force = feedback.map(|f| self.solve_tangent(x, f));
             super::lanes::advance(set, &t.windows, force.as_ref(), x, &mut workspace.next);
             std::mem::swap(x, &mut workspace.next);
@@ -259,7 +268,7 @@ impl Volterra<'_> {
         }
         let segment = self.segment(clock);
         let feedback = contact.touching().then(|| &self.tables.feedback[segment]);
-        for i in 0..workspace.tangents.len() {
+        for i in 0..workspace.tangent_count {
             let x = &mut workspace.tangents[i];
             let force = feedback.map(|f| self.solve_tangent(x, f));
             self.cut_tangent(&workspace.cut, force.as_ref(), x);
@@ -302,7 +311,7 @@ impl Volterra<'_> {
     /// Applies the saltation matrix of an event to all tangents.
     fn salt(&self, segment: usize, entering: bool, workspace: &mut Workspace) {
         let damping = self.tables.feedback[segment].damping;
-        for x in &mut workspace.tangents {
+        for x in &mut workspace.tangents[..workspace.tangent_count] {
             let (first, second) = x.split_at_mut(self.tables.padded);
             saltation::apply(&self.model.blocks, damping, entering, first, second);
         }
@@ -316,11 +325,14 @@ impl Volterra<'_> {
             to[padded..padded + n].copy_from_slice(&from[n..]);
         };
         pad(&trajectory.state, &mut workspace.state);
-        workspace
-            .tangents
-            .resize_with(tangents.count(), || vec![0.0; 2 * padded]);
-        for (i, x) in workspace.tangents.iter_mut().enumerate() {
-            pad(tangents.vector(i), x);
+        workspace.tangent_count = tangents.count();
+        if workspace.tangents.len() < tangents.count() {
+            workspace
+                .tangents
+                .resize_with(tangents.count(), || vec![0.0; 2 * padded]);
+        }
+        for i in 0..tangents.count() {
+            pad(tangents.vector(i), &mut workspace.tangents[i]);
         }
     }
 
@@ -337,8 +349,8 @@ impl Volterra<'_> {
             to[n..].copy_from_slice(&from[padded..padded + n]);
         };
         unpad(&workspace.state, &mut trajectory.state);
-        for (i, x) in workspace.tangents.iter().enumerate() {
-            unpad(x, tangents.vector_mut(i));
+        for i in 0..tangents.count() {
+            unpad(&workspace.tangents[i], tangents.vector_mut(i));
         }
     }
 }

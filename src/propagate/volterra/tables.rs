@@ -284,9 +284,13 @@ fn fastest_rate(model: &Model) -> f64 {
     excitation.fold(closed, f64::max)
 }
 
+/// Tolerances below mean this one: windows thirty times shorter than round-off asks for.
+const SMALLEST_TOLERANCE: f64 = 1e-40;
+
 /// The half argument κ at which the first coefficient left out, about
 /// `(2P+1) κ^P / (2P+1)!!`, reaches the tolerance.
 fn largest_half_argument(tolerance: f64) -> f64 {
+    let tolerance = tolerance.max(SMALLEST_TOLERANCE);
     let double_factorial: f64 = (1..=TERMS).map(|n| (2 * n + 1) as f64).product();
     let power = tolerance * double_factorial / (2 * TERMS + 1) as f64;
     power.powf(1.0 / TERMS as f64).min(LARGEST_HALF_ARGUMENT)

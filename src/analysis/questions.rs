@@ -1,0 +1,45 @@
+//! What may be asked of an operating point.
+
+/// What is asked of a point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Questions {
+    /// Root seed of the random streams.
+    pub seed: u64,
+    /// The point, as the streams know it.
+    pub point_id: u64,
+    /// Mesh cycles discarded.
+    pub transient: u64,
+    /// Most mesh cycles measured.
+    pub cycles: u64,
+    /// Mesh cycles over which the energy balance is audited; 0 for none.
+    pub audit_cycles: u64,
+    /// Lyapunov exponents, if asked for.
+    pub lyapunov: Option<LyapunovQuestion>,
+    /// Poincaré samples kept.
+    pub poincare_samples: usize,
+    /// NVH statistics, if asked for.
+    pub nvh: Option<NvhQuestion>,
+}
+
+/// How Lyapunov exponents are asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LyapunovQuestion {
+    /// Number of exponents, at least 1; a model has twice as many as modes that are not
+    /// neutral, and no more are given.
+    pub exponents: usize,
+    /// Stop once the standard error of the largest is at most this.
+    pub stop_at_stderr: Option<f64>,
+    /// Cycles of alignment, discarded.
+    pub align: u64,
+    /// Whether a twin is marched.
+    pub twin: bool,
+}
+
+/// How NVH statistics are asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NvhQuestion {
+    /// Mesh orders of the deflection.
+    pub harmonics: usize,
+    /// Whether spectra are formed.
+    pub spectrum: bool,
+}

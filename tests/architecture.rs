@@ -1,0 +1,338 @@
+//! Does the code keep to its architecture? Layers, printing, file sizes and unsafe code are
+//! read off the sources; every rule is also shown a planted offence.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+/// A module may import from layers above its own line, and from itself.
+const LAYERS: [&[&str]; 10] = [
+    &["units", "numerics", "topology"],
+    &["gear"],
+    // A shaft carries gears.
+    &["shaft"],
+    &["model"],
+    &["propagate", "reference"],
+    &["analysis"],
+    &["manifest", "store"],
+    &["sweep", "characterize", "verify"],
+    &["report"],
+    &["cli"],
+];
+
+/// The reference integrator shares no code with the kernels: of all modules it may know
+/// these. Its tests may build models.
+const REFERENCE_KNOWS: [&str; 1] = ["model"];
+
+/// Most lines of a file, tests not counted.
+const LONGEST: usize = 500;
+
+/// Files that need unsafe code: calls of functions compiled for an instruction set that the
+/// processor was asked for.
+const UNSAFE: [&str; 1] = ["propagate/volterra/lanes.rs"];
+
+/// What only the command line may do.
+const OUTWARD: [&str; 9] = [
+    "print!(",
+    "println!(",
+    "eprint!(",
+    "eprintln!(",
+    "dbg!(",
+    "stdout()",
+    "stderr()",
+    "process::exit",
+    "ExitCode",
+];
+
+/// A source file, by its path below `src` with forward slashes.
+struct Source {
+    path: String,
+    text: String,
+}
+
+impl Source {
+    /// Top-level module the file belongs to; none for the crate's roots.
+    fn module(&self) -> Option<&str> {
+        let (module, _) = self.path.split_once('/')?;
+        Some(module)
+    }
+
+    fn is_test(&self) -> bool {
+        self.path.ends_with("/tests.rs") || self.path.contains("/tests/")
+    }
+
+    /// The lines before the inline tests.
+    fn lines(&self) -> impl Iterator<Item = &str> {
+        let test = |line: &&str| line.trim_start().starts_with("#[cfg(test)]");
+        self.text.lines().take_while(move |line| !test(line))
+    }
+
+    /// Top-level modules the file names, tests included.
+    fn imports(&self) -> Vec<String> {
+        imports(self.text.lines())
+    }
+
+    /// Top-level modules the file names outside its tests.
+    fn working_imports(&self) -> Vec<String> {
+        if self.is_test() {
+            Vec::new()
+        } else {
+            imports(self.lines())
+        }
+    }
+}
+
+/// A text without comments.
+fn code<'a>(lines: impl Iterator<Item = &'a str>) -> String {
+    let strip = |line: &str| line.split("//").next().unwrap().to_owned();
+    lines.map(strip).collect::<Vec<_>>().join("\n")
+}
+
+/// Top-level modules that some lines name.
+fn imports<'a>(lines: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let code = code(lines);
+    let mut names = Vec::new();
+    for (at, _) in code.match_indices("crate::") {
+        // Neither `$crate::` nor `other_crate::` is written with this crate's root.
+        if code[..at].ends_with(|c: char| c.is_alphanumeric() || "_$".contains(c)) {
+            continue;
+        }
+        let rest = &code[at + "crate::".len()..];
+        match rest.strip_prefix('{') {
+            Some(group) => names.extend(group_heads(group)),
+            None => names.push(head(rest)),
+        }
+    }
+    names
+}
+
+/// The identifier a text starts with.
+fn head(text: &str) -> String {
+    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_'));
+    text[..end.unwrap_or(text.len())].to_owned()
+}
+
+/// First identifiers of the entries of `a::b, c::{d, e}}…`.
+fn group_heads(group: &str) -> Vec<String> {
+    let mut depth = 0;
+    let mut heads = vec![head(group.trim_start())];
+    for (at, c) in group.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => heads.push(head(group[at + 1..].trim_start())),
+            _ => {}
+        }
+    }
+    heads.retain(|h| !h.is_empty());
+    heads
+}
+
+fn layer(module: &str) -> Option<usize> {
+    LAYERS.iter().position(|layer| layer.contains(&module))
+}
+
+fn layer_offences(source: &Source) -> Vec<String> {
+    let Some(module) = source.module() else {
+        return Vec::new();
+    };
+    let Some(own) = layer(module) else {
+        return vec![format!("{}: module {module} has no layer", source.path)];
+    };
+    let lower = |name: &str| layer(name).is_some_and(|l| l < own);
+    let mut offenders = source.imports();
+    offenders.retain(|name| name != module && !lower(name));
+    if module == "reference" {
+        let mut known = source.working_imports();
+        known.retain(|name| {
+            name != module && lower(name) && !REFERENCE_KNOWS.contains(&name.as_str())
+        });
+        offenders.append(&mut known);
+    }
+    let offend = |name: String| format!("{} imports {name}", source.path);
+    offenders.into_iter().map(offend).collect()
+}
+
+fn outward_offences(source: &Source) -> Vec<String> {
+    if source.module() == Some("cli") || source.path == "main.rs" || source.is_test() {
+        return Vec::new();
+    }
+    let mut offences = Vec::new();
+    for (i, line) in source.lines().enumerate() {
+        let code = line.split("//").next().unwrap();
+        // A longer macro name (`println!`) also ends in a shorter one; one finding is enough.
+        if let Some(word) = OUTWARD.iter().find(|word| code.contains(**word)) {
+            offences.push(format!("{}:{}: {word}", source.path, i + 1));
+        }
+    }
+    offences
+}
+
+fn size_offences(source: &Source) -> Vec<String> {
+    let lines = source.lines().count();
+    if source.is_test() || lines <= LONGEST {
+        return Vec::new();
+    }
+    vec![format!("{} has {lines} lines without tests", source.path)]
+}
+
+fn unsafe_offences(source: &Source) -> Vec<String> {
+    let lines: Vec<&str> = source.text.lines().collect();
+    let mut offences = Vec::new();
+    for (i, line) in lines.iter().enumerate() {
+        let code = line.split("//").next().unwrap();
+        let words = |c: char| !(c.is_alphanumeric() || c == '_');
+        if !code.split(words).any(|word| word == "unsafe") {
+            continue;
+        }
+        let above = lines[i.saturating_sub(4)..i].iter();
+        if !UNSAFE.contains(&source.path.as_str()) {
+            offences.push(format!("{}:{}: unsafe code", source.path, i + 1));
+        } else if !above.rev().any(|l| l.contains("// SAFETY: ")) {
+            offences.push(format!("{}:{}: no SAFETY line", source.path, i + 1));
+        }
+    }
+    offences
+}
+
+fn sources() -> Vec<Source> {
+    fn walk(folder: &Path, root: &Path, sources: &mut Vec<Source>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                walk(&path, root, sources);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let below = path.strip_prefix(root).unwrap();
+                let parts = below.iter().map(|p| p.to_str().unwrap());
+                sources.push(Source {
+                    path: parts.collect::<Vec<_>>().join("/"),
+                    text: std::fs::read_to_string(&path).unwrap(),
+                });
+            }
+        }
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut sources = Vec::new();
+    walk(&root, &root, &mut sources);
+    assert!(sources.len() > 50, "the sources were not found");
+    sources
+}
+
+fn hold(rule: fn(&Source) -> Vec<String>) {
+    let offences: Vec<_> = sources().iter().flat_map(rule).collect();
+    assert!(offences.is_empty(), "\n{}", offences.join("\n"));
+}
+
+#[test]
+fn modules_import_from_lower_layers_only() {
+    hold(layer_offences);
+}
+
+#[test]
+fn only_the_command_line_prints_or_exits() {
+    hold(outward_offences);
+}
+
+#[test]
+fn files_answer_one_question() {
+    hold(size_offences);
+}
+
+#[test]
+fn unsafe_code_is_listed_and_explained() {
+    hold(unsafe_offences);
+    for path in UNSAFE {
+        let source = sources().into_iter().find(|s| s.path == path).unwrap();
+        assert!(
+            code(source.text.lines()).contains("unsafe"),
+            "{path} needs no entry"
+        );
+    }
+}
+
+/// Every module declared in the crate's root has a layer.
+#[test]
+fn every_module_has_a_layer() {
+    let root = sources().into_iter().find(|s| s.path == "lib.rs").unwrap();
+    let modules: Vec<_> = root
+        .text
+        .lines()
+        .filter_map(|l| l.strip_prefix("pub mod "))
+        .map(head)
+        .collect();
+    assert!(modules.len() >= 10);
+    for module in modules {
+        assert!(layer(&module).is_some(), "{module} has no layer");
+    }
+}
+
+mod planted {
+    use super::*;
+
+    fn source(path: &str, text: &str) -> Source {
+        Source {
+            path: path.to_owned(),
+            text: text.to_owned(),
+        }
+    }
+
+    #[test]
+    fn upward_imports_are_found() {
+        for text in [
+            "use crate::analysis::Nvh;",
+            "use crate::{numerics::legendre, analysis::{Nvh, Welch}};",
+            "use crate::{\n    numerics::legendre,\n    analysis::Nvh,\n};",
+            "fn f() { crate::analysis::investigate() }",
+            "use crate::reference::Reference;",
+            "#[cfg(test)]\nmod tests { use crate::store; }",
+        ] {
+            let found = layer_offences(&source("propagate/x.rs", text));
+            assert_eq!(found.len(), 1, "{text}: {found:?}");
+        }
+        for text in [
+            "use crate::{model::{Block, Contact}, numerics::legendre};",
+            "//! See [`crate::analysis::Nvh`].",
+            "use super::x; // crate::analysis",
+            "use crate::propagate::events;",
+            "use other_crate::analysis;",
+        ] {
+            let found = layer_offences(&source("propagate/x.rs", text));
+            assert!(found.is_empty(), "{text}: {found:?}");
+        }
+        let found = layer_offences(&source("reference/x.rs", "use crate::numerics::legendre;"));
+        assert_eq!(found, ["reference/x.rs imports numerics"]);
+        let text = "#[cfg(test)]\nmod tests { use crate::shaft::ModalStructure; }";
+        assert!(layer_offences(&source("reference/x.rs", text)).is_empty());
+        assert_eq!(layer_offences(&source("gadget/x.rs", "")).len(), 1);
+    }
+
+    #[test]
+    fn printing_is_found_outside_the_command_line() {
+        let text = "fn f() {\n    println!(\"x\");\n}\n";
+        assert_eq!(outward_offences(&source("model/x.rs", text)).len(), 1);
+        assert!(outward_offences(&source("cli/x.rs", text)).is_empty());
+        let test = format!("#[cfg(test)]\nmod tests {{ {text} }}");
+        assert!(outward_offences(&source("model/x.rs", &test)).is_empty());
+    }
+
+    #[test]
+    fn long_files_are_found() {
+        let text = "x\n".repeat(LONGEST + 1);
+        assert_eq!(size_offences(&source("model/x.rs", &text)).len(), 1);
+        let text = format!("{}#[cfg(test)]\n{text}", "x\n".repeat(LONGEST));
+        assert!(size_offences(&source("model/x.rs", &text)).is_empty());
+    }
+
+    #[test]
+    fn unsafe_code_is_found() {
+        let text = "// SAFETY: none.\nunsafe { f() }";
+        assert_eq!(unsafe_offences(&source("model/x.rs", text)).len(), 1);
+        assert!(unsafe_offences(&source(UNSAFE[0], text)).is_empty());
+        assert_eq!(
+            unsafe_offences(&source(UNSAFE[0], "unsafe { f() }")).len(),
+            1
+        );
+        assert!(unsafe_offences(&source("model/x.rs", "#[allow(unsafe_code)]")).is_empty());
+    }
+}

@@ -1,0 +1,418 @@
+//! Are Lyapunov exponents and multipliers right? Eigenvalues of an independently computed
+//! map in constant contact, the exact sum of all exponents through rattle, closed forms,
+//! finite differences, a twin.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use atlas::analysis::orbits::floquet;
+use atlas::analysis::{
+    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, TangentGrowth, investigate,
+};
+use atlas::model::{Contact, InitialState, Model, TrajectoryState};
+use atlas::numerics::random::Stream;
+use atlas::propagate::{Counters, Kernel, Tangents};
+use atlas::reference::Reference;
+use common::march::{march, settled, volterra};
+use common::{drives, relative_difference};
+use faer::Mat;
+use std::sync::atomic::AtomicBool;
+
+fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
+    Questions {
+        seed: 1,
+        point_id: 2,
+        transient,
+        cycles,
+        audit_cycles: 0,
+        lyapunov: Some(LyapunovQuestion {
+            exponents,
+            stop_at_stderr: None,
+            align: 50,
+            twin: true,
+        }),
+        poincare_samples: 0,
+        nvh: None,
+    }
+}
+
+/// The case at full load on a nearly even mesh: contact never opens.
+fn quiet(mut case: common::Case) -> Model {
+    for harmonic in &mut case.1.transmission_error {
+        harmonic.1 *= 0.002;
+    }
+    case.1.torque_ripple.clear();
+    case.1
+        .stiffness
+        .iter_mut()
+        .take(36)
+        .for_each(|k| *k = 3.4e8);
+    case.2.load = 1.0;
+    common::model(&case)
+}
+
+/// `exp(A t)` by scaling and squaring of its Taylor series.
+fn exponential(a: &Mat<f64>, t: f64) -> Mat<f64> {
+    let n = a.nrows();
+    let norm = a.norm_l2() * t;
+    let squarings = (norm.log2().ceil() as i32 + 2).max(0);
+    let scale = t / f64::from(squarings).exp2();
+    let mut sum = Mat::<f64>::identity(n, n);
+    let mut term = Mat::<f64>::identity(n, n);
+    for k in 1..20 {
+        term = a * &term * faer::Scale(scale / f64::from(k));
+        sum += &term;
+    }
+    for _ in 0..squarings {
+        sum = &sum * &sum;
+    }
+    sum
+}
+
+/// Exponents per cycle of the affine map of constant contact, largest first: products of
+/// matrix exponentials of the linear part of [`Model::derivative`], neutral blocks left out.
+fn independent_exponents(model: &Model) -> Vec<f64> {
+    let n = model.modes();
+    let felt: Vec<usize> = (0..2 * n)
+        .filter(|i| !model.neutral.contains(&(i % n)))
+        .collect();
+    let m = felt.len();
+    let fastest = model
+        .blocks
+        .iter()
+        .map(|b| b.natural_frequency())
+        .fold(2e4, f64::max);
+    // Velocities in units of the fastest mode's keep the matrix balanced.
+    let unit = |i: usize| if i < n { 1.0 } else { fastest };
+    let mut map = Mat::<f64>::identity(m, m);
+    for (index, segment) in model.cycle.segments.iter().enumerate() {
+        let field = |state: &[f64]| {
+            let mut out = vec![f64::NAN; 2 * n];
+            model.derivative(segment, Contact::Drive, 0, 0.0, state, &mut out);
+            out
+        };
+        let offset = field(&vec![0.0; 2 * n]);
+        let columns: Vec<Vec<f64>> = felt
+            .iter()
+            .map(|&j| {
+                let mut state = vec![0.0; 2 * n];
+                // So large that the constant part is lost in round-off.
+                state[j] = 1e6 * unit(j);
+                field(&state)
+            })
+            .collect();
+        let a = Mat::from_fn(m, m, |row, column| {
+            let i = felt[row];
+            (columns[column][i] - offset[i]) / (1e6 * unit(i))
+        });
+        let duration = model.cycle.end(index) - model.cycle.start(index);
+        map = exponential(&a, duration) * map;
+    }
+    let mut exponents: Vec<f64> = map
+        .eigenvalues()
+        .unwrap()
+        .iter()
+        .map(|z| z.re.hypot(z.im).ln())
+        .collect();
+    exponents.sort_by(|a, b| b.total_cmp(a));
+    exponents
+}
+
+fn worst_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn multipliers_in_constant_contact_are_eigenvalues_of_the_map() {
+    for (name, case) in drives() {
+        let model = quiet(case);
+        let exact = independent_exponents(&model);
+        let kernel = volterra(&model);
+        let norm = EnergyNorm::new(&model);
+        let mut counters = Counters::default();
+        let mut start = model.start(&InitialState::Static);
+        let multipliers = floquet::multipliers(
+            &model,
+            &kernel,
+            &norm,
+            &mut start,
+            1,
+            &mut kernel.workspace(),
+            &mut counters,
+        )
+        .unwrap()
+        .unwrap();
+        assert_eq!(counters.events, 0);
+        let found = floquet::exponents(&multipliers, 1);
+        let error = worst_difference(&found, &exact);
+        println!(
+            "{name}: {error:.1e} on {:.4} … {:.4}",
+            exact[0],
+            exact[exact.len() - 1]
+        );
+        assert!(error < 1e-11, "{name}: {error:e}");
+    }
+}
+
+#[test]
+fn investigation_of_locked_motion_gives_them_too() {
+    for (name, case) in drives() {
+        let model = quiet(case);
+        let exact = independent_exponents(&model);
+        let kernel = volterra(&model);
+        let start = model.start(&InitialState::Static);
+        let asked = 3.min(exact.len());
+        let outcome = investigate(
+            &model,
+            &kernel,
+            start,
+            &questions(asked, 4000, 2000),
+            &AtomicBool::new(false),
+        )
+        .unwrap();
+        assert_eq!(
+            outcome.class,
+            Some(Class::Locked),
+            "{name}: {}",
+            outcome.reason
+        );
+        let lyapunov = outcome.lyapunov.unwrap();
+        assert_eq!(lyapunov.method, LyapunovMethod::Multipliers);
+        let error = worst_difference(&lyapunov.exponents, &exact[..asked]);
+        println!(
+            "{name}: {error:.1e}, twin {:?} {:?}",
+            lyapunov.twin, lyapunov.twin_agrees
+        );
+        assert!(error < 1e-11, "{name}: {error:e}");
+        assert!(lyapunov.exponents[0] < 0.0);
+    }
+}
+
+/// One degree at rest in contact, constant stiffness: a fixed point whose exponents are both
+/// `−(ζω + c w²/2) T`.
+#[test]
+fn stable_fixed_point_has_its_negative_exponent() {
+    for natural in [0.0, 3000.0] {
+        let (w, ratio, c) = (1.3, 0.02, 400.0);
+        let structure = common::structure(&[natural], ratio, &[w], &[w]);
+        let mut drive = common::two_level_mesh(10e-6);
+        drive.stiffness = vec![4e8];
+        drive.damping = c;
+        drive.transmission_error.clear();
+        let mut point = common::strong_rattle();
+        point.load = 0.5;
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let zeta = if natural > 0.0 { ratio } else { 0.0 };
+        let exact = -(zeta * natural + 0.5 * c * w * w) * model.period();
+        let outcome = investigate(
+            &model,
+            &volterra(&model),
+            model.start(&InitialState::Static),
+            &questions(2, 100, 1000),
+            &AtomicBool::new(false),
+        )
+        .unwrap();
+        assert_eq!(outcome.class, Some(Class::Locked), "{}", outcome.reason);
+        let lyapunov = outcome.lyapunov.unwrap();
+        let error = worst_difference(&lyapunov.exponents, &[exact, exact]);
+        assert!(error < 1e-13, "{error:e}");
+        assert!(lyapunov.stderr < 1e-13);
+    }
+}
+
+/// The volume of tangent space shrinks by the trace of the flow: twice every mode's growth,
+/// and `−c Σ w·A·g` while in contact; saltation matrices have determinant 1.
+#[test]
+fn sum_of_all_exponents_is_the_mean_trace() {
+    for (name, case) in drives() {
+        let model = common::model(&case);
+        let n = model.modes();
+        let kernel = volterra(&model);
+        let mut trajectory = settled(&model, 100);
+        let norm = EnergyNorm::new(&model);
+        let count = 2 * (n - model.neutral.len());
+        let mut growth = TangentGrowth::new(&norm, n, count, &mut Stream::new(3, 1, 4));
+        let mut workspace = kernel.workspace();
+        let mut counters = Counters::default();
+        let mut nvh = Nvh::new(&model, 0);
+        for _ in 0..200 {
+            kernel
+                .march(
+                    &mut trajectory,
+                    growth.tangents(),
+                    &mut workspace,
+                    &mut nvh,
+                    &mut counters,
+                )
+                .unwrap();
+            growth.cycle(&norm);
+        }
+        assert!(counters.events > 200, "{name}");
+        let sum: f64 = growth.exponents().unwrap().iter().sum();
+        let felt = (0..n).filter(|i| !model.neutral.contains(i));
+        let flow: f64 = felt.map(|i| 2.0 * model.blocks[i].growth()).sum();
+        let contact: f64 = model
+            .blocks
+            .iter()
+            .map(|b| {
+                let rate = b.rate();
+                rate[0] * b.mesh_input[0] + rate[1] * b.mesh_input[1]
+            })
+            .sum();
+        let [drive, _, coast] = nvh.outcome().unwrap().fractions;
+        let damping = model.cycle.segments[0].damping;
+        let exact = model.period() * (flow - damping * contact * (drive + coast));
+        println!(
+            "{name}: {sum} {exact}, relative {:.1e}",
+            (sum / exact - 1.0).abs()
+        );
+        assert!(
+            (sum - exact).abs() < 1e-12 * exact.abs(),
+            "{name}: {sum} {exact}"
+        );
+    }
+}
+
+/// Columns of the one-cycle tangent map against central differences of the reference.
+#[test]
+fn tangents_are_the_derivative_through_impacts() {
+    for (name, case) in drives() {
+        let model = common::model(&case);
+        let n = model.modes();
+        let kernel = volterra(&model);
+        let reference = Reference::new(&model);
+        let mut start = settled(&model, 40);
+        while reference.march(&start, 1).unwrap().crossings.len() < 2 {
+            start = march(&kernel, &start, 1);
+        }
+        let scale = [1e-11, 1e-7];
+        let mut tangents = Tangents::zeros(n, 2 * n);
+        for i in 0..2 * n {
+            tangents.vector_mut(i)[i] = scale[i / n];
+        }
+        kernel
+            .march(
+                &mut start.clone(),
+                &mut tangents,
+                &mut kernel.workspace(),
+                &mut (),
+                &mut Counters::default(),
+            )
+            .unwrap();
+        let mut worst = 0.0f64;
+        for i in (0..2 * n).step_by(n.div_ceil(4)) {
+            let end = |side: f64| {
+                let mut moved = start.clone();
+                moved.state[i] += side * scale[i / n];
+                reference.march(&moved, 1).unwrap().end.state
+            };
+            let difference: Vec<_> = end(1.0)
+                .iter()
+                .zip(end(-1.0))
+                .map(|(a, b)| 0.5 * (a - b))
+                .collect();
+            worst = worst.max(relative_difference(tangents.vector(i), &difference));
+        }
+        println!("{name}: {worst:.1e}");
+        assert!(worst < 1e-6, "{name}: {worst:e}");
+    }
+}
+
+#[test]
+fn twin_and_tangent_agree_on_chaos() {
+    for (name, case) in [
+        ("one degree", common::one_degree()),
+        ("six modes", common::six_modes()),
+    ] {
+        let model = common::model(&case);
+        let outcome = investigate(
+            &model,
+            &volterra(&model),
+            model.start(&InitialState::Static),
+            &questions(1, 200, 4000),
+            &AtomicBool::new(false),
+        )
+        .unwrap();
+        let lyapunov = outcome.lyapunov.clone().unwrap();
+        println!("{name}: {lyapunov:?} {:?}", outcome.class);
+        assert_eq!(
+            outcome.class,
+            Some(Class::Chaotic),
+            "{name}: {}",
+            outcome.reason
+        );
+        assert_eq!(lyapunov.method, LyapunovMethod::Tangent);
+        assert_eq!(lyapunov.twin_agrees, Some(true), "{name}: {lyapunov:?}");
+        let apart = (lyapunov.twin.unwrap() - lyapunov.exponents[0]).abs();
+        assert!(apart < 0.02 * lyapunov.exponents[0], "{name}: {lyapunov:?}");
+    }
+}
+
+/// Two rigid bodies have the exponents of their relative rotation: nothing of the neutral
+/// pair (two exponents 0) shows.
+#[test]
+fn neutral_pair_is_left_out() {
+    let (structure, mut drive, mut point) = common::two_modes();
+    drive.stiffness = vec![4e8, 3.6e8];
+    drive.transmission_error[0].1 = 1e-8;
+    point.load = 1.0;
+    let pair = Model::new(&structure, &drive, point).unwrap();
+    let w = structure.mesh[0].hypot(structure.mesh[1]);
+    let single = common::structure(&[0.0], 0.0, &[w], &[w]);
+    let single = Model::new(&single, &drive, point).unwrap();
+    assert_eq!((pair.neutral.len(), single.neutral.len()), (1, 0));
+    let ask = |model: &Model| {
+        let start: TrajectoryState = model.start(&InitialState::Static);
+        let questions = questions(2, 500, 1000);
+        let called_off = AtomicBool::new(false);
+        let outcome = investigate(model, &volterra(model), start, &questions, &called_off).unwrap();
+        outcome.lyapunov.unwrap().exponents
+    };
+    let (two, one) = (ask(&pair), ask(&single));
+    assert!(worst_difference(&two, &one) < 1e-12, "{two:?} {one:?}");
+
+    // Through rattle too: tangents of unit length never turn into the neutral pair.
+    let model = common::model(&common::two_modes());
+    let norm = EnergyNorm::new(&model);
+    let kernel = volterra(&model);
+    let mut trajectory = settled(&model, 20);
+    let mut growth = TangentGrowth::new(&norm, 2, 2, &mut Stream::new(3, 1, 4));
+    for _ in 0..50 {
+        kernel
+            .march(
+                &mut trajectory,
+                growth.tangents(),
+                &mut kernel.workspace(),
+                &mut (),
+                &mut Counters::default(),
+            )
+            .unwrap();
+        growth.cycle(&norm);
+        let neutral = model.neutral[0];
+        for i in 0..2 {
+            let vector = growth.tangents().vector(i).to_vec();
+            assert_eq!((vector[neutral], vector[2 + neutral]), (0.0, 0.0));
+            assert!((norm.length(&vector) - 1.0).abs() < 1e-14);
+        }
+    }
+}
+
+/// More exponents than a model has are not made up.
+#[test]
+fn exponents_beyond_the_dimension_are_not_reported() {
+    let model = common::model(&common::two_modes());
+    let outcome = investigate(
+        &model,
+        &volterra(&model),
+        model.start(&InitialState::Static),
+        &questions(9, 100, 500),
+        &AtomicBool::new(false),
+    )
+    .unwrap();
+    assert_eq!(outcome.lyapunov.unwrap().exponents.len(), 2);
+}
