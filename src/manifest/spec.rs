@@ -166,6 +166,9 @@ pub struct RunSpec {
     pub kernel: KernelSpec,
     /// Where the state starts.
     pub initial: InitialSpec,
+    /// Whether attracting periodic orbits are sought by Newton's method instead of marched
+    /// out.
+    pub settle: bool,
     /// Cycles over which the energy balance is audited.
     pub audit_cycles: u64,
     /// Most events in one mesh cycle before the point ends as `event_storm`.

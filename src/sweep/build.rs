@@ -102,6 +102,7 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
         point_id: point.point_id,
         transient: point.run.transient,
         cycles: point.run.cycles,
+        settle: point.run.settle,
         audit_cycles: point.run.audit_cycles,
         lyapunov: analyses.lyapunov.map(|l| LyapunovQuestion {
             exponents: l.exponents,
