@@ -144,7 +144,7 @@ fn mesh(job: &Job) -> String {
     for point in &job.points {
         let values = match &point.mesh.stiffness {
             StiffnessSpec::Constant(value) => std::slice::from_ref(value),
-            StiffnessSpec::Piecewise(values) => values.as_slice(),
+            StiffnessSpec::Piecewise(values) => values,
         };
         let (low, high) = range(values.iter().copied());
         stiffness = (stiffness.0.min(low), stiffness.1.max(high));
