@@ -238,6 +238,21 @@ fn points_that_go_wrong_are_rows() {
 }
 
 #[test]
+fn a_structure_that_cannot_be_computed_is_a_row() {
+    let quickstart = include_str!("../manifests/quickstart.toml");
+    let text = quickstart.replace("diameter = \"22 mm\"", "diameter = 1e-160");
+    assert_ne!(text, quickstart);
+    let place = Place::new(&text);
+    assert_eq!(status(&place.run("r", &[])), 3);
+    let points = physics(&place.path("r"), "points.parquet");
+    assert!(
+        points.contains("the structure cannot be computed"),
+        "{points}"
+    );
+    assert_eq!(place.record("r")["totals"]["failed"], 12);
+}
+
+#[test]
 fn a_signal_ends_a_run_and_the_same_command_goes_on() {
     let place = Place::new(&long());
     let whole = place.whole("whole", &["--threads", "2"]);
@@ -293,6 +308,13 @@ fn a_killed_run_goes_on_even_from_a_damaged_journal() {
             signal(&child, "KILL");
             child.wait().unwrap();
             assert!(!place.path(out).join("points.parquet").exists());
+            let show = Command::new(env!("CARGO_BIN_EXE_atlas"))
+                .arg("show")
+                .arg(place.path(out))
+                .output()
+                .unwrap();
+            assert_eq!(status(&show), 2);
+            assert!(stderr(&show).contains("was killed"), "{}", stderr(&show));
             damage(&place.path(out).join(".journal"));
         }
         place.whole(out, &["--threads", "2"]);

@@ -32,7 +32,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Compute every point of a manifest and write the result files
+    /// Compute every point of a manifest, or what an interrupted run left, and write the
+    /// result files
     Run(run::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),

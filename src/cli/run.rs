@@ -34,7 +34,7 @@ pub struct RunArgs {
     /// Compute only part i of n, every n-th point: 1/4, 2/4, …
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
-    /// Compute again although the folder holds results, and replace them.
+    /// Start over: replace results in the folder, drop what an interrupted run left.
     #[arg(long)]
     pub fresh: bool,
     /// Print nothing but errors.

@@ -7,7 +7,8 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::{BAD_INPUT, answer, fail, with_causes};
-use crate::report::{Style, Summary, render};
+use crate::report::{ReportError, Style, Summary, render};
+use crate::store::{StoreError, journal_path};
 
 /// Arguments of `atlas show`.
 #[derive(Debug, Args)]
@@ -56,7 +57,13 @@ pub fn run(args: &ShowArgs) -> ExitCode {
 }
 
 fn text(folder: &Path, json: bool, colour: Colour) -> Result<String, String> {
-    let summary = Summary::read(folder).map_err(|error| with_causes(&error))?;
+    let summary = Summary::read(folder).map_err(|error| match &error {
+        ReportError::Store(StoreError::Missing { .. }) if journal_path(folder, None).exists() => format!(
+            "no results in `{}` yet: a run is at work there, or was killed; repeating its command goes on from there",
+            folder.display()
+        ),
+        error => with_causes(error),
+    })?;
     if json {
         let text = serde_json::to_string_pretty(&summary).map_err(|error| with_causes(&error))?;
         return Ok(text + "\n");
