@@ -578,3 +578,32 @@ mod no_panic {
         }
     }
 }
+
+#[test]
+fn points_share_what_they_have_in_common() {
+    let text = with(
+        MODAL,
+        "load = 0.1",
+        "load = { from = 0.1, to = 0.2, count = 3 }\n\"mesh.half_gap\" = [1e-5, 2e-5]",
+    );
+    let text = with(
+        &text,
+        "stiffness = \"constant\"\nmean_stiffness = \"4e8 N/m\"",
+        "stiffness = \"piecewise\"\nvalues = [4e8, 3e8]",
+    );
+    let job = job(&text);
+    assert_eq!(job.points.len(), 60);
+    let first = &job.points[0];
+    let stiffness = |point: &manifest::PointSpec| match &point.mesh.stiffness {
+        StiffnessSpec::Piecewise(values) => values.clone(),
+        StiffnessSpec::Constant(_) => panic!("not piecewise"),
+    };
+    for point in &job.points {
+        assert!(Arc::ptr_eq(&stiffness(point), &stiffness(first)));
+        assert!(Arc::ptr_eq(&point.excitation, &first.excitation));
+        assert!(Arc::ptr_eq(&point.run, &first.run));
+        assert!(Arc::ptr_eq(&point.analyses, &first.analyses));
+    }
+    // A million points are to fit in little memory; the axis values come on top.
+    assert!(size_of::<manifest::PointSpec>() <= 256);
+}

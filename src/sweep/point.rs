@@ -1,6 +1,6 @@
 //! One point, from specification to row; whatever goes wrong becomes part of the row.
 
-use super::build::{BuildError, StructureCache, initial, model, questions};
+use super::build::{BuildError, StructureCache, affordable, initial, model, questions};
 use crate::analysis::{CalledOff, PointOutcome, Status, investigate};
 use crate::manifest::{KernelSpec, PointSpec};
 use crate::model::Model;
@@ -77,6 +77,7 @@ fn answer(
 ) -> Result<Result<PointOutcome, CalledOff>, BuildError> {
     let structure = structures.get(&point.model)?;
     let model: Model = model(&structure, point)?;
+    affordable(&model, &point.run.kernel)?;
     let start = model.start(&initial(&point.run.initial));
     let questions = questions(point, seed);
     let limit = point.run.event_limit;
