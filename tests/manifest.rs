@@ -584,7 +584,7 @@ fn points_share_what_they_have_in_common() {
     let text = with(
         MODAL,
         "load = 0.1",
-        "load = { from = 0.1, to = 0.2, count = 3 }\n\"mesh.half_gap\" = [1e-5, 2e-5]",
+        "load = { from = 0.1, to = 0.2, count = 3 }\n\"mesh.half_gap\" = { values = [1e-5, 2e-5] }",
     );
     let text = with(
         &text,

@@ -237,6 +237,22 @@ fn points_that_go_wrong_are_rows() {
     }
 }
 
+/// A mistaken unit asks for millions of windows a mesh cycle: said at once, not marched.
+#[test]
+fn a_mesh_too_stiff_for_its_cycle_is_a_row() {
+    let quickstart = include_str!("../manifests/quickstart.toml");
+    let text = quickstart.replace("\"4e8 N/m\"", "\"4e18 N/m\"");
+    assert_ne!(text, quickstart);
+    let place = Place::new(&text);
+    assert_eq!(status(&place.run("r", &[])), 3);
+    let points = physics(&place.path("r"), "points.parquet");
+    assert!(
+        points.contains("check the units of mesh stiffness"),
+        "{points}"
+    );
+    assert_eq!(place.record("r")["totals"]["failed"], 12);
+}
+
 #[test]
 fn a_structure_that_cannot_be_computed_is_a_row() {
     let quickstart = include_str!("../manifests/quickstart.toml");

@@ -1,5 +1,7 @@
 //! Orbits found by Newton's method are the ones that marching settles on.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
