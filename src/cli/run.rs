@@ -25,7 +25,7 @@ use std::time::{Instant, SystemTime};
 pub struct RunArgs {
     /// The manifest.
     pub manifest: PathBuf,
-    /// Folder for the results [default: results/<job name>].
+    /// Folder for the results [default: results/JOB].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Worker threads [default: one a core this process may use].
