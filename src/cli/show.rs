@@ -80,7 +80,7 @@ fn text(folder: &Path, json: bool, colour: Colour) -> Result<String, String> {
 }
 
 /// An error with its causes, on one line.
-fn with_causes(error: &dyn std::error::Error) -> String {
+pub(super) fn with_causes(error: &dyn std::error::Error) -> String {
     let mut message = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {
