@@ -24,8 +24,8 @@ pub struct PlotArgs {
     /// Kinds of pictures, separated by commas [default: all that the data allow].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,...")]
     pub what: Vec<What>,
-    /// Axis of pictures over one axis [default: the one with most values]; with `lambda`,
-    /// curves over it instead of a map.
+    /// Axis of pictures over one axis [default: the one with most values]; with `lambda` and
+    /// `classes`, curves over it instead of maps.
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
     /// point_id for spectrum and phase [default: the loudest, or the most chaotic point].
@@ -44,7 +44,7 @@ pub struct PlotArgs {
 pub enum Format {
     /// Scalable, for documents.
     Svg,
-    /// 1920 by 1200 pixels.
+    /// 1920 pixels wide.
     Png,
     /// Both.
     Both,

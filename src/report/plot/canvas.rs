@@ -19,8 +19,10 @@ pub(super) const BLUE: Colour = Colour(0x0b, 0x5c, 0x9e);
 /// What stands out against curves.
 pub(super) const RED: Colour = Colour(0xc8, 0x3c, 0x00);
 
-/// Size of a picture \[px\] in SVG; PNG has twice as many pixels each way.
-pub(super) const SIZE: [f64; 2] = [960.0, 600.0];
+/// Width of a picture \[px\] in SVG; PNG has twice as many pixels each way.
+const WIDTH: f64 = 960.0;
+/// Height of most pictures \[px\].
+const HEIGHT: f64 = 600.0;
 
 /// Which end of a text is at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,18 +68,28 @@ pub(super) enum Shape {
 }
 
 /// Shapes in the order of drawing.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Canvas {
+    /// \[px\]
+    pub height: f64,
     pub shapes: Vec<Shape>,
 }
 
 impl Canvas {
     /// A canvas with a title and a line below it.
     pub fn titled(title: &str, subtitle: &str) -> Self {
-        let mut canvas = Self::default();
+        let mut canvas = Self {
+            height: HEIGHT,
+            shapes: Vec::new(),
+        };
         canvas.text([24.0, 30.0], title, 17.0, INK, Anchor::Start);
         canvas.text([24.0, 50.0], subtitle, 13.0, SOFT, Anchor::Start);
         canvas
+    }
+
+    /// Width and height \[px\].
+    pub fn size(&self) -> [f64; 2] {
+        [WIDTH, self.height]
     }
 
     pub fn line(&mut self, points: &[Place], colour: Colour, width: f64) {

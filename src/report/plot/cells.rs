@@ -3,7 +3,7 @@
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, SOFT};
 use super::draw::text_width;
-use super::panel::{LABEL_SIZE, TICK_SIZE};
+use super::panel::{LABEL_SIZE, TICK_SIZE, label_place};
 use super::ramp::ink_on;
 use super::results::{Results, Slice};
 use crate::report::{Axis as GridAxis, PointSummary};
@@ -16,40 +16,32 @@ const BOTTOM: f64 = 526.0;
 pub(super) const MARGIN: f64 = RIGHT + 24.0;
 pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 
-/// The axes of a map: the first two that vary; one across a job with a single one.
+/// The axes of a map: the first two that vary.
 pub(super) struct Cells<'a> {
     across: (usize, &'a GridAxis),
-    up: Option<(usize, &'a GridAxis)>,
+    up: (usize, &'a GridAxis),
 }
 
 impl<'a> Cells<'a> {
-    /// None where no axis varies.
+    /// None where fewer vary.
     pub fn new(results: &'a Results) -> Option<Self> {
         let axis = |index: usize| (index, &results.summary.axes[index]);
         match results.varied()[..] {
-            [] => None,
-            [only] => Some(Self {
-                across: axis(only),
-                up: None,
-            }),
             [slow, fast, ..] => Some(Self {
                 across: axis(fast),
-                up: Some(axis(slow)),
+                up: axis(slow),
             }),
+            _ => None,
         }
     }
 
     pub fn free(&self) -> Vec<usize> {
-        let up = self.up.map(|(index, _)| index);
-        [self.across.0].into_iter().chain(up).collect()
+        vec![self.across.0, self.up.0]
     }
 
     /// `load and speed`.
     pub fn words(&self) -> String {
-        match self.up {
-            Some((_, up)) => format!("{} and {}", up.name, self.across.1.name),
-            None => self.across.1.name.clone(),
-        }
+        format!("{} and {}", self.up.1.name, self.across.1.name)
     }
 
     /// Draws every point of a slice in the colour and with the text that `show` gives it (a
@@ -62,7 +54,7 @@ impl<'a> Cells<'a> {
         show: impl Fn(&PointSummary) -> (Colour, Vec<String>),
     ) -> usize {
         let columns = self.across.1.values.len();
-        let rows = self.up.map_or(1, |(_, axis)| axis.values.len());
+        let rows = self.up.1.values.len();
         let [wide, high] = [
             (RIGHT - LEFT) / columns as f64,
             (BOTTOM - TOP) / rows as f64,
@@ -72,9 +64,7 @@ impl<'a> Cells<'a> {
         let mut filled = vec![false; columns * rows];
         for point in &slice.points {
             let column = position(self.across.1, point.axis_values[self.across.0]);
-            let row = self
-                .up
-                .map_or(0, |(index, axis)| position(axis, point.axis_values[index]));
+            let row = position(self.up.1, point.axis_values[self.up.0]);
             filled[row * columns + column] = true;
             let [x, y] = [
                 LEFT + wide * column as f64,
@@ -123,9 +113,7 @@ impl<'a> Cells<'a> {
     }
 
     fn ticks_up(&self, canvas: &mut Canvas, high: f64) {
-        let Some((_, axis)) = self.up else {
-            return;
-        };
+        let (_, axis) = self.up;
         let scale = scale(axis);
         let stride = (1.7 * TICK_SIZE / high).ceil().max(1.0) as usize;
         let mut widest = 0.0_f64;
@@ -137,8 +125,7 @@ impl<'a> Cells<'a> {
             canvas.text(at, &text, TICK_SIZE, INK, Anchor::End);
             widest = widest.max(text_width(&text, TICK_SIZE));
         }
-        let x = (LEFT - 22.0 - widest).max(LABEL_SIZE + 4.0);
-        let at = [x, 0.5 * (TOP + BOTTOM)];
+        let at = [label_place(LEFT, widest), 0.5 * (TOP + BOTTOM)];
         canvas.text_upwards(at, &scale.label, LABEL_SIZE, INK, Anchor::Middle);
     }
 }

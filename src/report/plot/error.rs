@@ -49,7 +49,7 @@ pub enum PlotError {
     },
     /// No point of that number.
     #[error(
-        "no point {point_id} in these results; `atlas show --json` and points.parquet list the points"
+        "no point {point_id} in these results; points.parquet lists them in its column point_id"
     )]
     UnknownPoint {
         /// The number asked for.

@@ -4,7 +4,6 @@
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, INK};
 use super::cells::{Cells, HEIGHT, MARGIN, missing_key};
-use super::error::PlotError;
 use super::motion::{Motion, counts, key};
 use super::panel::TICK_SIZE;
 use super::ramp::{bar, viridis};
@@ -15,12 +14,12 @@ use super::{Drawn, Picture, What};
 fn calm(motion: Motion) -> Colour {
     match motion {
         Motion::Failed | Motion::NotConverged => motion.colour(),
-        Motion::QuasiPeriodic => Colour(0xd6, 0xc7, 0xe6),
+        Motion::QuasiPeriodic => Colour(0xc6, 0xdf, 0xf3),
         _ => Colour(0xee, 0xee, 0xee),
     }
 }
 
-pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Result<Drawn, PlotError> {
+pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
     let chaotic = |motion: Motion| motion == Motion::Chaotic;
     // One scale for all slices, so that they compare.
     let found = results.summary.all.iter();
@@ -84,11 +83,11 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Result<Drawn, PlotEr
             .pictures
             .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
     }
-    Ok(drawn)
+    drawn
 }
 
 /// The kind of motion over two axes.
-pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Result<Drawn, PlotError> {
+pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
     let (slices, all) = results.slices(&cells.free());
     let mut drawn = Drawn::of_slices(What::Classes, slices.len(), all);
     for slice in slices {
@@ -105,5 +104,5 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Result<Drawn
             .pictures
             .push(Picture::new(format!("classes{}", slice.suffix), canvas));
     }
-    Ok(drawn)
+    drawn
 }

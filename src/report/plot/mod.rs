@@ -6,6 +6,7 @@
 mod axis;
 mod canvas;
 mod cells;
+mod class_rows;
 mod draw;
 mod error;
 mod lambda_map;
@@ -93,7 +94,7 @@ impl Picture {
         Self { name, canvas }
     }
 
-    /// The picture as an SVG document of 960 by 600 pixels.
+    /// The picture as an SVG document, 960 pixels wide.
     ///
     /// # Errors
     /// The drawing library refuses.
@@ -101,7 +102,7 @@ impl Picture {
         draw::svg(&self.canvas)
     }
 
-    /// The picture as a PNG file of 1920 by 1200 pixels.
+    /// The picture as a PNG file, 1920 pixels wide.
     ///
     /// # Errors
     /// The drawing library refuses.
@@ -250,16 +251,18 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
     }
     let over = request.over.as_deref();
     let cells = cells::Cells::new(results);
-    let no_axis = || unfit("no grid axis has more than one value");
     match what {
         What::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(unfit(
             "there are no exponents; ask for `lyapunov` in the manifest's [analyses]",
         )),
-        What::Lambda if results.varied().len() < 2 || over.is_some() => {
-            Ok(over_axis::draw_lambda(results, results.along(what, over)?))
-        }
-        What::Lambda => lambda_map::draw(results, &cells.ok_or_else(no_axis)?),
-        What::Classes => lambda_map::draw_classes(results, &cells.ok_or_else(no_axis)?),
+        What::Lambda => match cells {
+            Some(cells) if over.is_none() => Ok(lambda_map::draw(results, &cells)),
+            _ => Ok(over_axis::draw_lambda(results, results.along(what, over)?)),
+        },
+        What::Classes => match cells {
+            Some(cells) if over.is_none() => Ok(lambda_map::draw_classes(results, &cells)),
+            _ => Ok(class_rows::draw(results, results.along(what, over)?)),
+        },
         What::Bifurcation => over_axis::draw_bifurcation(results, results.along(what, over)?),
         What::Spectrum => spectrum::draw(results, request),
         What::Phase => phase::of_results(results, request),

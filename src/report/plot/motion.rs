@@ -32,8 +32,8 @@ impl Motion {
         }
     }
 
-    /// From Okabe and Ito's palette and tints of it, told apart by colour-blind readers;
-    /// longer periods are darker.
+    /// From Okabe and Ito's palette and tints of it, told apart by colour-blind readers and
+    /// from viridis; longer periods are darker.
     pub fn colour(self) -> Colour {
         match self {
             Self::Locked => Colour(0xdc, 0xdc, 0xdc),
@@ -43,7 +43,7 @@ impl Motion {
             Self::Periodic(_) => Colour(0x00, 0x33, 0x66),
             Self::QuasiPeriodic => Colour(0x00, 0x9e, 0x73),
             Self::Chaotic => Colour(0xd5, 0x5e, 0x00),
-            Self::NotConverged => Colour(0xf0, 0xe4, 0x42),
+            Self::NotConverged => Colour(0xea, 0xb8, 0xd4),
             Self::Unclassified => Colour(0xff, 0xff, 0xff),
             Self::Failed => Colour(0x22, 0x22, 0x22),
         }

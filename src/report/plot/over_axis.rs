@@ -4,10 +4,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{Axis, padded, range};
-use super::canvas::{BLUE, Canvas, Colour, INK, SOFT};
+use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, SOFT};
 use super::error::PlotError;
 use super::motion::{Motion, counts, key};
-use super::panel::Panel;
+use super::panel::{Panel, TICK_SIZE};
 use super::results::{Results, Slice};
 use super::{Drawn, Picture, What};
 use crate::report::PointSummary;
@@ -20,7 +20,7 @@ const MARGIN: f64 = RIGHT + 18.0;
 const WHISKER: f64 = 3.0;
 const WHITE: Colour = Colour(255, 255, 255);
 
-fn across(results: &Results, along: usize) -> Axis {
+pub(super) fn across(results: &Results, along: usize) -> Axis {
     let axis = &results.summary.axes[along];
     Axis::for_grid(&axis.name, &axis.unit, &axis.values)
 }
@@ -36,7 +36,7 @@ pub(super) fn draw_lambda(results: &Results, along: usize) -> Drawn {
         let area = [72.0, 526.0];
         lambda_panel(&mut canvas, area, results, along, &slice.points);
         let found = counts(slice.points.iter().copied());
-        key(&mut canvas, [MARGIN, area[0]], &found);
+        key(&mut canvas, [MARGIN, area[0] + 34.0], &found);
         drawn
             .pictures
             .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
@@ -61,7 +61,7 @@ fn lambda_panel(
         .iter()
         .flat_map(|(point, lambda)| [lambda - error(point), lambda + error(point)]);
     let up = Axis::linear(
-        "λ ± standard error",
+        "λ",
         results.unit("lambda_max"),
         padded(range(ends.chain([0.0])), 0.07),
     );
@@ -75,6 +75,9 @@ fn lambda_panel(
     };
     panel.frame(canvas, true);
     panel.level(canvas, 0.0, "λ = 0", SOFT);
+    let at = [MARGIN, panel.top + 14.0];
+    let note = "bars: ± standard error";
+    canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
     if known.is_empty() {
         panel.note(canvas, "no exponents in these results");
     }
@@ -134,10 +137,10 @@ pub(super) fn draw_bifurcation(results: &Results, along: usize) -> Result<Drawn,
         let title = format!("{}: bifurcation diagram over {name}", results.job);
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
         let with_lambda = slice.points.iter().any(|point| point.lambda.is_some());
-        let bottom = if with_lambda { 360.0 } else { 526.0 };
+        let bottom = if with_lambda { 350.0 } else { 526.0 };
         strobe_panel(&mut canvas, bottom, results, along, &slice, &strobes, &unit);
         if with_lambda {
-            lambda_panel(&mut canvas, [380.0, 526.0], results, along, &slice.points);
+            lambda_panel(&mut canvas, [370.0, 526.0], results, along, &slice.points);
         }
         let found = counts(slice.points.iter().copied());
         key(&mut canvas, [MARGIN, 72.0], &found);
@@ -169,7 +172,7 @@ fn strobe_panel(
     };
     panel.frame(canvas, bottom > 400.0);
     let count = slice.points.len() as f64;
-    let radius = (0.3 * (RIGHT - LEFT) / count.max(1.0)).clamp(0.8, 1.6);
+    let radius = (0.14 * (RIGHT - LEFT) / count.max(1.0)).clamp(0.8, 2.0);
     // Samples on the same half pixel are drawn once: a settled orbit is a dot or two.
     let mut taken = BTreeSet::new();
     for point in &slice.points {

@@ -9,6 +9,14 @@ pub(super) const TICK_SIZE: f64 = 12.5;
 /// Em size of axis labels \[px\].
 pub(super) const LABEL_SIZE: f64 = 14.0;
 
+/// Where the label of an axis up has its baseline: left of the ticks, and in one line with
+/// those of panels above and below as long as ticks are short.
+pub(super) fn label_place(left: f64, widest_tick: f64) -> f64 {
+    (left - 58.0)
+        .min(left - 22.0 - widest_tick)
+        .max(LABEL_SIZE + 4.0)
+}
+
 /// A rectangle of the canvas with an axis across and one up.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Panel {
@@ -37,7 +45,7 @@ impl Panel {
     /// across; of panels above each other the lowest does.
     pub fn frame(&self, canvas: &mut Canvas, named: bool) {
         self.ticks_across(canvas, named);
-        let ticks = self.up.ticks(((self.bottom - self.top) / 55.0) as usize);
+        let ticks = self.up.ticks(((self.bottom - self.top) / 40.0) as usize);
         let mut widest = 0.0_f64;
         for (value, text) in &ticks {
             let y = self.y(*value);
@@ -48,16 +56,17 @@ impl Panel {
             widest = widest.max(text_width(text, TICK_SIZE));
         }
         let middle = 0.5 * (self.top + self.bottom);
-        let x = (self.left - 22.0 - widest).max(LABEL_SIZE + 4.0);
+        let x = label_place(self.left, widest);
         let label = &self.up.label;
         canvas.text_upwards([x, middle], label, LABEL_SIZE, INK, Anchor::Middle);
         canvas.outline([self.left, self.top], [self.right, self.bottom], INK, 1.0);
     }
 
-    fn ticks_across(&self, canvas: &mut Canvas, named: bool) {
+    /// Grid lines, ticks and, where `named`, texts of the axis across.
+    pub fn ticks_across(&self, canvas: &mut Canvas, named: bool) {
         for (value, text) in self
             .across
-            .ticks(((self.right - self.left) / 90.0) as usize)
+            .ticks(((self.right - self.left) / 60.0) as usize)
         {
             let x = self.x(value);
             canvas.line(&[[x, self.top], [x, self.bottom]], FAINT, 1.0);

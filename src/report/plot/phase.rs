@@ -59,8 +59,8 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
             let (point, _) =
                 best.ok_or_else(|| unfit("poincare.parquet holds no sample".into()))?;
             let why = match Motion::of(point) {
-                Motion::Chaotic => "the largest λ",
-                _ => "the largest dte_rms",
+                Motion::Chaotic => "the point with the largest λ",
+                _ => "the point with the largest dte_rms",
             };
             (point, why)
         }

@@ -142,5 +142,9 @@ fn point_words(text: Option<&str>) -> String {
         Some(value) => format!("{name} {}", number(value)),
         None => format!("{name} {value}"),
     });
-    values.collect::<Vec<_>>().join(", ")
+    let values: Vec<String> = values.collect();
+    match values.is_empty() {
+        true => String::new(),
+        false => format!("{} (SI units)", values.join(", ")),
+    }
 }

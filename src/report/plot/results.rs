@@ -1,7 +1,8 @@
 //! A results folder as the pictures need it: its summary, the tables beside it, and the
 //! grid cut into slices over one or two axes.
 
-use std::path::Path;
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
 
 use super::What;
 use super::error::PlotError;
@@ -14,11 +15,11 @@ pub(super) const MOST_SLICES: usize = 24;
 
 /// A results folder.
 pub(super) struct Results {
-    pub folder: std::path::PathBuf,
+    pub folder: PathBuf,
     pub summary: Summary,
     pub job: String,
     /// Unit of every column of points.parquet.
-    pub units: std::collections::BTreeMap<String, String>,
+    pub units: BTreeMap<String, String>,
     /// Root mean square deflection of every point \[m\], where measured.
     pub loudness: Vec<Option<f64>>,
     /// What is missing, if anything.
@@ -28,7 +29,7 @@ pub(super) struct Results {
 /// Points with the same values on all axes but those of the picture.
 pub(super) struct Slice<'a> {
     pub points: Vec<&'a PointSummary>,
-    /// The held axes with their values: `load 0.1`.
+    /// The held axes with their values, and the size: `load 0.1  ·  60 points`.
     pub words: String,
     /// The same for a file name, `-load=0.1`; empty when there is but one slice.
     pub suffix: String,
@@ -121,10 +122,12 @@ impl Results {
             held.iter().map(|&index| point.axis_values[index]).collect()
         };
         let mut all: Vec<(Vec<f64>, Vec<&PointSummary>)> = Vec::new();
-        // Points come in grid order: the slices, too, with the slowest held axis outermost.
+        let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
         for point in &self.summary.all {
             let key = values(point);
-            match all.iter_mut().find(|(known, _)| *known == key) {
+            let bits = key.iter().map(|value| value.to_bits()).collect();
+            let index = *known.entry(bits).or_insert(all.len());
+            match all.get_mut(index) {
                 Some((_, points)) => points.push(point),
                 None => all.push((key, vec![point])),
             }
@@ -143,9 +146,13 @@ impl Results {
                 .filter(|(axis, _)| axis.values.len() > 1)
                 .map(|(axis, value)| format!("{}={}", axis.name, distinct(axis, *value)))
                 .collect();
+            let count_words = format!("{} points", points.len());
             Slice {
                 points,
-                words: words.join(", "),
+                words: match words.is_empty() {
+                    true => count_words,
+                    false => format!("{}  ·  {count_words}", words.join(", ")),
+                },
                 suffix: match parts.is_empty() {
                     true => String::new(),
                     false => format!("-{}", parts.join(",")),

@@ -13,7 +13,7 @@ const DECADES: f64 = 6.0;
 /// Orders shown unless there are fewer.
 const MOST_ORDERS: f64 = 16.0;
 /// Most orders whose amplitude is written above their line.
-const MOST_NAMED: usize = 3;
+const MOST_NAMED: usize = 5;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let unfit = |reason: String| PlotError::Unfit {
@@ -56,7 +56,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let units = table.units()?.remove("amplitude").unwrap_or_default();
     let title = format!("{}: spectra over mesh orders", results.job);
     let loudest = if request.point.is_none() {
-        "the largest dte_rms"
+        "the point with the largest dte_rms"
     } else {
         ""
     };
@@ -125,26 +125,57 @@ fn panel(
         .map(|[order, amplitude]| panel.at(*order, amplitude.max(low)))
         .collect();
     canvas.line(&path, BLUE, 1.2);
-    let mut peaks: Vec<[f64; 2]> = shown
-        .windows(3)
-        .filter(|w| w[1][1] >= w[0][1] && w[1][1] > w[2][1])
-        .map(|w| w[1])
-        .collect();
+    let mut peaks: Vec<[f64; 2]> = tones(&shown).collect();
     peaks.sort_by(|a, b| b[1].total_cmp(&a[1]));
     let mut named: Vec<Place> = Vec::new();
     for [order, amplitude] in peaks {
         let at = panel.at(order, amplitude);
-        let free = |other: &Place| (other[0] - at[0]).abs() > 130.0;
+        let free = |other: &Place| (other[0] - at[0]).abs() > 64.0;
         if named.len() < MOST_NAMED && named.iter().all(free) {
-            let place = [(at[0] + 5.0).min(panel.right - 120.0), at[1] - 5.0];
+            let place = [at[0].min(panel.right - 30.0), at[1] - 5.0];
             let (factor, shown) = super::axis::scaled_unit(unit, amplitude);
             let value = crate::report::text::number(amplitude * factor);
-            let text = format!(
-                "{} × mesh: {value} {shown}",
-                crate::report::text::number(order)
-            );
-            canvas.text(place, &text, TICK_SIZE, INK, Anchor::Start);
+            let text = format!("{value} {shown}");
+            canvas.text(place, &text, TICK_SIZE, INK, Anchor::Middle);
             named.push(at);
         }
+    }
+}
+
+/// Lines that stand out from their surroundings, not the humps of broad-band motion.
+fn tones(lines: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
+    // The skirts of a windowed tone reach two lines far.
+    const REACH: usize = 3;
+    lines.windows(2 * REACH + 1).filter_map(|around| {
+        let line = around[REACH];
+        let higher = |other: &[f64; 2]| line[1] >= other[1];
+        let lonely = [around[0], around[2 * REACH]].map(|far| line[1] > 2.0 * far[1]);
+        (around.iter().all(higher) && lonely == [true; 2]).then_some(line)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tones_are_told_from_humps() {
+        let hump = |order: f64| 1.0 / (1.0 + (order - 2.0).powi(2));
+        let mut lines: Vec<[f64; 2]> = (0..200)
+            .map(|i| f64::from(i) / 50.0)
+            .map(|order| [order, hump(order)])
+            .collect();
+        assert_eq!(tones(&lines).count(), 0);
+        lines[50][1] = 5.0;
+        let found: Vec<[f64; 2]> = tones(&lines).collect();
+        assert_eq!(found, [[1.0, 5.0]]);
+    }
+
+    #[test]
+    fn each_signal_finds_its_unit() {
+        let units = "m (deflection) or N (force)";
+        assert_eq!(unit_of(units, "deflection"), "m");
+        assert_eq!(unit_of(units, "force"), "N");
+        assert_eq!(unit_of(units, "sound"), "");
     }
 }

@@ -3,9 +3,10 @@
 
 use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
-use super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
+use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, label_place};
 use super::recording::{Change, Recording};
 use super::{Drawn, Picture};
+use crate::report::text::number;
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 838.0;
@@ -27,7 +28,7 @@ pub(super) fn draw(recording: &Recording) -> Drawn {
     let unit = match recording.period {
         Some(period) => {
             let (factor, unit) = super::axis::scaled_unit("s", period);
-            format!("mesh cycles of {:.4} {unit}", period * factor)
+            format!("mesh cycles of {} {unit}", number(period * factor))
         }
         None => "mesh cycles".into(),
     };
@@ -168,7 +169,10 @@ fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usiz
         let at = [panel.left - 9.0, low - 0.5 * height + 0.35 * TICK_SIZE];
         canvas.text(at, name, TICK_SIZE, INK, Anchor::End);
     }
-    let at = [panel.left - 60.0, 0.5 * (panel.top + panel.bottom)];
+    let at = [
+        label_place(panel.left, 0.0),
+        0.5 * (panel.top + panel.bottom),
+    ];
     canvas.text_upwards(at, "contact", LABEL_SIZE, INK, Anchor::Middle);
     for (value, text) in panel.across.ticks(8) {
         let x = panel.x(value);
