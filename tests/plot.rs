@@ -248,30 +248,35 @@ fn missing_tables_are_said_and_the_rest_is_drawn() {
 }
 
 #[test]
-fn an_interrupted_run_is_drawn_and_called_so() {
+fn an_incomplete_run_is_drawn_and_called_so() {
     let folder = finished(TWO_AXES, ANALYSES);
     let path = folder.path();
-    // As an interruption leaves it: a shard of a split job, the others not yet run.
+    let classes = |source: &str| {
+        plotted(path, source, &["--format", "svg", "--what", "classes"]);
+        labels(path, "classes.svg")
+    };
+    // Every second point of the grid: three cells stay empty.
     let shard = [
         "run", "m.toml", "--quiet", "--out", "part", "--shard", "1/2",
     ];
     let output = atlas(path, &shard);
-    assert!(
-        output.status.code().unwrap() != 2,
-        "{}",
-        text(&output.stderr)
+    assert!(output.status.code() != Some(2), "{}", text(&output.stderr));
+    let said = classes("part");
+    holds(
+        &said,
+        &["3 points", "incomplete: 1 of 2 shards", "not computed (3)"],
     );
-    plotted(path, "part", &["--format", "svg", "--what", "classes"]);
-    let said = labels(path, "classes.svg");
-    holds(&said, &["interrupted"]);
-    // Without run.json nobody knows whether points are missing.
-    fs::remove_file(path.join("results/case/run.json")).unwrap();
-    plotted(
-        path,
-        "results/case",
-        &["--format", "svg", "--what", "classes"],
-    );
-    holds(&labels(path, "classes.svg"), &["without run.json"]);
+    // The record that an interruption leaves.
+    let record = path.join("results/case/run.json");
+    let mut run: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&record).unwrap()).unwrap();
+    run["state"] = "interrupted".into();
+    run["totals"]["points"] = 10.into();
+    fs::write(&record, run.to_string()).unwrap();
+    holds(&classes("results/case"), &["interrupted: 6 of 10 points"]);
+    // Without the record nobody knows whether points are missing.
+    fs::remove_file(&record).unwrap();
+    holds(&classes("results/case"), &["without run.json"]);
 }
 
 #[test]

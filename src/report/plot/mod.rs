@@ -253,7 +253,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
     let cells = cells::Cells::new(results);
     match what {
         What::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(unfit(
-            "there are no exponents; ask for `lyapunov` in the manifest's [analyses]",
+            "no point has an exponent; ask for `lyapunov` in the manifest's [analyses], with enough cycles",
         )),
         What::Lambda => match cells {
             Some(cells) if over.is_none() => Ok(lambda_map::draw(results, &cells)),

@@ -47,9 +47,11 @@ pub(super) fn bar(canvas: &mut Canvas, x: f64, [top, bottom]: [f64; 2], axis: &A
     const WIDTH: f64 = 18.0;
     const STEPS: usize = 64;
     for step in 0..STEPS {
+        // Each reaches below the one before: abutting edges show as seams in some viewers.
         let y = |i: usize| bottom - (bottom - top) * i as f64 / STEPS as f64;
         let colour = viridis((step as f64 + 0.5) / STEPS as f64);
-        canvas.rectangle([x, y(step + 1)], [x + WIDTH, y(step)], colour);
+        let low = (y(step) + 1.0).min(bottom);
+        canvas.rectangle([x, y(step + 1)], [x + WIDTH, low], colour);
     }
     canvas.outline([x, top], [x + WIDTH, bottom], INK, 1.0);
     for (value, text) in axis.ticks(((bottom - top) / 45.0) as usize) {

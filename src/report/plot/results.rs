@@ -43,6 +43,9 @@ impl Results {
         let job = summary.job.clone().or(name.map(Into::into));
         let caveat = match summary.state {
             Some(RunState::Complete) => None,
+            Some(RunState::Interrupted) if summary.points as u64 == summary.expected => summary
+                .shards
+                .map(|[found, all]| format!("incomplete: {found} of {all} shards")),
             Some(RunState::Interrupted) => Some(format!(
                 "interrupted: {} of {} points",
                 summary.points, summary.expected
