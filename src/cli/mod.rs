@@ -3,6 +3,7 @@
 
 pub mod check;
 mod earlier;
+pub mod plot;
 mod point;
 mod progress;
 pub mod run;
@@ -41,6 +42,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
+    /// Draw SVG and PNG pictures of a results or trace folder
+    Plot(plot::PlotArgs),
     /// Record one trajectory with its events
     Trace(trace::TraceArgs),
     /// Print a completion script for a shell
@@ -56,6 +59,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Show(args) => show::run(&args),
+        Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -105,6 +105,11 @@ impl ResultTable {
         self.json("units")
     }
 
+    /// A text of the file's metadata, such as `job` or `half_gap` of a trace.
+    pub fn metadata(&self, key: &str) -> Option<&str> {
+        self.metadata.get(key).map(String::as_str)
+    }
+
     fn json<T: serde::de::DeserializeOwned>(&self, key: &str) -> Result<T, StoreError> {
         self.metadata
             .get(key)

@@ -1,0 +1,281 @@
+//! An axis of a panel: its range, its ticks, and a label with name and unit.
+//!
+//! Values stay in SI. Ticks and label are shown in a scaled unit (µm, kN, 10⁶ …), chosen so
+//! that the largest value shown has one to three digits before the point.
+
+/// Units that take SI prefixes.
+const PREFIXABLE: [&str; 8] = ["m", "m/s", "N", "N/m", "N*m", "N*s/m", "s", "Hz"];
+const PREFIXES: [(f64, &str); 7] = [
+    (1e-9, "n"),
+    (1e-6, "µ"),
+    (1e-3, "m"),
+    (1.0, ""),
+    (1e3, "k"),
+    (1e6, "M"),
+    (1e9, "G"),
+];
+
+/// A range of values along one side of a panel.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Axis {
+    /// Name and shown unit.
+    pub label: String,
+    low: f64,
+    high: f64,
+    logarithmic: bool,
+    /// Shown value over SI value.
+    factor: f64,
+}
+
+impl Axis {
+    /// A linear axis over `low..=high`.
+    pub fn linear(name: &str, unit: &str, [low, high]: [f64; 2]) -> Self {
+        let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
+        Self {
+            label: format!("{name} [{shown}]"),
+            low,
+            high,
+            logarithmic: false,
+            factor,
+        }
+    }
+
+    /// A logarithmic axis over `low..=high`, both positive.
+    pub fn logarithmic(name: &str, unit: &str, range: [f64; 2]) -> Self {
+        Self {
+            logarithmic: true,
+            ..Self::linear(name, unit, range)
+        }
+    }
+
+    /// An axis for grid values: logarithmic where they are spaced like that.
+    pub fn for_grid(name: &str, unit: &str, values: &[f64]) -> Self {
+        if let [first, .., last] = values
+            && *first > 0.0
+            && last / first > 8.0
+        {
+            let middle = values[values.len() / 2];
+            let [linear, geometric] = [0.5 * (first + last), (first * last).sqrt()];
+            if (middle / geometric).ln().abs() < (middle / linear).ln().abs() {
+                let margin = (last / first).powf(0.02);
+                return Self::logarithmic(name, unit, [first / margin, last * margin]);
+            }
+        }
+        Self::linear(name, unit, padded(range(values.iter().copied()), 0.02))
+    }
+
+    /// Position of a value: 0 at the low end, 1 at the high end.
+    pub fn fraction(&self, value: f64) -> f64 {
+        if self.logarithmic {
+            (value / self.low).ln() / (self.high / self.low).ln()
+        } else {
+            (value - self.low) / (self.high - self.low)
+        }
+    }
+
+    /// Values with their texts, about `wanted` of them.
+    pub fn ticks(&self, wanted: usize) -> Vec<(f64, String)> {
+        if self.logarithmic {
+            self.decade_ticks(wanted)
+        } else {
+            self.even_ticks(wanted)
+        }
+    }
+
+    fn even_ticks(&self, wanted: usize) -> Vec<(f64, String)> {
+        let (low, high) = (self.low * self.factor, self.high * self.factor);
+        let step = nice_step((high - low) / wanted.max(1) as f64);
+        let digits = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
+        let first = (low / step - 1e-9).ceil() as i64;
+        let last = (high / step + 1e-9).floor() as i64;
+        (first..=last)
+            .map(|index| {
+                let shown = index as f64 * step;
+                (shown / self.factor, minus(format!("{shown:.digits$}")))
+            })
+            .collect()
+    }
+
+    fn decade_ticks(&self, wanted: usize) -> Vec<(f64, String)> {
+        let (low, high) = (self.low * self.factor, self.high * self.factor);
+        let decades = (high / low).log10();
+        let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+        let mantissas: &[f64] = if decades < 2.2 {
+            &[1.0, 2.0, 5.0]
+        } else {
+            &[1.0]
+        };
+        let stride = (decades / wanted.max(1) as f64).ceil().max(1.0) as i32;
+        let mut ticks = Vec::new();
+        for exponent in (first..=last).filter(|exponent| exponent.rem_euclid(stride) == 0) {
+            for mantissa in mantissas {
+                let shown = mantissa * 10f64.powi(exponent);
+                if shown >= low * (1.0 - 1e-9) && shown <= high * (1.0 + 1e-9) {
+                    let text = if (-2..=3).contains(&exponent) {
+                        format!("{:.*}", (-exponent).max(0) as usize, shown)
+                    } else if *mantissa == 1.0 {
+                        power_of_ten(exponent)
+                    } else {
+                        format!("{mantissa}·{}", power_of_ten(exponent))
+                    };
+                    ticks.push((shown / self.factor, text));
+                }
+            }
+        }
+        ticks
+    }
+
+    /// A value in the shown unit, with four digits.
+    pub fn shown(&self, value: f64) -> String {
+        minus(crate::report::text::number(value * self.factor))
+    }
+}
+
+/// Factor from SI to a unit in which `largest` reads well, and that unit.
+pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
+    let readable = if unit.is_empty() || unit == "1" {
+        "–".to_owned()
+    } else {
+        unit.replace('*', "·")
+    };
+    if largest <= 0.0 || !largest.is_finite() {
+        return (1.0, readable);
+    }
+    if PREFIXABLE.contains(&unit) {
+        let fitting = PREFIXES
+            .iter()
+            .rev()
+            .find(|(size, _)| largest >= size * 0.999_999);
+        let (size, prefix) = fitting.unwrap_or(&PREFIXES[0]);
+        return (1.0 / size, format!("{prefix}{readable}"));
+    }
+    if (1e-3..1e5).contains(&largest) {
+        return (1.0, readable);
+    }
+    let exponent = 3 * (largest.log10() / 3.0).floor() as i32;
+    let power = power_of_ten(exponent);
+    let shown = match unit {
+        "" | "1" => power,
+        _ => format!("{power} {readable}"),
+    };
+    (10f64.powi(-exponent), shown)
+}
+
+/// `10⁻⁶`.
+fn power_of_ten(exponent: i32) -> String {
+    let raised = |c: char| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + (digit as u32 - '0' as u32)).unwrap_or(digit),
+    };
+    format!(
+        "10{}",
+        exponent.to_string().chars().map(raised).collect::<String>()
+    )
+}
+
+/// With a true minus sign, and no minus before zero.
+fn minus(text: String) -> String {
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
+        Some(rest) => format!("−{rest}"),
+        None => text,
+    }
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is at least `step`.
+fn nice_step(step: f64) -> f64 {
+    let power = 10f64.powf(step.log10().floor());
+    let mantissa = [1.0, 2.0, 5.0]
+        .into_iter()
+        .find(|m| m * power >= step * (1.0 - 1e-9));
+    mantissa.unwrap_or(10.0) * power
+}
+
+/// Smallest and largest of some values; `[0, 1]` of none.
+pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let bounds = values
+        .filter(|value| value.is_finite())
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+            [low.min(value), high.max(value)]
+        });
+    if bounds[0] <= bounds[1] {
+        bounds
+    } else {
+        [0.0, 1.0]
+    }
+}
+
+/// A range with a margin (a fraction of its width) on both sides; never empty.
+pub(super) fn padded([low, high]: [f64; 2], margin: f64) -> [f64; 2] {
+    let width = high - low;
+    let magnitude = low.abs().max(high.abs());
+    if width > 1e-9 * magnitude {
+        return [low - margin * width, high + margin * width];
+    }
+    // One value: as much room around it as it is large.
+    let room = if magnitude > 0.0 {
+        0.5 * magnitude
+    } else {
+        1.0
+    };
+    [low - room, high + room]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(ticks: &[(f64, String)]) -> Vec<&str> {
+        ticks.iter().map(|(_, text)| text.as_str()).collect()
+    }
+
+    #[test]
+    fn a_deflection_is_shown_in_micrometres() {
+        let axis = Axis::linear("deflection", "m", [-2e-5, 3e-5]);
+        assert_eq!(axis.label, "deflection [µm]");
+        let ticks = axis.ticks(5);
+        assert_eq!(texts(&ticks), ["−20", "−10", "0", "10", "20", "30"]);
+        assert!((ticks[0].0 + 2e-5).abs() < 1e-18);
+        assert!((axis.fraction(ticks[2].0) - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn units_are_scaled_only_where_it_helps() {
+        assert_eq!(scaled_unit("N", 5475.0), (1e-3, "kN".into()));
+        assert_eq!(scaled_unit("rad/s", 1500.0), (1.0, "rad/s".into()));
+        assert_eq!(scaled_unit("1", 0.3), (1.0, "–".into()));
+        assert_eq!(scaled_unit("1", 2e-7).1, "10⁻⁹");
+        assert_eq!(scaled_unit("N*m", 50.0).1, "N·m");
+        assert_eq!(scaled_unit("m", 0.0), (1.0, "m".into()));
+    }
+
+    #[test]
+    fn decades_are_thinned_and_short_ranges_are_filled() {
+        let wide = Axis::logarithmic("a", "1", [1e-4, 1e4]);
+        assert_eq!(texts(&wide.ticks(4)), ["10⁻⁴", "0.01", "1", "100", "10⁴"]);
+        let short = Axis::logarithmic("a", "1", [0.8, 60.0]);
+        assert_eq!(texts(&short.ticks(5)), ["1", "2", "5", "10", "20", "50"]);
+    }
+
+    #[test]
+    fn grids_with_equal_ratios_get_a_logarithmic_axis() {
+        let ratios: Vec<f64> = (0..6).map(|i| 1e-6 * 2f64.powi(i)).collect();
+        let axis = Axis::for_grid("gap", "m", &ratios);
+        let steps: Vec<f64> = ratios.iter().map(|v| axis.fraction(*v)).collect();
+        assert!((steps[1] - steps[0] - (steps[5] - steps[4])).abs() < 1e-12);
+        let even: Vec<f64> = (1..20).map(f64::from).collect();
+        let axis = Axis::for_grid("n", "1", &even);
+        assert!((axis.fraction(10.0) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_range_is_never_empty() {
+        for range in [[0.0, 0.0], [3.0, 3.0], [-1e-30, -1e-30]] {
+            let [low, high] = padded(range, 0.05);
+            assert!(low < range[0] && range[0] < high);
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! A picture as shapes in pixels, x to the right and y down, before it becomes SVG or PNG:
+//! both show the same because both are drawn from this list.
+
+/// A place on the canvas \[px\].
+pub(super) type Place = [f64; 2];
+
+/// A colour: red, green, blue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Colour(pub u8, pub u8, pub u8);
+
+/// Text and axes.
+pub(super) const INK: Colour = Colour(0x22, 0x22, 0x22);
+/// Second-rank text.
+pub(super) const SOFT: Colour = Colour(0x5c, 0x5c, 0x5c);
+/// Grid lines.
+pub(super) const FAINT: Colour = Colour(0xe2, 0xe2, 0xe2);
+/// Curves.
+pub(super) const BLUE: Colour = Colour(0x0b, 0x5c, 0x9e);
+/// What stands out against curves.
+pub(super) const RED: Colour = Colour(0xc8, 0x3c, 0x00);
+
+/// Width of a picture \[px\] in SVG; PNG has twice as many pixels each way.
+const WIDTH: f64 = 960.0;
+/// Height of most pictures \[px\].
+const HEIGHT: f64 = 600.0;
+
+/// Which end of a text is at its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// One thing drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Shape {
+    Line {
+        points: Vec<Place>,
+        colour: Colour,
+        width: f64,
+    },
+    Rectangle {
+        from: Place,
+        to: Place,
+        colour: Colour,
+    },
+    Polygon {
+        points: Vec<Place>,
+        colour: Colour,
+    },
+    Disc {
+        centre: Place,
+        radius: f64,
+        colour: Colour,
+    },
+    Text {
+        /// Where the baseline starts, has its middle, or ends.
+        at: Place,
+        text: String,
+        /// Em size \[px\].
+        size: f64,
+        colour: Colour,
+        anchor: Anchor,
+        /// Reads from bottom to top.
+        upwards: bool,
+    },
+}
+
+/// Shapes in the order of drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Canvas {
+    /// \[px\]
+    pub height: f64,
+    pub shapes: Vec<Shape>,
+}
+
+impl Canvas {
+    /// A canvas with a title and a line below it.
+    pub fn titled(title: &str, subtitle: &str) -> Self {
+        let mut canvas = Self {
+            height: HEIGHT,
+            shapes: Vec::new(),
+        };
+        canvas.text([24.0, 30.0], title, 17.0, INK, Anchor::Start);
+        canvas.text([24.0, 50.0], subtitle, 13.0, SOFT, Anchor::Start);
+        canvas
+    }
+
+    /// Width and height \[px\].
+    pub fn size(&self) -> [f64; 2] {
+        [WIDTH, self.height]
+    }
+
+    pub fn line(&mut self, points: &[Place], colour: Colour, width: f64) {
+        if points.len() > 1 {
+            self.shapes.push(Shape::Line {
+                points: points.to_vec(),
+                colour,
+                width,
+            });
+        }
+    }
+
+    /// A straight dashed line.
+    pub fn dashes(&mut self, from: Place, to: Place, colour: Colour, width: f64) {
+        const DASH: f64 = 6.0;
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let count = (length / (2.0 * DASH)).ceil().max(1.0);
+        let along = |t: f64| {
+            let t = t.min(1.0);
+            [
+                from[0] + t * (to[0] - from[0]),
+                from[1] + t * (to[1] - from[1]),
+            ]
+        };
+        for dash in 0..count as usize {
+            let start = dash as f64 / count;
+            self.line(&[along(start), along(start + 0.55 / count)], colour, width);
+        }
+    }
+
+    pub fn rectangle(&mut self, from: Place, to: Place, colour: Colour) {
+        self.shapes.push(Shape::Rectangle { from, to, colour });
+    }
+
+    pub fn polygon(&mut self, points: &[Place], colour: Colour) {
+        self.shapes.push(Shape::Polygon {
+            points: points.to_vec(),
+            colour,
+        });
+    }
+
+    pub fn outline(&mut self, from: Place, to: Place, colour: Colour, width: f64) {
+        let corners = [from, [to[0], from[1]], to, [from[0], to[1]], from];
+        self.line(&corners, colour, width);
+    }
+
+    pub fn disc(&mut self, centre: Place, radius: f64, colour: Colour) {
+        self.shapes.push(Shape::Disc {
+            centre,
+            radius,
+            colour,
+        });
+    }
+
+    pub fn text(&mut self, at: Place, text: &str, size: f64, colour: Colour, anchor: Anchor) {
+        self.push_text(at, text, size, colour, anchor, false);
+    }
+
+    /// Text that reads from bottom to top.
+    pub fn text_upwards(
+        &mut self,
+        at: Place,
+        text: &str,
+        size: f64,
+        colour: Colour,
+        anchor: Anchor,
+    ) {
+        self.push_text(at, text, size, colour, anchor, true);
+    }
+
+    fn push_text(
+        &mut self,
+        at: Place,
+        text: &str,
+        size: f64,
+        colour: Colour,
+        anchor: Anchor,
+        upwards: bool,
+    ) {
+        self.shapes.push(Shape::Text {
+            at,
+            text: text.to_owned(),
+            size,
+            colour,
+            anchor,
+            upwards,
+        });
+    }
+}

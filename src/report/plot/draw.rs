@@ -1,0 +1,306 @@
+//! A canvas as SVG text or PNG bytes, through the backends of `plotters`.
+//!
+//! The backends take whole pixels. SVG is therefore drawn ten times as large and scaled by
+//! its view box, PNG four times as large and averaged down by two, which also smooths edges.
+//! Same canvas, same bytes.
+
+use std::sync::OnceLock;
+
+use plotters::prelude::{BitMapBackend, DrawingBackend, SVGBackend};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{
+    FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle, register_font,
+};
+
+use super::canvas::{Anchor, Canvas, Colour, Place, Shape};
+use super::error::PlotError;
+
+/// DejaVu Sans 2.37, cut down to Latin, Greek and symbols; licence beside it.
+static FONT: &[u8] = include_bytes!("fonts/DejaVuSans-subset.ttf");
+/// What SVG viewers look for. Verdana has the widths of DejaVu Sans.
+const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
+/// Ascent plus descent of DejaVu Sans over its em (1901 + 483 of 2048 units): bitmap sizes
+/// are given as that height.
+const LINE_PER_EM: f64 = 2384.0 / 2048.0;
+/// The SVG backend divides sizes by this to get the em.
+const SVG_SIZE_PER_EM: f64 = 1.24;
+/// Units of the SVG view box a pixel.
+const SVG_SCALE: f64 = 10.0;
+/// Pixels of a PNG a pixel of the canvas.
+pub(super) const PNG_SCALE: usize = 2;
+/// Drawn pixels averaged into one of a PNG, each way.
+const OVERSAMPLING: usize = 2;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Medium {
+    Svg,
+    Bitmap,
+}
+
+/// Registers the font once; whether it could be read.
+fn font_is_ready() -> bool {
+    static READY: OnceLock<bool> = OnceLock::new();
+    *READY.get_or_init(|| register_font(FAMILY, FontStyle::Normal, FONT).is_ok())
+}
+
+/// Width of a text \[px\].
+pub(super) fn text_width(text: &str, size: f64) -> f64 {
+    // Measured large, because the answer comes in whole pixels.
+    const LARGE: f64 = 100.0;
+    let font = FontDesc::new(
+        FontFamily::Name(FAMILY),
+        LARGE * LINE_PER_EM,
+        FontStyle::Normal,
+    );
+    let measured = if font_is_ready() {
+        font.box_size(text).ok()
+    } else {
+        None
+    };
+    // Letters are 0.6 em wide on average, should there be no font.
+    let width = measured.map_or_else(
+        || 0.6 * LARGE * text.chars().count() as f64,
+        |(width, _)| f64::from(width),
+    );
+    width * size / LARGE
+}
+
+/// The canvas as an SVG document.
+///
+/// # Errors
+/// The backend refuses.
+pub(super) fn svg(canvas: &Canvas) -> Result<String, PlotError> {
+    let [width, height] = canvas.size().map(|length| (length * SVG_SCALE) as u32);
+    let mut text = String::new();
+    {
+        let mut backend = SVGBackend::with_string(&mut text, (width, height));
+        draw(canvas, &mut backend, SVG_SCALE, Medium::Svg)?;
+    }
+    let drawn = format!("width=\"{width}\" height=\"{height}\"");
+    let shown = format!(
+        "width=\"{}\" height=\"{}\"",
+        canvas.size()[0],
+        canvas.size()[1]
+    );
+    Ok(text.replacen(&drawn, &shown, 1))
+}
+
+/// The canvas as a PNG file.
+///
+/// # Errors
+/// The backend or the encoder refuses.
+pub(super) fn png(canvas: &Canvas) -> Result<Vec<u8>, PlotError> {
+    let scale = PNG_SCALE * OVERSAMPLING;
+    let [width, height] = canvas.size().map(|length| length as usize * scale);
+    let mut pixels = vec![0; 3 * width * height];
+    {
+        let size = (width as u32, height as u32);
+        let mut backend = BitMapBackend::with_buffer(&mut pixels, size);
+        draw(canvas, &mut backend, scale as f64, Medium::Bitmap)?;
+    }
+    let averaged = average(&pixels, width);
+    let mut bytes = Vec::new();
+    let size = [width, height].map(|length| (length / OVERSAMPLING) as u32);
+    let mut encoder = png::Encoder::new(&mut bytes, size[0], size[1]);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Best);
+    // Flat colours: filters, made for photographs, make files a fifth larger here.
+    encoder.set_filter(png::FilterType::NoFilter);
+    let mut writer = encoder.write_header().map_err(PlotError::drawing)?;
+    writer
+        .write_image_data(&averaged)
+        .map_err(PlotError::drawing)?;
+    writer.finish().map_err(PlotError::drawing)?;
+    Ok(bytes)
+}
+
+/// Averages squares of `OVERSAMPLING` pixels of an RGB image.
+fn average(pixels: &[u8], width: usize) -> Vec<u8> {
+    let rows = pixels.chunks_exact(3 * width * OVERSAMPLING);
+    let mut averaged = Vec::with_capacity(pixels.len() / (OVERSAMPLING * OVERSAMPLING));
+    for row in rows {
+        for column in 0..width / OVERSAMPLING {
+            for channel in 0..3 {
+                let mut sum = 0;
+                for y in 0..OVERSAMPLING {
+                    for x in 0..OVERSAMPLING {
+                        let pixel = y * width + column * OVERSAMPLING + x;
+                        sum += usize::from(row[3 * pixel + channel]);
+                    }
+                }
+                averaged.push((sum / (OVERSAMPLING * OVERSAMPLING)) as u8);
+            }
+        }
+    }
+    averaged
+}
+
+fn draw<B: DrawingBackend>(
+    canvas: &Canvas,
+    backend: &mut B,
+    scale: f64,
+    medium: Medium,
+) -> Result<(), PlotError> {
+    if !font_is_ready() {
+        return Err(PlotError::drawing("the built-in font cannot be read"));
+    }
+    let whole = |place: Place| {
+        (
+            (place[0] * scale).round() as i32,
+            (place[1] * scale).round() as i32,
+        )
+    };
+    let white = RGBColor(255, 255, 255);
+    backend
+        .draw_rect((0, 0), whole(canvas.size()), &white, true)
+        .map_err(PlotError::drawing)?;
+    for shape in &canvas.shapes {
+        match shape {
+            Shape::Line {
+                points,
+                colour,
+                width,
+            } => {
+                let style = stroke(*colour, width * scale);
+                let places: Vec<(i32, i32)> = points.iter().copied().map(whole).collect();
+                match medium {
+                    Medium::Svg => backend.draw_path(places, &style),
+                    // The backend makes one polygon of a thick path, which goes wrong where
+                    // the path crosses itself: separate lines with round joints instead.
+                    Medium::Bitmap => {
+                        let pairs = places.windows(2).filter(|pair| pair[0] != pair[1]);
+                        pairs
+                            .map(|pair| (pair[0], pair[1]))
+                            .try_for_each(|(from, to)| {
+                                backend.draw_path([from, to], &style)?;
+                                let radius = style.stroke_width / 2;
+                                backend.draw_circle(to, radius, &style.filled(), true)
+                            })
+                    }
+                }
+            }
+            Shape::Rectangle { from, to, colour } => {
+                backend.draw_rect(whole(*from), whole(*to), &rgb(*colour), true)
+            }
+            Shape::Polygon { points, colour } => {
+                backend.fill_polygon(points.iter().copied().map(whole), &rgb(*colour))
+            }
+            Shape::Disc {
+                centre,
+                radius,
+                colour,
+            } => {
+                let radius = (radius * scale).round() as u32;
+                backend.draw_circle(whole(*centre), radius, &rgb(*colour), true)
+            }
+            Shape::Text {
+                at,
+                text,
+                size,
+                colour,
+                anchor,
+                upwards,
+            } => {
+                let em = size * scale;
+                // Size as the backend counts it, and how far below the top of the text it
+                // puts the baseline.
+                let (size, drop) = match medium {
+                    Medium::Svg => (em * SVG_SIZE_PER_EM, 0.76 * em),
+                    Medium::Bitmap => (em * LINE_PER_EM, 0.5 * em * LINE_PER_EM),
+                };
+                let (x, y) = whole(*at);
+                let drop = drop.round() as i32;
+                let (place, turn) = if *upwards {
+                    ((x - drop, y), FontTransform::Rotate270)
+                } else {
+                    ((x, y - drop), FontTransform::None)
+                };
+                let font = FontDesc::new(FontFamily::Name(FAMILY), size, FontStyle::Normal)
+                    .transform(turn);
+                let across = match anchor {
+                    Anchor::Start => HPos::Left,
+                    Anchor::Middle => HPos::Center,
+                    Anchor::End => HPos::Right,
+                };
+                let ink = rgb(*colour);
+                let style = TextStyle::from(font)
+                    .color(&ink)
+                    .pos(Pos::new(across, VPos::Top));
+                backend.draw_text(text, &style, place)
+            }
+        }
+        .map_err(PlotError::drawing)?;
+    }
+    backend.present().map_err(PlotError::drawing)
+}
+
+fn rgb(colour: Colour) -> RGBColor {
+    RGBColor(colour.0, colour.1, colour.2)
+}
+
+fn stroke(colour: Colour, width: f64) -> ShapeStyle {
+    ShapeStyle::from(&rgb(colour)).stroke_width(width.round().max(1.0) as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::plot::canvas::{BLUE, INK};
+
+    fn pixels(canvas: &Canvas) -> (usize, Vec<u8>) {
+        let bytes = png(canvas).unwrap();
+        let mut reader = png::Decoder::new(bytes.as_slice()).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size()];
+        let frame = reader.next_frame(&mut pixels).unwrap();
+        (frame.width as usize, pixels)
+    }
+
+    #[test]
+    fn a_rectangle_covers_its_pixels_and_no_others() {
+        let mut canvas = Canvas::titled("", "");
+        canvas.rectangle([100.0, 200.0], [110.0, 220.0], BLUE);
+        let (width, pixels) = pixels(&canvas);
+        let at = |x: usize, y: usize| &pixels[3 * (y * width + x)..][..3];
+        assert_eq!(at(201, 401), [BLUE.0, BLUE.1, BLUE.2]);
+        assert_eq!(at(218, 438), [BLUE.0, BLUE.1, BLUE.2]);
+        for outside in [(198, 420), (222, 420), (210, 398), (210, 442)] {
+            assert_eq!(at(outside.0, outside.1), [255; 3], "{outside:?}");
+        }
+    }
+
+    #[test]
+    fn a_path_that_crosses_itself_is_drawn_whole() {
+        let corners = [
+            [100.0, 100.0],
+            [200.0, 200.0],
+            [200.0, 100.0],
+            [100.0, 200.0],
+        ];
+        let mut canvas = Canvas::titled("", "");
+        canvas.line(&corners, INK, 2.0);
+        let (width, pixels) = pixels(&canvas);
+        for [x, y] in [[150, 150], [120, 120], [200, 150], [120, 180]] {
+            let pixel = &pixels[3 * (2 * y * width + 2 * x)..][..3];
+            assert!(pixel[0] < 0x80, "nothing at {x}, {y}: {pixel:?}");
+        }
+    }
+
+    #[test]
+    fn texts_are_measured_with_the_built_in_font() {
+        // Advance widths of DejaVu Sans: 1303 of 2048 units for a digit, 569 for an i.
+        let width = text_width("0000000000", 20.0);
+        assert!((width - 200.0 * 1303.0 / 2048.0).abs() < 0.5, "{width}");
+        let narrow = text_width("iiiiiiiiii", 20.0);
+        assert!((narrow - 200.0 * 569.0 / 2048.0).abs() < 0.5, "{narrow}");
+    }
+
+    #[test]
+    fn markup_in_names_is_escaped() {
+        let canvas = Canvas::titled("a<b> & \"c\"", "");
+        let document = svg(&canvas).unwrap();
+        let document = roxmltree::Document::parse(&document).unwrap();
+        let text = document.descendants().find(|n| n.has_tag_name("text"));
+        assert_eq!(text.unwrap().text().unwrap().trim(), "a<b> & \"c\"");
+    }
+}

@@ -1,0 +1,108 @@
+//! The largest Lyapunov exponent over two axes: chaotic points in colour, all others by
+//! what they are.
+
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas, Colour, INK};
+use super::cells::{Cells, HEIGHT, MARGIN, missing_key};
+use super::motion::{Motion, counts, key};
+use super::panel::TICK_SIZE;
+use super::ramp::{bar, viridis};
+use super::results::Results;
+use super::{Drawn, Picture, What};
+
+/// Cells of points that are not chaotic: pale, so that the ramp stands out.
+fn calm(motion: Motion) -> Colour {
+    match motion {
+        Motion::Failed | Motion::NotConverged => motion.colour(),
+        Motion::QuasiPeriodic => Colour(0xc6, 0xdf, 0xf3),
+        _ => Colour(0xee, 0xee, 0xee),
+    }
+}
+
+pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
+    let chaotic = |motion: Motion| motion == Motion::Chaotic;
+    // One scale for all slices, so that they compare.
+    let found = results.summary.all.iter();
+    let largest = found
+        .filter(|point| chaotic(Motion::of(point)))
+        .filter_map(|point| point.lambda)
+        .fold(0.0, f64::max);
+    let unit = results.unit("lambda_max");
+    let (slices, all) = results.slices(&cells.free());
+    let mut drawn = Drawn::of_slices(What::Lambda, slices.len(), all);
+    for slice in slices {
+        let title = format!(
+            "{}: largest Lyapunov exponent λ over {}",
+            results.job,
+            cells.words()
+        );
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let missing = cells.draw(&mut canvas, &slice, |point| match Motion::of(point) {
+            Motion::Chaotic => {
+                let lambda = point.lambda.unwrap_or(0.0);
+                let texts = vec![format!("{lambda:.2}")];
+                (
+                    viridis(if largest > 0.0 { lambda / largest } else { 0.0 }),
+                    texts,
+                )
+            }
+            motion => (calm(motion), vec![motion.mark()]),
+        });
+        let mut others = counts(slice.points.iter().copied());
+        let mut y = HEIGHT[0];
+        if others.remove(&Motion::Chaotic).is_some() && largest > 0.0 {
+            let name = "λ of chaotic points";
+            let axis = Axis::linear(name, unit, [0.0, largest]);
+            let bottom = HEIGHT[0] + 230.0;
+            bar(&mut canvas, MARGIN, [HEIGHT[0], bottom], &axis);
+            y = bottom + 26.0;
+        }
+        for (motion, count) in &others {
+            canvas.rectangle([MARGIN, y], [MARGIN + 20.0, y + 18.0], calm(*motion));
+            let ink = super::ramp::ink_on(calm(*motion));
+            let mark = motion.mark();
+            canvas.text(
+                [MARGIN + 10.0, y + 13.5],
+                &mark,
+                TICK_SIZE,
+                ink,
+                Anchor::Middle,
+            );
+            let text = format!("{} ({count})", motion.name());
+            canvas.text(
+                [MARGIN + 28.0, y + 13.5],
+                &text,
+                TICK_SIZE,
+                INK,
+                Anchor::Start,
+            );
+            y += 24.0;
+        }
+        missing_key(&mut canvas, y + 2.0, missing);
+        drawn
+            .pictures
+            .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
+    }
+    drawn
+}
+
+/// The kind of motion over two axes.
+pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
+    let (slices, all) = results.slices(&cells.free());
+    let mut drawn = Drawn::of_slices(What::Classes, slices.len(), all);
+    for slice in slices {
+        let title = format!("{}: kind of motion over {}", results.job, cells.words());
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let missing = cells.draw(&mut canvas, &slice, |point| {
+            let motion = Motion::of(point);
+            (motion.colour(), vec![motion.mark()])
+        });
+        let found = counts(slice.points.iter().copied());
+        let used = key(&mut canvas, [MARGIN, HEIGHT[0]], &found);
+        missing_key(&mut canvas, HEIGHT[0] + used, missing);
+        drawn
+            .pictures
+            .push(Picture::new(format!("classes{}", slice.suffix), canvas));
+    }
+    drawn
+}

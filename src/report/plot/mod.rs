@@ -1,0 +1,271 @@
+//! Pictures of a results or trace folder, in SVG and PNG, from its Parquet files alone.
+//!
+//! Each kind of picture is a list of shapes on a [`canvas`] first, and one place makes SVG
+//! or PNG of it. Same files, same bytes.
+
+mod axis;
+mod canvas;
+mod cells;
+mod class_rows;
+mod draw;
+mod error;
+mod lambda_map;
+mod motion;
+mod over_axis;
+mod panel;
+mod phase;
+mod ramp;
+mod recording;
+mod results;
+mod spectrum;
+mod trace;
+
+use std::path::Path;
+
+use crate::store::TableKind;
+use canvas::Canvas;
+use recording::Recording;
+use results::Results;
+
+pub use error::PlotError;
+
+/// A kind of picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum What {
+    /// λ over the first two axes of the grid, or over its only one.
+    Lambda,
+    /// The kind of motion over the same.
+    Classes,
+    /// Strobed deflection over one axis, with λ below.
+    Bifurcation,
+    /// Spectra of one point.
+    Spectrum,
+    /// Phase portrait of a trace, or strobe samples of one point.
+    Phase,
+    /// A trace over time.
+    Trace,
+}
+
+impl What {
+    /// All kinds.
+    pub const ALL: [Self; 6] = [
+        Self::Lambda,
+        Self::Classes,
+        Self::Bifurcation,
+        Self::Spectrum,
+        Self::Phase,
+        Self::Trace,
+    ];
+
+    /// Its name on the command line and at the start of file names.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lambda => "lambda",
+            Self::Classes => "classes",
+            Self::Bifurcation => "bifurcation",
+            Self::Spectrum => "spectrum",
+            Self::Phase => "phase",
+            Self::Trace => "trace",
+        }
+    }
+}
+
+/// What to draw.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct PlotRequest {
+    /// Kinds of pictures; empty for all that the data allow.
+    pub what: Vec<What>,
+    /// Axis of pictures over one axis; else the one with most values.
+    pub over: Option<String>,
+    /// `point_id` of pictures of one point; else the loudest or most chaotic one.
+    pub point: Option<u64>,
+}
+
+/// A picture, not yet in a file format.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// File name without extension.
+    pub name: String,
+    canvas: Canvas,
+}
+
+impl Picture {
+    fn new(name: String, canvas: Canvas) -> Self {
+        Self { name, canvas }
+    }
+
+    /// The picture as an SVG document, 960 pixels wide.
+    ///
+    /// # Errors
+    /// The drawing library refuses.
+    pub fn svg(&self) -> Result<String, PlotError> {
+        draw::svg(&self.canvas)
+    }
+
+    /// The picture as a PNG file, 1920 pixels wide.
+    ///
+    /// # Errors
+    /// The drawing library refuses.
+    pub fn png(&self) -> Result<Vec<u8>, PlotError> {
+        draw::png(&self.canvas)
+    }
+}
+
+/// Pictures of a folder.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Drawn {
+    /// The pictures, by kind.
+    pub pictures: Vec<Picture>,
+    /// What was left out and why, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Drawn {
+    fn one(picture: Picture) -> Self {
+        Self {
+            pictures: vec![picture],
+            notes: Vec::new(),
+        }
+    }
+
+    /// Nothing yet, but a note if not all slices will be drawn.
+    fn of_slices(what: What, drawn: usize, all: usize) -> Self {
+        let mut notes = Vec::new();
+        if drawn < all {
+            notes.push(format!(
+                "{}: the first {drawn} of {all} slices are drawn",
+                what.name()
+            ));
+        }
+        Self {
+            pictures: Vec::new(),
+            notes,
+        }
+    }
+
+    fn append(&mut self, other: Self) {
+        self.pictures.extend(other.pictures);
+        self.notes.extend(other.notes);
+    }
+}
+
+/// The two kinds of folders; one may be both.
+struct Folder {
+    results: Option<Results>,
+    recording: Option<Recording>,
+}
+
+/// Draws what was asked for, or all that the folder's data allow.
+///
+/// # Errors
+/// There is nothing to plot, a file cannot be read, or what was asked for is not there.
+pub fn plot(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let holds = |kind: TableKind| folder.join(kind.file_name()).exists();
+    let has_results = holds(TableKind::Points);
+    let has_trace = holds(TableKind::Trace);
+    if !has_results && !has_trace {
+        return Err(PlotError::Nothing {
+            folder: folder.to_path_buf(),
+        });
+    }
+    let found = Folder {
+        results: has_results.then(|| Results::read(folder)).transpose()?,
+        recording: has_trace.then(|| Recording::read(folder)).transpose()?,
+    };
+    let mut drawn = Drawn::default();
+    if request.what.is_empty() {
+        for what in What::ALL {
+            match found.draw(what, request) {
+                Ok(pictures) => drawn.append(pictures),
+                Err(PlotError::Unfit { what, reason }) if found.can_hold(what) => {
+                    drawn.notes.push(format!("{}: {reason}", what.name()));
+                }
+                Err(PlotError::Unfit { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        return Ok(drawn);
+    }
+    for &what in &request.what {
+        match found.draw(what, request) {
+            Ok(pictures) => drawn.append(pictures),
+            Err(PlotError::Unfit { what, reason }) => {
+                return Err(PlotError::NotAvailable {
+                    what,
+                    folder: folder.to_path_buf(),
+                    reason,
+                    available: found.available(),
+                });
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(drawn)
+}
+
+impl Folder {
+    fn draw(&self, what: What, request: &PlotRequest) -> Result<Drawn, PlotError> {
+        let unfit = |reason: &str| PlotError::Unfit {
+            what,
+            reason: reason.into(),
+        };
+        match (what, &self.results, &self.recording) {
+            (What::Trace, _, Some(recording)) => Ok(trace::draw(recording)),
+            (What::Phase, _, Some(recording)) => Ok(phase::of_trace(recording)),
+            (What::Trace, _, None) => Err(unfit("a folder from `atlas trace` is needed")),
+            (_, Some(results), _) => of_results(what, results, request),
+            (_, None, _) => Err(unfit("a folder from `atlas run` is needed")),
+        }
+    }
+
+    /// Whether this kind of picture belongs to this kind of folder.
+    fn can_hold(&self, what: What) -> bool {
+        match what {
+            What::Trace => self.recording.is_some(),
+            What::Phase => true,
+            _ => self.results.is_some(),
+        }
+    }
+
+    /// Names of the pictures that the data allow.
+    fn available(&self) -> String {
+        let request = PlotRequest::default();
+        let fitting = What::ALL
+            .into_iter()
+            .filter(|&what| self.draw(what, &request).is_ok());
+        let names: Vec<&str> = fitting.map(What::name).collect();
+        match names.is_empty() {
+            true => "none".into(),
+            false => names.join(", "),
+        }
+    }
+}
+
+fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let unfit = |reason: &str| PlotError::Unfit {
+        what,
+        reason: reason.into(),
+    };
+    if results.summary.all.is_empty() {
+        return Err(unfit("points.parquet holds no point"));
+    }
+    let over = request.over.as_deref();
+    let cells = cells::Cells::new(results);
+    match what {
+        What::Lambda if results.summary.all.iter().all(|p| p.lambda.is_none()) => Err(unfit(
+            "no point has an exponent; ask for `lyapunov` in the manifest's [analyses], with enough cycles",
+        )),
+        What::Lambda => match cells {
+            Some(cells) if over.is_none() => Ok(lambda_map::draw(results, &cells)),
+            _ => Ok(over_axis::draw_lambda(results, results.along(what, over)?)),
+        },
+        What::Classes => match cells {
+            Some(cells) if over.is_none() => Ok(lambda_map::draw_classes(results, &cells)),
+            _ => Ok(class_rows::draw(results, results.along(what, over)?)),
+        },
+        What::Bifurcation => over_axis::draw_bifurcation(results, results.along(what, over)?),
+        What::Spectrum => spectrum::draw(results, request),
+        What::Phase => phase::of_results(results, request),
+        What::Trace => Err(unfit("a folder from `atlas trace` is needed")),
+    }
+}

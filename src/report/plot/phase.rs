@@ -1,0 +1,152 @@
+//! Phase portraits: deflection and its rate. From a trace, the orbit with its strobe
+//! samples; from results, the strobe samples alone.
+
+use super::axis::{Axis, padded, range};
+use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
+use super::error::PlotError;
+use super::motion::Motion;
+use super::panel::{Panel, TICK_SIZE};
+use super::recording::Recording;
+use super::results::Results;
+use super::{Drawn, Picture, PlotRequest, What};
+use crate::report::PointSummary;
+use crate::store::TableKind;
+
+/// Most mesh cycles of an orbit.
+const MOST_CYCLES: u64 = 400;
+/// The orbit below the strobe samples.
+const ORBIT: Colour = Colour(0x7f, 0xb2, 0xd9);
+
+fn panel(across: [f64; 2], up: [f64; 2], units: [&str; 2], at: &str) -> Panel {
+    Panel {
+        left: 92.0,
+        right: 820.0,
+        top: 72.0,
+        bottom: 526.0,
+        across: Axis::linear(&format!("deflection{at}"), units[0], padded(across, 0.05)),
+        up: Axis::linear(
+            &format!("rate of the deflection{at}"),
+            units[1],
+            padded(up, 0.05),
+        ),
+    }
+}
+
+/// Strobe samples of one point: the one asked for, else the most chaotic, else the loudest.
+pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let unfit = |reason: String| PlotError::Unfit {
+        what: What::Phase,
+        reason,
+    };
+    let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
+        let ask = "ask for `poincare` in the manifest's [analyses]";
+        unfit(format!("there is no poincare.parquet; {ask}"))
+    })?;
+    let ids = table.u64("point_id")?;
+    let sampled = |point: &&PointSummary| ids.binary_search(&Some(point.point_id)).is_ok();
+    let liveliness = |point: &PointSummary| match Motion::of(point) {
+        Motion::Chaotic => point.lambda.unwrap_or(0.0),
+        _ => f64::NEG_INFINITY,
+    };
+    let (point, why) = match request.point {
+        Some(id) => (results.point(id)?, ""),
+        None => {
+            let known = results.summary.all.iter().zip(&results.loudness);
+            let best = known.filter(|(point, _)| sampled(point)).max_by(|a, b| {
+                let chaos = liveliness(a.0).total_cmp(&liveliness(b.0));
+                chaos.then(a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
+            });
+            let (point, _) =
+                best.ok_or_else(|| unfit("poincare.parquet holds no sample".into()))?;
+            let why = match Motion::of(point) {
+                Motion::Chaotic => "the point with the largest λ",
+                _ => "the point with the largest dte_rms",
+            };
+            (point, why)
+        }
+    };
+    let (deflections, rates) = (table.f64("deflection")?, table.f64("velocity")?);
+    let samples: Vec<[f64; 2]> = ids
+        .iter()
+        .zip(deflections.iter().zip(&rates))
+        .filter(|(id, _)| **id == Some(point.point_id))
+        .filter_map(|(_, (deflection, rate))| Some([(*deflection)?, (*rate)?]))
+        .collect();
+    if samples.is_empty() {
+        return Err(unfit(format!(
+            "point {} has no strobe sample",
+            point.point_id
+        )));
+    }
+    let units = table.units()?;
+    let unit = |column: &str| units.get(column).map_or("", String::as_str);
+    let title = format!("{}: strobe samples in the phase plane", results.job);
+    let words = results.point_words(point);
+    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, why]));
+    let column = |index: usize| range(samples.iter().map(|sample| sample[index]));
+    let panel = panel(
+        column(0),
+        column(1),
+        [unit("deflection"), unit("velocity")],
+        " at mesh phase 0",
+    );
+    panel.frame(&mut canvas, true);
+    for [deflection, rate] in &samples {
+        canvas.disc(panel.at(*deflection, *rate), 2.6, BLUE);
+    }
+    let count = format!("{} samples", samples.len());
+    let at = [panel.right + 14.0, panel.top + TICK_SIZE];
+    canvas.text(at, &count, TICK_SIZE, SOFT, Anchor::Start);
+    Ok(Drawn::one(Picture::new(
+        format!("phase-point{}", point.point_id),
+        canvas,
+    )))
+}
+
+/// The orbit of a trace, with a dot where a mesh cycle starts.
+pub(super) fn of_trace(recording: &Recording) -> Drawn {
+    let rows = recording.first_cycles(MOST_CYCLES);
+    let (deflection, rate) = (&recording.deflection[..rows], &recording.velocity[..rows]);
+    let gap = recording.half_gap;
+    let edges = gap.into_iter().flat_map(|gap| [-gap, gap]);
+    let panel = panel(
+        range(deflection.iter().copied().chain(edges)),
+        range(rate.iter().copied()),
+        [recording.unit("deflection"), recording.unit("velocity")],
+        "",
+    );
+    let title = format!("{}: phase portrait", recording.job);
+    let mut canvas = Canvas::titled(&title, &recording.subtitle(rows));
+    panel.frame(&mut canvas, true);
+    for (edge, name) in gap
+        .into_iter()
+        .flat_map(|gap| [(-gap, "coast"), (gap, "drive")])
+    {
+        let x = panel.x(edge);
+        canvas.dashes([x, panel.top], [x, panel.bottom], RED, 1.2);
+        let (at, anchor) = match name {
+            "coast" => ([x - 5.0, panel.bottom - 8.0], Anchor::End),
+            _ => ([x + 5.0, panel.bottom - 8.0], Anchor::Start),
+        };
+        canvas.text(at, &format!("{name} contact"), TICK_SIZE, RED, anchor);
+    }
+    let orbit: Vec<Place> = (deflection.iter().zip(rate))
+        .map(|(deflection, rate)| panel.at(*deflection, *rate))
+        .collect();
+    canvas.line(&orbit, ORBIT, 1.0);
+    for row in (0..rows).filter(|&row| recording.starts_cycle(row)) {
+        canvas.disc(orbit[row], 3.2, INK);
+    }
+    let [x, y] = [panel.right + 14.0, panel.top + TICK_SIZE];
+    canvas.line(&[[x, y - 4.0], [x + 16.0, y - 4.0]], ORBIT, 2.0);
+    canvas.text([x + 22.0, y], "orbit", TICK_SIZE, INK, Anchor::Start);
+    canvas.disc([x + 8.0, y + 18.0], 3.2, INK);
+    canvas.text(
+        [x + 22.0, y + 22.0],
+        "mesh phase 0",
+        TICK_SIZE,
+        INK,
+        Anchor::Start,
+    );
+    Drawn::one(Picture::new("phase".into(), canvas))
+}

@@ -1,0 +1,150 @@
+//! A trace folder as the pictures need it.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::error::PlotError;
+use crate::report::text::number;
+use crate::store::{ResultTable, StoreError, TableKind};
+
+/// A change of contact state.
+pub(super) struct Change {
+    /// Mesh cycles since the start of the simulation.
+    pub time: f64,
+    /// Of the drive flank; else of the coast flank.
+    pub drive: bool,
+    /// Into contact; else out of it.
+    pub entry: bool,
+}
+
+/// A traced trajectory.
+pub(super) struct Recording {
+    pub job: String,
+    point: String,
+    /// Mesh cycles since the start of the simulation, a value a sample.
+    pub time: Vec<f64>,
+    phase: Vec<f64>,
+    pub deflection: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub force: Vec<f64>,
+    pub contact: Vec<String>,
+    /// \[m\]
+    pub half_gap: Option<f64>,
+    /// Mesh period \[s\].
+    pub period: Option<f64>,
+    pub changes: Vec<Change>,
+    units: BTreeMap<String, String>,
+}
+
+impl Recording {
+    pub fn read(folder: &Path) -> Result<Self, PlotError> {
+        let table = ResultTable::read(folder, TableKind::Trace)?;
+        let events = match ResultTable::read(folder, TableKind::Events) {
+            Ok(events) => Some(events),
+            Err(StoreError::Missing { .. }) => None,
+            Err(error) => return Err(error.into()),
+        };
+        // A value that is not finite is a null in the file.
+        let column = |name: &str| -> Result<Vec<f64>, StoreError> {
+            let values = table.f64(name)?.into_iter();
+            Ok(values.map(|value| value.unwrap_or(f64::NAN)).collect())
+        };
+        let phase = column("phase")?;
+        Ok(Self {
+            job: table.metadata("job").unwrap_or("trace").to_owned(),
+            point: point_words(table.metadata("point")),
+            time: times(&table)?,
+            deflection: column("deflection")?,
+            velocity: column("velocity")?,
+            force: column("force")?,
+            contact: (table.text("contact")?.into_iter())
+                .map(Option::unwrap_or_default)
+                .collect(),
+            half_gap: quantity(table.metadata("half_gap")),
+            period: quantity(table.metadata("mesh_period")),
+            changes: events.as_ref().map_or(Ok(Vec::new()), changes)?,
+            units: table.units()?,
+            phase,
+        })
+    }
+
+    /// Unit of a column of trace.parquet.
+    pub fn unit(&self, column: &str) -> &str {
+        self.units.get(column).map_or("", String::as_str)
+    }
+
+    /// Number of samples in the first mesh cycles.
+    pub fn first_cycles(&self, cycles: u64) -> usize {
+        let start = self.time.first().copied().unwrap_or(0.0);
+        let end = start + cycles as f64 + 1e-9;
+        self.time.partition_point(|time| *time <= end)
+    }
+
+    /// Whether a sample is at mesh phase 0.
+    pub fn starts_cycle(&self, row: usize) -> bool {
+        self.phase[row] == 0.0
+    }
+
+    /// Point, and the part shown of the recording.
+    pub fn subtitle(&self, rows: usize) -> String {
+        let mut parts = Vec::new();
+        if !self.point.is_empty() {
+            parts.push(self.point.clone());
+        }
+        if rows < self.time.len() {
+            let cycles = |row: Option<&f64>| row.copied().unwrap_or(0.0) - self.time[0];
+            parts.push(format!(
+                "the first {} of {} mesh cycles",
+                number(cycles(self.time.get(rows - 1)).round()),
+                number(cycles(self.time.last()).round())
+            ));
+        }
+        parts.join("  ·  ")
+    }
+}
+
+/// Mesh cycles since the start of the simulation.
+fn times(table: &ResultTable) -> Result<Vec<f64>, StoreError> {
+    let cycles = table.u64("cycle")?.into_iter();
+    let times = cycles.zip(table.f64("phase")?);
+    Ok(times
+        .map(|(cycle, phase)| cycle.unwrap_or(0) as f64 + phase.unwrap_or(0.0))
+        .collect())
+}
+
+fn changes(events: &ResultTable) -> Result<Vec<Change>, StoreError> {
+    let kinds = events.text("kind")?.into_iter();
+    Ok(times(events)?
+        .into_iter()
+        .zip(kinds)
+        .filter_map(|(time, kind)| {
+            let kind = kind?;
+            Some(Change {
+                time,
+                drive: kind.starts_with("drive"),
+                entry: kind.ends_with("entry"),
+            })
+        })
+        .collect())
+}
+
+/// `{"value":1e-5,"unit":"m"}`.
+fn quantity(text: Option<&str>) -> Option<f64> {
+    let value: serde_json::Value = serde_json::from_str(text?).ok()?;
+    value.get("value")?.as_f64()
+}
+
+/// `{"load":0.1,"speed":1150.0}` in words; values are in SI.
+fn point_words(text: Option<&str>) -> String {
+    let parsed = text.and_then(|text| serde_json::from_str(text).ok());
+    let map: serde_json::Map<String, serde_json::Value> = parsed.unwrap_or_default();
+    let values = map.iter().map(|(name, value)| match value.as_f64() {
+        Some(value) => format!("{name} {}", number(value)),
+        None => format!("{name} {value}"),
+    });
+    let values: Vec<String> = values.collect();
+    match values.is_empty() {
+        true => String::new(),
+        false => format!("{} (SI units)", values.join(", ")),
+    }
+}

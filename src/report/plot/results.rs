@@ -1,0 +1,220 @@
+//! A results folder as the pictures need it: its summary, the tables beside it, and the
+//! grid cut into slices over one or two axes.
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+
+use super::What;
+use super::error::PlotError;
+use crate::report::text::number;
+use crate::report::{Axis as GridAxis, PointSummary, Summary};
+use crate::store::{ResultTable, RunState, StoreError, TableKind};
+
+/// Most slices drawn of one kind of picture.
+pub(super) const MOST_SLICES: usize = 24;
+
+/// A results folder.
+pub(super) struct Results {
+    pub folder: PathBuf,
+    pub summary: Summary,
+    pub job: String,
+    /// Unit of every column of points.parquet.
+    pub units: BTreeMap<String, String>,
+    /// Root mean square deflection of every point \[m\], where measured.
+    pub loudness: Vec<Option<f64>>,
+    /// What is missing, if anything.
+    caveat: Option<String>,
+}
+
+/// Points with the same values on all axes but those of the picture.
+pub(super) struct Slice<'a> {
+    pub points: Vec<&'a PointSummary>,
+    /// The held axes with their values, and the size: `load 0.1  ·  60 points`.
+    pub words: String,
+    /// The same for a file name, `-load=0.1`; empty when there is but one slice.
+    pub suffix: String,
+}
+
+impl Results {
+    pub fn read(folder: &Path) -> Result<Self, PlotError> {
+        let summary = Summary::read(folder)?;
+        let table = ResultTable::read(folder, TableKind::Points)?;
+        let name = folder.file_name().map(|name| name.to_string_lossy());
+        let job = summary.job.clone().or(name.map(Into::into));
+        let caveat = match summary.state {
+            Some(RunState::Complete) => None,
+            Some(RunState::Interrupted) if summary.points as u64 == summary.expected => summary
+                .shards
+                .map(|[found, all]| format!("incomplete: {found} of {all} shards")),
+            Some(RunState::Interrupted) => Some(format!(
+                "interrupted: {} of {} points",
+                summary.points, summary.expected
+            )),
+            None => Some("without run.json: may be incomplete".into()),
+        };
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            job: job.unwrap_or_default(),
+            units: table.units()?,
+            loudness: table.f64("dte_rms")?,
+            summary,
+            caveat,
+        })
+    }
+
+    /// A table beside the points; `None` where it does not exist.
+    pub fn table(&self, kind: TableKind) -> Result<Option<ResultTable>, PlotError> {
+        match ResultTable::read(&self.folder, kind) {
+            Ok(table) => Ok(Some(table)),
+            Err(StoreError::Missing { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Unit of a column of points.parquet.
+    pub fn unit(&self, column: &str) -> &str {
+        self.units.get(column).map_or("", String::as_str)
+    }
+
+    /// Positions of the axes with more than one value, slowest first.
+    pub fn varied(&self) -> Vec<usize> {
+        let axes = self.summary.axes.iter().enumerate();
+        axes.filter(|(_, axis)| axis.values.len() > 1)
+            .map(|(index, _)| index)
+            .collect()
+    }
+
+    /// The axis that pictures over one axis go along: the one named, or the one with most
+    /// values, the fastest of equals.
+    pub fn along(&self, what: What, name: Option<&str>) -> Result<usize, PlotError> {
+        let varied = self.varied();
+        let axis = |index: &usize| &self.summary.axes[*index];
+        match name {
+            Some(name) => varied
+                .iter()
+                .copied()
+                .find(|index| axis(index).name == name)
+                .ok_or_else(|| PlotError::UnknownAxis {
+                    name: name.to_owned(),
+                    known: match varied.is_empty() {
+                        true => "none".into(),
+                        false => {
+                            let names: Vec<&str> =
+                                varied.iter().map(|i| axis(i).name.as_str()).collect();
+                            names.join(", ")
+                        }
+                    },
+                }),
+            None => varied
+                .iter()
+                .copied()
+                .max_by_key(|index| axis(index).values.len())
+                .ok_or_else(|| PlotError::Unfit {
+                    what,
+                    reason: "no grid axis has more than one value".into(),
+                }),
+        }
+    }
+
+    /// The grid cut along some axes, in the order of the held values; at most
+    /// [`MOST_SLICES`], with the number of all.
+    pub fn slices(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
+        let axes = &self.summary.axes;
+        let held: Vec<usize> = (0..axes.len()).filter(|i| !free.contains(i)).collect();
+        let values = |point: &PointSummary| -> Vec<f64> {
+            held.iter().map(|&index| point.axis_values[index]).collect()
+        };
+        let mut all: Vec<(Vec<f64>, Vec<&PointSummary>)> = Vec::new();
+        let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
+        for point in &self.summary.all {
+            let key = values(point);
+            let bits = key.iter().map(|value| value.to_bits()).collect();
+            let index = *known.entry(bits).or_insert(all.len());
+            match all.get_mut(index) {
+                Some((_, points)) => points.push(point),
+                None => all.push((key, vec![point])),
+            }
+        }
+        all.sort_by(|a, b| {
+            let order = a.0.iter().zip(&b.0).map(|(a, b)| a.total_cmp(b));
+            order.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+        });
+        let count = all.len();
+        let slices = all.into_iter().take(MOST_SLICES).map(|(key, points)| {
+            let known = || held.iter().map(|&index| &axes[index]).zip(&key);
+            let words: Vec<String> = known()
+                .map(|(axis, value)| held_words(axis, *value))
+                .collect();
+            let parts: Vec<String> = known()
+                .filter(|(axis, _)| axis.values.len() > 1)
+                .map(|(axis, value)| format!("{}={}", axis.name, distinct(axis, *value)))
+                .collect();
+            let count_words = format!("{} points", points.len());
+            Slice {
+                points,
+                words: match words.is_empty() {
+                    true => count_words,
+                    false => format!("{}  ·  {count_words}", words.join(", ")),
+                },
+                suffix: match parts.is_empty() {
+                    true => String::new(),
+                    false => format!("-{}", parts.join(",")),
+                },
+            }
+        });
+        (slices.collect(), count)
+    }
+
+    /// The line below a title: the slice, and what is missing of the results.
+    pub fn subtitle(&self, parts: &[&str]) -> String {
+        let caveat = self.caveat.as_deref();
+        let parts = parts.iter().copied().chain(caveat);
+        let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+        parts.join("  ·  ")
+    }
+
+    /// The point of a number.
+    pub fn point(&self, point_id: u64) -> Result<&PointSummary, PlotError> {
+        let found = self.summary.all.iter().find(|p| p.point_id == point_id);
+        found.ok_or(PlotError::UnknownPoint { point_id })
+    }
+
+    /// `point 45: load 0.1, speed 1108 rad/s, chaotic`.
+    pub fn point_words(&self, point: &PointSummary) -> String {
+        let values = self.summary.axes.iter().zip(&point.axis_values);
+        let values: Vec<String> = values
+            .map(|(axis, value)| held_words(axis, *value))
+            .collect();
+        let motion = super::motion::Motion::of(point).name();
+        match values.is_empty() {
+            true => format!("point {}: {motion}", point.point_id),
+            false => format!(
+                "point {}: {}  ·  {motion}",
+                point.point_id,
+                values.join(", ")
+            ),
+        }
+    }
+}
+
+/// `speed 1108 rad/s`.
+fn held_words(axis: &GridAxis, value: f64) -> String {
+    match axis.unit.as_str() {
+        "" | "1" => format!("{} {}", axis.name, number(value)),
+        unit => {
+            let (factor, unit) = super::axis::scaled_unit(unit, value.abs());
+            format!("{} {} {unit}", axis.name, number(value * factor))
+        }
+    }
+}
+
+/// Four digits, or all where four do not tell the values of the axis apart.
+fn distinct(axis: &GridAxis, value: f64) -> String {
+    let text = number(value);
+    let same = axis.values.iter().filter(|other| number(**other) == text);
+    if same.count() > 1 {
+        format!("{value:e}")
+    } else {
+        text
+    }
+}

@@ -1,0 +1,181 @@
+//! Spectra of one point over mesh orders: deflection above, mesh force below.
+
+use super::axis::{Axis, range};
+use super::canvas::{Anchor, BLUE, Canvas, INK, Place};
+use super::error::PlotError;
+use super::panel::{Panel, TICK_SIZE};
+use super::results::Results;
+use super::{Drawn, Picture, PlotRequest, What};
+use crate::store::TableKind;
+
+/// Decades shown below the largest line; what is lower is round-off.
+const DECADES: f64 = 6.0;
+/// Orders shown unless there are fewer.
+const MOST_ORDERS: f64 = 16.0;
+/// Most orders whose amplitude is written above their line.
+const MOST_NAMED: usize = 5;
+
+pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let unfit = |reason: String| PlotError::Unfit {
+        what: What::Spectrum,
+        reason,
+    };
+    let table = results.table(TableKind::Spectra)?.ok_or_else(|| {
+        let ask = "ask for `nvh = { spectrum = true }` in the manifest's [analyses]";
+        unfit(format!("there is no spectra.parquet; {ask}"))
+    })?;
+    let ids = table.u64("point_id")?;
+    let (signals, orders) = (table.text("signal")?, table.f64("order")?);
+    let amplitudes = table.f64("amplitude")?;
+    let has_lines = |id: u64| ids.binary_search(&Some(id)).is_ok();
+    let point = match request.point {
+        Some(id) => results.point(id)?,
+        None => results
+            .summary
+            .all
+            .iter()
+            .zip(&results.loudness)
+            .filter(|(point, _)| has_lines(point.point_id))
+            .max_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
+            .map(|(point, _)| point)
+            .ok_or_else(|| unfit("spectra.parquet holds no line".into()))?,
+    };
+    if !has_lines(point.point_id) {
+        let reason = format!("point {} has no spectrum", point.point_id);
+        return Err(unfit(reason));
+    }
+    let lines = |signal: &str| -> Vec<[f64; 2]> {
+        let start = ids.partition_point(|id| *id < Some(point.point_id));
+        let end = ids.partition_point(|id| *id <= Some(point.point_id));
+        (start..end)
+            .filter(|&row| signals[row].as_deref() == Some(signal))
+            .filter_map(|row| Some([orders[row]?, amplitudes[row]?]))
+            .collect()
+    };
+    // One column holds both: `m (deflection) or N (force)`.
+    let units = table.units()?.remove("amplitude").unwrap_or_default();
+    let title = format!("{}: spectra over mesh orders", results.job);
+    let loudest = if request.point.is_none() {
+        "the point with the largest dte_rms"
+    } else {
+        ""
+    };
+    let words = results.point_words(point);
+    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, loudest]));
+    let signals = [("deflection", [72.0, 288.0]), ("force", [310.0, 526.0])];
+    for (signal, area) in signals {
+        let name = format!("{signal} amplitude");
+        let last = signal == "force";
+        panel(
+            &mut canvas,
+            area,
+            &name,
+            unit_of(&units, signal),
+            &lines(signal),
+            last,
+        );
+    }
+    Ok(Drawn::one(Picture::new(
+        format!("spectrum-point{}", point.point_id),
+        canvas,
+    )))
+}
+
+/// The unit of a signal in `m (deflection) or N (force)`.
+fn unit_of<'u>(units: &'u str, signal: &str) -> &'u str {
+    let named = format!(" ({signal})");
+    let parts = units.split(" or ");
+    parts
+        .into_iter()
+        .find_map(|part| part.strip_suffix(&named))
+        .unwrap_or("")
+}
+
+fn panel(
+    canvas: &mut Canvas,
+    [top, bottom]: [f64; 2],
+    name: &str,
+    unit: &str,
+    lines: &[[f64; 2]],
+    last: bool,
+) {
+    let orders = range(lines.iter().map(|[order, _]| *order))[1].min(MOST_ORDERS);
+    let shown: Vec<[f64; 2]> = lines.iter().copied().filter(|l| l[0] <= orders).collect();
+    let largest = shown.iter().map(|l| l[1]).fold(0.0, f64::max);
+    let empty = largest <= 0.0;
+    let largest = if empty { 1.0 } else { largest };
+    let floor = largest * 10f64.powf(-DECADES);
+    let smallest = shown.iter().map(|l| l[1]).fold(largest, f64::min);
+    let low = smallest.clamp(floor, 0.1 * largest);
+    let panel = Panel {
+        left: 92.0,
+        right: 920.0,
+        top,
+        bottom,
+        across: Axis::linear("mesh order", "1", [0.0, orders.max(1.0)]),
+        up: Axis::logarithmic(name, unit, [low, 4.0 * largest]),
+    };
+    panel.frame(canvas, last);
+    if empty {
+        panel.note(canvas, "no lines above zero");
+        return;
+    }
+    let path: Vec<Place> = shown
+        .iter()
+        .map(|[order, amplitude]| panel.at(*order, amplitude.max(low)))
+        .collect();
+    canvas.line(&path, BLUE, 1.2);
+    let mut peaks: Vec<[f64; 2]> = tones(&shown).collect();
+    peaks.sort_by(|a, b| b[1].total_cmp(&a[1]));
+    let mut named: Vec<Place> = Vec::new();
+    for [order, amplitude] in peaks {
+        let at = panel.at(order, amplitude);
+        let free = |other: &Place| (other[0] - at[0]).abs() > 64.0;
+        if named.len() < MOST_NAMED && named.iter().all(free) {
+            let place = [at[0].min(panel.right - 30.0), at[1] - 5.0];
+            let (factor, shown) = super::axis::scaled_unit(unit, amplitude);
+            let value = crate::report::text::number(amplitude * factor);
+            let text = format!("{value} {shown}");
+            canvas.text(place, &text, TICK_SIZE, INK, Anchor::Middle);
+            named.push(at);
+        }
+    }
+}
+
+/// Lines that stand out from their surroundings, not the humps of broad-band motion.
+fn tones(lines: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
+    // The skirts of a windowed tone reach two lines far.
+    const REACH: usize = 3;
+    lines.windows(2 * REACH + 1).filter_map(|around| {
+        let line = around[REACH];
+        let higher = |other: &[f64; 2]| line[1] >= other[1];
+        let lonely = [around[0], around[2 * REACH]].map(|far| line[1] > 2.0 * far[1]);
+        (around.iter().all(higher) && lonely == [true; 2]).then_some(line)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tones_are_told_from_humps() {
+        let hump = |order: f64| 1.0 / (1.0 + (order - 2.0).powi(2));
+        let mut lines: Vec<[f64; 2]> = (0..200)
+            .map(|i| f64::from(i) / 50.0)
+            .map(|order| [order, hump(order)])
+            .collect();
+        assert_eq!(tones(&lines).count(), 0);
+        lines[50][1] = 5.0;
+        let found: Vec<[f64; 2]> = tones(&lines).collect();
+        assert_eq!(found, [[1.0, 5.0]]);
+    }
+
+    #[test]
+    fn each_signal_finds_its_unit() {
+        let units = "m (deflection) or N (force)";
+        assert_eq!(unit_of(units, "deflection"), "m");
+        assert_eq!(unit_of(units, "force"), "N");
+        assert_eq!(unit_of(units, "sound"), "");
+    }
+}

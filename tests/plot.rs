@@ -1,0 +1,353 @@
+//! `atlas plot` through the real program: what is written for jobs over one, two and three
+//! axes, traces and torn folders, and what is said where nothing can be drawn.
+
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A one-degree oscillator against a gap: a point takes milliseconds.
+const STRUCTURE: &str = include_str!("manifests/oscillator.modal.toml");
+
+const HEAD: &str = r#"
+[job]
+name = "case"
+[model]
+kind = "modal"
+file = "oscillator.modal.toml"
+[mesh]
+half_gap = "15 um"
+stiffness = "constant"
+mean_stiffness = "4e8 N/m"
+contact_damping = 0.05
+[excitation]
+transmission_error = [{ harmonic = 1, amplitude = "5 um" }]
+[run]
+transient = 50
+cycles = 1200
+"#;
+
+const ANALYSES: &str = r#"
+[analyses]
+lyapunov = { exponents = 1 }
+poincare = { samples = 20 }
+nvh = { harmonics = 3, spectrum = true }
+"#;
+
+const ONE_AXIS: &str = "speed = { from = 600, to = 1500, count = 4 }\nload = 0.1";
+const TWO_AXES: &str = "speed = { from = 600, to = 1500, count = 3 }\nload = [0.05, 0.1]";
+
+/// A job's manifest in a fresh folder.
+fn job(grid: &str, analyses: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let grid = grid.replace("[0.05, 0.1]", "{ values = [0.05, 0.1] }");
+    let text = format!("{HEAD}{analyses}\n[grid]\n{grid}\n");
+    fs::write(folder.path().join("m.toml"), text).unwrap();
+    fs::write(folder.path().join("oscillator.modal.toml"), STRUCTURE).unwrap();
+    folder
+}
+
+fn atlas(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_atlas"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// A job that was run into `results/case`.
+fn finished(grid: &str, analyses: &str) -> tempfile::TempDir {
+    let folder = job(grid, analyses);
+    let output = atlas(folder.path(), &["run", "m.toml", "--quiet"]);
+    // A point that did not converge is shown, too.
+    let status = output.status.code().unwrap();
+    assert!([0, 3].contains(&status), "{}", text(&output.stderr));
+    folder
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Plots into `out` and returns the names of the files and the notes.
+fn plotted(folder: &Path, source: &str, arguments: &[&str]) -> (Vec<String>, Vec<String>) {
+    let fixed = ["plot", source, "--json", "--out", "out"];
+    let output = atlas(folder, &[&fixed, arguments].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stderr), "");
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let strings = |key: &str| -> Vec<String> {
+        let list = said[key].as_array().unwrap().iter();
+        list.map(|entry| entry.as_str().unwrap().to_owned())
+            .collect()
+    };
+    let files = strings("files").into_iter().map(|path| {
+        assert!(folder.join(&path).is_file(), "{path}");
+        path.strip_prefix("out/").unwrap().to_owned()
+    });
+    (files.collect(), strings("notes"))
+}
+
+/// The error line of a plot that must not succeed.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = atlas(folder, &[&["plot"], arguments].concat());
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stdout), "");
+    text(&output.stderr)
+}
+
+/// All texts of an SVG picture, which must be well-formed.
+fn labels(folder: &Path, name: &str) -> Vec<String> {
+    let source = fs::read_to_string(folder.join("out").join(name)).unwrap();
+    let document = roxmltree::Document::parse(&source).unwrap();
+    let root = document.root_element();
+    assert_eq!(root.tag_name().name(), "svg");
+    assert_eq!(root.attribute("width"), Some("960"));
+    let texts = document.descendants().filter(|n| n.has_tag_name("text"));
+    texts
+        .map(|node| node.text().unwrap().trim().to_owned())
+        .collect()
+}
+
+#[track_caller]
+fn holds(labels: &[String], wanted: &[&str]) {
+    for wanted in wanted {
+        let found = labels.iter().any(|label| label.contains(wanted));
+        assert!(found, "`{wanted}` is not among {labels:?}");
+    }
+}
+
+/// Width and height of a PNG picture, and the share of its pixels that are not white.
+fn image(path: &Path) -> ([u32; 2], f64) {
+    let file = std::io::BufReader::new(fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size()];
+    let frame = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!(frame.color_type, png::ColorType::Rgb);
+    let marked = pixels.chunks_exact(3).filter(|rgb| *rgb != [255; 3]);
+    let share = marked.count() as f64 / (pixels.len() / 3) as f64;
+    ([frame.width, frame.height], share)
+}
+
+#[test]
+fn a_job_over_one_axis_gives_curves_with_units() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let (files, notes) = plotted(folder.path(), "results/case", &[]);
+    let of_point = |kind: &str, extension: &str| {
+        let found = files
+            .iter()
+            .find(|name| name.starts_with(kind) && name.ends_with(extension));
+        found.unwrap_or_else(|| panic!("no {kind} in {files:?}"))
+    };
+    assert_eq!(files.len(), 10, "{files:?}");
+    assert_eq!(notes, [] as [&str; 0]);
+    let path = folder.path();
+    let lambda = labels(path, "lambda.svg");
+    holds(&lambda, &["case: ", "load 0.1", "4 points"]);
+    holds(&lambda, &["speed [rad/s]", "λ [1/cycle]", "standard error"]);
+    let bifurcation = labels(path, "bifurcation.svg");
+    let named = ["deflection at mesh phase 0 [µm]", "speed [rad/s]"];
+    holds(&bifurcation, &named);
+    holds(&bifurcation, &["λ [1/cycle]"]);
+    holds(&labels(path, "classes.svg"), &["speed [rad/s]", "points"]);
+    let spectrum = labels(path, of_point("spectrum-point", ".svg"));
+    holds(
+        &spectrum,
+        &["mesh order [–]", "amplitude [", "largest dte_rms"],
+    );
+    assert!(spectrum.iter().any(|label| label.ends_with("m]")));
+    assert!(spectrum.iter().any(|label| label.ends_with("N]")));
+    let phase = labels(path, of_point("phase-point", ".svg"));
+    holds(
+        &phase,
+        &["rate of the deflection at mesh phase 0 [", "m/s]"],
+    );
+    for name in files.iter().filter(|name| name.ends_with(".png")) {
+        let ([width, height], marked) = image(&path.join("out").join(name));
+        assert_eq!(width, 1920, "{name}");
+        if !name.starts_with("classes") {
+            assert_eq!(height, 1200, "{name}");
+        }
+        assert!(marked > 0.01 && marked < 0.9, "{name}: {marked}");
+    }
+}
+
+#[test]
+fn maps_show_every_point_of_two_axes() {
+    let folder = finished(TWO_AXES, ANALYSES);
+    let arguments = ["--what", "lambda,classes", "--format", "svg"];
+    let (files, _) = plotted(folder.path(), "results/case", &arguments);
+    assert_eq!(files, ["lambda.svg", "classes.svg"]);
+    let classes = labels(folder.path(), "classes.svg");
+    holds(&classes, &["speed [rad/s]", "load [–]", "6 points", "1050"]);
+    // A key entry `chaotic (2)` for each kind of motion; together they count all points.
+    let counted: usize = classes
+        .iter()
+        .filter_map(|label| label.strip_suffix(')')?.rsplit_once(" (")?.1.parse().ok())
+        .reduce(|sum: usize, count| sum + count)
+        .unwrap();
+    assert_eq!(counted, 6);
+    let over_load = ["--what", "lambda", "--over", "load", "--format", "svg"];
+    let (files, _) = plotted(folder.path(), "results/case", &over_load);
+    let expected = ["600", "1050", "1500"].map(|speed| format!("lambda-speed={speed}.svg"));
+    assert_eq!(files, expected);
+    holds(
+        &labels(folder.path(), &files[1]),
+        &["speed 1050 rad/s", "load [–]"],
+    );
+}
+
+#[test]
+fn further_axes_give_a_picture_a_slice() {
+    let grid = format!("{TWO_AXES}\n\"mesh.half_gap\" = {{ values = [\"10 um\", \"15 um\"] }}");
+    let folder = finished(&grid, ANALYSES);
+    let arguments = ["--format", "svg", "--what", "classes,bifurcation"];
+    let (files, notes) = plotted(folder.path(), "results/case", &arguments);
+    assert_eq!(notes, [] as [&str; 0]);
+    let maps = files.iter().filter(|name| name.starts_with("classes-"));
+    // Two of the three axes span a map; the third has two or three values.
+    assert!([2, 3].contains(&maps.count()), "{files:?}");
+    let diagrams = files.iter().filter(|name| name.starts_with("bifurcation-"));
+    let diagrams: Vec<&String> = diagrams.collect();
+    assert_eq!(diagrams.len(), 4, "{files:?}");
+    for name in diagrams {
+        let labels = labels(folder.path(), name);
+        holds(&labels, &["mesh.half_gap 1", " µm", "load 0.", "3 points"]);
+    }
+}
+
+#[test]
+fn the_same_files_give_the_same_bytes() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let contents = || -> Vec<Vec<u8>> {
+        let (files, _) = plotted(folder.path(), "results/case", &[]);
+        let paths = files
+            .iter()
+            .map(|name| folder.path().join("out").join(name));
+        paths.map(|path| fs::read(path).unwrap()).collect()
+    };
+    assert!(contents() == contents());
+}
+
+#[test]
+fn missing_tables_are_said_and_the_rest_is_drawn() {
+    let folder = finished(ONE_AXIS, "[analyses]\nlyapunov = { exponents = 1 }");
+    let path = folder.path();
+    let (files, notes) = plotted(path, "results/case", &["--format", "png"]);
+    assert_eq!(files, ["lambda.png", "classes.png"]);
+    assert_eq!(notes.len(), 3, "{notes:?}");
+    holds(
+        &notes,
+        &["bifurcation: ", "spectrum: ", "phase: ", "poincare"],
+    );
+    let said = refused(path, &["results/case", "--what", "spectrum"]);
+    assert!(said.contains("spectrum = true"), "{said}");
+    assert!(said.contains("available here: lambda, classes\n"), "{said}");
+    assert!(!path.join("results/case/pictures").exists());
+}
+
+#[test]
+fn an_incomplete_run_is_drawn_and_called_so() {
+    let folder = finished(TWO_AXES, ANALYSES);
+    let path = folder.path();
+    let classes = |source: &str| {
+        plotted(path, source, &["--format", "svg", "--what", "classes"]);
+        labels(path, "classes.svg")
+    };
+    // Every second point of the grid: three cells stay empty.
+    let shard = [
+        "run", "m.toml", "--quiet", "--out", "part", "--shard", "1/2",
+    ];
+    let output = atlas(path, &shard);
+    assert!(output.status.code() != Some(2), "{}", text(&output.stderr));
+    let said = classes("part");
+    holds(
+        &said,
+        &["3 points", "incomplete: 1 of 2 shards", "not computed (3)"],
+    );
+    // The record that an interruption leaves.
+    let record = path.join("results/case/run.json");
+    let mut run: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&record).unwrap()).unwrap();
+    run["state"] = "interrupted".into();
+    run["totals"]["points"] = 10.into();
+    fs::write(&record, run.to_string()).unwrap();
+    holds(&classes("results/case"), &["interrupted: 6 of 10 points"]);
+    // Without the record nobody knows whether points are missing.
+    fs::remove_file(&record).unwrap();
+    holds(&classes("results/case"), &["without run.json"]);
+}
+
+#[test]
+fn a_trace_shows_flanks_force_and_events() {
+    let folder = job(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let arguments = ["trace", "m.toml", "--point", "speed=1500", "--out", "t"];
+    let output = atlas(path, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let (files, notes) = plotted(path, "t", &[]);
+    assert_eq!(files, ["phase.svg", "phase.png", "trace.svg", "trace.png"]);
+    assert_eq!(notes, [] as [&str; 0]);
+    let trace = labels(path, "trace.svg");
+    holds(
+        &trace,
+        &["case: ", "load 0.1", "drive flank", "coast flank"],
+    );
+    holds(
+        &trace,
+        &["deflection [µm]", "mesh force [", "N]", "mesh cycles of"],
+    );
+    holds(&trace, &["drive", "free", "coast", "contact begins"]);
+    let phase = labels(path, "phase.svg");
+    holds(&phase, &["deflection [µm]", "m/s]", "mesh phase 0"]);
+    for name in ["phase.png", "trace.png"] {
+        let (size, marked) = image(&path.join("out").join(name));
+        assert_eq!(size, [1920, 1200], "{name}");
+        assert!(marked > 0.01, "{name}: {marked}");
+    }
+    let said = refused(path, &["t", "--what", "bifurcation"]);
+    assert!(said.contains("`atlas run` is needed"), "{said}");
+    assert!(said.contains("available here: phase, trace"), "{said}");
+}
+
+#[test]
+fn bad_input_is_explained() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let said = refused(path, &["nowhere"]);
+    assert!(
+        said.starts_with("error: nothing to plot in `nowhere`"),
+        "{said}"
+    );
+    let said = refused(path, &["results/case", "--what", "music"]);
+    assert!(said.contains("possible values: lambda, classes"), "{said}");
+    let said = refused(path, &["results/case", "--over", "load"]);
+    assert!(said.contains("such axes are: speed"), "{said}");
+    let said = refused(path, &["results/case", "--point", "77"]);
+    assert!(said.contains("no point 77"), "{said}");
+    let said = refused(path, &["results/case", "--what", "trace"]);
+    assert!(
+        said.contains("available here: lambda, classes, bifurcation"),
+        "{said}"
+    );
+    fs::write(path.join("results/case/points.parquet"), "not a table").unwrap();
+    let said = refused(path, &["results/case"]);
+    assert!(said.contains("points.parquet"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn quiet_says_nothing() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let arguments = ["plot", "results/case", "--quiet", "--format", "svg"];
+    let output = atlas(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(
+        (text(&output.stdout), text(&output.stderr)),
+        Default::default()
+    );
+    let pictures = folder.path().join("results/case/pictures");
+    assert!(pictures.join("lambda.svg").is_file());
+    assert!(!pictures.join("lambda.png").exists());
+}
