@@ -1,8 +1,10 @@
 //! Summaries and figures from result files; knows nothing of how results came to be.
 
+mod coexistence;
 mod heat;
 mod summary;
 mod text;
 
+pub use coexistence::{Coexistence, Ending};
 pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};
 pub use text::{Style, render};

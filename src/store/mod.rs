@@ -1,7 +1,7 @@
 //! Result files: the one place where results meet columns.
 //!
-//! A job writes `points.parquet` and, where asked for, `poincare.parquet` and
-//! `spectra.parquet`, then `run.json`. Files appear under their final name only when they
+//! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
+//! `spectra.parquet` and `probes.parquet`, then `run.json`. Files appear under their final name only when they
 //! are whole. The shards of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
 //!
@@ -11,6 +11,7 @@ mod clock;
 mod columns;
 mod error;
 mod file;
+mod probes;
 mod read;
 mod reorder;
 mod run;
@@ -25,6 +26,7 @@ pub use columns::{
 };
 pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
+pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
 pub use run::{
     MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Totals, write_run,
