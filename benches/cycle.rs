@@ -7,8 +7,8 @@
 //! All kernels run in one process, so ratios between them hold. Every bench marches a
 //! settled trajectory on and checks that it still rattles.
 
-// Criterion's macros generate undocumented items.
-#![allow(missing_docs)]
+// Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
+#![allow(missing_docs, clippy::unwrap_used)]
 
 #[path = "../tests/common/mod.rs"]
 mod common;

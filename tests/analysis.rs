@@ -274,6 +274,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
         point_id: 5,
         transient,
         cycles,
+        settle: false,
         audit_cycles: 20,
         lyapunov: Some(LyapunovQuestion {
             exponents: 2,

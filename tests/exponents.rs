@@ -25,6 +25,7 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
         point_id: 2,
         transient,
         cycles,
+        settle: false,
         audit_cycles: 0,
         lyapunov: Some(LyapunovQuestion {
             exponents,

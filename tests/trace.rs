@@ -317,7 +317,8 @@ fn a_sample_on_a_stiffness_step_shows_the_new_stiffness() {
     );
     let (_, model) = model(0.05, 1200.0);
     let steps = &model.cycle.segments;
-    let on_a_fifth = |g: &atlas::model::Segment| (5 * g.first) % model.cycle.divisions == 0;
+    let on_a_fifth =
+        |g: &atlas::model::Segment| (5 * g.first).is_multiple_of(model.cycle.divisions);
     assert!(steps.len() == 2 && steps.iter().all(on_a_fifth));
     let seen = assert_contact_law(&samples(folder.path()), &model);
     assert!(seen[0] > 100 && seen[2] > 100, "{seen:?}");

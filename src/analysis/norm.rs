@@ -49,7 +49,14 @@ impl EnergyNorm {
 
     /// Dimension of the space without the neutral pair: the number of exponents.
     pub fn dimension(&self) -> usize {
-        self.weights.iter().filter(|w| **w > 0.0).count()
+        self.felt().len()
+    }
+
+    /// Indices of the components that count: all but the neutral pair.
+    pub fn felt(&self) -> Vec<usize> {
+        (0..self.weights.len())
+            .filter(|&i| self.weights[i] > 0.0)
+            .collect()
     }
 
     /// The natural unit: the norm of a displacement by half a gap.

@@ -2,9 +2,11 @@
 //! files hold.
 
 use crate::propagate::Stop;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// How the work on a point ended.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Status {
     /// Every question asked was answered.
     Ok,
@@ -41,7 +43,7 @@ impl From<Stop> for Status {
 }
 
 /// What kind of motion a point settles on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Class {
     /// In contact throughout: no event in any measured cycle.
     Locked,
@@ -78,7 +80,7 @@ impl Class {
 }
 
 /// Lyapunov exponents of a point, all per mesh cycle.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LyapunovOutcome {
     /// The exponents asked for, largest first.
     pub exponents: Vec<f64>,
@@ -95,7 +97,7 @@ pub struct LyapunovOutcome {
 }
 
 /// Where a Lyapunov exponent comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LyapunovMethod {
     /// Average growth of tangent vectors over the measured cycles.
     Tangent,
@@ -115,7 +117,7 @@ impl LyapunovMethod {
 
 /// NVH statistics over the measured cycles; integrals are taken from the windows'
 /// polynomials.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NvhOutcome {
     /// Mean mesh deflection δ \[m\].
     pub dte_mean: f64,
@@ -144,7 +146,7 @@ pub struct NvhOutcome {
 }
 
 /// One line of an amplitude spectrum.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SpectrumLine {
     /// Frequency \[Hz\].
     pub frequency: f64,
@@ -154,17 +156,29 @@ pub struct SpectrumLine {
     pub amplitude: f64,
 }
 
+/// Name of a signal. An alias, because serde would borrow a plain `&'static str`.
+type SignalName = &'static str;
+
+fn signal_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<SignalName, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    ["deflection", "force"]
+        .into_iter()
+        .find(|known| *known == name)
+        .ok_or_else(|| D::Error::custom(format!("no signal is named `{name}`")))
+}
+
 /// A spectrum of one signal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// `deflection` \[m\] or `force` \[N\].
-    pub signal: &'static str,
+    #[serde(deserialize_with = "signal_name")]
+    pub signal: SignalName,
     /// Its lines, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
 }
 
 /// A strobe sample at mesh phase 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PoincareSample {
     /// Mesh cycle, counted from the start of the simulation.
     pub cycle: u64,
@@ -175,7 +189,7 @@ pub struct PoincareSample {
 }
 
 /// Everything known of one point.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointOutcome {
     /// How the work ended.
     pub status: Status,

@@ -11,6 +11,9 @@ pub struct Questions {
     pub transient: u64,
     /// Most mesh cycles measured.
     pub cycles: u64,
+    /// Whether attracting periodic orbits are sought by Newton's method, so that a settling
+    /// motion need not be marched out.
+    pub settle: bool,
     /// Mesh cycles over which the energy balance is audited; 0 for none.
     pub audit_cycles: u64,
     /// Lyapunov exponents, if asked for.

@@ -32,6 +32,7 @@ const SAME_POINT: f64 = 1e-7;
 #[derive(Debug, Clone)]
 pub struct Recurrence {
     longest: usize,
+    excitation: usize,
     excitation_repeats: bool,
     /// A stretch as long as the longest period, and its image.
     kept: usize,
@@ -46,6 +47,7 @@ impl Recurrence {
         let longest = LONGEST_PERIOD.max(excitation.unwrap_or(1));
         Self {
             longest,
+            excitation: excitation.unwrap_or(1),
             excitation_repeats: excitation.is_some(),
             kept: 2 * longest + 1,
             states: Vec::new(),
@@ -94,6 +96,28 @@ impl Recurrence {
         (1..=longest)
             .find(|&period| longest.is_multiple_of(period) && repeats(period, SAME_POINT))
             .map(|period| period as u32)
+    }
+
+    /// Periods worth a Newton search from the newest state, where any of its returns comes
+    /// nearer than `nearest` half gaps: the excitation's own period and twice that, which a
+    /// decaying oscillation hides behind a closer return at a longer lag, then that lag.
+    pub fn candidates(&self, norm: &EnergyNorm, nearest: f64) -> Vec<u32> {
+        if !self.excitation_repeats {
+            return Vec::new();
+        }
+        let known = self.states.len().saturating_sub(1).min(self.longest);
+        let apart = |lag: usize| norm.distance(self.past(0), self.past(lag)) / norm.unit();
+        let closest = (1..=known)
+            .filter(|lag| lag.is_multiple_of(self.excitation))
+            .min_by(|a, b| apart(*a).total_cmp(&apart(*b)))
+            .filter(|lag| apart(*lag) <= nearest);
+        let Some(closest) = closest else {
+            return Vec::new();
+        };
+        let mut candidates = vec![self.excitation, 2 * self.excitation, closest];
+        candidates.sort_unstable();
+        candidates.dedup();
+        candidates.into_iter().map(|lag| lag as u32).collect()
     }
 
     /// The smallest distance, in units of the half gap, between the newest state and an

@@ -1,5 +1,6 @@
 //! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
 
+use super::{BAD_INPUT, answer};
 use crate::manifest::{
     self, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec, StiffnessSpec, StructureSource,
 };
@@ -8,9 +9,6 @@ use serde_json::{Value, json};
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// Exit status for bad input.
-const BAD_INPUT: u8 = 2;
 
 /// Arguments of `atlas check`.
 #[derive(Debug, Args)]
@@ -27,26 +25,21 @@ pub fn run(args: &CheckArgs) -> ExitCode {
     match manifest::load(&args.manifest) {
         Ok(job) => {
             let name = args.manifest.display().to_string();
-            print(&match args.json {
+            let text = match args.json {
                 true => format!("{:#}\n", job_json(&name, &job)),
                 false => summary(&name, &job),
-            });
-            ExitCode::SUCCESS
+            };
+            answer(&text, ExitCode::SUCCESS)
         }
+        Err(errors) if args.json => answer(
+            &format!("{:#}\n", errors_json(&errors)),
+            ExitCode::from(BAD_INPUT),
+        ),
         Err(errors) => {
-            if args.json {
-                print(&format!("{:#}\n", errors_json(&errors)));
-            } else {
-                report(&errors);
-            }
+            report(&errors);
             ExitCode::from(BAD_INPUT)
         }
     }
-}
-
-/// A closed pipe (`atlas check … | head`) is no error worth a word.
-fn print(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
 /// Shows the errors of a manifest on standard error, in colour on a terminal.
@@ -144,7 +137,7 @@ fn mesh(job: &Job) -> String {
     for point in &job.points {
         let values = match &point.mesh.stiffness {
             StiffnessSpec::Constant(value) => std::slice::from_ref(value),
-            StiffnessSpec::Piecewise(values) => values.as_slice(),
+            StiffnessSpec::Piecewise(values) => values,
         };
         let (low, high) = range(values.iter().copied());
         stiffness = (stiffness.0.min(low), stiffness.1.max(high));

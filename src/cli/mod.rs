@@ -2,6 +2,7 @@
 //! exit status.
 
 pub mod check;
+mod earlier;
 mod point;
 mod progress;
 pub mod run;
@@ -9,7 +10,8 @@ pub mod show;
 pub mod trace;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use std::io::Write;
+use std::error::Error;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 /// Exit status for bad input.
@@ -32,7 +34,8 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Compute every point of a manifest and write the result files
+    /// Compute every point of a manifest, or what an interrupted run left, and write the
+    /// result files
     Run(run::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),
@@ -57,15 +60,24 @@ pub fn main() -> ExitCode {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);
-            print(&String::from_utf8_lossy(&script));
-            ExitCode::SUCCESS
+            answer(&String::from_utf8_lossy(&script), ExitCode::SUCCESS)
         }
     }
 }
 
-/// Prints to standard output. A closed pipe (`atlas … | head`) is no error worth a word.
-fn print(text: &str) {
-    _ = std::io::stdout().lock().write_all(text.as_bytes());
+/// Prints to standard output and gives the exit status. A closed pipe (`atlas … | head`) is
+/// no error worth a word: its reader has what it wanted.
+fn answer(text: &str, status: ExitCode) -> ExitCode {
+    let mut stdout = std::io::stdout().lock();
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            fail(1, &format!("cannot write to standard output: {error}"))
+        }
+        _ => status,
+    }
 }
 
 /// Prints one error line and gives the exit status.
@@ -73,4 +85,16 @@ fn fail(status: u8, message: &str) -> ExitCode {
     // Nothing can be done when standard error is closed as well.
     _ = writeln!(std::io::stderr().lock(), "error: {message}");
     ExitCode::from(status)
+}
+
+/// An error with its causes, on one line.
+fn with_causes(error: &dyn Error) -> String {
+    let mut message = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        message.push_str(": ");
+        message.push_str(&cause.to_string());
+        source = cause.source();
+    }
+    message
 }

@@ -14,6 +14,7 @@ pub struct Display {
     bar: ProgressBar,
     plain: bool,
     points: u64,
+    /// When this run began to compute.
     started: Instant,
     last_line: Instant,
 }
@@ -53,7 +54,8 @@ impl Display {
             return;
         }
         self.last_line = Instant::now();
-        let rate = progress.done as f64 / self.started.elapsed().as_secs_f64();
+        let computed = progress.done - progress.resumed;
+        let rate = computed as f64 / self.started.elapsed().as_secs_f64();
         let left = (self.points - progress.done) as f64 / rate;
         // Nothing can be done when standard error is closed.
         _ = writeln!(
@@ -67,6 +69,25 @@ impl Display {
 }
 
 impl Watcher for Display {
+    fn resumed(&mut self, progress: &Progress) {
+        self.started = Instant::now();
+        if progress.resumed == 0 {
+            return;
+        }
+        // What is taken over must not count for the rate.
+        self.bar.set_position(progress.done);
+        self.bar.reset_eta();
+        if self.plain {
+            // Nothing can be done when standard error is closed.
+            _ = writeln!(
+                std::io::stderr(),
+                "{}/{} points taken over from an interrupted run",
+                progress.resumed,
+                self.points
+            );
+        }
+    }
+
     fn point(&mut self, _: &PointRow, progress: &Progress) {
         self.bar.set_position(progress.done);
         self.bar

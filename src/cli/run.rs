@@ -1,16 +1,19 @@
 //! `atlas run m.toml`: computes every point of a job and writes its result files.
 
+use super::earlier::{self, Earlier};
 use super::progress::Display;
-use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, check, fail, print};
+use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, check, fail, with_causes};
 use crate::manifest::{self, Job};
 use crate::store::{
-    MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, Totals, read_runs,
-    timestamp, write_run,
+    Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, StoreError,
+    Totals, timestamp, write_run,
 };
-use crate::sweep::{self, Finished, Options};
+use crate::sweep::{self, Finished, Options, SweepError};
 use crate::topology::Topology;
 use clap::Args;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::flag;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -31,7 +34,7 @@ pub struct RunArgs {
     /// Compute only part i of n, every n-th point: 1/4, 2/4, …
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
-    /// Compute again although the folder holds results, and replace them.
+    /// Start over: replace results in the folder, drop what an interrupted run left.
     #[arg(long)]
     pub fresh: bool,
     /// Print nothing but errors.
@@ -71,74 +74,38 @@ pub fn run(args: &RunArgs) -> ExitCode {
         .out
         .clone()
         .unwrap_or_else(|| Path::new("results").join(&job.name));
-    match earlier_run(&folder, &job, args) {
-        Ok(Earlier::Nothing) => {}
+    match earlier::look(&folder, &job, args.shard, args.fresh) {
+        Ok(Earlier::Nothing) => execute(args, &job, &folder),
         Ok(Earlier::Complete(record)) => {
-            if args.json {
-                print_record(&record);
-            } else if !args.quiet {
-                print(&format!(
-                    "{} already holds the results of this manifest ({} points); --fresh computes them again\n",
-                    folder.display(),
-                    record.totals.points
-                ));
-            }
-            return status(&record);
-        }
-        Err(message) => return fail(BAD_INPUT, &message),
-    }
-    execute(args, &job, &folder)
-}
-
-/// What a folder holds of a job already.
-enum Earlier {
-    /// Nothing that counts.
-    Nothing,
-    /// All of it.
-    Complete(Box<RunRecord>),
-}
-
-/// Looks at what is in the folder; an error where it must not be touched.
-fn earlier_run(folder: &Path, job: &Job, args: &RunArgs) -> Result<Earlier, String> {
-    if args.fresh || !folder.exists() {
-        return Ok(Earlier::Nothing);
-    }
-    let runs = read_runs(folder).map_err(|e| format!("{e}; --fresh starts over"))?;
-    for record in runs {
-        if record.manifest_hash != job.hash {
-            return Err(format!(
-                "{} holds results of another manifest (job {}, hash {}…; this one is {}…); choose a folder with --out, or replace them with --fresh",
+            let text = format!(
+                "{} already holds the results of this manifest ({} points); --fresh computes them again\n",
                 folder.display(),
-                record.job,
-                prefix(&record.manifest_hash),
-                prefix(&job.hash),
-            ));
+                record.totals.points
+            );
+            close(args, &record, &text)
         }
-        if record.shard == args.shard && record.state == RunState::Complete {
-            return Ok(Earlier::Complete(Box::new(record)));
-        }
+        Err(message) => fail(BAD_INPUT, &message),
     }
-    Ok(Earlier::Nothing)
 }
 
-/// Enough of a hash to tell two apart.
-fn prefix(hash: &str) -> &str {
-    hash.get(..8).unwrap_or(hash)
+/// Prints what was asked for at the end of a run and gives the exit status.
+fn close(args: &RunArgs, record: &RunRecord, text: &str) -> ExitCode {
+    let status = status(record);
+    if args.json {
+        // A record is plain data; it always has a JSON form.
+        let json = serde_json::to_string_pretty(record).unwrap_or_default();
+        answer(&format!("{json}\n"), status)
+    } else if args.quiet {
+        status
+    } else {
+        answer(text, status)
+    }
 }
 
 fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
     let called_off = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // The second signal ends the process at once; the first only asks.
-        let registered = signal_hook::flag::register_conditional_shutdown(
-            signal,
-            i32::from(INTERRUPTED),
-            called_off.clone(),
-        )
-        .and_then(|_| signal_hook::flag::register(signal, called_off.clone()));
-        if let Err(error) = registered {
-            return fail(1, &format!("cannot watch for signals: {error}"));
-        }
+    if let Err(error) = watch_signals(&called_off) {
+        return fail(1, &format!("cannot watch for signals: {error}"));
     }
     hush_workers();
     let topology = Topology::current();
@@ -151,6 +118,10 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         threads: args.threads.map(|n| n as usize),
         shard: args.shard,
     };
+    let mut journal = match Journal::open(folder, &job.hash, args.shard, args.fresh) {
+        Ok(journal) => journal,
+        Err(error) => return fail(failure(&error), &with_causes(&error)),
+    };
     let points = sweep::shard_points(job.points.len(), args.shard).len() as u64;
     let mut display = Display::new(points, args.quiet);
     let (started, clock) = (SystemTime::now(), Instant::now());
@@ -158,6 +129,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         job,
         folder,
         options,
+        &mut journal,
         topology.as_ref(),
         &called_off,
         &mut display,
@@ -165,7 +137,14 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
     display.finish();
     let finished = match swept {
         Ok(finished) => finished,
-        Err(error) => return fail(1, &error.to_string()),
+        Err(error) => {
+            journal.abandon();
+            let status = match &error {
+                SweepError::Store(error) => failure(error),
+                SweepError::Threads { .. } => 1,
+            };
+            return fail(status, &with_causes(&error));
+        }
     };
     let mut totals = Totals::new(
         finished.points,
@@ -175,6 +154,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         clock.elapsed().as_secs_f64(),
     );
     totals.missing = finished.missing;
+    totals.resumed = finished.progress.resumed;
     let record = RunRecord {
         job: job.name.clone(),
         state: match finished.missing {
@@ -198,14 +178,33 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         manifest: job.text.clone(),
     };
     if let Err(error) = write_run(folder, &record) {
-        return fail(1, &error.to_string());
+        return fail(1, &with_causes(&error));
     }
-    if args.json {
-        print_record(&record);
-    } else if !args.quiet {
-        print(&closing_line(&finished, &record, folder));
+    // Last: until the record is written, the journal is what a next run goes on from.
+    if record.state == RunState::Complete
+        && let Err(error) = journal.remove()
+    {
+        return fail(1, &with_causes(&error));
     }
-    status(&record)
+    close(args, &record, &closing_line(&finished, &record, folder))
+}
+
+/// Lets Ctrl-C and SIGTERM call the sweep off; a second one ends the process at once.
+fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
+    for signal in [SIGINT, SIGTERM] {
+        let status = i32::from(INTERRUPTED);
+        flag::register_conditional_shutdown(signal, status, called_off.clone())?;
+        flag::register(signal, called_off.clone())?;
+    }
+    // Unwatched, this one would end the process without a word when a file outgrows
+    // `ulimit -f`; watched, the write fails and the error is said.
+    flag::register(SIGXFSZ, Arc::default())?;
+    Ok(())
+}
+
+/// Exit status when results cannot be written.
+fn failure(error: &StoreError) -> u8 {
+    if error.is_refusal() { BAD_INPUT } else { 1 }
 }
 
 /// A panic in a worker becomes a row with its message; a backtrace amid the progress bar
@@ -230,36 +229,36 @@ fn status(record: &RunRecord) -> ExitCode {
     }
 }
 
-fn print_record(record: &RunRecord) {
-    // A record is plain data; it always has a JSON form.
-    if let Ok(text) = serde_json::to_string_pretty(record) {
-        print(&format!("{text}\n"));
-    }
-}
-
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {
-    let totals = &record.totals;
+    let (totals, threads) = (&record.totals, finished.threads);
     let folder = folder.display();
     let mut text = format!(
-        "{} of {} points in {:.1} s on {} {}: {} ok, {} not ok; {} cycles, {:.2} µs a cycle and thread\n",
+        "{} of {} points in {:.1} s on {threads} {}",
         finished.progress.done,
         finished.points,
         totals.wall_time,
-        finished.threads,
-        if finished.threads == 1 {
-            "thread"
-        } else {
-            "threads"
-        },
-        totals.ok,
-        totals.failed,
-        totals.cycles,
-        1e6 * totals.wall_time_per_cycle * finished.threads as f64,
+        if threads == 1 { "thread" } else { "threads" },
     );
+    if totals.resumed > 0 {
+        text += &format!(
+            ", {} of them taken over from an interrupted run",
+            totals.resumed
+        );
+    }
+    text += &format!(": {} ok, {} not ok", totals.ok, totals.failed);
+    if totals.cycles > 0 {
+        text += &format!(
+            "; {} cycles, {:.2} µs a cycle and thread",
+            totals.cycles,
+            1e6 * totals.wall_time_per_cycle * threads as f64,
+        );
+    }
     text += &match record.state {
-        RunState::Complete => format!("results in {folder}; atlas show {folder} summarises them\n"),
+        RunState::Complete => {
+            format!("\nresults in {folder}; atlas show {folder} summarises them\n")
+        }
         RunState::Interrupted => format!(
-            "interrupted: {} points are missing; what is finished is in {folder}; the same command computes the job again\n",
+            "\ninterrupted: {} points are missing, the others are in {folder}; the same command goes on from here\n",
             finished.missing
         ),
     };

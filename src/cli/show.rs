@@ -1,12 +1,14 @@
 //! `atlas show`: a summary of a results folder in the terminal.
 
-use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use crate::report::{Style, Summary, render};
+use super::{BAD_INPUT, answer, fail, with_causes};
+use crate::report::{ReportError, Style, Summary, render};
+use crate::store::{StoreError, journal_path};
 
 /// Arguments of `atlas show`.
 #[derive(Debug, Args)]
@@ -48,47 +50,25 @@ impl Colour {
 
 /// Prints the summary; exit status 2 when there are no results to summarise.
 pub fn run(args: &ShowArgs) -> ExitCode {
-    let text = match text(&args.results, args.json, args.color) {
-        Ok(text) => text,
-        Err(message) => {
-            // Nothing can be done when standard error is closed as well.
-            _ = writeln!(io::stderr(), "error: {message}");
-            return ExitCode::from(2);
-        }
-    };
-    match io::stdout().write_all(text.as_bytes()) {
-        Ok(()) => ExitCode::SUCCESS,
-        // `atlas show … | head` has read what it wanted.
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => ExitCode::SUCCESS,
-        Err(error) => {
-            _ = writeln!(
-                io::stderr(),
-                "error: cannot write to standard output: {error}"
-            );
-            ExitCode::FAILURE
-        }
+    match text(&args.results, args.json, args.color) {
+        Ok(text) => answer(&text, ExitCode::SUCCESS),
+        Err(message) => fail(BAD_INPUT, &message),
     }
 }
 
 fn text(folder: &Path, json: bool, colour: Colour) -> Result<String, String> {
-    let summary = Summary::read(folder).map_err(|error| with_causes(&error))?;
+    let summary = Summary::read(folder).map_err(|error| match &error {
+        ReportError::Store(StoreError::Missing { .. }) if journal_path(folder, None).exists() => format!(
+            "no results in `{}` yet: a run is at work there, or was killed; repeating its command goes on from there",
+            folder.display()
+        ),
+        error => with_causes(error),
+    })?;
     if json {
         let text = serde_json::to_string_pretty(&summary).map_err(|error| with_causes(&error))?;
         return Ok(text + "\n");
     }
     Ok(render(&summary, colour.style()))
-}
-
-/// An error with its causes, on one line.
-fn with_causes(error: &dyn std::error::Error) -> String {
-    let mut message = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        message.push_str(": ");
-        message.push_str(&cause.to_string());
-        source = cause.source();
-    }
-    message
 }
 
 #[cfg(test)]

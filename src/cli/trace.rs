@@ -1,7 +1,7 @@
 //! `atlas trace m.toml --point …`: one trajectory with its events, for a close look.
 
 use super::point::{self, ChosenPoint, number};
-use super::{BAD_INPUT, FAILED_POINTS, check, fail, print};
+use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail};
 use crate::analysis::{TraceOutcome, TraceQuestion, trace};
 use crate::manifest::{self, Job, KernelSpec};
 use crate::model::Model;
@@ -85,12 +85,13 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         Ok(outcome) => outcome,
         Err(error) => return fail(1, &error.to_string()),
     };
-    print(&match args.json {
+    let text = match args.json {
         true => format!("{:#}\n", summary_json(&job, &point, &outcome, &folder)),
         false => summary(&job, &point, &model, &question, &outcome, &folder),
-    });
+    };
+    let status = answer(&text, ExitCode::SUCCESS);
     match outcome.stop {
-        None => ExitCode::SUCCESS,
+        None => status,
         Some(stop) => fail(
             FAILED_POINTS,
             &format!("the trace ended early: {stop}; the files hold what came before"),
@@ -100,7 +101,9 @@ pub fn run(args: &TraceArgs) -> ExitCode {
 
 fn model(point: &ChosenPoint) -> Result<Model, String> {
     let structure = build::structure(&point.spec.model).map_err(|e| e.to_string())?;
-    build::model(&structure, &point.spec).map_err(|e| e.to_string())
+    let model = build::model(&structure, &point.spec).map_err(|e| e.to_string())?;
+    build::affordable(&model, &point.spec.run.kernel).map_err(|e| e.to_string())?;
+    Ok(model)
 }
 
 /// Marches, and writes the files as it goes.

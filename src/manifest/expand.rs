@@ -44,6 +44,7 @@ pub(super) fn expand(
     };
     let (loads, speeds) = (values("load"), values("speed"));
     let mut points = Vec::new();
+    let mut last: Option<Resolved> = None;
     let mut faults = Faults::new();
     let (mut tried, mut faulty) = (0, 0);
     let mut index = vec![0; keys.len()];
@@ -57,14 +58,18 @@ pub(super) fn expand(
             faulty += 1;
             sift(issues, before, &mut faults, &keys, &index);
         }
-        if let Some(resolved) = resolved.filter(|_| issues.found.is_empty()) {
+        if let Some(mut resolved) = resolved.filter(|_| issues.found.is_empty()) {
             hash.resolved(&resolved);
+            if let Some(last) = &last {
+                resolved.share(last);
+            }
             let keyed: Vec<f64> = keys
                 .iter()
                 .zip(&index)
                 .map(|(k, &i)| k.axis.values[i])
                 .collect();
             push_points(&mut points, &resolved, &keyed, loads, speeds);
+            last = Some(resolved);
         }
         if !exhaustive || faulty >= MAX_FAULTY || !advance(&mut index, &keys) {
             break;

@@ -285,6 +285,7 @@ impl JobHash {
             cycles,
             kernel,
             initial,
+            settle,
             audit_cycles,
             event_limit,
         } = run;
@@ -312,6 +313,7 @@ impl JobHash {
                 self.numbers(velocity);
             }
         }
+        self.flag(*settle);
         self.integer(*audit_cycles);
         self.integer(u64::from(*event_limit));
     }

@@ -33,7 +33,8 @@ pub struct Axis {
     pub values: Vec<f64>,
 }
 
-/// One operating point: a complete description of one simulation.
+/// One operating point: a complete description of one simulation. Points share what they
+/// have in common: a grid may have a million of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointSpec {
     /// Row-major index into the grid.
@@ -49,11 +50,11 @@ pub struct PointSpec {
     /// The gear mesh.
     pub mesh: MeshSpec,
     /// Transmission error and torque ripple.
-    pub excitation: ExcitationSpec,
+    pub excitation: Arc<ExcitationSpec>,
     /// How to march.
-    pub run: RunSpec,
+    pub run: Arc<RunSpec>,
     /// What to compute.
-    pub analyses: AnalysesSpec,
+    pub analyses: Arc<AnalysesSpec>,
 }
 
 /// The structure and its reduction.
@@ -100,7 +101,7 @@ pub enum StiffnessSpec {
     /// (`mean_stiffness`, `contact_ratio`, `single_pair_drop`, `segments`) is resolved to
     /// this: double-pair level over the first `contact_ratio − 1` of the cycle, the
     /// single-pair level `(1 − drop)` times it over the rest, with the given mean.
-    Piecewise(Vec<f64>),
+    Piecewise(Arc<[f64]>),
 }
 
 /// Contact damping.
@@ -166,6 +167,9 @@ pub struct RunSpec {
     pub kernel: KernelSpec,
     /// Where the state starts.
     pub initial: InitialSpec,
+    /// Whether attracting periodic orbits are sought by Newton's method instead of marched
+    /// out.
+    pub settle: bool,
     /// Cycles over which the energy balance is audited.
     pub audit_cycles: u64,
     /// Most events in one mesh cycle before the point ends as `event_storm`.

@@ -7,6 +7,7 @@ use crate::analysis::{
     Class, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome,
     SpectrumLine,
 };
+use serde::{Deserialize, Serialize};
 
 /// One axis of the grid as a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,7 +20,7 @@ pub struct AxisColumn {
 
 /// Where and for how long a point was computed. These columns differ from run to run;
 /// all others depend on the manifest alone.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
     /// Worker that computed the point, from 0.
     pub worker: u32,
@@ -30,7 +31,7 @@ pub struct Placement {
 }
 
 /// A row of `points.parquet`, with what the point adds to the other tables.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointRow {
     /// Row-major index into the grid.
     pub point_id: u64,

@@ -85,6 +85,51 @@ pub enum StoreError {
         /// What is wrong with it.
         detail: String,
     },
+    /// Another process is at work in the folder.
+    #[error(
+        "another atlas run is writing here (it holds `{}`): wait for it, or choose another \
+         folder with --out", path.display()
+    )]
+    Busy {
+        /// The journal that it has locked.
+        path: PathBuf,
+    },
+    /// The journal is not one.
+    #[error(
+        "`{}` is not the journal of a run like this one: start over with --fresh, or choose another \
+         folder with --out", path.display()
+    )]
+    ForeignJournal {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The journal is of a run of another manifest.
+    #[error(
+        "`{}` keeps the points of an interrupted run of another manifest (hash {}…; this one is \
+         {}…): choose another folder with --out, or drop them with --fresh",
+        path.display(), .found.get(..8).unwrap_or(found), .wanted.get(..8).unwrap_or(wanted)
+    )]
+    OtherJob {
+        /// The journal.
+        path: PathBuf,
+        /// The hash in it.
+        found: String,
+        /// The hash of the job that is to run.
+        wanted: String,
+    },
+    /// The journal was written by another build of this program, whose numbers may differ.
+    #[error(
+        "`{}` keeps the points of a run that {found} began, and this is {running}: finish it with \
+         that program, or start over with --fresh", path.display()
+    )]
+    OtherProgram {
+        /// The journal.
+        path: PathBuf,
+        /// Program that began the run.
+        found: String,
+        /// Program that is running.
+        running: String,
+    },
     /// Two columns would have one name.
     #[error("the grid axis `{name}` has the name of a result column")]
     AxisNameTaken {
@@ -120,6 +165,21 @@ pub enum StoreError {
 }
 
 impl StoreError {
+    /// Whether what is in the folder forbids the run (nothing was touched), rather than the
+    /// system.
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::NotADirectory { .. }
+                | Self::OtherLayout { .. }
+                | Self::Busy { .. }
+                | Self::ForeignJournal { .. }
+                | Self::OtherJob { .. }
+                | Self::OtherProgram { .. }
+                | Self::AxisNameTaken { .. }
+        )
+    }
+
     /// Sorts an error of the operating system into the cases a user can act on.
     pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         let path = path.to_path_buf();

@@ -4,6 +4,7 @@
 //! by one group. The file lives under a hidden temporary name beside its destination and
 //! is renamed when whole; one that is dropped before leaves nothing behind.
 
+use std::fmt;
 use std::fs::{self, File, Permissions};
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
@@ -69,6 +70,13 @@ pub struct Shard {
     pub index: u32,
     /// Number of shards.
     pub count: u32,
+}
+
+impl fmt::Display for Shard {
+    /// `shard 1 of 2`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "shard {} of {}", self.index, self.count)
+    }
 }
 
 impl Shard {

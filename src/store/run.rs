@@ -1,7 +1,8 @@
 //! `run.json`: what was run, by which program, on which machine, and how it ended.
 
+use std::fmt;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +73,17 @@ impl ProgramRecord {
     }
 }
 
+impl fmt::Display for ProgramRecord {
+    /// `atlas 0.1.0 (0123456789ab)`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.name, self.version)?;
+        match &self.commit {
+            Some(commit) => write!(f, " ({commit})"),
+            None => Ok(()),
+        }
+    }
+}
+
 /// The machine a job ran on.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MachineRecord {
@@ -134,7 +146,10 @@ pub struct Totals {
     pub failed: u64,
     /// Points not computed (an interrupted run).
     pub missing: u64,
-    /// Mesh cycles marched.
+    /// Points taken over from an earlier, interrupted run.
+    #[serde(default)]
+    pub resumed: u64,
+    /// Mesh cycles marched by this run.
     pub cycles: u64,
     /// Wall time of the run \[s\].
     pub wall_time: f64,
@@ -154,6 +169,7 @@ impl Totals {
             ok,
             failed,
             missing: points.saturating_sub(ok + failed),
+            resumed: 0,
             cycles,
             wall_time,
             cycles_per_second: ratio(cycles as f64, wall_time),
@@ -162,17 +178,21 @@ impl Totals {
     }
 }
 
+/// Where the record of a run (of a shard) lies.
+pub(super) fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
+    folder.join(match shard {
+        None => "run.json".to_owned(),
+        Some(shard) => format!("run.{}.json", shard.stem()),
+    })
+}
+
 /// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     create_folder(folder)?;
-    let name = record.shard.map_or_else(
-        || "run.json".into(),
-        |shard| format!("run.{}.json", shard.stem()),
-    );
-    let path = folder.join(name);
+    let path = run_path(folder, record.shard);
     let mut text = serde_json::to_string_pretty(record)
         .map_err(|error| StoreError::io(&path, "write", error.into()))?;
     text.push('\n');

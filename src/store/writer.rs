@@ -3,10 +3,13 @@
 //! Rows, row groups and values follow from the points alone, so every physics column has
 //! the same bytes for any number of threads.
 
-use std::path::Path;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
 
-use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale};
+use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path};
 use super::reorder::Reorder;
+use super::run::run_path;
 use super::{
     AxisColumn, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError, poincare_table,
     points_table, probes_table, spectra_table,
@@ -68,9 +71,16 @@ pub struct Written {
     pub missing: u64,
 }
 
+/// Whose results are written.
+struct Destination {
+    folder: PathBuf,
+    shard: Option<Shard>,
+}
+
 /// Streams points into result files. Dropped without [`ResultWriter::finish`], it leaves
 /// no file, and results of an earlier run in the same folder stay as they are.
 pub struct ResultWriter {
+    destination: Destination,
     order: Reorder<PointRow>,
     points: TableFile<PointRow>,
     poincare: Option<TableFile<PoincareRow>>,
@@ -97,6 +107,10 @@ impl ResultWriter {
         let shard = layout.shard;
         let points = points_table(&layout.axes)?;
         Ok(Self {
+            destination: Destination {
+                folder: folder.to_path_buf(),
+                shard,
+            },
             order: Reorder::new(expected.into_iter()),
             points: TableFile::create(folder, TableKind::Points, shard, points, &metadata)?,
             poincare: layout
@@ -153,6 +167,7 @@ impl ResultWriter {
         if let Some(point_id) = self.order.leftover() {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
+        self.clear_the_way()?;
         let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
@@ -164,6 +179,31 @@ impl ResultWriter {
             probes,
             missing,
         })
+    }
+
+    /// Removes the record of an earlier run, which must never stand beside tables that it
+    /// does not describe, and its tables that this run does not write.
+    fn clear_the_way(&self) -> Result<(), StoreError> {
+        let Destination { folder, shard } = &self.destination;
+        let mut old = vec![run_path(folder, *shard)];
+        if self.poincare.is_none() {
+            old.push(table_path(folder, TableKind::Poincare, *shard));
+        }
+        if self.spectra.is_none() {
+            old.push(table_path(folder, TableKind::Spectra, *shard));
+        }
+        if self.probes.is_none() {
+            old.push(table_path(folder, TableKind::Probes, *shard));
+        }
+        for path in old {
+            match fs::remove_file(&path) {
+                Err(error) if absent(&error) => {}
+                removed => {
+                    removed.map_err(|source| StoreError::io(&path, "replace", source))?;
+                }
+            }
+        }
+        Ok(())
     }
 
     fn drain(&mut self) -> Result<(), StoreError> {
@@ -216,6 +256,13 @@ impl ResultWriter {
             row.outcome.reason.push_str(&note);
         }
     }
+}
+
+fn absent(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
+    )
 }
 
 #[cfg(test)]

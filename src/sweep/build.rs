@@ -2,11 +2,13 @@
 
 use crate::analysis::{LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions};
 use crate::manifest::{
-    DampingSpec, InitialSpec, ModelSpec, PointSpec, ShaftName, StiffnessSpec, StructureSource,
+    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, ShaftName, StiffnessSpec,
+    StructureSource,
 };
 use crate::model::{
     Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
+use crate::propagate::Volterra;
 use crate::shaft::{ModalStructure, ShaftError};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,6 +22,42 @@ pub enum BuildError {
     /// The model cannot be formed.
     #[error("the model cannot be formed: {0}")]
     Model(#[from] ModelError),
+    /// The motion is too fast for the mesh cycle.
+    #[error(
+        "one mesh cycle would take {windows:.0} windows (at most {MOST_WINDOWS}): the fastest motion, {rate:.1e} rad/s, is too fast for the mesh period of {period:.1e} s; check the units of mesh stiffness and damping, leave out high modes, or raise the speed"
+    )]
+    TooFast {
+        /// Windows a mesh cycle.
+        windows: f64,
+        /// Fastest rate of the closed system \[rad/s\].
+        rate: f64,
+        /// Mesh period \[s\].
+        period: f64,
+    },
+}
+
+/// Most windows in a mesh cycle: some milliseconds a cycle, so that a job can still be
+/// called off and a mistaken unit does not cost a night.
+const MOST_WINDOWS: f64 = 20_000.0;
+
+/// Whether a kernel gets through a mesh cycle of a model in reasonable time.
+///
+/// # Errors
+/// [`BuildError::TooFast`] where the structured kernel would need too many windows.
+pub fn affordable(model: &Model, kernel: &KernelSpec) -> Result<(), BuildError> {
+    let KernelSpec::Volterra { tolerance } = kernel else {
+        return Ok(());
+    };
+    let windows = Volterra::windows_needed(model, *tolerance);
+    // Written so that a rate that is not finite is refused too.
+    if windows <= MOST_WINDOWS {
+        return Ok(());
+    }
+    Err(BuildError::TooFast {
+        windows,
+        rate: Volterra::fastest_rate(model),
+        period: model.period(),
+    })
 }
 
 /// The structure of a model specification, reduced to the modes it retains.
@@ -102,6 +140,7 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
         point_id: point.point_id,
         transient: point.run.transient,
         cycles: point.run.cycles,
+        settle: point.run.settle,
         audit_cycles: point.run.audit_cycles,
         lyapunov: analyses.lyapunov.map(|l| LyapunovQuestion {
             exponents: l.exponents,
@@ -127,6 +166,7 @@ pub fn probes(point: &PointSpec, seed: u64) -> Option<MultistabilityQuestion> {
         decades: asked.decades,
         transient: asked.transient,
         cycles: asked.cycles,
+        settle: point.run.settle,
     })
 }
 

@@ -1,6 +1,6 @@
 //! One point, from specification to row; whatever goes wrong becomes part of the row.
 
-use super::build::{BuildError, StructureCache, initial, model, probes, questions};
+use super::build::{BuildError, StructureCache, affordable, initial, model, probes, questions};
 use crate::analysis::{
     CalledOff, MultistabilityOutcome, MultistabilityQuestion, PointOutcome, Questions, Status,
     investigate, probe_basins,
@@ -84,6 +84,7 @@ fn answer(
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
     let structure = structures.get(&point.model)?;
     let model: Model = model(&structure, point)?;
+    affordable(&model, &point.run.kernel)?;
     let start = model.start(&initial(&point.run.initial));
     let asked = (questions(point, seed), probes(point, seed));
     let limit = point.run.event_limit;

@@ -4,9 +4,11 @@ use super::build::StructureCache;
 use super::point::{Worker, compute};
 use crate::analysis::Status;
 use crate::manifest::Job;
-use crate::store::{AxisColumn, PointRow, ResultLayout, ResultWriter, Shard, StoreError};
+use crate::store::{
+    AxisColumn, Journal, PointRow, ResultLayout, ResultWriter, SYNC_INTERVAL, Shard, StoreError,
+};
 use crate::topology::Topology;
-use crossbeam_channel::{Receiver, bounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
@@ -36,12 +38,26 @@ pub struct Progress {
     pub not_ok: u64,
     /// Of these, with status failed, diverged or event_storm.
     pub failed: u64,
-    /// Mesh cycles marched.
+    /// Of `done`, taken over from an earlier, interrupted run.
+    pub resumed: u64,
+    /// Mesh cycles marched by this run.
     pub cycles: u64,
+}
+
+impl Progress {
+    fn count(&mut self, row: &PointRow) {
+        let status = &row.outcome.status;
+        self.done += 1;
+        self.not_ok += u64::from(*status != Status::Ok);
+        self.failed += u64::from(!matches!(status, Status::Ok | Status::NotConverged));
+    }
 }
 
 /// Told about every finished point, from the writer's thread.
 pub trait Watcher: Send {
+    /// Points of an earlier run were taken over; nothing has been computed yet.
+    fn resumed(&mut self, progress: &Progress);
+
     /// A point was finished and handed to the writer.
     fn point(&mut self, row: &PointRow, progress: &Progress);
 }
@@ -86,8 +102,10 @@ pub fn shard_points(points: usize, shard: Option<Shard>) -> Vec<usize> {
     }
 }
 
-/// Runs a job and writes its tables to `folder`. Raising `called_off` drops the points in
-/// flight; what is finished is written.
+/// Runs a job and writes its tables to `folder`. Points in the journal are taken over, the
+/// others are computed and appended to it; it is the caller's to remove once everything
+/// else is written. Raising `called_off` drops the points in flight; what is finished is
+/// written.
 ///
 /// # Errors
 /// Threads cannot be started, or results cannot be written; the sweep then stops.
@@ -95,11 +113,37 @@ pub fn run(
     job: &Job,
     folder: &Path,
     options: Options,
+    journal: &mut Journal,
     topology: Option<&Topology>,
     called_off: &AtomicBool,
     watcher: &mut dyn Watcher,
 ) -> Result<Finished, SweepError> {
-    let queue = shard_points(job.points.len(), options.shard);
+    let all = shard_points(job.points.len(), options.shard);
+    let ids: Vec<u64> = all.iter().map(|&i| job.points[i].point_id).collect();
+    let mut writer = ResultWriter::create(folder, &layout(job, options.shard), ids)?;
+    let mut progress = Progress::default();
+    let mut known = vec![false; job.points.len()];
+    journal.replay(|row| {
+        match known.get_mut(row.point_id as usize) {
+            // Twice the same point, twice the same numbers.
+            Some(true) => return Ok(()),
+            Some(known) => *known = true,
+            None => {
+                return Err(StoreError::UnexpectedPoint {
+                    point_id: row.point_id,
+                });
+            }
+        }
+        progress.count(&row);
+        writer.push(row)
+    })?;
+    progress.resumed = progress.done;
+    watcher.resumed(&progress);
+    // Every point that is left, with its place among all points of this run.
+    let queue: Vec<(usize, usize)> = (0..)
+        .zip(all.iter().copied())
+        .filter(|&(_, index)| !known[index])
+        .collect();
     let threads = options
         .threads
         .or(topology.map(|t| t.cores.len()))
@@ -114,16 +158,28 @@ pub fn run(
             threads,
             reason: error.to_string(),
         })?;
-    let ids: Vec<u64> = queue.iter().map(|&i| job.points[i].point_id).collect();
-    let writer = ResultWriter::create(folder, &layout(job, options.shard), ids)?;
 
     let structures = StructureCache::default();
     let next = AtomicUsize::new(0);
-    let finished = AtomicU64::new(0);
+    let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
-    let written = std::thread::scope(|scope| {
-        let finished = &finished;
-        let writing = scope.spawn(move || write(writer, &receiver, finished, called_off, watcher));
+    let ended = std::thread::scope(|scope| {
+        let mut recorder = Recorder {
+            writer,
+            journal,
+            progress,
+            watcher,
+            written: &written,
+        };
+        let writing = scope.spawn(move || {
+            let recorded = recorder.record_all(&receiver);
+            if recorded.is_err() {
+                // Nothing more can be kept: no use in computing on.
+                called_off.store(true, Ordering::Relaxed);
+            }
+            recorded?;
+            recorder.finish()
+        });
         pool.broadcast(|context| {
             let worker = Worker {
                 index: context.index() as u32,
@@ -132,8 +188,10 @@ pub fn run(
             let sender = sender.clone();
             while !called_off.load(Ordering::Relaxed) {
                 let turn = next.fetch_add(1, Ordering::Relaxed);
-                let Some(&index) = queue.get(turn) else { break };
-                while turn as u64 >= finished.load(Ordering::Relaxed) + AHEAD as u64
+                let Some(&(place, index)) = queue.get(turn) else {
+                    break;
+                };
+                while place as u64 >= written.load(Ordering::Relaxed) + AHEAD as u64
                     && !called_off.load(Ordering::Relaxed)
                 {
                     std::thread::sleep(Duration::from_millis(1));
@@ -153,42 +211,55 @@ pub fn run(
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     });
-    let (progress, missing) = written?;
+    let (progress, missing) = ended?;
     Ok(Finished {
-        points: queue.len() as u64,
+        points: all.len() as u64,
         progress,
         missing,
         threads,
     })
 }
 
-/// The writer's thread: rows into files until the channel closes.
-fn write(
-    mut writer: ResultWriter,
-    receiver: &Receiver<PointRow>,
-    oldest: &AtomicU64,
-    called_off: &AtomicBool,
-    watcher: &mut dyn Watcher,
-) -> Result<(Progress, u64), StoreError> {
-    let mut progress = Progress::default();
-    for row in receiver {
-        progress.done += 1;
-        progress.cycles += row.outcome.cycles;
-        progress.not_ok += u64::from(row.outcome.status != Status::Ok);
-        progress.failed += u64::from(!matches!(
-            row.outcome.status,
-            Status::Ok | Status::NotConverged
-        ));
-        watcher.point(&row, &progress);
-        if let Err(error) = writer.push(row) {
-            // Nothing more can be kept: no use in computing on.
-            called_off.store(true, Ordering::Relaxed);
-            return Err(error);
+/// What the writer's thread works on.
+struct Recorder<'a> {
+    writer: ResultWriter,
+    journal: &'a mut Journal,
+    progress: Progress,
+    watcher: &'a mut dyn Watcher,
+    /// Points that have left the writer's memory, for the workers to see.
+    written: &'a AtomicU64,
+}
+
+impl Recorder<'_> {
+    /// Takes rows until the channel closes.
+    fn record_all(&mut self, receiver: &Receiver<PointRow>) -> Result<(), StoreError> {
+        loop {
+            match receiver.recv_timeout(SYNC_INTERVAL) {
+                Ok(row) => self.record(row)?,
+                Err(RecvTimeoutError::Timeout) => self.journal.sync_if_due()?,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
         }
-        oldest.store(progress.done - writer.waiting() as u64, Ordering::Relaxed);
     }
-    let written = writer.finish()?;
-    Ok((progress, written.missing))
+
+    fn record(&mut self, row: PointRow) -> Result<(), StoreError> {
+        self.journal.append(&row)?;
+        self.progress.count(&row);
+        self.progress.cycles += row.outcome.cycles;
+        self.watcher.point(&row, &self.progress);
+        self.writer.push(row)?;
+        let waiting = self.writer.waiting() as u64;
+        self.written
+            .store(self.progress.done - waiting, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Where the run stands at its end, and the number of points that are missing.
+    fn finish(self) -> Result<(Progress, u64), StoreError> {
+        self.journal.sync()?;
+        let written = self.writer.finish()?;
+        Ok((self.progress, written.missing))
+    }
 }
 
 fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {

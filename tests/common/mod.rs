@@ -5,8 +5,8 @@
 //! single- and double-pair stiffness 3.333e8 and 4.444e8 N/m with contact ratio 1.6,
 //! transmission error 5 µm at the mesh frequency, pinion speed 1200 rad/s.
 
-// Every test binary uses a part of it.
-#![allow(dead_code)]
+// Every test binary uses a part of it; benches use it too, outside any test.
+#![allow(dead_code, clippy::unwrap_used)]
 
 pub mod march;
 

@@ -23,6 +23,7 @@ use crate::numerics::proportion::wilson_interval;
 use crate::numerics::random::Stream;
 use crate::propagate::Kernel;
 use same::Attractor;
+use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
 /// Streams of a point below this number belong to its own tangents and twin.
@@ -50,10 +51,12 @@ pub struct MultistabilityQuestion {
     pub transient: u64,
     /// Most mesh cycles of each probe measured.
     pub cycles: u64,
+    /// Whether periodic orbits are sought by Newton's method instead of waited for.
+    pub settle: bool,
 }
 
 /// A share of a point's probes.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct BasinShare {
     /// The share itself \[1\].
     pub share: f64,
@@ -64,7 +67,7 @@ pub struct BasinShare {
 }
 
 /// What became of one initial condition.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProbeOutcome {
     /// From 0; 0 is the point's own initial state.
     pub probe_id: u32,
@@ -97,7 +100,7 @@ pub struct ProbeOutcome {
 }
 
 /// What the probes of a point found.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct MultistabilityOutcome {
     /// Different attractors.
     pub attractors: u32,
@@ -130,6 +133,7 @@ pub fn probe_basins<K: Kernel>(
         point_id: question.point_id,
         transient: question.transient,
         cycles: question.cycles,
+        settle: question.settle,
         audit_cycles: 0,
         lyapunov: Some(LyapunovQuestion {
             exponents: 1,

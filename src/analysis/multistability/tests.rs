@@ -13,6 +13,7 @@ fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQ
         decades,
         transient: 0,
         cycles: 320,
+        settle: true,
     }
 }
 

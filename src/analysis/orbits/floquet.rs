@@ -12,9 +12,39 @@ use crate::numerics::linalg::eigenvalues;
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 use faer::Mat;
 
+/// Monodromy matrix of `period` mesh cycles from `start`, which is marched on by them: the
+/// derivative of the end by the start in energy coordinates `y = weight x`, neutral pair
+/// left out; dimension 2(N − neutral), components in the order of [`EnergyNorm::felt`].
+///
+/// # Errors
+/// [`Stop`] as for any march.
+pub fn monodromy<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    start: &mut TrajectoryState,
+    period: u32,
+    workspace: &mut K::Workspace,
+    counters: &mut Counters,
+) -> Result<Mat<f64>, Stop> {
+    let weights = norm.weights();
+    let felt = norm.felt();
+    let mut tangents = Tangents::zeros(model.modes(), felt.len());
+    for (column, &i) in felt.iter().enumerate() {
+        tangents.vector_mut(column)[i] = 1.0;
+    }
+    for _ in 0..period {
+        kernel.march(start, &mut tangents, workspace, &mut (), counters)?;
+    }
+    Ok(Mat::from_fn(felt.len(), felt.len(), |row, column| {
+        let (i, j) = (felt[row], felt[column]);
+        weights[i] * tangents.vector(column)[i] / weights[j]
+    }))
+}
+
 /// Floquet multipliers of the orbit through `start` with a period of `period` mesh cycles,
-/// as (re, im), largest modulus first; 2(N − neutral) of them. `start` is marched on by one
-/// period. None where the eigenvalue iteration fails.
+/// as (re, im), largest modulus first. `start` is marched on by one period. None where the
+/// eigenvalue iteration fails.
 ///
 /// # Errors
 /// [`Stop`] as for any march.
@@ -27,20 +57,8 @@ pub fn multipliers<K: Kernel>(
     workspace: &mut K::Workspace,
     counters: &mut Counters,
 ) -> Result<Option<Vec<(f64, f64)>>, Stop> {
-    let weights = norm.weights();
-    let felt: Vec<usize> = (0..weights.len()).filter(|&i| weights[i] > 0.0).collect();
-    let mut tangents = Tangents::zeros(model.modes(), felt.len());
-    for (column, &i) in felt.iter().enumerate() {
-        tangents.vector_mut(column)[i] = 1.0;
-    }
-    for _ in 0..period {
-        kernel.march(start, &mut tangents, workspace, &mut (), counters)?;
-    }
-    let monodromy = Mat::from_fn(felt.len(), felt.len(), |row, column| {
-        let (i, j) = (felt[row], felt[column]);
-        weights[i] * tangents.vector(column)[i] / weights[j]
-    });
-    Ok(eigenvalues(monodromy.as_ref()))
+    let matrix = monodromy(model, kernel, norm, start, period, workspace, counters)?;
+    Ok(eigenvalues(matrix.as_ref()))
 }
 
 /// Exponents per mesh cycle `ln|μ| / k` of multipliers over k cycles.

@@ -1,3 +1,4 @@
 //! Periodic orbits.
 
 pub mod floquet;
+pub mod shooting;

@@ -159,6 +159,7 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("run.initial.displacement.*", ModalDisplacement, ANY, "1e-6"),
     key("run.initial.velocity", List("numbers in m sqrt(kg)/s, one a retained mode"), ANY, "[0.0, 1e-3]"),
     quantity("run.initial.velocity.*", ModalVelocity, ANY, "1e-3"),
+    key("run.settle", Boolean, ANY, "true"),
     integer("run.audit_cycles", 0.0, MANY, "100"),
     integer("run.event_limit", 1.0, MANY, "1000"),
     table("analyses"),

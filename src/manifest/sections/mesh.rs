@@ -5,6 +5,7 @@ use crate::manifest::reader::{self, Section, not_available};
 use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec};
 use crate::manifest::tree::Value;
 use crate::units::{self, Dimension};
+use std::sync::Arc;
 
 /// Stiffness laws of the file format that this version does not have.
 const LATER_LAWS: [(&str, &str); 2] = [
@@ -91,7 +92,7 @@ fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
             );
             return None;
         }
-        return Some(StiffnessSpec::Piecewise(values));
+        return Some(StiffnessSpec::Piecewise(values.into()));
     }
     let mean = section.quantity(issues, "mean_stiffness");
     let contact_ratio = section.quantity(issues, "contact_ratio");
@@ -108,7 +109,7 @@ fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
 /// The two-level law on equal segments: `k_d` over the first `ε − 1` of the cycle and
 /// `(1 − drop) k_d` over the rest, with the given mean; a segment that straddles the
 /// transition has the average over its width.
-fn two_levels(mean: f64, contact_ratio: f64, drop: f64, segments: u64) -> Vec<f64> {
+fn two_levels(mean: f64, contact_ratio: f64, drop: f64, segments: u64) -> Arc<[f64]> {
     let double_share = contact_ratio - 1.0;
     let double_pair = mean / (double_share + (1.0 - drop) * (1.0 - double_share));
     let exact = double_share * segments as f64;

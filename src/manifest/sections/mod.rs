@@ -25,9 +25,27 @@ pub(super) use job::read as read_job;
 pub(super) struct Resolved {
     pub model: ModelSpec,
     pub mesh: MeshSpec,
-    pub excitation: ExcitationSpec,
-    pub run: RunSpec,
-    pub analyses: AnalysesSpec,
+    pub excitation: Arc<ExcitationSpec>,
+    pub run: Arc<RunSpec>,
+    pub analyses: Arc<AnalysesSpec>,
+}
+
+impl Resolved {
+    /// Shares with another whatever is equal.
+    pub fn share(&mut self, other: &Self) {
+        if self.mesh.stiffness == other.mesh.stiffness {
+            self.mesh.stiffness = other.mesh.stiffness.clone();
+        }
+        share(&mut self.excitation, &other.excitation);
+        share(&mut self.run, &other.run);
+        share(&mut self.analyses, &other.analyses);
+    }
+}
+
+fn share<T: PartialEq>(own: &mut Arc<T>, other: &Arc<T>) {
+    if own == other {
+        *own = Arc::clone(other);
+    }
 }
 
 /// What outlives one pass over the tree, so that the points of a grid share it.
@@ -77,8 +95,8 @@ pub(super) fn resolve(
     Some(Resolved {
         model: model?,
         mesh: mesh?,
-        excitation: excitation?,
-        run: run?,
-        analyses: analyses?,
+        excitation: Arc::new(excitation?),
+        run: Arc::new(run?),
+        analyses: Arc::new(analyses?),
     })
 }

@@ -39,6 +39,7 @@ pub(super) fn read(
     let cycles = section.integer_or(issues, "cycles", DEFAULT_CYCLES);
     let kernel = kernel(&section, issues);
     let initial = initial(&section, issues, retained);
+    let settle = section.boolean_or(issues, "settle", true);
     let event_limit = section.integer_or(issues, "event_limit", DEFAULT_EVENT_LIMIT);
     let default_audit = DEFAULT_AUDIT_CYCLES.min(cycles.unwrap_or(DEFAULT_CYCLES));
     let audit_cycles = section.integer_or(issues, "audit_cycles", default_audit);
@@ -63,6 +64,7 @@ pub(super) fn read(
         cycles,
         kernel: kernel?,
         initial: initial?,
+        settle: settle?,
         audit_cycles,
         event_limit: u32::try_from(event_limit?).ok()?,
     })

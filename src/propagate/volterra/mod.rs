@@ -79,6 +79,18 @@ impl<'m> Volterra<'m> {
         }
     }
 
+    /// Upper bound of the rates \[rad/s\] of a model in any contact state, excitation
+    /// included; windows are chosen by it.
+    pub fn fastest_rate(model: &Model) -> f64 {
+        tables::fastest_rate(model)
+    }
+
+    /// Windows a mesh cycle that the kernel would need for a model: a stiff mesh, a strong
+    /// damper or a slow speed can ask for more than anyone wants to wait for.
+    pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
+        tables::windows_needed(model, tolerance)
+    }
+
     /// Windows a mesh cycle without events.
     pub fn windows_per_cycle(&self) -> usize {
         self.tables.cells

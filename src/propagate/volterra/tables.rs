@@ -83,15 +83,7 @@ impl Tables {
     /// Tables for a model; see [`super::Volterra::new`] for `tolerance`.
     pub fn new(model: &Model, tolerance: f64) -> Self {
         let cycle = &model.cycle;
-        let grid = cycle
-            .segments
-            .iter()
-            .fold(cycle.divisions, |g, s| gcd(g, s.length));
-        let base = cycle.divisions / grid;
-        let half_argument = 0.5 * fastest_rate(model) * cycle.period;
-        let refinement =
-            (half_argument / (base as f64 * largest_half_argument(tolerance))).ceil() as usize;
-        let cells = base * refinement.max(1);
+        let cells = windows_needed(model, tolerance) as usize;
         let delta = cycle.period / cells as f64;
         let cell = |division: usize| division * cells / cycle.divisions;
 
@@ -249,6 +241,21 @@ impl Tables {
     }
 }
 
+/// Windows a mesh cycle: the fewest that fit the segments and are short enough for the
+/// tolerance.
+pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
+    let cycle = &model.cycle;
+    let grid = cycle
+        .segments
+        .iter()
+        .fold(cycle.divisions, |g, s| gcd(g, s.length));
+    let base = (cycle.divisions / grid) as f64;
+    let half_argument = 0.5 * fastest_rate(model) * cycle.period;
+    base * (half_argument / (base * largest_half_argument(tolerance)))
+        .ceil()
+        .max(1.0)
+}
+
 /// `∫₀^τ P_n(2s/τ − 1) e^{A(τ−s)} ds` is this factor times coefficient n of `e^{At}`.
 pub fn moment(n: usize, tau: f64) -> f64 {
     let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -257,7 +264,7 @@ pub fn moment(n: usize, tau: f64) -> f64 {
 
 /// Upper bound of the rates \[1/s\] in any contact state and of the excitation: with the
 /// spring closed an eigenvalue moves by at most the norm of what is added.
-fn fastest_rate(model: &Model) -> f64 {
+pub fn fastest_rate(model: &Model) -> f64 {
     let mut open: f64 = 0.0;
     let (mut stiffening, mut damping) = (0.0, 0.0);
     for block in &model.blocks {

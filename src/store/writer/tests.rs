@@ -386,7 +386,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        3,
+        4,
         "{partial:?}"
     );
     assert!(
@@ -398,7 +398,12 @@ fn a_file_has_its_name_only_when_whole() {
 
     assert_eq!(
         names(folder.path()),
-        ["poincare.parquet", "points.parquet", "spectra.parquet"]
+        [
+            "poincare.parquet",
+            "points.parquet",
+            "probes.parquet",
+            "spectra.parquet"
+        ]
     );
     assert_eq!(
         fs::read(folder.path().join("points.parquet")).unwrap(),

@@ -1,6 +1,8 @@
 //! All questions to one operating point, in one march.
 //!
-//! 1. the transient is marched and discarded;
+//! 1. the transient is marched and discarded; at doubling counts of cycles an attracting
+//!    periodic orbit is sought by Newton's method, which ends the transient when it is found
+//!    and seen to be approached;
 //! 2. the energy balance is audited over a stretch;
 //! 3. tangents and twin are aligned, their growth discarded;
 //! 4. blocks of cycles are measured until the answers have settled or the budget is spent.
@@ -9,22 +11,24 @@
 //! repeats is confirmed by its multipliers, measured once over whole periods, and done.
 //! A chaotic one is done when its standard error is small enough.
 
+mod instruments;
+mod settle;
+
 use super::classify::{Evidence, classify};
 use super::energy::EnergyAudit;
-use super::lyapunov::{TangentGrowth, agree};
+use super::lyapunov::agree;
 use super::norm::EnergyNorm;
 use super::nvh::Nvh;
-use super::orbits::floquet;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::Poincare;
 use super::questions::Questions;
 use super::recurrence::Recurrence;
-use super::spectrum::{CYCLES_PER_SEGMENT, Welch};
-use super::twin::Twin;
+use super::spectrum::Welch;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::random::Stream;
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use instruments::{Instruments, Watch};
+use settle::{Searches, WORTH_A_SEARCH};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The work was called off; nothing is known of the point.
@@ -34,13 +38,6 @@ pub struct CalledOff;
 
 /// Cycles between two looks at the answers.
 const BLOCK: u64 = 50;
-
-/// Fewest cycles a settled periodic motion is measured over.
-const SETTLED_CYCLES: u64 = 128;
-
-/// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
-/// double multiplier 1 (free flight) by its square root.
-const NEUTRAL: f64 = 1e-7;
 
 /// Answers all questions to one point.
 ///
@@ -110,90 +107,81 @@ struct March<'a, K: Kernel> {
     energy_residual: Option<f64>,
 }
 
-/// What is measured beside the trajectory.
-struct Instruments {
-    growth: Option<TangentGrowth>,
-    twin: Option<Twin>,
-    watch: Watch,
-    poincare: Poincare,
-    recurrence: Recurrence,
-    measured: u64,
-    events_before: u64,
-}
-
-/// The observers of measured cycles.
-struct Watch {
-    nvh: Option<Nvh>,
-    welch: Option<Welch>,
-}
-
-impl Observer for Watch {
-    const WINDOWS: bool = true;
-
-    fn window(&mut self, window: &Window<'_>) {
-        if let Some(nvh) = &mut self.nvh {
-            nvh.window(window);
-        }
-        if let Some(welch) = &mut self.welch {
-            welch.window(window);
-        }
-    }
-
-    fn event(&mut self, event: &Event) {
-        if let Some(nvh) = &mut self.nvh {
-            nvh.event(event);
-        }
-    }
-}
-
-impl Instruments {
-    fn restart(&mut self, counters: &Counters) {
-        if let Some(growth) = &mut self.growth {
-            growth.restart();
-        }
-        if let Some(twin) = &mut self.twin {
-            twin.restart();
-        }
-        if let Some(nvh) = &mut self.watch.nvh {
-            nvh.restart();
-        }
-        if let Some(welch) = &mut self.watch.welch {
-            welch.restart();
-        }
-        self.poincare.restart();
-        self.measured = 0;
-        self.events_before = counters.events;
-    }
-
-    fn averages(&self) -> &[f64] {
-        self.growth.as_ref().map_or(&[], |g| g.averages())
-    }
-}
-
 impl<K: Kernel> March<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Halt> {
-        self.plain(self.questions.transient)?;
+        let mut searches = Searches::new(self.questions.settle);
+        let mut orbit = self.transient(&mut searches)?;
         self.audit()?;
-        let mut instruments = self.instruments();
-        if let Some(lyapunov) = &self.questions.lyapunov {
-            for _ in 0..lyapunov.align {
-                self.cycle(&mut instruments, &mut ())?;
-            }
-        }
-        instruments.restart(&self.counters);
-        while instruments.measured < self.questions.cycles {
+        let mut instruments = self.align()?;
+        while orbit.is_none() && instruments.measured < self.questions.cycles {
             let block = BLOCK.min(self.questions.cycles - instruments.measured);
             self.measure(&mut instruments, block)?;
             if let Some(period) = instruments.recurrence.period(&self.norm)
-                && let Some(outcome) = self.settle(&mut instruments, period)?
+                && let Some(outcome) = self.settle(&mut instruments, period, "marched out")?
             {
                 return Ok(outcome);
             }
             if self.precise_enough(&instruments) {
                 break;
             }
+            if searches
+                .as_mut()
+                .is_some_and(|s| s.due(self.counters.cycles))
+            {
+                let candidates = self.candidates(&instruments);
+                let before = self.counters.cycles;
+                orbit = self.seek_orbit(&candidates)?;
+                if orbit.is_some() || self.counters.cycles > before {
+                    // The trajectory was moved on, or put on the orbit: measure afresh.
+                    instruments = self.align()?;
+                }
+            }
+        }
+        if let Some((period, how)) = orbit
+            && let Some(outcome) = self.settle(&mut instruments, period, &how)?
+        {
+            return Ok(outcome);
         }
         Ok(self.aperiodic(instruments))
+    }
+
+    /// Marches the transient; ends early on an attracting orbit.
+    fn transient(
+        &mut self,
+        searches: &mut Option<Searches>,
+    ) -> Result<Option<(u32, String)>, Halt> {
+        let mut recurrence = Recurrence::new(self.model);
+        while self.counters.cycles < self.questions.transient {
+            self.plain(1)?;
+            if searches.is_none() {
+                continue;
+            }
+            recurrence.push(&self.trajectory.state);
+            if searches
+                .as_mut()
+                .is_some_and(|s| s.due(self.counters.cycles))
+            {
+                let candidates = recurrence.candidates(&self.norm, WORTH_A_SEARCH);
+                let orbit = self.seek_orbit(&candidates)?;
+                if orbit.is_some() {
+                    return Ok(orbit);
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// Instruments at the trajectory's present place, tangents and twin aligned.
+    fn align(&mut self) -> Result<Instruments, Halt> {
+        let mut instruments =
+            Instruments::new(self.model, &self.norm, self.questions, &self.trajectory);
+        if let Some(lyapunov) = &self.questions.lyapunov {
+            for _ in 0..lyapunov.align {
+                self.cycle(&mut instruments, &mut ())?;
+            }
+        }
+        instruments.restart(&self.counters);
+        Ok(instruments)
     }
 
     /// Marches without watching.
@@ -234,30 +222,6 @@ impl<K: Kernel> March<'_, K> {
         }
         self.energy_residual = audit.residual(&self.trajectory);
         Ok(())
-    }
-
-    fn instruments(&self) -> Instruments {
-        let q = self.questions;
-        let stream = |probe| Stream::new(q.seed, q.point_id, probe);
-        let modes = self.model.modes();
-        Instruments {
-            growth: q
-                .lyapunov
-                .map(|l| l.exponents.min(self.norm.dimension()))
-                .map(|count| TangentGrowth::new(&self.norm, modes, count, &mut stream(0))),
-            twin: q
-                .lyapunov
-                .filter(|l| l.twin)
-                .map(|_| Twin::new(self.model, &self.norm, &self.trajectory, &mut stream(1))),
-            watch: Watch {
-                nvh: q.nvh.map(|n| Nvh::new(self.model, n.harmonics)),
-                welch: q.nvh.filter(|n| n.spectrum).map(|_| Welch::new(self.model)),
-            },
-            poincare: Poincare::new(q.poincare_samples),
-            recurrence: Recurrence::new(self.model),
-            measured: 0,
-            events_before: 0,
-        }
     }
 
     /// One cycle of the trajectory, its tangents and its twin.
@@ -319,86 +283,6 @@ impl<K: Kernel> March<'_, K> {
             instruments.recurrence.push(&self.trajectory.state);
         }
         Ok(())
-    }
-
-    /// A motion that repeats after `period` cycles: confirms it by its multipliers and
-    /// measures it over whole periods. None where a multiplier lies outside the unit circle
-    /// (a long stay near an unstable orbit); one on it is a motion that nothing damps.
-    fn settle(
-        &mut self,
-        instruments: &mut Instruments,
-        period: u32,
-    ) -> Result<Option<PointOutcome>, Halt> {
-        let mut orbit = self.trajectory.clone();
-        let mut exponents = [Vec::new(), Vec::new()];
-        for exponents in &mut exponents {
-            let Some(multipliers) = floquet::multipliers(
-                self.model,
-                self.kernel,
-                &self.norm,
-                &mut orbit,
-                period,
-                &mut self.workspace,
-                &mut Counters::default(),
-            )?
-            else {
-                return Ok(None);
-            };
-            *exponents = floquet::exponents(&multipliers, period);
-        }
-        let largest = exponents[0].first().copied().unwrap_or(f64::NAN);
-        if largest.is_nan() || largest > NEUTRAL {
-            return Ok(None);
-        }
-        // A second, independent turn around the orbit shows how well the first is known.
-        let stderr = (largest - exponents[1][0]).abs();
-        instruments.restart(&self.counters);
-        let k = u64::from(period);
-        let spectral = if instruments.watch.welch.is_some() {
-            2 * CYCLES_PER_SEGMENT as u64
-        } else {
-            0
-        };
-        let wanted = SETTLED_CYCLES
-            .max(self.questions.poincare_samples as u64)
-            .max(10 * FEWEST_BLOCKS as u64 * u64::from(instruments.twin.is_some()))
-            .max(spectral);
-        self.measure(instruments, wanted.div_ceil(k) * k)?;
-        let events = self.counters.events - instruments.events_before;
-        let class = if events == 0 && self.trajectory.contact.touching() {
-            Class::Locked
-        } else {
-            Class::Periodic(period)
-        };
-        let lyapunov = self.questions.lyapunov.map(|l| {
-            let twin = instruments.twin.as_ref();
-            LyapunovOutcome {
-                exponents: exponents[0].iter().take(l.exponents).copied().collect(),
-                stderr,
-                twin: twin.map(|t| mean(t.averages())),
-                twin_stderr: twin.map(|t| standard_error(t.averages())),
-                twin_agrees: twin.and_then(|t| agree(instruments.averages(), t.averages())),
-                method: LyapunovMethod::Multipliers,
-            }
-        });
-        let reason = match class {
-            Class::Locked if period == 1 => {
-                "repeats every cycle and never leaves contact".to_owned()
-            }
-            Class::Locked => format!("repeats after {period} cycles and never leaves contact"),
-            _ => format!(
-                "repeats after {period} {} with {events} events in {} cycles",
-                if period == 1 { "cycle" } else { "cycles" },
-                instruments.measured
-            ),
-        };
-        Ok(Some(self.outcome(
-            Status::Ok,
-            reason,
-            Some(class),
-            lyapunov,
-            instruments,
-        )))
     }
 
     /// Whether the largest exponent of a motion that does not repeat is known well enough.

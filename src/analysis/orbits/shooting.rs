@@ -1,0 +1,212 @@
+//! The periodic orbit next to a state, by Newton's method on the map of k mesh cycles.
+//!
+//! ```text
+//! (M − I) Δ = x − P(x),      M = dP/dx, exact (windows and saltations)
+//! ```
+//!
+//! in energy coordinates, neutral pair left out. The map of a drive with contact damping is
+//! continuous with a derivative that jumps where the event sequence changes, so that steps
+//! converge quadratically once the sequence is the orbit's own. An orbit that never leaves
+//! contact, or never touches, is found in one step: the map is affine.
+
+use super::floquet::monodromy;
+use crate::analysis::norm::EnergyNorm;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::linalg::{eigenvalues, solve};
+use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use faer::Mat;
+
+/// Most Newton steps; a good guess needs three to five.
+const MOST_STEPS: usize = 8;
+
+/// Residual, in half gaps, at which an orbit counts as found: round-off of a cycle is some
+/// 1e-14, and one more step is made from there.
+const CONVERGED: f64 = 1e-11;
+
+/// Longest step, in half gaps, from a state that is worth following.
+const LONGEST_STEP: f64 = 30.0;
+
+/// A periodic orbit.
+#[derive(Debug, Clone)]
+pub struct PeriodicOrbit {
+    /// Its state at the start of a mesh cycle.
+    pub start: TrajectoryState,
+    /// Period in mesh cycles.
+    pub period: u32,
+    /// Distance between start and end of a period, in half gaps.
+    pub residual: f64,
+    /// Monodromy matrix in energy coordinates.
+    pub monodromy: Mat<f64>,
+    /// Floquet multipliers as (re, im), largest modulus first.
+    pub multipliers: Vec<(f64, f64)>,
+}
+
+impl PeriodicOrbit {
+    /// Largest modulus of the multipliers: below 1 where the orbit attracts.
+    pub fn spectral_radius(&self) -> f64 {
+        self.multipliers
+            .first()
+            .map_or(0.0, |(re, im)| re.hypot(*im))
+    }
+}
+
+/// Seeks an orbit of `period` mesh cycles next to `guess`. None where Newton's method does
+/// not converge within a few steps.
+///
+/// # Errors
+/// [`Stop`] where an iterate diverges or storms.
+pub fn shoot<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    guess: &TrajectoryState,
+    period: u32,
+    workspace: &mut K::Workspace,
+) -> Result<Option<PeriodicOrbit>, Stop> {
+    let mut counters = Counters::default();
+    let (weights, felt) = (norm.weights(), norm.felt());
+    let mut start = guess.clone();
+    let mut last = f64::INFINITY;
+    for _ in 0..MOST_STEPS {
+        let mut end = start.clone();
+        let matrix = monodromy(
+            model,
+            kernel,
+            norm,
+            &mut end,
+            period,
+            workspace,
+            &mut counters,
+        )?;
+        let residual = norm.distance(&end.state, &start.state) / norm.unit();
+        if residual.is_nan() || residual > 2.0 * last.max(1.0) {
+            return Ok(None);
+        }
+        let found = last <= CONVERGED;
+        if found {
+            return Ok(
+                eigenvalues(matrix.as_ref()).map(|multipliers| PeriodicOrbit {
+                    start,
+                    period,
+                    residual,
+                    monodromy: matrix,
+                    multipliers,
+                }),
+            );
+        }
+        last = residual;
+        let defect: Vec<f64> = felt
+            .iter()
+            .map(|&i| weights[i] * (start.state[i] - end.state[i]))
+            .collect();
+        let n = felt.len();
+        let system = Mat::from_fn(n, n, |i, j| matrix[(i, j)] - f64::from(u8::from(i == j)));
+        let step = solve(system.as_ref(), &defect);
+        let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
+        if length.is_nan() || length > LONGEST_STEP * norm.unit() {
+            return Ok(None);
+        }
+        for (&i, s) in felt.iter().zip(&step) {
+            start.state[i] += s / weights[i];
+        }
+        start = TrajectoryState::new(model, start.state, start.cycle);
+    }
+    Ok(None)
+}
+
+/// Distance, in half gaps, at which two points of an orbit are one.
+const SAME_POINT: f64 = 1e-7;
+
+/// The orbit with its own, shortest period: a multiple of `unit` cycles that divides the
+/// period it was found with.
+///
+/// # Errors
+/// [`Stop`] as for any march.
+pub fn shortest<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    orbit: PeriodicOrbit,
+    unit: u32,
+    workspace: &mut K::Workspace,
+) -> Result<PeriodicOrbit, Stop> {
+    let mut counters = Counters::default();
+    let mut state = orbit.start.clone();
+    for cycle in 1..orbit.period {
+        kernel.march(
+            &mut state,
+            &mut Tangents::none(),
+            workspace,
+            &mut (),
+            &mut counters,
+        )?;
+        let divides = cycle.is_multiple_of(unit) && orbit.period.is_multiple_of(cycle);
+        let apart = norm.distance(&state.state, &orbit.start.state) / norm.unit();
+        if divides && apart <= SAME_POINT {
+            let shorter = shoot(model, kernel, norm, &orbit.start, cycle, workspace)?;
+            return Ok(shorter.unwrap_or(orbit));
+        }
+    }
+    Ok(orbit)
+}
+
+/// Longest march, in mesh cycles, spent on watching a trajectory approach an orbit.
+const LONGEST_WATCH: f64 = 3000.0;
+
+/// Distance, in half gaps, at which a trajectory is on the orbit.
+const ARRIVED: f64 = 1e-9;
+
+/// Part of the initial distance by which the approach may miss its prediction.
+const PREDICTION_SLACK: f64 = 0.25;
+
+/// Marches `trajectory` until the slowest multiplier of `orbit` has halved its distance and
+/// tells whether it came as near as the monodromy matrix predicts. If so, the linear map
+/// governs the approach, and it converges; nonlinear remainders only shrink with distance.
+///
+/// # Errors
+/// [`Stop`] as for any march.
+pub fn approaches<K: Kernel>(
+    kernel: &K,
+    norm: &EnergyNorm,
+    orbit: &PeriodicOrbit,
+    trajectory: &mut TrajectoryState,
+    workspace: &mut K::Workspace,
+    counters: &mut Counters,
+) -> Result<bool, Stop> {
+    let radius = orbit.spectral_radius();
+    if radius >= 1.0 {
+        return Ok(false);
+    }
+    let periods = (0.5f64.ln() / radius.ln()).ceil().max(1.0);
+    if periods * f64::from(orbit.period) > LONGEST_WATCH {
+        return Ok(false);
+    }
+    let (weights, felt) = (norm.weights(), norm.felt());
+    let offset = |state: &[f64]| {
+        Mat::from_fn(felt.len(), 1, |row, _| {
+            let i = felt[row];
+            weights[i] * (state[i] - orbit.start.state[i])
+        })
+    };
+    let before = offset(&trajectory.state);
+    let mut predicted = before.clone();
+    for _ in 0..periods as u64 {
+        predicted = &orbit.monodromy * &predicted;
+        for _ in 0..orbit.period {
+            kernel.march(
+                trajectory,
+                &mut Tangents::none(),
+                workspace,
+                &mut (),
+                counters,
+            )?;
+        }
+    }
+    let after = offset(&trajectory.state);
+    let distance = before.norm_l2();
+    if distance <= ARRIVED * norm.unit() {
+        return Ok(after.norm_l2() <= ARRIVED * norm.unit());
+    }
+    let missed = (&after - &predicted).norm_l2();
+    Ok(missed <= PREDICTION_SLACK * distance && after.norm_l2() < distance)
+}

@@ -1,0 +1,105 @@
+//! What is measured beside a trajectory.
+
+use crate::analysis::lyapunov::TangentGrowth;
+use crate::analysis::norm::EnergyNorm;
+use crate::analysis::nvh::Nvh;
+use crate::analysis::poincare::Poincare;
+use crate::analysis::questions::Questions;
+use crate::analysis::recurrence::Recurrence;
+use crate::analysis::spectrum::Welch;
+use crate::analysis::twin::Twin;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::random::Stream;
+use crate::propagate::{Counters, Event, Observer, Window};
+
+/// What is measured beside the trajectory.
+pub(super) struct Instruments {
+    pub(super) growth: Option<TangentGrowth>,
+    pub(super) twin: Option<Twin>,
+    pub(super) watch: Watch,
+    pub(super) poincare: Poincare,
+    pub(super) recurrence: Recurrence,
+    pub(super) measured: u64,
+    pub(super) events_before: u64,
+}
+
+/// The observers of measured cycles.
+pub(super) struct Watch {
+    pub(super) nvh: Option<Nvh>,
+    pub(super) welch: Option<Welch>,
+}
+
+impl Observer for Watch {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        if let Some(nvh) = &mut self.nvh {
+            nvh.window(window);
+        }
+        if let Some(welch) = &mut self.welch {
+            welch.window(window);
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if let Some(nvh) = &mut self.nvh {
+            nvh.event(event);
+        }
+    }
+}
+
+impl Instruments {
+    /// Instruments for the questions asked, at the trajectory's present place.
+    pub(super) fn new(
+        model: &Model,
+        norm: &EnergyNorm,
+        questions: &Questions,
+        trajectory: &TrajectoryState,
+    ) -> Self {
+        let q = questions;
+        let stream = |probe| Stream::new(q.seed, q.point_id, probe);
+        let modes = model.modes();
+        Self {
+            growth: q
+                .lyapunov
+                .map(|l| l.exponents.min(norm.dimension()))
+                .map(|count| TangentGrowth::new(norm, modes, count, &mut stream(0))),
+            twin: q
+                .lyapunov
+                .filter(|l| l.twin)
+                .map(|_| Twin::new(model, norm, trajectory, &mut stream(1))),
+            watch: Watch {
+                nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
+                welch: q.nvh.filter(|n| n.spectrum).map(|_| Welch::new(model)),
+            },
+            poincare: Poincare::new(q.poincare_samples),
+            recurrence: Recurrence::new(model),
+            measured: 0,
+            events_before: 0,
+        }
+    }
+
+    /// Forgets what was measured, keeps directions.
+    pub(super) fn restart(&mut self, counters: &Counters) {
+        if let Some(growth) = &mut self.growth {
+            growth.restart();
+        }
+        if let Some(twin) = &mut self.twin {
+            twin.restart();
+        }
+        if let Some(nvh) = &mut self.watch.nvh {
+            nvh.restart();
+        }
+        if let Some(welch) = &mut self.watch.welch {
+            welch.restart();
+        }
+        self.poincare.restart();
+        self.measured = 0;
+        self.events_before = counters.events;
+    }
+
+    /// Averages of the largest exponent, empty where none was asked for.
+    pub(super) fn averages(&self) -> &[f64] {
+        self.growth.as_ref().map_or(&[], |g| g.averages())
+    }
+}

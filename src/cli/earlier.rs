@@ -1,0 +1,79 @@
+//! What a results folder holds before a run, and whether the run may write there.
+
+use super::with_causes;
+use crate::manifest::Job;
+use crate::store::{RunRecord, RunState, Shard, StoreError, read_runs};
+use std::path::Path;
+
+/// What a folder holds already of the run that is asked for.
+#[derive(Debug)]
+pub enum Earlier {
+    /// Nothing that counts; points of an interrupted run may be in its journal.
+    Nothing,
+    /// All of it.
+    Complete(Box<RunRecord>),
+}
+
+/// Looks at what is in the folder. `fresh` allows to replace the results of the same shard
+/// (or of the whole job), never those of others: a folder holds one job.
+///
+/// # Errors
+/// Why the folder must not be touched, in a sentence.
+pub fn look(
+    folder: &Path,
+    job: &Job,
+    shard: Option<Shard>,
+    fresh: bool,
+) -> Result<Earlier, String> {
+    if !folder.exists() {
+        return Ok(Earlier::Nothing);
+    }
+    let records = match read_runs(folder) {
+        Ok(records) => records,
+        Err(StoreError::Foreign { .. }) if fresh => return Ok(Earlier::Nothing),
+        Err(error @ StoreError::Foreign { .. }) => {
+            return Err(format!("{error}, or start over with --fresh"));
+        }
+        Err(error) => return Err(with_causes(&error)),
+    };
+    let here = folder.display();
+    for record in records {
+        let replaceable = record.shard == shard;
+        if replaceable && fresh {
+            continue;
+        }
+        if record.manifest_hash != job.hash {
+            let remedy = match replaceable {
+                true => "choose a folder with --out, or replace them with --fresh",
+                false => "choose a folder with --out, or remove that one",
+            };
+            return Err(format!(
+                "{here} holds results of another manifest (job {}{}, hash {}…; this one is {}…); {remedy}",
+                record.job,
+                record.shard.map_or_else(String::new, |s| format!(", {s}")),
+                prefix(&record.manifest_hash),
+                prefix(&job.hash),
+            ));
+        }
+        if record.shard.map(|s| s.count) != shard.map(|s| s.count) {
+            return Err(format!(
+                "{here} holds {} of this job, which cannot be mixed with {}; choose a folder with --out, or remove that one",
+                part(record.shard),
+                part(shard)
+            ));
+        }
+        if replaceable && record.state == RunState::Complete {
+            return Ok(Earlier::Complete(Box::new(record)));
+        }
+    }
+    Ok(Earlier::Nothing)
+}
+
+fn part(shard: Option<Shard>) -> String {
+    shard.map_or_else(|| "the whole".to_owned(), |shard| shard.to_string())
+}
+
+/// Enough of a hash to tell two apart.
+fn prefix(hash: &str) -> &str {
+    hash.get(..8).unwrap_or(hash)
+}

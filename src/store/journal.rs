@@ -1,0 +1,328 @@
+//! What is finished of a run that has not ended: an append-only file beside the results,
+//! from which the same command goes on after an interruption, a crash or a power cut.
+//!
+//! ```text
+//! magic │ record: header (hash of the job, shard, program) │ record: point │ record: point …
+//! record = length (u64, little endian) │ first 8 bytes of BLAKE3 of the payload │ payload
+//! ```
+//!
+//! Payloads are in postcard's encoding, which keeps every bit of a number. A record that is
+//! cut off or damaged ends the journal: it and what follows is dropped and computed again.
+//! The file is locked while a run uses it, so that two runs cannot share a folder.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::file::{Shard, create_folder};
+use super::{PointRow, ProgramRecord, StoreError};
+
+/// Says what the file is and which version of the encoding it has.
+const MAGIC: &[u8; 8] = b"atlas-j1";
+
+/// Length and checksum in front of a payload.
+const FRAME: usize = 16;
+
+/// Longest time that finished points may be lost by a power cut.
+pub const SYNC_INTERVAL: Duration = Duration::from_secs(1);
+
+/// What a journal belongs to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Header {
+    job_hash: String,
+    shard: Option<Shard>,
+    program: ProgramRecord,
+}
+
+/// The journal of a run, open and locked.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    /// Where the first point lies.
+    points: u64,
+    /// Where the next record goes; before [`Journal::replay`], where the file ends.
+    end: u64,
+    last_sync: Instant,
+    unsynced: bool,
+}
+
+impl Journal {
+    /// Opens the journal of a job (of a shard of it) in a results folder, or begins one;
+    /// `fresh` drops what an earlier run left.
+    ///
+    /// # Errors
+    /// The folder or the file cannot be written, another process is at work on it, or the
+    /// journal there is of another job or of another build of this program.
+    pub fn open(
+        folder: &Path,
+        job_hash: &str,
+        shard: Option<Shard>,
+        fresh: bool,
+    ) -> Result<Self, StoreError> {
+        create_folder(folder)?;
+        let path = journal_path(folder, shard);
+        let header = Header {
+            job_hash: job_hash.to_owned(),
+            shard,
+            program: ProgramRecord::current(),
+        };
+        let file = open_locked(&path)?;
+        let mut journal = Self {
+            path,
+            file,
+            points: 0,
+            end: 0,
+            last_sync: Instant::now(),
+            unsynced: false,
+        };
+        if fresh {
+            return journal.begin(&header);
+        }
+        let mut reader = journal.reader(0)?;
+        let mut magic = Vec::new();
+        (&mut reader)
+            .take(MAGIC.len() as u64)
+            .read_to_end(&mut magic)
+            .map_err(|source| StoreError::io(&journal.path, "read", source))?;
+        if !MAGIC.starts_with(&magic) {
+            return Err(StoreError::ForeignJournal { path: journal.path });
+        }
+        match next_record::<Header>(&mut reader, &journal.path)? {
+            Some((found, _)) if found.job_hash != header.job_hash => Err(StoreError::OtherJob {
+                path: journal.path,
+                found: found.job_hash,
+                wanted: header.job_hash,
+            }),
+            Some((found, _)) if found.shard != header.shard => {
+                Err(StoreError::ForeignJournal { path: journal.path })
+            }
+            Some((found, _)) if found.program != header.program => Err(StoreError::OtherProgram {
+                path: journal.path,
+                found: found.program.to_string(),
+                running: header.program.to_string(),
+            }),
+            Some((_, length)) => {
+                journal.points = MAGIC.len() as u64 + length;
+                journal.end = journal
+                    .file
+                    .metadata()
+                    .map_err(|source| StoreError::io(&journal.path, "read", source))?
+                    .len();
+                Ok(journal)
+            }
+            // Killed before the header was on disk: nothing is lost.
+            None => journal.begin(&header),
+        }
+    }
+
+    /// Writes the header into an empty file; one that cannot be written does not stay.
+    fn begin(mut self, header: &Header) -> Result<Self, StoreError> {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(record(header, &self.path)?);
+        let begun = self
+            .cut(0)
+            .and_then(|()| self.write(&bytes))
+            .and_then(|()| self.sync());
+        match begun {
+            Ok(()) => {
+                self.points = self.end;
+                Ok(self)
+            }
+            Err(error) => {
+                self.abandon();
+                Err(error)
+            }
+        }
+    }
+
+    fn reader(&self, from: u64) -> Result<BufReader<&File>, StoreError> {
+        let mut reader = BufReader::with_capacity(1 << 20, &self.file);
+        reader
+            .seek(SeekFrom::Start(from))
+            .map_err(|source| StoreError::io(&self.path, "read", source))?;
+        Ok(reader)
+    }
+
+    /// Hands over the points already there, in the order in which they were finished, and
+    /// cuts off what is damaged. To be called once, before anything is appended.
+    ///
+    /// # Errors
+    /// The file cannot be read, or `take` refuses a point.
+    pub fn replay(
+        &mut self,
+        mut take: impl FnMut(PointRow) -> Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
+        let mut end = self.points;
+        {
+            let mut reader = self.reader(end)?;
+            while let Some((row, length)) = next_record(&mut reader, &self.path)? {
+                take(row)?;
+                end += length;
+            }
+        }
+        self.cut(end)
+    }
+
+    /// Adds a finished point. It is safe from a crash of the program at once, from a power
+    /// cut after the next [`Journal::sync_if_due`].
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn append(&mut self, row: &PointRow) -> Result<(), StoreError> {
+        let bytes = record(row, &self.path)?;
+        self.write(&bytes)?;
+        self.unsynced = true;
+        self.sync_if_due()
+    }
+
+    /// Makes appended points durable once [`SYNC_INTERVAL`] has passed.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn sync_if_due(&mut self) -> Result<(), StoreError> {
+        if self.unsynced && self.last_sync.elapsed() >= SYNC_INTERVAL {
+            self.sync()?;
+        }
+        Ok(())
+    }
+
+    /// Makes appended points durable.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn sync(&mut self) -> Result<(), StoreError> {
+        self.file
+            .sync_data()
+            .map_err(|source| StoreError::io(&self.path, "write", source))?;
+        self.last_sync = Instant::now();
+        self.unsynced = false;
+        Ok(())
+    }
+
+    /// Removes the file: everything in it has reached the result files.
+    ///
+    /// # Errors
+    /// It cannot be removed.
+    pub fn remove(self) -> Result<(), StoreError> {
+        fs::remove_file(&self.path).map_err(|source| StoreError::io(&self.path, "remove", source))
+    }
+
+    /// Gives up a run that could not go on: a journal without points is of no use.
+    pub fn abandon(self) {
+        if self.end <= self.points {
+            // What cannot be removed does no harm.
+            _ = fs::remove_file(&self.path);
+        }
+    }
+
+    fn cut(&mut self, end: u64) -> Result<(), StoreError> {
+        self.end = end;
+        self.file
+            .set_len(end)
+            .and_then(|()| self.file.seek(SeekFrom::Start(end)))
+            .map_err(|source| StoreError::io(&self.path, "write", source))?;
+        Ok(())
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
+        self.file
+            .write_all(bytes)
+            .map_err(|source| StoreError::io(&self.path, "write", source))?;
+        self.end += bytes.len() as u64;
+        Ok(())
+    }
+}
+
+/// Where the journal of a run lies. Hidden: readers of the results have no use for it.
+pub fn journal_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
+    folder.join(match shard {
+        None => ".journal".to_owned(),
+        Some(shard) => format!(".journal.{}", shard.stem()),
+    })
+}
+
+/// Opens the file, creating it where needed, and locks it.
+fn open_locked(path: &Path) -> Result<File, StoreError> {
+    let refused = |source| StoreError::io(path, "write", source);
+    loop {
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(refused)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                return Err(StoreError::Busy {
+                    path: path.to_path_buf(),
+                });
+            }
+            // A file system without locks: nothing tells two runs apart there.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        // Another run may have ended, and removed the file, between opening and locking.
+        let own = file.metadata().map_err(refused)?;
+        match fs::metadata(path) {
+            Ok(there) if (there.dev(), there.ino()) == (own.dev(), own.ino()) => return Ok(file),
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            Err(source) => return Err(refused(source)),
+        }
+    }
+}
+
+fn record(payload: &impl Serialize, path: &Path) -> Result<Vec<u8>, StoreError> {
+    let mut bytes = vec![0; FRAME];
+    bytes = postcard::to_extend(payload, bytes)
+        .map_err(|error| StoreError::io(path, "write", io::Error::other(error)))?;
+    let (frame, payload) = bytes.split_at_mut(FRAME);
+    frame[..8].copy_from_slice(&(payload.len() as u64).to_le_bytes());
+    frame[8..].copy_from_slice(&checksum(payload));
+    Ok(bytes)
+}
+
+fn checksum(payload: &[u8]) -> [u8; 8] {
+    let mut sum = [0; 8];
+    sum.copy_from_slice(&blake3::hash(payload).as_bytes()[..8]);
+    sum
+}
+
+/// The next record and its length in the file; nothing where it is cut off or damaged.
+fn next_record<T: DeserializeOwned>(
+    reader: &mut impl Read,
+    path: &Path,
+) -> Result<Option<(T, u64)>, StoreError> {
+    let refused = |source| StoreError::io(path, "read", source);
+    let mut frame = [0; FRAME];
+    match reader.read_exact(&mut frame) {
+        Ok(()) => {}
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(None),
+        Err(source) => return Err(refused(source)),
+    }
+    let (length, sum) = frame.split_at(8);
+    let length = length
+        .iter()
+        .rev()
+        .fold(0, |length, byte| length << 8 | u64::from(*byte));
+    // Grows as bytes come: a damaged length does not ask for memory.
+    let mut payload = Vec::new();
+    reader
+        .take(length)
+        .read_to_end(&mut payload)
+        .map_err(refused)?;
+    if payload.len() as u64 != length || checksum(&payload) != *sum {
+        return Ok(None);
+    }
+    let decoded = postcard::from_bytes(&payload).ok();
+    Ok(decoded.map(|value| (value, FRAME as u64 + length)))
+}
+
+#[cfg(test)]
+mod tests;

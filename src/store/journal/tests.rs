@@ -1,0 +1,259 @@
+//! Every bit comes back, and nothing that was damaged does.
+
+use super::*;
+use crate::analysis::{
+    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
+    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
+};
+use crate::store::Placement;
+use proptest::prelude::*;
+
+const HASH: &str = "0123456789abcdef";
+
+fn row(point_id: u64, numbers: &[f64]) -> PointRow {
+    let number = |i: usize| numbers[i % numbers.len()];
+    PointRow {
+        point_id,
+        axis_values: numbers.to_vec(),
+        outcome: PointOutcome {
+            status: Status::NotConverged,
+            reason: "µ\n\"quoted\"".into(),
+            class: Some(Class::Periodic(3)),
+            lyapunov: Some(LyapunovOutcome {
+                exponents: numbers.to_vec(),
+                stderr: number(1),
+                twin: Some(number(2)),
+                twin_stderr: None,
+                twin_agrees: Some(false),
+                method: LyapunovMethod::Multipliers,
+            }),
+            nvh: Some(NvhOutcome {
+                dte_mean: number(3),
+                harmonics: numbers.to_vec(),
+                fractions: [number(0), number(1), number(2)],
+                ..NvhOutcome::default()
+            }),
+            spectra: ["deflection", "force"]
+                .map(|signal| Spectrum {
+                    signal,
+                    lines: vec![SpectrumLine {
+                        frequency: number(0),
+                        order: number(1),
+                        amplitude: number(2),
+                    }],
+                })
+                .into(),
+            poincare: vec![PoincareSample {
+                cycle: u64::MAX,
+                deflection: number(4),
+                velocity: number(5),
+            }],
+            events_per_cycle: Some(number(0)),
+            energy_residual: None,
+            grazing_count: 1,
+            cycles: u64::MAX,
+            measured_cycles: 0,
+        },
+        multistability: Some(MultistabilityOutcome {
+            attractors: 2,
+            probes: vec![ProbeOutcome {
+                probe_id: 7,
+                amplitude: number(0),
+                attractor: Some(1),
+                status: Status::Diverged,
+                reason: "µ".into(),
+                class: None,
+                lambda: Some(number(1)),
+                lambda_stderr: None,
+                dte_rms: Some(number(2)),
+                force_peak: Some(number(3)),
+                events_per_cycle: Some(number(4)),
+                cycles: u64::MAX,
+                basin: BasinShare {
+                    share: number(5),
+                    low: number(6),
+                    high: number(7),
+                },
+            }],
+        }),
+        kernel: "volterra".into(),
+        placement: Placement {
+            worker: 3,
+            numa_node: Some(1),
+            wall_time: number(0),
+        },
+    }
+}
+
+fn open(folder: &Path) -> Journal {
+    Journal::open(folder, HASH, None, false).unwrap()
+}
+
+fn replayed(journal: &mut Journal) -> Vec<PointRow> {
+    let mut rows = Vec::new();
+    journal
+        .replay(|row| {
+            rows.push(row);
+            Ok(())
+        })
+        .unwrap();
+    rows
+}
+
+fn ids(journal: &mut Journal) -> Vec<u64> {
+    replayed(journal).iter().map(|row| row.point_id).collect()
+}
+
+/// A journal of points 0, 1, 2; gives its bytes and where each record ends.
+fn three_points(folder: &Path) -> (Vec<u8>, [usize; 4]) {
+    let mut journal = open(folder);
+    let mut ends = [journal.end as usize; 4];
+    for point_id in 0..3 {
+        journal.append(&row(point_id, &[0.1])).unwrap();
+        ends[point_id as usize + 1] = journal.end as usize;
+    }
+    (fs::read(&journal.path).unwrap(), ends)
+}
+
+/// What distinguishes rows even where numbers are not equal to themselves.
+fn bits(row: &PointRow) -> Vec<u8> {
+    postcard::to_allocvec(row).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn every_bit_comes_back(patterns in prop::collection::vec(any::<u64>(), 6)) {
+        let folder = tempfile::tempdir().unwrap();
+        let mut numbers: Vec<f64> = patterns.into_iter().map(f64::from_bits).collect();
+        numbers.extend([f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -0.0, 5e-324, f64::MAX]);
+        let rows = [row(7, &numbers), row(2, &numbers)];
+        let mut journal = open(folder.path());
+        for row in &rows {
+            journal.append(row).unwrap();
+        }
+        drop(journal);
+        let mut journal = open(folder.path());
+        let back = replayed(&mut journal);
+        prop_assert_eq!(back.len(), 2);
+        for (row, back) in rows.iter().zip(&back) {
+            prop_assert_eq!(bits(row), bits(back));
+            for (a, b) in row.axis_values.iter().zip(&back.axis_values) {
+                prop_assert_eq!(a.to_bits(), b.to_bits());
+            }
+            prop_assert_eq!(&row.outcome.reason, &back.outcome.reason);
+            prop_assert_eq!(row.outcome.spectra[1].signal, back.outcome.spectra[1].signal);
+        }
+    }
+}
+
+#[test]
+fn a_journal_cut_anywhere_gives_the_whole_points_before_the_cut() {
+    let folder = tempfile::tempdir().unwrap();
+    let (bytes, ends) = three_points(folder.path());
+    let path = journal_path(folder.path(), None);
+    for length in 0..=bytes.len() {
+        fs::write(&path, &bytes[..length]).unwrap();
+        let whole = ends[1..].iter().filter(|end| **end <= length).count() as u64;
+        let mut journal = open(folder.path());
+        assert_eq!(ids(&mut journal), (0..whole).collect::<Vec<_>>());
+        journal.append(&row(9, &[1.0])).unwrap();
+        drop(journal);
+        let expected: Vec<u64> = (0..whole).chain([9]).collect();
+        assert_eq!(ids(&mut open(folder.path())), expected, "cut at {length}");
+    }
+}
+
+#[test]
+fn a_flipped_bit_ends_the_journal_before_its_record() {
+    let folder = tempfile::tempdir().unwrap();
+    let (bytes, ends) = three_points(folder.path());
+    let path = journal_path(folder.path(), None);
+    for at in ends[0]..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1 << (at % 8);
+        fs::write(&path, &damaged).unwrap();
+        let whole = ends[1..].iter().filter(|end| **end <= at).count() as u64;
+        let mut journal = open(folder.path());
+        assert_eq!(
+            ids(&mut journal),
+            (0..whole).collect::<Vec<_>>(),
+            "byte {at}"
+        );
+        drop(journal);
+        let left = fs::metadata(&path).unwrap().len() as usize;
+        assert_eq!(left, ends[whole as usize], "what is damaged is cut off");
+    }
+}
+
+#[test]
+fn another_job_shard_or_program_is_refused_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let (bytes, _) = three_points(folder.path());
+    let path = journal_path(folder.path(), None);
+    let error = Journal::open(folder.path(), "fedcba9876543210", None, false).unwrap_err();
+    assert!(matches!(error, StoreError::OtherJob { .. }), "{error}");
+    assert!(error.to_string().contains("01234567…"), "{error}");
+
+    let shard = Some(Shard { index: 1, count: 2 });
+    fs::copy(&path, journal_path(folder.path(), shard)).unwrap();
+    let error = Journal::open(folder.path(), HASH, shard, false).unwrap_err();
+    assert!(
+        matches!(error, StoreError::ForeignJournal { .. }),
+        "{error}"
+    );
+
+    fs::write(&path, "shopping list: gears").unwrap();
+    let error = Journal::open(folder.path(), HASH, None, false).unwrap_err();
+    assert!(
+        matches!(error, StoreError::ForeignJournal { .. }),
+        "{error}"
+    );
+    assert_eq!(fs::read(&path).unwrap(), b"shopping list: gears");
+
+    let mut header = Header {
+        job_hash: HASH.into(),
+        shard: None,
+        program: ProgramRecord::current(),
+    };
+    header.program.commit = Some("another".into());
+    let mut other = MAGIC.to_vec();
+    other.extend(record(&header, &path).unwrap());
+    fs::write(&path, &other).unwrap();
+    let error = Journal::open(folder.path(), HASH, None, false).unwrap_err();
+    assert!(matches!(error, StoreError::OtherProgram { .. }), "{error}");
+    assert!(error.to_string().contains("(another)"), "{error}");
+
+    fs::write(&path, &bytes).unwrap();
+    let mut fresh = Journal::open(folder.path(), HASH, None, true).unwrap();
+    assert_eq!(ids(&mut fresh), [0; 0]);
+}
+
+#[test]
+fn one_run_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = open(folder.path());
+    for fresh in [false, true] {
+        let error = Journal::open(folder.path(), HASH, None, fresh).unwrap_err();
+        assert!(matches!(error, StoreError::Busy { .. }), "{error}");
+    }
+    let shard = Some(Shard { index: 1, count: 2 });
+    drop(Journal::open(folder.path(), HASH, shard, false).unwrap());
+    journal.remove().unwrap();
+    assert!(!journal_path(folder.path(), None).exists());
+    drop(open(folder.path()));
+}
+
+#[test]
+fn only_an_empty_journal_is_abandoned() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = journal_path(folder.path(), None);
+    open(folder.path()).abandon();
+    assert!(!path.exists());
+    let mut journal = open(folder.path());
+    journal.append(&row(0, &[1.0])).unwrap();
+    journal.abandon();
+    assert!(path.exists());
+    // Not looked into yet, but not empty either.
+    open(folder.path()).abandon();
+    assert_eq!(ids(&mut open(folder.path())), [0]);
+}

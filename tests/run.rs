@@ -1,0 +1,496 @@
+//! `atlas run` as a process: the same numbers whatever interrupts it or however it is
+//! split, and a clear end for everything that goes wrong.
+
+#![allow(clippy::unwrap_used)]
+
+use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::UInt64Type;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use serde_json::Value;
+use std::fs::{self, File, OpenOptions};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const OSCILLATOR: &str = include_str!("data/oscillator.toml");
+
+/// Columns that say where and how long, not what.
+const PLACEMENT: [&str; 3] = ["wall_time", "worker", "numa_node"];
+
+/// A folder of its own, with a manifest and the modal file.
+struct Place(TempDir);
+
+impl Place {
+    fn new(manifest: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("m.toml"), manifest).unwrap();
+        fs::write(
+            folder.path().join("oscillator.modal.toml"),
+            include_str!("data/oscillator.modal.toml"),
+        )
+        .unwrap();
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn command(&self, out: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
+        command
+            .current_dir(self.0.path())
+            .args(["run", "m.toml", "--out", out])
+            .args(arguments);
+        command
+    }
+
+    fn run(&self, out: &str, arguments: &[&str]) -> Output {
+        self.command(out, arguments).output().unwrap()
+    }
+
+    fn record(&self, out: &str) -> Value {
+        serde_json::from_slice(&fs::read(self.path(out).join("run.json")).unwrap()).unwrap()
+    }
+
+    /// Runs to the end; points that do not settle within their cycles are no matter here.
+    fn whole(&self, out: &str, arguments: &[&str]) -> PathBuf {
+        let output = self.run(out, arguments);
+        assert!([0, 3].contains(&status(&output)), "{}", stderr(&output));
+        self.path(out)
+    }
+}
+
+fn status(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// Many points, each a while: a sweep that takes seconds.
+fn long() -> String {
+    let text = OSCILLATOR.replace("count = 3", "count = 12");
+    assert_ne!(text, OSCILLATOR);
+    text.replace("cycles = 300", "cycles = 1000")
+        .replace("transient = 50", "transient = 200")
+}
+
+/// A table without its placement columns, in ascending `point_id` and, within a point, as
+/// written. Nulls stay nulls, numbers keep their bits.
+fn physics(folder: &Path, table: &str) -> String {
+    let path = folder.join(table);
+    let mut files = vec![path.clone()];
+    if path.is_dir() {
+        files = fs::read_dir(&path)
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .collect();
+    }
+    let mut rows: Vec<(u64, String)> = Vec::new();
+    for file in files {
+        let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(file).unwrap()).unwrap();
+        let mut last = None;
+        for batch in reader.build().unwrap() {
+            let batch = batch.unwrap();
+            let ids = batch.column(0).as_primitive::<UInt64Type>().clone();
+            for (row, id) in ids.values().iter().enumerate() {
+                assert!(last <= Some(*id), "rows are in point_id order");
+                last = Some(*id);
+                rows.push((*id, row_text(&batch, row)));
+            }
+        }
+    }
+    rows.sort_by_key(|row| row.0);
+    let lines: Vec<String> = rows.into_iter().map(|(_, line)| line).collect();
+    lines.join("\n")
+}
+
+/// Rust prints the shortest decimal number that gives the same bits back.
+fn row_text(batch: &RecordBatch, row: usize) -> String {
+    let schema = batch.schema();
+    let fields = schema.fields().iter().zip(batch.columns());
+    fields
+        .filter(|(field, _)| !PLACEMENT.contains(&field.name().as_str()))
+        .map(|(field, column)| format!("{}={:?}", field.name(), column.slice(row, 1)))
+        .collect()
+}
+
+fn assert_same(a: &Path, b: &Path) {
+    for table in ["points.parquet", "poincare.parquet", "spectra.parquet"] {
+        let (left, right) = (physics(a, table), physics(b, table));
+        assert!(!left.is_empty());
+        assert!(
+            left == right,
+            "{table} of {} and {}",
+            a.display(),
+            b.display()
+        );
+    }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+const RESULTS: [&str; 4] = [
+    "poincare.parquet",
+    "points.parquet",
+    "run.json",
+    "spectra.parquet",
+];
+
+/// Starts a run and waits until its journal holds some points.
+fn start(place: &Place, out: &str, arguments: &[&str]) -> Child {
+    let child = place
+        .command(out, arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let journal = place.path(out).join(".journal");
+    let begun = fs::metadata(&journal).map_or(0, |found| found.len());
+    let patience = Instant::now();
+    while fs::metadata(&journal).map_or(0, |found| found.len()) < begun.max(400) + 4000 {
+        assert!(
+            patience.elapsed() < Duration::from_secs(60),
+            "no point in a minute"
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill")
+        .args([format!("-{name}"), child.id().to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+}
+
+#[test]
+fn threads_and_shards_change_nothing() {
+    let place = Place::new(OSCILLATOR);
+    let one = place.whole("one", &["--threads", "1"]);
+    let two = place.whole("two", &["--threads", "2"]);
+    assert_eq!(names(&one), RESULTS);
+    assert_same(&one, &two);
+    for shard in ["1/2", "2/2"] {
+        place.whole("parts", &["--shard", shard]);
+    }
+    assert_same(&one, &place.path("parts"));
+
+    // Parts of another split, or the whole, cannot join them.
+    for arguments in [&["--shard", "1/3"][..], &[], &["--shard", "1/3", "--fresh"]] {
+        let output = place.run("parts", arguments);
+        assert_eq!(status(&output), 2, "{arguments:?}");
+        assert!(stderr(&output).contains("--out"), "{}", stderr(&output));
+    }
+    assert_eq!(status(&place.run("one", &["--shard", "1/2"])), 2);
+    assert_same(&one, &place.path("parts"));
+}
+
+#[test]
+fn a_truncated_modal_structure_runs() {
+    let modal = "teeth = 20\nrated_force = 1330.0\nfrequency = [0.0, 4000.0, 60000.0]\n\
+                 damping = [0.0, 0.02, 0.02]\nmesh = [0.6, 0.3, 0.2]\ntorque = [0.6, 0.3, 0.2]\n";
+    let mut seen = Vec::new();
+    for extra in ["", "retained = 2", "retained = 2\nmta = true"] {
+        let place = Place::new(&OSCILLATOR.replace("[mesh]", &format!("{extra}\n[mesh]")));
+        fs::write(place.path("oscillator.modal.toml"), modal).unwrap();
+        let out = place.whole("r", &[]);
+        seen.push(physics(&out, "points.parquet"));
+    }
+    assert!(seen[0] != seen[1] && seen[1] != seen[2] && seen[0] != seen[2]);
+}
+
+#[test]
+fn points_that_go_wrong_are_rows() {
+    for (from, to, wanted) in [
+        ("[run]", "[run]\nevent_limit = 1", "event_storm"),
+        ("\"15 um\"", "1e-200", "diverged"),
+    ] {
+        let place = Place::new(&OSCILLATOR.replace(from, to));
+        let output = place.run("r", &[]);
+        assert_eq!(status(&output), 3, "{wanted}: {}", stderr(&output));
+        let points = physics(&place.path("r"), "points.parquet");
+        assert!(points.contains(wanted), "{points}");
+        assert!(
+            !points.contains("reason=StringArray\n[\n  \"\","),
+            "{points}"
+        );
+        assert_eq!(place.record("r")["state"], "complete");
+        // The whole of it is there: a second run has nothing to do and says so again.
+        assert_eq!(status(&place.run("r", &[])), 3);
+    }
+}
+
+/// A mistaken unit asks for millions of windows a mesh cycle: said at once, not marched.
+#[test]
+fn a_mesh_too_stiff_for_its_cycle_is_a_row() {
+    let quickstart = include_str!("../manifests/quickstart.toml");
+    let text = quickstart.replace("\"4e8 N/m\"", "\"4e18 N/m\"");
+    assert_ne!(text, quickstart);
+    let place = Place::new(&text);
+    assert_eq!(status(&place.run("r", &[])), 3);
+    let points = physics(&place.path("r"), "points.parquet");
+    assert!(
+        points.contains("check the units of mesh stiffness"),
+        "{points}"
+    );
+    assert_eq!(place.record("r")["totals"]["failed"], 12);
+}
+
+#[test]
+fn a_structure_that_cannot_be_computed_is_a_row() {
+    let quickstart = include_str!("../manifests/quickstart.toml");
+    let text = quickstart.replace("diameter = \"22 mm\"", "diameter = 1e-160");
+    assert_ne!(text, quickstart);
+    let place = Place::new(&text);
+    assert_eq!(status(&place.run("r", &[])), 3);
+    let points = physics(&place.path("r"), "points.parquet");
+    assert!(
+        points.contains("the structure cannot be computed"),
+        "{points}"
+    );
+    assert_eq!(place.record("r")["totals"]["failed"], 12);
+}
+
+#[test]
+fn a_signal_ends_a_run_and_the_same_command_goes_on() {
+    let place = Place::new(&long());
+    let whole = place.whole("whole", &["--threads", "2"]);
+    for name in ["INT", "TERM"] {
+        let child = start(&place, name, &["--threads", "2"]);
+        signal(&child, name);
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(status(&output), 130);
+        let text = stdout(&output);
+        assert!(
+            text.contains("the same command goes on from here"),
+            "{text}"
+        );
+        let record = place.record(name);
+        assert_eq!(record["state"], "interrupted");
+        assert!(record["totals"]["missing"].as_u64().unwrap() > 0);
+        let partial = physics(&place.path(name), "points.parquet");
+        assert!(!partial.is_empty() && physics(&whole, "points.parquet") != partial);
+
+        let output = place.run(name, &["--threads", "1"]);
+        assert!([0, 3].contains(&status(&output)), "{}", stderr(&output));
+        let record = place.record(name);
+        let resumed = record["totals"]["resumed"].as_u64().unwrap();
+        assert!(resumed > 0 && resumed < 24, "{resumed}");
+        let said = format!("{resumed} of them taken over from an interrupted run");
+        assert!(stdout(&output).contains(&said), "{}", stdout(&output));
+        assert_eq!(names(&place.path(name)), RESULTS);
+        assert_same(&whole, &place.path(name));
+    }
+}
+
+#[test]
+fn a_killed_run_goes_on_even_from_a_damaged_journal() {
+    let place = Place::new(&long());
+    let whole = place.whole("whole", &["--threads", "2"]);
+    type Damage = fn(&Path);
+    let damages: [(&str, Damage); 3] = [
+        ("whole_records", |_| {}),
+        ("cut", |path| {
+            let file = OpenOptions::new().write(true).open(path).unwrap();
+            file.set_len(file.metadata().unwrap().len() - 5).unwrap();
+        }),
+        ("flipped", |path| {
+            let mut bytes = fs::read(path).unwrap();
+            *bytes.last_mut().unwrap() ^= 4;
+            fs::write(path, bytes).unwrap();
+        }),
+    ];
+    for (out, damage) in damages {
+        // Killed twice: a resumed run can be resumed.
+        for threads in ["2", "1"] {
+            let mut child = start(&place, out, &["--threads", threads]);
+            signal(&child, "KILL");
+            child.wait().unwrap();
+            assert!(!place.path(out).join("points.parquet").exists());
+            let show = Command::new(env!("CARGO_BIN_EXE_atlas"))
+                .arg("show")
+                .arg(place.path(out))
+                .output()
+                .unwrap();
+            assert_eq!(status(&show), 2);
+            assert!(stderr(&show).contains("was killed"), "{}", stderr(&show));
+            damage(&place.path(out).join(".journal"));
+        }
+        place.whole(out, &["--threads", "2"]);
+        assert!(place.record(out)["totals"]["resumed"].as_u64().unwrap() > 0);
+        assert_eq!(names(&place.path(out)), RESULTS, "nothing is left behind");
+        assert_same(&whole, &place.path(out));
+    }
+}
+
+#[test]
+fn a_second_run_in_the_same_folder_is_refused_while_the_first_is_alive() {
+    let place = Place::new(&long());
+    let mut child = start(&place, "r", &["--threads", "1"]);
+    for arguments in [&[][..], &["--fresh"]] {
+        let output = place.run("r", arguments);
+        assert_eq!(status(&output), 2);
+        assert!(
+            stderr(&output).contains("another atlas run"),
+            "{}",
+            stderr(&output)
+        );
+    }
+    signal(&child, "KILL");
+    child.wait().unwrap();
+}
+
+#[test]
+fn results_are_recognised_refused_and_replaced() {
+    let place = Place::new(OSCILLATOR);
+    let out = place.whole("r", &[]);
+    let before = fs::read(out.join("points.parquet")).unwrap();
+    let again = place.run("r", &[]);
+    assert_eq!(status(&again), 0);
+    assert!(
+        stdout(&again).contains("already holds"),
+        "{}",
+        stdout(&again)
+    );
+
+    let other = OSCILLATOR
+        .replace("15 um", "16 um")
+        .replace("poincare = { samples = 20 }\n", "");
+    fs::write(place.path("m.toml"), other).unwrap();
+    let refused = place.run("r", &[]);
+    assert_eq!(status(&refused), 2);
+    assert!(
+        stderr(&refused).contains("another manifest"),
+        "{}",
+        stderr(&refused)
+    );
+    assert_eq!(fs::read(out.join("points.parquet")).unwrap(), before);
+    assert_eq!(names(&out), RESULTS, "untouched");
+
+    place.whole("r", &["--fresh"]);
+    assert_ne!(fs::read(out.join("points.parquet")).unwrap(), before);
+    assert_eq!(
+        names(&out),
+        ["points.parquet", "run.json", "spectra.parquet"],
+        "no table of the earlier job stays"
+    );
+}
+
+#[test]
+fn quiet_is_quiet_and_json_is_json() {
+    let place = Place::new(OSCILLATOR);
+    for _ in 0..2 {
+        let output = place.run("q", &["--quiet"]);
+        assert_eq!(
+            (stdout(&output), stderr(&output)),
+            (String::new(), String::new())
+        );
+        let output = place.run("j", &["--json"]);
+        let record: Value = serde_json::from_str(&stdout(&output)).unwrap();
+        assert_eq!(record, place.record("j"));
+        assert_eq!(record["totals"]["points"], 6);
+    }
+}
+
+#[test]
+fn closed_and_full_outputs_do_no_harm() {
+    let place = Place::new(OSCILLATOR);
+    let shell = |script: &str| {
+        Command::new("bash")
+            .current_dir(place.0.path())
+            .env("ATLAS", env!("CARGO_BIN_EXE_atlas"))
+            .args(["-c", script])
+            .output()
+            .unwrap()
+    };
+    let closed = shell("\"$ATLAS\" run m.toml --out closed >&- 2>&-");
+    assert_eq!(status(&closed), 0);
+    assert_eq!(names(&place.path("closed")), RESULTS);
+    let piped = shell("set -o pipefail; \"$ATLAS\" run m.toml --out piped 2>&1 | true");
+    assert_eq!(status(&piped), 0, "{}", stderr(&piped));
+    assert_eq!(names(&place.path("piped")), RESULTS);
+    for command in [
+        "run m.toml --out piped",
+        "check m.toml",
+        "show piped",
+        "completions bash",
+    ] {
+        let full = shell(&format!("\"$ATLAS\" {command} > /dev/full"));
+        assert_eq!(status(&full), 1, "{command}");
+        assert!(
+            stderr(&full).contains("cannot write to standard output"),
+            "{command}"
+        );
+    }
+
+    // 8 blocks of 512 or 1024 bytes hold a journal's beginning, not the result files.
+    let limited = shell("ulimit -f 8; \"$ATLAS\" run m.toml --out limited");
+    assert_eq!(status(&limited), 1);
+    assert_eq!(stderr(&limited).lines().count(), 1, "{}", stderr(&limited));
+    assert!(
+        stderr(&limited).contains("ulimit -f"),
+        "{}",
+        stderr(&limited)
+    );
+    let left = names(&place.path("limited"));
+    assert!(left.iter().all(|name| name == ".journal"), "{left:?}");
+    place.whole("limited", &[]);
+    assert_same(&place.path("closed"), &place.path("limited"));
+}
+
+#[test]
+fn impossible_folders_give_one_line() {
+    let place = Place::new(OSCILLATOR);
+    fs::write(place.path("file"), "mine").unwrap();
+    for (out, code, words) in [
+        ("file", 2, "not a folder"),
+        ("file/below", 2, "not a folder"),
+        ("/proc/atlas", 1, "/proc/atlas"),
+    ] {
+        let output = place.run(out, &[]);
+        assert_eq!(status(&output), code, "{out}: {}", stderr(&output));
+        assert_eq!(stderr(&output).lines().count(), 1, "{}", stderr(&output));
+        assert!(stderr(&output).contains(words), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read(place.path("file")).unwrap(), b"mine");
+}
+
+#[test]
+fn misuse_is_bad_input() {
+    let place = Place::new(OSCILLATOR);
+    for arguments in [
+        &["--threads", "0"][..],
+        &["--threads", "-1"],
+        &["--shard", "0/2"],
+        &["--shard", "3/2"],
+        &["--shard", "2"],
+        &["--nonsense"],
+        &["another.toml"],
+    ] {
+        let output = place.run("r", arguments);
+        assert_eq!(status(&output), 2, "{arguments:?}");
+        assert!(
+            stderr(&output).starts_with("error: "),
+            "{}",
+            stderr(&output)
+        );
+    }
+    assert!(!place.path("r").exists());
+}

@@ -1,0 +1,223 @@
+//! Orbits found by Newton's method are the ones that marching settles on.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
+use atlas::analysis::{
+    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, investigate,
+};
+use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
+use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use atlas::reference::Reference;
+use common::relative_difference;
+use std::sync::atomic::AtomicBool;
+
+fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
+    let questions = Questions {
+        seed: 3,
+        point_id: 1,
+        transient,
+        cycles: 12_000,
+        settle,
+        audit_cycles: 0,
+        lyapunov: Some(LyapunovQuestion {
+            exponents: 1,
+            stop_at_stderr: Some(0.02),
+            align: 50,
+            twin: false,
+        }),
+        poincare_samples: 0,
+        nvh: None,
+    };
+    investigate(
+        model,
+        &Volterra::new(model, f64::EPSILON, 1000),
+        model.start(&InitialState::Static),
+        &questions,
+        &AtomicBool::new(false),
+    )
+    .unwrap()
+}
+
+/// One degree at a load and a speed.
+fn one_degree(load: f64, speed: f64) -> Model {
+    let (structure, drive, mut point) = common::one_degree();
+    (point.load, point.speed) = (load, speed);
+    Model::new(&structure, &drive, point).unwrap()
+}
+
+/// Forty modes at a load and a speed.
+fn forty_modes(load: f64, speed: f64) -> Model {
+    let (structure, drive, mut point) = common::forty_modes();
+    (point.load, point.speed) = (load, speed);
+    Model::new(&structure, &drive, point).unwrap()
+}
+
+/// One degree under ripple of half a pinion turn: period 20 in mesh cycles of 40 teeth.
+fn rippled() -> Model {
+    let (mut structure, mut drive, mut point) = common::one_degree();
+    structure.teeth = 40;
+    structure.pinion_torque = Some(vec![10.0]);
+    drive.torque_ripple = vec![RippleInput {
+        shaft: RippleShaft::Pinion,
+        order: 2.0,
+        amplitude: 1.0,
+        phase: 0.4,
+    }];
+    (point.load, point.speed) = (0.3, 300.0);
+    Model::new(&structure, &drive, point).unwrap()
+}
+
+fn march(model: &Model, state: &mut TrajectoryState, cycles: u32) {
+    let kernel = Volterra::new(model, f64::EPSILON, 1000);
+    let mut workspace = kernel.workspace();
+    for _ in 0..cycles {
+        kernel
+            .march(
+                state,
+                &mut Tangents::none(),
+                &mut workspace,
+                &mut (),
+                &mut Counters::default(),
+            )
+            .unwrap();
+    }
+}
+
+#[test]
+fn shooting_and_marching_agree() {
+    for (name, model, class) in [
+        ("locked", one_degree(1.0, 400.0), Class::Locked),
+        ("period 1", one_degree(0.3, 600.0), Class::Periodic(1)),
+        ("period 2", one_degree(0.2, 1800.0), Class::Periodic(2)),
+        ("period 3", one_degree(2.0, 1500.0), Class::Periodic(3)),
+        ("ripple", rippled(), Class::Periodic(20)),
+        ("forty modes", forty_modes(0.1, 700.0), Class::Periodic(1)),
+    ] {
+        let quick = ask(&model, true, 2000);
+        let slow = ask(&model, false, 2000);
+        assert_eq!(
+            (quick.class, slow.class),
+            (Some(class), Some(class)),
+            "{name}: {} / {}",
+            quick.reason,
+            slow.reason
+        );
+        assert!(quick.reason.contains("Newton"), "{name}: {}", quick.reason);
+        assert!(slow.reason.contains("marched out"), "{name}");
+        assert_eq!(quick.events_per_cycle, slow.events_per_cycle, "{name}");
+        let (quick_lambda, slow_lambda) = (quick.lyapunov.unwrap(), slow.lyapunov.unwrap());
+        assert_eq!(quick_lambda.method, LyapunovMethod::Multipliers);
+        let error = (quick_lambda.exponents[0] - slow_lambda.exponents[0]).abs();
+        println!(
+            "{name}: {} against {} cycles, exponents differ by {error:.1e}",
+            quick.cycles, slow.cycles
+        );
+        assert!(error < 1e-8, "{name}: {error:e}");
+        assert!(2 * quick.cycles < slow.cycles, "{name}");
+    }
+}
+
+#[test]
+fn chaos_is_not_settled_away() {
+    for model in [one_degree(0.05, 1200.0), forty_modes(0.05, 1200.0)] {
+        let outcome = ask(&model, true, 500);
+        assert_eq!(outcome.class, Some(Class::Chaotic), "{}", outcome.reason);
+        assert_eq!(outcome.lyapunov.unwrap().method, LyapunovMethod::Tangent);
+    }
+}
+
+#[test]
+fn an_orbit_is_closed_by_the_reference_too() {
+    for (name, model, period) in [
+        ("period 1", one_degree(0.3, 600.0), 1),
+        ("period 2", one_degree(0.2, 1800.0), 2),
+        ("period 3", one_degree(2.0, 1500.0), 3),
+    ] {
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let norm = EnergyNorm::new(&model);
+        let mut workspace = kernel.workspace();
+        let mut guess = model.start(&InitialState::Static);
+        march(&model, &mut guess, 300);
+        let orbit = shoot(&model, &kernel, &norm, &guess, period, &mut workspace)
+            .unwrap()
+            .unwrap_or_else(|| panic!("{name}: not found"));
+        assert!(orbit.residual < 1e-12, "{name}: {:e}", orbit.residual);
+        assert!(orbit.spectral_radius() < 1.0);
+        let end = Reference::new(&model)
+            .march(&orbit.start, u64::from(period))
+            .unwrap()
+            .end;
+        let open = relative_difference(&end.state, &orbit.start.state);
+        assert!(open < 1e-12, "{name}: {open:e}");
+
+        // Found with four times its period, it is given its own.
+        let long = shoot(&model, &kernel, &norm, &guess, 4 * period, &mut workspace)
+            .unwrap()
+            .unwrap();
+        let short = shortest(&model, &kernel, &norm, long, 1, &mut workspace).unwrap();
+        assert_eq!(short.period, period, "{name}");
+    }
+}
+
+#[test]
+fn motion_in_constant_contact_is_solved_in_one_step() {
+    let model = forty_modes(1.0, 250.0);
+    let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+    let norm = EnergyNorm::new(&model);
+    let mut workspace = kernel.workspace();
+    let mut guess = model.start(&InitialState::Static);
+    // Far from settled, but in contact.
+    march(&model, &mut guess, 3);
+    let orbit = shoot(&model, &kernel, &norm, &guess, 1, &mut workspace)
+        .unwrap()
+        .unwrap();
+    assert!(orbit.residual < 1e-11, "{:e}", orbit.residual);
+    let mut state = orbit.start.clone();
+    let mut counters = Counters::default();
+    for _ in 0..10 {
+        kernel
+            .march(
+                &mut state,
+                &mut Tangents::none(),
+                &mut workspace,
+                &mut (),
+                &mut counters,
+            )
+            .unwrap();
+    }
+    assert_eq!(counters.events, 0, "the drive stays in contact");
+    assert!(norm.distance(&state.state, &orbit.start.state) < 1e-10 * norm.unit());
+}
+
+#[test]
+fn a_trajectory_elsewhere_is_not_taken_for_one_that_approaches() {
+    let model = one_degree(0.3, 600.0);
+    let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+    let norm = EnergyNorm::new(&model);
+    let mut workspace = kernel.workspace();
+    let mut guess = model.start(&InitialState::Static);
+    march(&model, &mut guess, 300);
+    let orbit = shoot(&model, &kernel, &norm, &guess, 1, &mut workspace)
+        .unwrap()
+        .unwrap();
+    let mut near = orbit.start.clone();
+    near.state[0] += 1e-3 * model.half_gap;
+    let mut far = orbit.start.clone();
+    far.state[1] += 50.0 * norm.unit();
+    for (state, expected) in [(near, true), (far, false)] {
+        let mut state = TrajectoryState::new(&model, state.state, state.cycle);
+        let verdict = approaches(
+            &kernel,
+            &norm,
+            &orbit,
+            &mut state,
+            &mut workspace,
+            &mut Counters::default(),
+        )
+        .unwrap();
+        assert_eq!(verdict, expected);
+    }
+}
