@@ -642,7 +642,7 @@ fn points_share_what_they_have_in_common() {
     let job = job(&text);
     assert_eq!(job.points.len(), 60);
     let first = &job.points[0];
-    let stiffness = |point: &manifest::PointSpec| match &point.mesh.stiffness {
+    let stiffness = |point: &PointSpec| match &point.mesh.stiffness {
         StiffnessSpec::Piecewise(values) => values.clone(),
         StiffnessSpec::Constant(_) => panic!("not piecewise"),
     };
@@ -653,5 +653,5 @@ fn points_share_what_they_have_in_common() {
         assert!(Arc::ptr_eq(&point.analyses, &first.analyses));
     }
     // A million points are to fit in little memory; the axis values come on top.
-    assert!(size_of::<manifest::PointSpec>() <= 256);
+    assert!(size_of::<PointSpec>() <= 256);
 }

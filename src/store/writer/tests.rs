@@ -501,7 +501,12 @@ fn shards_read_as_one_table() {
     }
     assert_eq!(
         names(folder.path()),
-        ["poincare.parquet", "points.parquet", "spectra.parquet"]
+        [
+            "poincare.parquet",
+            "points.parquet",
+            "probes.parquet",
+            "spectra.parquet"
+        ]
     );
     let shards = names(&folder.path().join("points.parquet"));
     assert_eq!(shards, ["shard-1-of-2.parquet", "shard-2-of-2.parquet"]);
