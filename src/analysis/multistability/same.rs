@@ -190,3 +190,79 @@ fn same_statistics(a: &Statistics, b: &Statistics) -> bool {
             same && (x - y).abs() <= COARSE * x.abs().max(y.abs())
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::model;
+    use super::*;
+    use crate::model::InitialState;
+
+    fn statistics(change: impl Fn(&mut Statistics)) -> Attractor {
+        let average = |mean, error| Average { mean, error };
+        let mut statistics = Statistics {
+            exponent: average(0.8, 0.01),
+            strobe: [average(0.02, 0.01), average(1.5, 0.02), average(30.0, 0.5)],
+            coarse: [1e-5, 2.5],
+        };
+        change(&mut statistics);
+        Attractor {
+            class: Class::Chaotic,
+            mark: Mark::Statistics(Box::new(statistics)),
+        }
+    }
+
+    #[test]
+    fn averages_may_differ_by_their_errors_and_no_more() {
+        let norm = EnergyNorm::new(&model());
+        let same = |change: &dyn Fn(&mut Statistics)| {
+            let (a, b) = (statistics(|_| {}), statistics(change));
+            assert_eq!(a.is_same(&b, &norm), b.is_same(&a, &norm));
+            a.is_same(&b, &norm)
+        };
+        // Both have the error: the difference has √2 of it, five times that is 7.07.
+        assert!(same(&|s| s.exponent.mean += 0.06) && !same(&|s| s.exponent.mean += 0.08));
+        // Mirror images: all even averages equal.
+        assert!(!same(&|s| s.strobe[0].mean = -0.08));
+        assert!(same(&|s| s.strobe[0].mean = -0.02));
+        for i in 0..3 {
+            let error = statistics(|_| {});
+            let Mark::Statistics(error) = error.mark else {
+                unreachable!()
+            };
+            let error = error.strobe[i].error;
+            assert!(same(&|s| s.strobe[i].mean += 6.5 * error), "{i}");
+            assert!(!same(&|s| s.strobe[i].mean += 8.0 * error), "{i}");
+        }
+        for i in 0..2 {
+            assert!(same(&|s| s.coarse[i] *= 1.3) && !same(&|s| s.coarse[i] *= 1.4));
+        }
+        let mut other = statistics(|_| {});
+        other.class = Class::QuasiPeriodic;
+        assert!(!statistics(|_| {}).is_same(&other, &norm));
+    }
+
+    #[test]
+    fn orbits_are_the_same_from_any_of_their_points() {
+        let model = model();
+        let norm = EnergyNorm::new(&model);
+        let start = model.start(&InitialState::Static).state;
+        let relative = (0..model.modes()).find(|i| !model.neutral.contains(i));
+        let at = |place: f64| {
+            let mut state = start.clone();
+            state[relative.unwrap()] += place;
+            state
+        };
+        let orbit = |places: &[f64]| Attractor {
+            class: Class::Periodic(3),
+            mark: Mark::Orbit(places.iter().map(|place| at(*place)).collect()),
+        };
+        let first = orbit(&[0.0, 0.5, 2.0]);
+        assert!(first.is_same(&orbit(&[0.5, 2.0, 0.0]), &norm));
+        assert!(first.is_same(&orbit(&[2.0, 1e-6, 0.5]), &norm));
+        assert!(!first.is_same(&orbit(&[2.0, 1e-2, 0.5]), &norm));
+        // The other way around is another motion.
+        assert!(!first.is_same(&orbit(&[2.0, 0.5, 0.0]), &norm));
+        assert!(!first.is_same(&orbit(&[0.0, 0.5]), &norm));
+        assert!(!first.is_same(&statistics(|_| {}), &norm));
+    }
+}

@@ -17,7 +17,7 @@ fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQ
     }
 }
 
-fn model() -> Model {
+pub(super) fn model() -> Model {
     let structure = ModalStructure {
         teeth: 20,
         wheel_teeth: None,
