@@ -29,7 +29,7 @@ pub struct Nvh {
     half_gap: f64,
     mesh_frequency: f64,
     /// Legendre polynomials at the nodes, and the weights.
-    rule: Box<[[f64; TERMS]; NODES]>,
+    rule: Box<[[f64; NODES]; TERMS]>,
     weights: Box<[f64; NODES]>,
     time: f64,
     /// Mean δ \[m\] and F \[N\] of the first window: what powers are taken about.
@@ -45,7 +45,9 @@ pub struct Nvh {
     impacts: u64,
     impact_speed: f64,
     harmonics: Vec<Complex>,
-    /// Exponentials on windows of the length last met.
+    /// Length of the last window, and the length that `kernels` are for: a length that comes
+    /// twice running is the kernel's own and will come again, others are cuts.
+    last_length: f64,
     kernel_length: f64,
     kernels: Vec<[Complex; TERMS]>,
 }
@@ -54,10 +56,14 @@ impl Nvh {
     /// Statistics of a model with amplitudes at the first `harmonics` mesh orders.
     pub fn new(model: &Model, harmonics: usize) -> Self {
         let gauss = GaussLegendre::new(NODES);
-        let mut rule = Box::new([[0.0; TERMS]; NODES]);
+        let mut rule = Box::new([[0.0; NODES]; TERMS]);
         let mut weights = Box::new([0.0; NODES]);
+        let mut at_node = [0.0; TERMS];
         for j in 0..NODES {
-            polynomials(gauss.nodes[j], &mut rule[j]);
+            polynomials(gauss.nodes[j], &mut at_node);
+            for (row, value) in rule.iter_mut().zip(at_node) {
+                row[j] = value;
+            }
             weights[j] = 0.5 * gauss.weights[j];
         }
         Self {
@@ -76,6 +82,7 @@ impl Nvh {
             impacts: 0,
             impact_speed: 0.0,
             harmonics: vec![(0.0, 0.0); harmonics],
+            last_length: 0.0,
             kernel_length: 0.0,
             kernels: vec![[(0.0, 0.0); TERMS]; harmonics],
         }
@@ -127,30 +134,87 @@ impl Nvh {
         })
     }
 
-    fn add_harmonics(&mut self, window: &Window<'_>, series: &[f64; TERMS]) {
-        if self.kernel_length != window.duration {
-            self.kernel_length = window.duration;
+    fn add_harmonics(&mut self, window: &Window<'_>, series: &[f64; TERMS], values: &[f64; NODES]) {
+        let tau = window.duration;
+        if tau != self.kernel_length && tau == self.last_length {
+            self.kernel_length = tau;
             for (h, kernel) in self.kernels.iter_mut().enumerate() {
                 let omega = (h + 1) as f64 * self.mesh_frequency;
-                window_integrals(omega, window.duration, kernel);
+                window_integrals(omega, tau, kernel);
             }
         }
-        let phase = self.mesh_frequency * window.start;
-        let (sin, cos) = phase.sin_cos();
+        self.last_length = tau;
+        let (sin, cos) = (self.mesh_frequency * window.start).sin_cos();
         let first = (cos, -sin);
-        let mut rotation = first;
-        for (sum, kernel) in self.harmonics.iter_mut().zip(&self.kernels) {
-            let mut value = (0.0, 0.0);
-            for (a, k) in series.iter().zip(kernel) {
-                value.0 += a * k.0;
-                value.1 += a * k.1;
-            }
-            let value = multiply(rotation, value);
-            sum.0 += value.0;
-            sum.1 += value.1;
-            rotation = multiply(rotation, first);
+        let turn = 0.5 * self.harmonics.len() as f64 * self.mesh_frequency * tau;
+        if tau == self.kernel_length {
+            add_by_series(&mut self.harmonics, first, series, &self.kernels);
+        } else if turn <= WIDEST_TURN {
+            self.add_by_nodes(first, tau, values);
+        } else {
+            let kernels: Vec<_> = (1..=self.harmonics.len())
+                .map(|h| {
+                    let mut kernel = [(0.0, 0.0); TERMS];
+                    window_integrals(h as f64 * self.mesh_frequency, tau, &mut kernel);
+                    kernel
+                })
+                .collect();
+            add_by_series(&mut self.harmonics, first, series, &kernels);
         }
     }
+
+    /// Harmonics of a window from the Gauss rule; `first` is the phase factor of order 1 at
+    /// its start.
+    fn add_by_nodes(&mut self, first: Complex, tau: f64, values: &[f64; NODES]) {
+        let half = 0.5 * self.mesh_frequency * tau;
+        for j in 0..NODES {
+            let (sin, cos) = (half * (self.rule[1][j] + 1.0)).sin_cos();
+            let turn = multiply(first, (cos, -sin));
+            let amount = tau * self.weights[j] * values[j];
+            let mut rotation = turn;
+            for sum in &mut self.harmonics {
+                sum.0 += amount * rotation.0;
+                sum.1 += amount * rotation.1;
+                rotation = multiply(rotation, turn);
+            }
+        }
+    }
+}
+
+/// Half turn \[rad\] of the highest harmonic over a window up to which the Gauss rule, exact
+/// to degree 63, integrates it with 15th-degree deflections to round-off.
+const WIDEST_TURN: f64 = 8.0;
+
+/// Adds a window's harmonics from its series and the integrals of the terms.
+fn add_by_series(
+    harmonics: &mut [Complex],
+    first: Complex,
+    series: &[f64; TERMS],
+    kernels: &[[Complex; TERMS]],
+) {
+    let mut rotation = first;
+    for (sum, kernel) in harmonics.iter_mut().zip(kernels) {
+        let mut value = (0.0, 0.0);
+        for (a, k) in series.iter().zip(kernel) {
+            value.0 += a * k.0;
+            value.1 += a * k.1;
+        }
+        let value = multiply(rotation, value);
+        sum.0 += value.0;
+        sum.1 += value.1;
+        rotation = multiply(rotation, first);
+    }
+}
+
+/// Values of a series at the nodes: the nodes are the lanes.
+fn at_nodes(series: &[f64; TERMS], rule: &[[f64; NODES]; TERMS]) -> [f64; NODES] {
+    let mut values = [0.0; NODES];
+    for (a, row) in series.iter().zip(rule) {
+        for (value, p) in values.iter_mut().zip(row) {
+            *value += a * p;
+        }
+    }
+    values
 }
 
 /// A quotient whose denominator may be zero (a motionless mesh): then 0.
@@ -203,11 +267,8 @@ impl Observer for Nvh {
         self.times[window.contact.index()] += tau;
 
         let (mut sums, mut low, mut high) = ([0.0; 4], (f64::INFINITY, 0), (f64::NEG_INFINITY, 0));
-        for (j, row) in self.rule.iter().enumerate() {
-            let mut value = 0.0;
-            for (a, p) in deflection.iter().zip(row) {
-                value += a * p;
-            }
+        let values = at_nodes(&deflection, &self.rule);
+        for (j, &value) in values.iter().enumerate() {
             if value < low.0 {
                 low = (value, j);
             }
@@ -227,11 +288,11 @@ impl Observer for Nvh {
         // A window whose bound stays inside what was seen cannot hold a new extreme.
         let spread = variation(&deflection);
         if deflection[0] + spread > self.largest {
-            let x = self.rule[high.1][1];
+            let x = self.rule[1][high.1];
             self.largest = self.largest.max(maximum(&deflection, x));
         }
         if deflection[0] - spread < self.smallest {
-            let x = self.rule[low.1][1];
+            let x = self.rule[1][low.1];
             self.smallest = self.smallest.min(-maximum(&deflection.map(|a| -a), x));
         }
         let mut about = force;
@@ -247,7 +308,7 @@ impl Observer for Nvh {
             }
         }
         if !self.harmonics.is_empty() {
-            self.add_harmonics(window, &deflection);
+            self.add_harmonics(window, &deflection, &values);
         }
     }
 
@@ -264,15 +325,15 @@ fn padded(series: &[f64]) -> [f64; TERMS] {
 }
 
 /// Largest value of a series, from its largest value at the nodes.
-fn search_maximum(series: &[f64; TERMS], rule: &[[f64; TERMS]; NODES]) -> f64 {
-    let mut best = (f64::NEG_INFINITY, 0.0);
-    for row in rule {
-        let value: f64 = series.iter().zip(row).map(|(a, p)| a * p).sum();
-        if value > best.0 {
-            best = (value, row[1]);
+fn search_maximum(series: &[f64; TERMS], rule: &[[f64; NODES]; TERMS]) -> f64 {
+    let values = at_nodes(series, rule);
+    let mut best = 0;
+    for j in 1..NODES {
+        if values[j] > values[best] {
+            best = j;
         }
     }
-    maximum(series, best.1)
+    maximum(series, rule[1][best])
 }
 
 /// Largest of a series' values at its ends and at the stationary point next to x.

@@ -25,7 +25,7 @@ use std::time::{Instant, SystemTime};
 pub struct RunArgs {
     /// The manifest.
     pub manifest: PathBuf,
-    /// Folder for the results [default: results/<job name>].
+    /// Folder for the results [default: results/JOB].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Worker threads [default: one a core this process may use].
@@ -149,10 +149,11 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
     let mut totals = Totals::new(
         finished.points,
         finished.progress.done - finished.progress.not_ok,
-        finished.progress.not_ok,
+        finished.progress.failed,
         finished.progress.cycles,
         clock.elapsed().as_secs_f64(),
     );
+    totals.not_converged = finished.progress.not_ok - finished.progress.failed;
     totals.missing = finished.missing;
     totals.resumed = finished.progress.resumed;
     let record = RunRecord {
@@ -245,7 +246,10 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
             totals.resumed
         );
     }
-    text += &format!(": {} ok, {} not ok", totals.ok, totals.failed);
+    text += &format!(
+        ": {} ok, {} not converged, {} failed",
+        totals.ok, totals.not_converged, totals.failed
+    );
     if totals.cycles > 0 {
         text += &format!(
             "; {} cycles, {:.2} µs a cycle and thread",

@@ -39,7 +39,7 @@ pub struct TraceArgs {
     /// Record the modal displacements and velocities, too.
     #[arg(long)]
     pub modal: bool,
-    /// Folder for the files [default: results/<job name>/trace-<point>].
+    /// Folder for the files [default: results/JOB/trace-POINT].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Print the summary as JSON.

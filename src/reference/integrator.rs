@@ -131,9 +131,10 @@ fn fastest_rate(model: &Model) -> f64 {
         .fold(0.0, f64::max);
     let structure =
         (natural * natural + stiffness * inertial).sqrt() + damping * inertial + stiffness * direct;
-    let te = model.transmission_error.iter().map(|h| h.angular_frequency);
+    let error = model.transmission_error.iter().map(|h| h.angular_frequency);
     let ripple = model.ripple.iter().map(|r| r.angular_frequency);
-    te.chain(ripple)
+    error
+        .chain(ripple)
         .fold(structure + 2.0 * decay, f64::max)
         // A free body has no rate of its own; the mesh cycle then sets the step.
         .max(1.0 / model.period())

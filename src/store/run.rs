@@ -142,7 +142,10 @@ pub struct Totals {
     pub points: u64,
     /// Points computed with status ok.
     pub ok: u64,
-    /// Points computed with any other status.
+    /// Points whose answers did not settle within their cycles (status not_converged).
+    #[serde(default)]
+    pub not_converged: u64,
+    /// Points that failed, diverged or stormed.
     pub failed: u64,
     /// Points not computed (an interrupted run).
     pub missing: u64,
@@ -161,12 +164,13 @@ pub struct Totals {
 
 impl Totals {
     /// Totals with the rates that follow from cycles and wall time (0 where nothing was
-    /// marched).
+    /// marched); no point unsettled, resumed or missing beyond those not given.
     pub fn new(points: u64, ok: u64, failed: u64, cycles: u64, wall_time: f64) -> Self {
         let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
         Self {
             points,
             ok,
+            not_converged: 0,
             failed,
             missing: points.saturating_sub(ok + failed),
             resumed: 0,
