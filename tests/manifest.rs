@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 use atlas::manifest::{
-    self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, ManifestErrors, ShaftName,
-    StiffnessSpec, StructureSource,
+    self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, ManifestErrors, PointSpec,
+    ShaftName, StiffnessSpec, StructureSource,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -165,6 +165,37 @@ fn defaults_are_the_documented_ones() {
     assert_eq!(lyapunov.stop_at_stderr, None);
     assert_eq!(analyses.poincare.unwrap().samples, 200);
     assert_eq!(analyses.nvh.unwrap().harmonics, 10);
+}
+
+#[test]
+fn probes_are_marched_as_long_as_the_point_unless_told_otherwise() {
+    let probes = |analyses: &str| {
+        let run = "[run]\ntransient = 50\ncycles = 400\naudit_cycles = 0\n";
+        let text = format!("{run}\n[analyses]\nmultistability = {analyses}\n\n[grid]");
+        let job = job_with("[grid]", &text);
+        job.points[0].analyses.multistability.unwrap()
+    };
+    let default = probes("{}");
+    assert_eq!((default.initial_conditions, default.decades), (32, 4.0));
+    assert_eq!((default.transient, default.cycles), (50, 400));
+    let given = probes("{ initial_conditions = 2, decades = 0, transient = 0, cycles = 320 }");
+    assert_eq!((given.initial_conditions, given.decades), (2, 0.0));
+    assert_eq!((given.transient, given.cycles), (0, 320));
+}
+
+/// The published probe, 128 trajectories, and the bistable point.
+#[test]
+fn shipped_probes_are_sound() {
+    for (name, points, probes, half_gap) in [
+        ("multistability.toml", 4, 128, 10e-6),
+        ("bistable.toml", 2, 128, 9e-6),
+    ] {
+        let job = shipped(name);
+        assert_eq!(job.points.len(), points, "{name}");
+        let asked = |p: &PointSpec| p.analyses.multistability.unwrap().initial_conditions;
+        assert_eq!(job.points.iter().map(asked).sum::<u32>(), probes, "{name}");
+        assert!(job.points.iter().all(|p| p.mesh.half_gap == half_gap));
+    }
 }
 
 fn job_with(from: &str, to: &str) -> Job {
@@ -393,6 +424,23 @@ fn the_hash_sees_every_change_that_matters() {
         ("[grid]", "[analyses]\npoincare = {}\n\n[grid]"),
         ("[grid]", "[analyses]\nnvh = {}\n\n[grid]"),
         ("[grid]", "[analyses]\nnvh = { spectrum = true }\n\n[grid]"),
+        ("[grid]", "[analyses]\nmultistability = {}\n\n[grid]"),
+        (
+            "[grid]",
+            "[analyses]\nmultistability = { initial_conditions = 31 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nmultistability = { decades = 4.5 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nmultistability = { transient = 201 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\nmultistability = { cycles = 801 }\n\n[grid]",
+        ),
         ("load = 0.1", "load = 0.1\n\"mesh.half_gap\" = \"15 um\""),
     ];
     let mut seen = std::collections::HashMap::from([(job(MODAL).hash, "the original")]);
@@ -594,7 +642,7 @@ fn points_share_what_they_have_in_common() {
     let job = job(&text);
     assert_eq!(job.points.len(), 60);
     let first = &job.points[0];
-    let stiffness = |point: &manifest::PointSpec| match &point.mesh.stiffness {
+    let stiffness = |point: &PointSpec| match &point.mesh.stiffness {
         StiffnessSpec::Piecewise(values) => values.clone(),
         StiffnessSpec::Constant(_) => panic!("not piecewise"),
     };
@@ -605,5 +653,5 @@ fn points_share_what_they_have_in_common() {
         assert!(Arc::ptr_eq(&point.analyses, &first.analyses));
     }
     // A million points are to fit in little memory; the axis values come on top.
-    assert!(size_of::<manifest::PointSpec>() <= 256);
+    assert!(size_of::<PointSpec>() <= 256);
 }

@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
-    Class, LyapunovMethod, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, Spectrum,
-    SpectrumLine, Status,
+    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
+    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
@@ -96,12 +96,52 @@ fn row(point_id: u64) -> PointRow {
         point_id,
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
+        multistability: (point_id != 13).then(|| probes(point_id)),
         kernel: "volterra".into(),
         placement: Placement {
             worker: 0,
             numa_node: None,
             wall_time: 0.04,
         },
+    }
+}
+
+/// Three probes on two attractors and one that diverged; on one attractor where `point_id`
+/// is odd.
+fn probes(point_id: u64) -> MultistabilityOutcome {
+    let second = u32::from(point_id.is_multiple_of(2));
+    let attractors = [Some(0), Some(second), Some(0), None];
+    let probe = |(attractor, probe_id): (Option<u32>, u32)| {
+        let alike = attractors
+            .iter()
+            .filter(|other| **other == attractor)
+            .count();
+        ProbeOutcome {
+            probe_id,
+            amplitude: f64::from(probe_id),
+            attractor,
+            status: match attractor {
+                Some(_) => Status::Ok,
+                None => Status::Diverged,
+            },
+            reason: "as designed".into(),
+            class: attractor.map(|id| Class::Periodic(id + 1)),
+            lambda: attractor.map(|_| -0.1),
+            lambda_stderr: attractor.map(|_| 0.0),
+            dte_rms: attractor.map(|id| 1e-6 * f64::from(id + 1)),
+            force_peak: attractor.map(|_| 1e4),
+            events_per_cycle: attractor.map(|_| 4.0),
+            cycles: 100,
+            basin: BasinShare {
+                share: alike as f64 / 4.0,
+                low: 0.01,
+                high: 0.99,
+            },
+        }
+    };
+    MultistabilityOutcome {
+        attractors: 1 + second,
+        probes: attractors.into_iter().zip(0..).map(probe).collect(),
     }
 }
 
@@ -115,6 +155,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         axes,
         poincare: true,
         spectra: true,
+        probes: true,
         shard,
     };
     let all = 0..LOADS * SPEEDS;
@@ -134,8 +175,8 @@ fn write(folder: &Path, shard: Option<Shard>) {
     let count = points.len() as u64;
     assert_eq!((written.points, written.missing), (count, 0));
     assert_eq!(
-        (written.poincare, written.spectra),
-        (count - failed, count - failed)
+        (written.poincare, written.spectra, written.probes),
+        (count - failed, count - failed, 4 * (count - failed))
     );
     let now = timestamp(std::time::SystemTime::now());
     let record = RunRecord {
@@ -176,6 +217,8 @@ fn one_run_and_two_shards_say_the_same() {
     let [whole, sharded] = folders.map(|folder| Summary::read(&folder).unwrap());
     assert_eq!(whole.all, sharded.all);
     assert_eq!(whole.classes, sharded.classes);
+    assert_eq!(whole.coexisting, sharded.coexisting);
+    assert_eq!(whole.coexisting.len(), 40);
     assert_eq!(sharded.shards, Some([2, 2]));
     assert_eq!(sharded.state, Some(RunState::Complete));
     assert!(render(&whole, Style::Plain).contains("80 points: 1 failed, 79 ok"));

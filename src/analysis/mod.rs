@@ -4,6 +4,7 @@ mod classify;
 mod energy;
 mod lyapunov;
 mod modal_series;
+mod multistability;
 mod norm;
 mod nvh;
 pub mod orbits;
@@ -18,6 +19,9 @@ mod twin;
 
 pub use energy::EnergyAudit;
 pub use lyapunov::TangentGrowth;
+pub use multistability::{
+    BasinShare, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, probe_basins,
+};
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use outcome::*;

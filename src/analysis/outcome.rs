@@ -1,6 +1,7 @@
 //! What is known of one operating point after its analyses: the numbers that the result
 //! files hold.
 
+use crate::propagate::Stop;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -28,6 +29,15 @@ impl Status {
             Self::Diverged => "diverged",
             Self::EventStorm => "event_storm",
             Self::Failed => "failed",
+        }
+    }
+}
+
+impl From<Stop> for Status {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Diverged { .. } => Self::Diverged,
+            Stop::EventStorm { .. } => Self::EventStorm,
         }
     }
 }
@@ -201,7 +211,7 @@ pub struct PointOutcome {
     pub energy_residual: Option<f64>,
     /// Tangencies met, over the whole simulation.
     pub grazing_count: u64,
-    /// Mesh cycles marched in all, transient included (the twin not counted).
+    /// Mesh cycles marched in all, transient and probes included (the twin not counted).
     pub cycles: u64,
     /// Mesh cycles measured.
     pub measured_cycles: u64,

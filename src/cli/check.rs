@@ -199,7 +199,16 @@ fn analyses(point: &PointSpec) -> String {
         let spectra = if nvh.spectrum { ", spectra" } else { "" };
         format!("nvh ({} harmonics{spectra})", nvh.harmonics)
     });
-    let all: Vec<String> = [lyapunov, poincare, nvh].into_iter().flatten().collect();
+    let multistability = analyses.multistability.map(|asked| {
+        format!(
+            "multistability ({} initial conditions over {} decades of energy, {} + {} cycles each)",
+            asked.initial_conditions, asked.decades, asked.transient, asked.cycles
+        )
+    });
+    let all: Vec<String> = [lyapunov, poincare, nvh, multistability]
+        .into_iter()
+        .flatten()
+        .collect();
     match all.is_empty() {
         true => "none".to_owned(),
         false => all.join(", "),
@@ -273,6 +282,7 @@ fn job_json(name: &str, job: &Job) -> Value {
                 ("lyapunov", p.analyses.lyapunov.is_some()),
                 ("poincare", p.analyses.poincare.is_some()),
                 ("nvh", p.analyses.nvh.is_some()),
+                ("multistability", p.analyses.multistability.is_some()),
             ];
             names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()
         }),

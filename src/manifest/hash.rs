@@ -6,8 +6,8 @@
 use super::sections::Resolved;
 use super::spec::{
     AnalysesSpec, Axis, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec, LyapunovSpec,
-    MeshSpec, ModelSpec, NvhSpec, PoincareSpec, RunSpec, ShaftName, StiffnessSpec, StructureSource,
-    TorqueRipple, TransmissionErrorHarmonic,
+    MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec, ShaftName,
+    StiffnessSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
 use crate::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
@@ -323,6 +323,7 @@ impl JobHash {
             lyapunov,
             poincare,
             nvh,
+            multistability,
         } = analyses;
         self.optional(lyapunov.as_ref(), |hash, lyapunov| {
             let LyapunovSpec {
@@ -347,5 +348,19 @@ impl JobHash {
             hash.integer(harmonics as u64);
             hash.flag(spectrum);
         });
+        // Named rather than flagged: jobs that do not ask keep the hash they had before.
+        if let Some(multistability) = multistability {
+            let MultistabilitySpec {
+                initial_conditions,
+                decades,
+                transient,
+                cycles,
+            } = *multistability;
+            self.text("multistability");
+            self.integer(u64::from(initial_conditions));
+            self.number(decades);
+            self.integer(transient);
+            self.integer(cycles);
+        }
     }
 }

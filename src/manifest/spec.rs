@@ -216,6 +216,8 @@ pub struct AnalysesSpec {
     pub poincare: Option<PoincareSpec>,
     /// Noise, vibration and harshness statistics.
     pub nvh: Option<NvhSpec>,
+    /// Coexisting attractors.
+    pub multistability: Option<MultistabilitySpec>,
 }
 
 /// Lyapunov exponents.
@@ -245,4 +247,18 @@ pub struct NvhSpec {
     pub harmonics: usize,
     /// Whether Welch spectra of deflection and force are stored.
     pub spectrum: bool,
+}
+
+/// Probes for coexisting attractors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MultistabilitySpec {
+    /// Probes a point, the first from [`RunSpec::initial`]; ≥ 2.
+    pub initial_conditions: u32,
+    /// Decades of energy that the other probes are spread over, about the energy that
+    /// closes the half gap.
+    pub decades: f64,
+    /// Mesh cycles of each probe discarded.
+    pub transient: u64,
+    /// Most mesh cycles of each probe measured.
+    pub cycles: u64,
 }

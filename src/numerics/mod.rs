@@ -6,6 +6,7 @@ pub mod convolution;
 pub mod exponential;
 pub mod legendre;
 pub mod linalg;
+pub mod proportion;
 pub mod quadrature;
 pub mod random;
 pub mod roots;

@@ -10,7 +10,11 @@ impl Stream {
     /// The stream of a point and a probe under a root seed.
     pub fn new(seed: u64, point: u64, probe: u64) -> Self {
         let mut bytes = [0; 32];
-        for (chunk, value) in bytes.chunks_exact_mut(8).zip([seed, point, probe, 0x617c]) {
+        // The second half is the generator's increment, whose lowest bit is always set: a
+        // probe number left there would be that of its odd neighbour.
+        let probe = probe.rotate_left(1);
+        let [low, high] = [probe & !1, 0x617c << 1 | probe & 1];
+        for (chunk, value) in bytes.chunks_exact_mut(8).zip([seed, point, low, high]) {
             chunk.copy_from_slice(&value.to_le_bytes());
         }
         let mut generator = Pcg64::from_seed(bytes);
@@ -41,7 +45,9 @@ mod tests {
     fn streams_are_repeatable_and_apart() {
         let draw = |s, p, q| Stream::new(s, p, q).uniform();
         assert_eq!(draw(1, 2, 3).to_bits(), draw(1, 2, 3).to_bits());
-        assert_ne!(draw(1, 2, 3).to_bits(), draw(1, 2, 4).to_bits());
+        for probe in [2, 4, 3 + (1 << 63)] {
+            assert_ne!(draw(1, 2, 3).to_bits(), draw(1, 2, probe).to_bits());
+        }
         assert_ne!(draw(1, 2, 3).to_bits(), draw(1, 3, 3).to_bits());
         assert_ne!(draw(1, 2, 3).to_bits(), draw(2, 2, 3).to_bits());
     }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::coexistence::{self, Coexistence};
 use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
 
 /// A results folder cannot be summarised.
@@ -58,6 +59,8 @@ pub struct Summary {
     pub chaotic: Vec<PointSummary>,
     /// Points where twin and tangent disagree.
     pub twin_disagrees: Vec<PointSummary>,
+    /// Points where probes found more than one attractor.
+    pub coexisting: Vec<Coexistence>,
     /// Points with any status but ok.
     pub troubled: Vec<PointSummary>,
     /// The point with the largest energy residual, and the residual.
@@ -161,6 +164,7 @@ impl Summary {
             axes: read_axes(&table, &all)?,
             chaotic,
             twin_disagrees: chosen(&all, |point| point.twin_agrees == Some(false)),
+            coexisting: coexistence::read(folder, &table)?,
             troubled: chosen(&all, |point| point.status != "ok"),
             worst_energy,
             warnings: runs.into_iter().flat_map(|run| run.warnings).collect(),

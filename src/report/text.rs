@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::coexistence;
 use super::heat::heat_map;
 use super::summary::{Axis, PointSummary, Summary};
 use crate::store::RunState;
@@ -29,6 +30,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     }
     push_chaotic(&mut text, summary);
     push_twins(&mut text, summary);
+    coexistence::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
     if !summary.warnings.is_empty() {
@@ -169,7 +171,7 @@ fn push_troubled(text: &mut String, summary: &Summary) {
 }
 
 /// A table of points: id, axis values and one more cell.
-fn push_table(
+pub(super) fn push_table(
     text: &mut String,
     summary: &Summary,
     points: &[PointSummary],

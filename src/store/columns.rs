@@ -4,7 +4,8 @@
 use super::StoreError;
 use super::table::{Column, Table, Value};
 use crate::analysis::{
-    Class, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, SpectrumLine,
+    Class, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome,
+    SpectrumLine,
 };
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +39,8 @@ pub struct PointRow {
     pub axis_values: Vec<f64>,
     /// What was found.
     pub outcome: PointOutcome,
+    /// What its probes found, where they were asked for.
+    pub multistability: Option<MultistabilityOutcome>,
     /// Name of the kernel that marched it.
     pub kernel: String,
     /// Where and for how long.
@@ -202,12 +205,22 @@ fn lyapunov_columns() -> Vec<Column<PointRow>> {
 }
 
 fn motion_columns() -> Vec<Column<PointRow>> {
-    vec![Column::new(
-        "events_per_cycle",
-        "1/cycle",
-        "Contact-state changes per measured mesh cycle",
-        Value::F64(Box::new(|row: &PointRow| row.outcome.events_per_cycle)),
-    )]
+    vec![
+        Column::new(
+            "events_per_cycle",
+            "1/cycle",
+            "Contact-state changes per measured mesh cycle",
+            Value::F64(Box::new(|row: &PointRow| row.outcome.events_per_cycle)),
+        ),
+        Column::new(
+            "attractors",
+            "1",
+            "Different attractors that the point's probes settled on",
+            Value::U32(Box::new(|row: &PointRow| {
+                row.multistability.as_ref().map(|found| found.attractors)
+            })),
+        ),
+    ]
 }
 
 fn nvh_columns() -> Vec<Column<PointRow>> {
@@ -333,7 +346,7 @@ fn work_columns() -> Vec<Column<PointRow>> {
         count(
             "cycles",
             "mesh cycles",
-            "Mesh cycles marched, transient included",
+            "Mesh cycles marched, transient and probes included",
             |outcome| outcome.cycles,
         ),
         count(

@@ -41,6 +41,8 @@ pub enum TableKind {
     Poincare,
     /// One row a line of a spectrum.
     Spectra,
+    /// One row an initial condition.
+    Probes,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -54,6 +56,7 @@ impl TableKind {
             Self::Points => "points.parquet",
             Self::Poincare => "poincare.parquet",
             Self::Spectra => "spectra.parquet",
+            Self::Probes => "probes.parquet",
             Self::Trace => "trace.parquet",
             Self::Events => "events.parquet",
         }

@@ -1,8 +1,9 @@
 //! Result files: the one place where results meet columns.
 //!
-//! A job writes `points.parquet` and, where asked for, `poincare.parquet` and
-//! `spectra.parquet`, then `run.json`. Files appear under their final name only when they
-//! are whole; until then a journal keeps what is finished. The shards of a split job lie as `shard-i-of-n.parquet` in a *folder* of
+//! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
+//! `spectra.parquet` and `probes.parquet`, then `run.json`. Files appear under their final
+//! name only when they are whole; until then a journal keeps what is finished. The shards
+//! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
 //!
 //! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`.
@@ -12,6 +13,7 @@ mod columns;
 mod error;
 mod file;
 mod journal;
+mod probes;
 mod read;
 mod reorder;
 mod run;
@@ -27,6 +29,7 @@ pub use columns::{
 pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
 pub use journal::{Journal, SYNC_INTERVAL, journal_path};
+pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
 pub use run::{
     MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Totals, write_run,

@@ -11,8 +11,8 @@ use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale,
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::{
-    AxisColumn, PoincareRow, PointRow, SpectrumRow, StoreError, poincare_table, points_table,
-    spectra_table,
+    AxisColumn, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError, poincare_table,
+    points_table, probes_table, spectra_table,
 };
 
 impl Row for PointRow {
@@ -35,6 +35,12 @@ impl Row for PoincareRow {}
 
 impl Row for SpectrumRow {}
 
+impl Row for ProbeRow {
+    fn list_bytes(&self) -> usize {
+        self.probe.reason.len()
+    }
+}
+
 /// What a job writes.
 #[derive(Debug, Clone, Default)]
 pub struct ResultLayout {
@@ -44,6 +50,8 @@ pub struct ResultLayout {
     pub poincare: bool,
     /// Whether `spectra.parquet` is written.
     pub spectra: bool,
+    /// Whether `probes.parquet` is written.
+    pub probes: bool,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -57,6 +65,8 @@ pub struct Written {
     pub poincare: u64,
     /// Of `spectra.parquet`.
     pub spectra: u64,
+    /// Of `probes.parquet`.
+    pub probes: u64,
     /// Points expected that never came (an interrupted run).
     pub missing: u64,
 }
@@ -75,6 +85,7 @@ pub struct ResultWriter {
     points: TableFile<PointRow>,
     poincare: Option<TableFile<PoincareRow>>,
     spectra: Option<TableFile<SpectrumRow>>,
+    probes: Option<TableFile<ProbeRow>>,
 }
 
 impl ResultWriter {
@@ -116,6 +127,13 @@ impl ResultWriter {
                     TableFile::create(folder, TableKind::Spectra, shard, table, &[])
                 })
                 .transpose()?,
+            probes: layout
+                .probes
+                .then(|| {
+                    let table = probes_table();
+                    TableFile::create(folder, TableKind::Probes, shard, table, &[])
+                })
+                .transpose()?,
         })
     }
 
@@ -150,6 +168,7 @@ impl ResultWriter {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
         self.clear_the_way()?;
+        let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
         let points = self.points.finish()?;
@@ -157,6 +176,7 @@ impl ResultWriter {
             points,
             poincare,
             spectra,
+            probes,
             missing,
         })
     }
@@ -171,6 +191,9 @@ impl ResultWriter {
         }
         if self.spectra.is_none() {
             old.push(table_path(folder, TableKind::Spectra, *shard));
+        }
+        if self.probes.is_none() {
+            old.push(table_path(folder, TableKind::Probes, *shard));
         }
         for path in old {
             match fs::remove_file(&path) {
@@ -208,6 +231,11 @@ impl ResultWriter {
                         line,
                     })?;
                 }
+            }
+        }
+        if let (Some(file), Some(found)) = (&mut self.probes, &mut row.multistability) {
+            for probe in std::mem::take(&mut found.probes) {
+                file.push(ProbeRow { point_id, probe })?;
             }
         }
         self.admit_what_is_not_finite(&mut row);

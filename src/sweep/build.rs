@@ -1,6 +1,6 @@
 //! From a point's specification to the system that kernels march.
 
-use crate::analysis::{LyapunovQuestion, NvhQuestion, Questions};
+use crate::analysis::{LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions};
 use crate::manifest::{
     DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, ShaftName, StiffnessSpec,
     StructureSource,
@@ -154,6 +154,20 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
             spectrum: n.spectrum,
         }),
     }
+}
+
+/// The probes asked of a point.
+pub fn probes(point: &PointSpec, seed: u64) -> Option<MultistabilityQuestion> {
+    let asked = point.analyses.multistability?;
+    Some(MultistabilityQuestion {
+        seed,
+        point_id: point.point_id,
+        initial_conditions: asked.initial_conditions,
+        decades: asked.decades,
+        transient: asked.transient,
+        cycles: asked.cycles,
+        settle: point.run.settle,
+    })
 }
 
 /// Structures already computed: points of a grid mostly share one.

@@ -277,6 +277,7 @@ fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .collect(),
         poincare: any(|a| a.poincare.is_some()),
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
+        probes: any(|a| a.multistability.is_some()),
         shard,
     }
 }

@@ -29,6 +29,7 @@ COLUMNS = {
     "period": U32, "lambda_max": F64, "lambda_stderr": F64, "lambda_twin": F64,
     "lambda_twin_stderr": F64,
     "twin_agrees": BOOL, "lambda_method": TEXT, "exponents": LIST, "events_per_cycle": F64,
+    "attractors": U32,
     "fraction_drive": F64, "fraction_free": F64, "fraction_coast": F64, "dte_mean": F64,
     "dte_rms": F64, "dte_pp": F64, "dte_crest": F64, "dte_kurtosis": F64, "harmonics": LIST,
     "force_mean": F64, "force_std": F64, "force_peak": F64, "impact_rate": F64,
@@ -99,9 +100,8 @@ def test_absent_values_are_nulls_never_nan(results):
     for name, kind in COLUMNS.items():
         if kind == F64:
             assert not points[name].is_nan().any(), name
-    analyses = [*list(COLUMNS)[5:29]]
-    assert analyses[0] == "class" and analyses[-1] == "energy_residual"
-    for name in analyses:
+    names = list(COLUMNS)
+    for name in names[names.index("class") : names.index("energy_residual") + 1]:
         assert points[name][FAILED] is None, name
     assert points["status"][FAILED] == "failed"
     assert points["reason"].null_count() == 0
@@ -129,6 +129,36 @@ def test_units(results):
     assert json.loads(pl.read_parquet_metadata(part)["units"]) == units
     pairs = duckdb.sql(f"select key, value from parquet_kv_metadata('{part}')").fetchall()
     assert json.loads(dict(pairs)[b"units"]) == units
+
+
+def test_probes(results):
+    points = pd.read_parquet(results / "points.parquet")
+    probes = pd.read_parquet(results / "probes.parquet")
+    assert len(probes) == 4 * 79
+    assert sorted(probes["point_id"].unique()) == [n for n in range(80) if n != FAILED]
+    # Attractors are numbered from 0 without a gap; probes on none are nulls, still counted.
+    settled = probes.dropna(subset="attractor_id")
+    assert len(probes) - len(settled) == 79
+    found = settled.groupby("point_id")["attractor_id"].nunique()
+    assert (by_id(points)["attractors"].dropna() == found).all()
+    assert (settled.groupby("point_id")["attractor_id"].max() == found - 1).all()
+    shares = probes.assign(ending=probes["attractor_id"].astype(object).fillna("none"))
+    once = shares.drop_duplicates(["point_id", "ending"]).groupby("point_id")["basin_share"].sum()
+    assert np.allclose(once, 1.0)
+    assert (probes["basin_low"] < probes["basin_share"]).all()
+    assert (probes["basin_share"] < probes["basin_high"]).all()
+    polars = pl.read_parquet(results / "probes.parquet")
+    assert polars.schema["attractor_id"] == pl.UInt32
+    assert polars.schema["amplitude"] == pl.Float64
+    joined = duckdb.sql(
+        f"""select count(*) from '{results / "points.parquet"}' as p
+            join '{results / "probes.parquet"}' as q using (point_id)
+            where q.probe_id = 0 and p.attractors = 2"""
+    ).fetchall()
+    assert joined == [(40,)]
+    metadata = pyarrow.dataset.dataset(results / "probes.parquet").schema.metadata
+    units = json.loads(metadata[b"units"])
+    assert units["amplitude"] == "half gaps" and units["lambda"] == "1/cycle"
 
 
 def test_shards_hold_the_same_points():

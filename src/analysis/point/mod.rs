@@ -50,22 +50,36 @@ pub fn investigate<K: Kernel>(
     questions: &Questions,
     called_off: &AtomicBool,
 ) -> Result<PointOutcome, CalledOff> {
+    let mut trajectory = start;
+    investigate_onward(model, kernel, &mut trajectory, questions, called_off)
+}
+
+/// As [`investigate`]; leaves `trajectory` where the march ended.
+pub(super) fn investigate_onward<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    trajectory: &mut TrajectoryState,
+    questions: &Questions,
+    called_off: &AtomicBool,
+) -> Result<PointOutcome, CalledOff> {
     let mut march = March {
         model,
         kernel,
         questions,
         called_off,
         norm: EnergyNorm::new(model),
-        trajectory: start,
+        trajectory: trajectory.clone(),
         workspace: kernel.workspace(),
         counters: Counters::default(),
         energy_residual: None,
     };
-    match march.run() {
+    let outcome = match march.run() {
         Ok(outcome) => Ok(outcome),
         Err(Halt::CalledOff) => Err(CalledOff),
         Err(Halt::Stop(stop)) => Ok(march.stopped(stop)),
-    }
+    };
+    *trajectory = march.trajectory;
+    outcome
 }
 
 /// Why a march ended early.
@@ -354,10 +368,7 @@ impl<K: Kernel> March<'_, K> {
     /// The outcome of a march that a kernel ended.
     fn stopped(&self, stop: Stop) -> PointOutcome {
         PointOutcome {
-            status: match stop {
-                Stop::Diverged { .. } => Status::Diverged,
-                Stop::EventStorm { .. } => Status::EventStorm,
-            },
+            status: Status::from(stop),
             reason: stop.to_string(),
             class: None,
             lyapunov: None,

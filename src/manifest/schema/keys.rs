@@ -54,6 +54,9 @@ const fn integer(path: &'static str, min: f64, max: f64, example: &'static str) 
 /// Counts that only memory and patience limit; the bound catches slips of the pen.
 pub(super) const MANY: f64 = 1e9;
 
+/// Fewest measured cycles from which an exponent gets an error bar: 32 blocks of ten.
+pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
+
 /// Model kinds; the first two exist in this version.
 const MODEL_KINDS: [&str; 2] = ["flexible", "modal"];
 
@@ -170,7 +173,11 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     table("analyses.nvh"),
     integer("analyses.nvh.harmonics", 0.0, 1000.0, "10"),
     key("analyses.nvh.spectrum", Boolean, ANY, "true"),
-    key("analyses.multistability", Unavailable("a grid axis over the initial state (\"run.initial.displacement.0\") to probe for coexisting motions"), ANY, ""),
+    table("analyses.multistability"),
+    integer("analyses.multistability.initial_conditions", 2.0, 1e6, "32"),
+    quantity("analyses.multistability.decades", Ratio, bounds(0.0, false, 12.0, false), "4"),
+    integer("analyses.multistability.transient", 0.0, MANY, "2000"),
+    integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000"),
     key("analyses.orbits", Unavailable("analyses.poincare: its samples show the period of a settled point"), ANY, ""),
 ];
 

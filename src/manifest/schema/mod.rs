@@ -7,7 +7,7 @@ mod tests;
 
 use crate::units::Dimension;
 use keys::MANY;
-pub(in crate::manifest) use keys::{MANIFEST, MODAL_FILE};
+pub(in crate::manifest) use keys::{FEWEST_CYCLES, MANIFEST, MODAL_FILE};
 
 /// A key of the manifest or of a modal file.
 #[derive(Debug)]

@@ -2,19 +2,25 @@
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
-use crate::manifest::spec::{AnalysesSpec, LyapunovSpec, NvhSpec, PoincareSpec};
+use crate::manifest::schema;
+use crate::manifest::spec::{
+    AnalysesSpec, LyapunovSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec,
+};
 
 const DEFAULT_EXPONENTS: usize = 1;
 const DEFAULT_ALIGN: u64 = 100;
 const DEFAULT_SAMPLES: usize = 200;
 const DEFAULT_HARMONICS: usize = 10;
+const DEFAULT_INITIAL_CONDITIONS: u64 = 32;
+const DEFAULT_DECADES: f64 = 4.0;
 
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
     retained: Option<usize>,
-    cycles: Option<u64>,
+    run: Option<&RunSpec>,
 ) -> Option<AnalysesSpec> {
+    let cycles = run.map(|run| run.cycles);
     let lyapunov = optional(section, issues, "lyapunov", |table, issues| {
         lyapunov(table, issues, retained)
     });
@@ -29,10 +35,14 @@ pub(super) fn read(
             spectrum: spectrum?,
         })
     });
+    let multistability = optional(section, issues, "multistability", |table, issues| {
+        multistability(table, issues, run)
+    });
     Some(AnalysesSpec {
         lyapunov: lyapunov?,
         poincare: poincare?,
         nvh: nvh?,
+        multistability: multistability?,
     })
 }
 
@@ -83,6 +93,30 @@ fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Op
         stop_at_stderr: stop_at_stderr?,
         align: align?,
         twin: twin?,
+    })
+}
+
+/// Probes are marched as long as the point itself unless the table says otherwise.
+fn multistability(
+    table: &Section,
+    issues: &mut Issues,
+    run: Option<&RunSpec>,
+) -> Option<MultistabilitySpec> {
+    let initial_conditions =
+        table.integer_or(issues, "initial_conditions", DEFAULT_INITIAL_CONDITIONS);
+    let decades = table.quantity_or(issues, "decades", DEFAULT_DECADES);
+    let as_long_as_run = run.map_or((0, 0), |run| (run.transient, run.cycles));
+    let transient = table.integer_or(issues, "transient", as_long_as_run.0);
+    let cycles = table.integer_or(
+        issues,
+        "cycles",
+        as_long_as_run.1.max(schema::FEWEST_CYCLES),
+    );
+    Some(MultistabilitySpec {
+        initial_conditions: u32::try_from(initial_conditions?).ok()?,
+        decades: decades?,
+        transient: transient?,
+        cycles: cycles?,
     })
 }
 

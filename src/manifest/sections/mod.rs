@@ -87,9 +87,8 @@ pub(super) fn resolve(
     };
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);
-    let cycles = run.as_ref().map(|run| run.cycles);
     let analyses = match root.child(issues, "analyses") {
-        Child::Present(section) => analyses::read(&section, issues, retained, cycles),
+        Child::Present(section) => analyses::read(&section, issues, retained, run.as_ref()),
         Child::Absent => Some(AnalysesSpec::default()),
         Child::Invalid => None,
     };

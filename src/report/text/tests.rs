@@ -88,6 +88,7 @@ fn write(folder: &Path, lengths: &[usize], missing: &[u64], outcome: impl Fn(u64
                 point_id,
                 axis_values,
                 outcome,
+                multistability: None,
                 kernel,
                 placement,
             })

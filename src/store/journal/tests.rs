@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::analysis::{
-    Class, LyapunovMethod, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, Spectrum,
-    SpectrumLine, Status,
+    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
+    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
 };
 use crate::store::Placement;
 use proptest::prelude::*;
@@ -54,6 +54,28 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             cycles: u64::MAX,
             measured_cycles: 0,
         },
+        multistability: Some(MultistabilityOutcome {
+            attractors: 2,
+            probes: vec![ProbeOutcome {
+                probe_id: 7,
+                amplitude: number(0),
+                attractor: Some(1),
+                status: Status::Diverged,
+                reason: "µ".into(),
+                class: None,
+                lambda: Some(number(1)),
+                lambda_stderr: None,
+                dte_rms: Some(number(2)),
+                force_peak: Some(number(3)),
+                events_per_cycle: Some(number(4)),
+                cycles: u64::MAX,
+                basin: BasinShare {
+                    share: number(5),
+                    low: number(6),
+                    high: number(7),
+                },
+            }],
+        }),
         kernel: "volterra".into(),
         placement: Placement {
             worker: 3,

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    Class, LyapunovMethod, LyapunovOutcome, NvhOutcome, PoincareSample, PointOutcome, Spectrum,
-    SpectrumLine, Status,
+    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
+    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
 };
 use crate::store::{Placement, ResultTable, Table};
 
@@ -23,6 +23,7 @@ fn layout() -> ResultLayout {
         ],
         poincare: true,
         spectra: true,
+        probes: true,
         shard: None,
     }
 }
@@ -85,11 +86,38 @@ fn full(point_id: u64) -> PointRow {
             cycles: 14,
             measured_cycles: 15,
         },
+        multistability: Some(MultistabilityOutcome {
+            attractors: 1,
+            probes: vec![probe(0, Some(0)), probe(1, None)],
+        }),
         kernel: "volterra".into(),
         placement: Placement {
             worker: 16,
             numa_node: Some(17),
             wall_time: 18.0,
+        },
+    }
+}
+
+/// A probe with a different number in every column.
+fn probe(probe_id: u32, attractor: Option<u32>) -> ProbeOutcome {
+    ProbeOutcome {
+        probe_id,
+        amplitude: 1.5,
+        attractor,
+        status: Status::NotConverged,
+        reason: "for a test".into(),
+        class: Some(Class::Periodic(3)),
+        lambda: Some(-0.2),
+        lambda_stderr: Some(1e-9),
+        dte_rms: Some(3e-5),
+        force_peak: Some(1.8e4),
+        events_per_cycle: Some(4.0),
+        cycles: 2500,
+        basin: BasinShare {
+            share: 0.5,
+            low: 0.09,
+            high: 0.91,
         },
     }
 }
@@ -111,6 +139,7 @@ fn failed(point_id: u64) -> PointRow {
         cycles: 0,
         measured_cycles: 0,
     };
+    row.multistability = None;
     row.placement.numa_node = None;
     row
 }
@@ -153,6 +182,7 @@ fn columns_units_and_descriptions() {
     insta::assert_snapshot!("points", listing(&points_table(&layout().axes).unwrap()));
     insta::assert_snapshot!("poincare", listing(&poincare_table()));
     insta::assert_snapshot!("spectra", listing(&spectra_table()));
+    insta::assert_snapshot!("probes", listing(&probes_table()));
 }
 
 #[test]
@@ -165,6 +195,7 @@ fn every_column_comes_back() {
             points: 2,
             poincare: 1,
             spectra: 2,
+            probes: 2,
             missing: 0
         }
     );
@@ -213,6 +244,7 @@ fn every_column_comes_back() {
     ] {
         assert_eq!(numbers(name), [Some(value), None], "{name}");
     }
+    assert_eq!(counts("attractors"), [Some(1), None]);
     assert_eq!(counts("grazing_count"), [Some(13), Some(0)]);
     assert_eq!(counts("cycles"), [Some(14), Some(0)]);
     assert_eq!(counts("measured_cycles"), [Some(15), Some(0)]);
@@ -238,6 +270,38 @@ fn every_column_comes_back() {
     assert_eq!(lines.f64("frequency").unwrap(), [Some(100.0), Some(200.0)]);
     assert_eq!(lines.f64("order").unwrap(), [Some(0.5), Some(1.0)]);
     assert_eq!(lines.f64("amplitude").unwrap(), [Some(3.0), Some(4.0)]);
+
+    let probes = ResultTable::read(folder.path(), TableKind::Probes).unwrap();
+    for (name, values) in [
+        ("point_id", [Some(0), Some(0)]),
+        ("probe_id", [Some(0), Some(1)]),
+        ("attractor_id", [Some(0), None]),
+        ("period", [Some(3), Some(3)]),
+        ("cycles", [Some(2500), Some(2500)]),
+    ] {
+        assert_eq!(probes.u64(name).unwrap(), values, "{name}");
+    }
+    for (name, value) in [
+        ("status", "not_converged"),
+        ("reason", "for a test"),
+        ("class", "periodic"),
+    ] {
+        let value = Some(value.to_owned());
+        assert_eq!(probes.text(name).unwrap(), [value.clone(), value], "{name}");
+    }
+    for (name, value) in [
+        ("amplitude", 1.5),
+        ("lambda", -0.2),
+        ("lambda_stderr", 1e-9),
+        ("dte_rms", 3e-5),
+        ("force_peak", 1.8e4),
+        ("events_per_cycle", 4.0),
+        ("basin_share", 0.5),
+        ("basin_low", 0.09),
+        ("basin_high", 0.91),
+    ] {
+        assert_eq!(probes.f64(name).unwrap(), [Some(value); 2], "{name}");
+    }
 }
 
 #[test]
@@ -322,7 +386,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        3,
+        4,
         "{partial:?}"
     );
     assert!(
@@ -334,7 +398,12 @@ fn a_file_has_its_name_only_when_whole() {
 
     assert_eq!(
         names(folder.path()),
-        ["poincare.parquet", "points.parquet", "spectra.parquet"]
+        [
+            "poincare.parquet",
+            "points.parquet",
+            "probes.parquet",
+            "spectra.parquet"
+        ]
     );
     assert_eq!(
         fs::read(folder.path().join("points.parquet")).unwrap(),
@@ -398,6 +467,7 @@ fn a_hundred_thousand_points_stream() {
     let layout = ResultLayout {
         poincare: false,
         spectra: false,
+        probes: false,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();
@@ -431,7 +501,12 @@ fn shards_read_as_one_table() {
     }
     assert_eq!(
         names(folder.path()),
-        ["poincare.parquet", "points.parquet", "spectra.parquet"]
+        [
+            "poincare.parquet",
+            "points.parquet",
+            "probes.parquet",
+            "spectra.parquet"
+        ]
     );
     let shards = names(&folder.path().join("points.parquet"));
     assert_eq!(shards, ["shard-1-of-2.parquet", "shard-2-of-2.parquet"]);

@@ -1,0 +1,268 @@
+//! Did two probes settle on the same attractor?
+//!
+//! Motions that repeat are the same when their strobe states are: point by point in the
+//! energy norm, whichever of them comes first. Motions that do not repeat are the same when
+//! class, largest exponent and averages over the strobe samples agree within their standard
+//! errors; a coarse bound on RMS and events per cycle guards what the strobe does not see.
+
+use crate::analysis::norm::EnergyNorm;
+use crate::analysis::outcome::{Class, LyapunovMethod, PointOutcome};
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::statistics::{mean, standard_error};
+use crate::propagate::{Counters, Kernel, Stop, Tangents};
+
+/// Distance of two orbits \[half gaps\] below which they are one: far above the error of a
+/// settled orbit, 1e-10 over its decay a cycle.
+const SAME_ORBIT: f64 = 1e-4;
+
+/// Return distance \[half gaps\] of a settled orbit; points of one orbit lie further apart.
+const RETURN: f64 = 1e-6;
+
+/// Longest orbit in contact throughout, in mesh cycles: that of its excitation.
+const LONGEST_LOCKED: usize = 1024;
+
+/// Standard errors of their difference by which averages of one attractor may differ. With
+/// thousands of comparisons a job, three would split attractors by chance.
+const SIGMAS: f64 = 5.0;
+
+/// Part of itself by which an average may differ whatever its error: block averages of
+/// nearly regular motion promise too much.
+const NEAR: f64 = 1e-3;
+
+/// Difference of exponents \[1/cycle\] that is none, whatever its error.
+const NEAR_EXPONENT: f64 = 1e-3;
+
+/// Part of themselves by which RMS and events per cycle, which have no error bar, may
+/// differ.
+const COARSE: f64 = 0.25;
+
+/// What an attractor is recognised by.
+#[derive(Debug, Clone)]
+pub(super) struct Attractor {
+    class: Class,
+    mark: Mark,
+}
+
+#[derive(Debug, Clone)]
+enum Mark {
+    /// Strobe states of one period.
+    Orbit(Vec<Vec<f64>>),
+    Statistics(Box<Statistics>),
+}
+
+#[derive(Debug, Clone)]
+struct Statistics {
+    /// Largest exponent and its standard error.
+    exponent: Average,
+    /// Of δ/b, (δ/b)² and (δ'T/b)² at the strobe.
+    strobe: [Average; 3],
+    /// RMS deflection \[m\] and events per cycle.
+    coarse: [f64; 2],
+}
+
+/// A mean and its standard error.
+#[derive(Debug, Clone, Copy)]
+struct Average {
+    mean: f64,
+    error: f64,
+}
+
+impl Average {
+    fn of(series: &[f64]) -> Self {
+        Self {
+            mean: mean(series),
+            error: standard_error(series),
+        }
+    }
+
+    fn agrees(self, other: Self, near: f64) -> bool {
+        let apart = (self.mean - other.mean).abs();
+        apart <= SIGMAS * self.error.hypot(other.error) + near
+    }
+
+    fn agrees_relative(self, other: Self) -> bool {
+        self.agrees(other, NEAR * self.mean.abs().max(other.mean.abs()))
+    }
+}
+
+impl Attractor {
+    /// The attractor of a probe that ended at `end`; none where it settled on none.
+    ///
+    /// # Errors
+    /// [`Stop`] as for any march: an orbit is marched through once more.
+    pub fn of<K: Kernel>(
+        model: &Model,
+        kernel: &K,
+        norm: &EnergyNorm,
+        found: &PointOutcome,
+        end: TrajectoryState,
+    ) -> Result<Option<Self>, Stop> {
+        let (Some(class), Some(lyapunov)) = (found.class, &found.lyapunov) else {
+            return Ok(None);
+        };
+        if class == Class::NotConverged {
+            return Ok(None);
+        }
+        if lyapunov.method == LyapunovMethod::Multipliers {
+            let mark = Mark::Orbit(orbit(kernel, norm, class, end)?);
+            return Ok(Some(Self { class, mark }));
+        }
+        let scale = 1.0 / model.half_gap;
+        let series = |f: &dyn Fn(f64, f64) -> f64| {
+            let samples = found.poincare.iter();
+            let values: Vec<f64> = samples.map(|s| f(s.deflection, s.velocity)).collect();
+            Average::of(&values)
+        };
+        let statistics = Statistics {
+            exponent: Average {
+                mean: lyapunov.exponents[0],
+                error: lyapunov.stderr,
+            },
+            strobe: [
+                series(&|deflection, _| scale * deflection),
+                series(&|deflection, _| (scale * deflection).powi(2)),
+                series(&|_, velocity| (scale * model.period() * velocity).powi(2)),
+            ],
+            coarse: [
+                found.nvh.as_ref().map_or(0.0, |nvh| nvh.dte_rms),
+                found.events_per_cycle.unwrap_or(0.0),
+            ],
+        };
+        let mark = Mark::Statistics(Box::new(statistics));
+        Ok(Some(Self { class, mark }))
+    }
+
+    /// Whether two probes of one point settled on the same attractor.
+    pub fn is_same(&self, other: &Self, norm: &EnergyNorm) -> bool {
+        self.class == other.class
+            && match (&self.mark, &other.mark) {
+                (Mark::Orbit(a), Mark::Orbit(b)) => same_orbit(norm, a, b),
+                (Mark::Statistics(a), Mark::Statistics(b)) => same_statistics(a, b),
+                _ => false,
+            }
+    }
+}
+
+/// Strobe states over one period from `end` on.
+fn orbit<K: Kernel>(
+    kernel: &K,
+    norm: &EnergyNorm,
+    class: Class,
+    mut end: TrajectoryState,
+) -> Result<Vec<Vec<f64>>, Stop> {
+    let first = end.state.clone();
+    let mut workspace = kernel.workspace();
+    let mut states = Vec::new();
+    loop {
+        states.push(end.state.clone());
+        kernel.march(
+            &mut end,
+            &mut Tangents::none(),
+            &mut workspace,
+            &mut (),
+            &mut Counters::default(),
+        )?;
+        let closed = match class {
+            Class::Periodic(period) => states.len() >= period as usize,
+            // Locked motion is of period 1 by name and may follow ripple of a longer one.
+            _ => norm.distance(&end.state, &first) <= RETURN * norm.unit(),
+        };
+        if closed || states.len() == LONGEST_LOCKED {
+            return Ok(states);
+        }
+    }
+}
+
+fn same_orbit(norm: &EnergyNorm, a: &[Vec<f64>], b: &[Vec<f64>]) -> bool {
+    let near = |x: &[f64], y: &[f64]| norm.distance(x, y) <= SAME_ORBIT * norm.unit();
+    a.len() == b.len()
+        && (0..b.len()).any(|shift| {
+            let shifted = b[shift..].iter().chain(&b[..shift]);
+            a.iter().zip(shifted).all(|(x, y)| near(x, y))
+        })
+}
+
+fn same_statistics(a: &Statistics, b: &Statistics) -> bool {
+    let coarse = a.coarse.iter().zip(&b.coarse);
+    a.exponent.agrees(b.exponent, NEAR_EXPONENT)
+        && (0..3).all(|i| a.strobe[i].agrees_relative(b.strobe[i]))
+        && coarse.fold(true, |same, (x, y)| {
+            same && (x - y).abs() <= COARSE * x.abs().max(y.abs())
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::model;
+    use super::*;
+    use crate::model::InitialState;
+
+    fn statistics(change: impl Fn(&mut Statistics)) -> Attractor {
+        let average = |mean, error| Average { mean, error };
+        let mut statistics = Statistics {
+            exponent: average(0.8, 0.01),
+            strobe: [average(0.02, 0.01), average(1.5, 0.02), average(30.0, 0.5)],
+            coarse: [1e-5, 2.5],
+        };
+        change(&mut statistics);
+        Attractor {
+            class: Class::Chaotic,
+            mark: Mark::Statistics(Box::new(statistics)),
+        }
+    }
+
+    #[test]
+    fn averages_may_differ_by_their_errors_and_no_more() {
+        let norm = EnergyNorm::new(&model());
+        let same = |change: &dyn Fn(&mut Statistics)| {
+            let (a, b) = (statistics(|_| {}), statistics(change));
+            assert_eq!(a.is_same(&b, &norm), b.is_same(&a, &norm));
+            a.is_same(&b, &norm)
+        };
+        // Both have the error: the difference has √2 of it, five times that is 7.07.
+        assert!(same(&|s| s.exponent.mean += 0.06) && !same(&|s| s.exponent.mean += 0.08));
+        // Mirror images: all even averages equal.
+        assert!(!same(&|s| s.strobe[0].mean = -0.08));
+        assert!(same(&|s| s.strobe[0].mean = -0.02));
+        for i in 0..3 {
+            let error = statistics(|_| {});
+            let Mark::Statistics(error) = error.mark else {
+                unreachable!()
+            };
+            let error = error.strobe[i].error;
+            assert!(same(&|s| s.strobe[i].mean += 6.5 * error), "{i}");
+            assert!(!same(&|s| s.strobe[i].mean += 8.0 * error), "{i}");
+        }
+        for i in 0..2 {
+            assert!(same(&|s| s.coarse[i] *= 1.3) && !same(&|s| s.coarse[i] *= 1.4));
+        }
+        let mut other = statistics(|_| {});
+        other.class = Class::QuasiPeriodic;
+        assert!(!statistics(|_| {}).is_same(&other, &norm));
+    }
+
+    #[test]
+    fn orbits_are_the_same_from_any_of_their_points() {
+        let model = model();
+        let norm = EnergyNorm::new(&model);
+        let start = model.start(&InitialState::Static).state;
+        let relative = (0..model.modes()).find(|i| !model.neutral.contains(i));
+        let at = |place: f64| {
+            let mut state = start.clone();
+            state[relative.unwrap()] += place;
+            state
+        };
+        let orbit = |places: &[f64]| Attractor {
+            class: Class::Periodic(3),
+            mark: Mark::Orbit(places.iter().map(|place| at(*place)).collect()),
+        };
+        let first = orbit(&[0.0, 0.5, 2.0]);
+        assert!(first.is_same(&orbit(&[0.5, 2.0, 0.0]), &norm));
+        assert!(first.is_same(&orbit(&[2.0, 1e-6, 0.5]), &norm));
+        assert!(!first.is_same(&orbit(&[2.0, 1e-2, 0.5]), &norm));
+        // The other way around is another motion.
+        assert!(!first.is_same(&orbit(&[2.0, 0.5, 0.0]), &norm));
+        assert!(!first.is_same(&orbit(&[0.0, 0.5]), &norm));
+        assert!(!first.is_same(&statistics(|_| {}), &norm));
+    }
+}

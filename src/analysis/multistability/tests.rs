@@ -1,0 +1,127 @@
+//! Initial conditions and shares; attractors themselves are planted in
+//! `tests/multistability.rs`.
+
+use super::*;
+use crate::model::{Drive, InitialState, OperatingPoint};
+use crate::shaft::ModalStructure;
+
+fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQuestion {
+    MultistabilityQuestion {
+        seed,
+        point_id: 3,
+        initial_conditions,
+        decades,
+        transient: 0,
+        cycles: 320,
+        settle: true,
+    }
+}
+
+pub(super) fn model() -> Model {
+    let structure = ModalStructure {
+        teeth: 20,
+        wheel_teeth: None,
+        rated_force: 1.0,
+        frequency: vec![0.0, 0.0, 2.0, 3.0],
+        damping: vec![0.0, 0.0, 0.1, 0.1],
+        mesh: vec![0.8, -0.6, 0.5, 0.1],
+        mesh_tilt: vec![0.0; 4],
+        torque: vec![0.8, -0.6, 0.5, 0.1],
+        pinion_torque: None,
+        wheel_torque: None,
+        friction: vec![0.0; 4],
+        friction_lever: vec![0.0; 4],
+        residual_flexibility: 0.0,
+    };
+    let drive = Drive {
+        half_gap: 1.0,
+        stiffness: vec![1.0],
+        damping: 0.0,
+        friction: 0.0,
+        transmission_error: Vec::new(),
+        torque_ripple: Vec::new(),
+    };
+    let point = OperatingPoint {
+        load: 1.0,
+        speed: 1.0,
+    };
+    Model::new(&structure, &drive, point).unwrap()
+}
+
+#[test]
+fn energies_fill_their_strata_and_the_neutral_pair_is_left_alone() {
+    let model = model();
+    let norm = EnergyNorm::new(&model);
+    let start = model.start(&InitialState::Static);
+    let question = question(7, 33, 4.0);
+    for probe_id in 0..33 {
+        let (amplitude, state) = initial_condition(&model, &norm, &start, &question, probe_id);
+        let distance = norm.distance(&state.state, &start.state) / norm.unit();
+        assert!((distance - amplitude).abs() <= 1e-12 * amplitude);
+        if probe_id == 0 {
+            assert_eq!(state, start);
+            continue;
+        }
+        let stratum = 8.0 * (amplitude.powi(2).log10() + 2.0);
+        assert_eq!(stratum.floor() as u32 + 1, probe_id, "{amplitude}");
+        let &[neutral] = model.neutral.as_slice() else {
+            panic!("{:?}", model.neutral)
+        };
+        for i in [neutral, neutral + model.modes()] {
+            assert_eq!(state.state[i], start.state[i]);
+        }
+    }
+}
+
+#[test]
+fn directions_differ_by_seed_and_probe() {
+    let model = model();
+    let norm = EnergyNorm::new(&model);
+    let start = model.start(&InitialState::Static);
+    let state = |seed, probe_id| {
+        let question = question(seed, 8, 0.0);
+        initial_condition(&model, &norm, &start, &question, probe_id).1
+    };
+    assert_eq!(state(1, 4), state(1, 4));
+    assert_ne!(state(1, 4), state(1, 5));
+    assert_ne!(state(1, 4), state(2, 4));
+}
+
+#[test]
+fn shares_add_up_to_one_over_all_endings() {
+    let endings = [
+        (Some(0), Status::Ok),
+        (Some(1), Status::Ok),
+        (Some(0), Status::Ok),
+        (None, Status::NotConverged),
+        (None, Status::Diverged),
+        (None, Status::NotConverged),
+        (None, Status::EventStorm),
+        (Some(0), Status::Ok),
+    ];
+    let mut probes: Vec<ProbeOutcome> = endings
+        .into_iter()
+        .zip(0..)
+        .map(|((attractor, status), probe_id)| ProbeOutcome {
+            probe_id,
+            amplitude: 1.0,
+            attractor,
+            status,
+            reason: String::new(),
+            class: None,
+            lambda: None,
+            lambda_stderr: None,
+            dte_rms: None,
+            force_peak: None,
+            events_per_cycle: None,
+            cycles: 0,
+            basin: BasinShare::default(),
+        })
+        .collect();
+    share_out(&mut probes);
+    let eighths: Vec<f64> = probes.iter().map(|p| 8.0 * p.basin.share).collect();
+    assert_eq!(eighths, [3.0, 1.0, 3.0, 2.0, 1.0, 2.0, 1.0, 3.0]);
+    for probe in &probes {
+        assert!(probe.basin.low < probe.basin.share && probe.basin.share < probe.basin.high);
+    }
+}

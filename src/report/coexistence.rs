@@ -1,0 +1,133 @@
+//! Points where probes settled on more than one attractor: each ending with its share.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::summary::{PointSummary, Summary};
+use super::text::{number, push_table};
+use crate::store::{ResultTable, StoreError, TableKind};
+
+/// The endings of a point's probes, where these found more than one attractor.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Coexistence {
+    /// The point.
+    pub point_id: u64,
+    /// Attractors by number, then the probes that settled on none, by status.
+    pub endings: Vec<Ending>,
+}
+
+/// One way in which probes of a point ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ending {
+    /// Number of the attractor; none for probes that settled on none.
+    pub attractor: Option<u64>,
+    /// How the work ended.
+    pub status: String,
+    /// Kind of motion.
+    pub class: Option<String>,
+    /// Its period, where it has one.
+    pub period: Option<u64>,
+    /// RMS of the deflection about its mean \[m\], of the first such probe.
+    pub dte_rms: Option<f64>,
+    /// Probes that ended so.
+    pub probes: usize,
+    /// Their share of the point's probes.
+    pub share: f64,
+    /// The 95 % interval of the share.
+    pub interval: [f64; 2],
+}
+
+/// Points of `points` with more than one attractor, in `point_id` order; empty where no
+/// probes were asked for.
+pub(super) fn read(folder: &Path, points: &ResultTable) -> Result<Vec<Coexistence>, StoreError> {
+    let counts = points.u64("attractors")?;
+    let several: BTreeSet<Option<u64>> = points
+        .u64("point_id")?
+        .into_iter()
+        .zip(counts)
+        .filter_map(|(id, count)| (count? > 1).then_some(id))
+        .collect();
+    if several.is_empty() {
+        return Ok(Vec::new());
+    }
+    let table = ResultTable::read(folder, TableKind::Probes)?;
+    let (ids, attractors) = (table.u64("point_id")?, table.u64("attractor_id")?);
+    let (statuses, classes) = (table.text("status")?, table.text("class")?);
+    let (periods, rms) = (table.u64("period")?, table.f64("dte_rms")?);
+    let shares = ["basin_share", "basin_low", "basin_high"].map(|name| table.f64(name));
+    let [share, low, high] = shares;
+    let (share, low, high) = (share?, low?, high?);
+    let mut points: Vec<Coexistence> = Vec::new();
+    for row in (0..table.rows()).filter(|&row| several.contains(&ids[row])) {
+        let point_id = ids[row].unwrap_or_default();
+        let status = statuses[row].clone().unwrap_or_default();
+        if points.last().is_none_or(|last| last.point_id != point_id) {
+            let endings = Vec::new();
+            points.push(Coexistence { point_id, endings });
+        }
+        let Some(point) = points.last_mut() else {
+            continue;
+        };
+        let attractor = attractors[row];
+        let alike = |ending: &&mut Ending| {
+            ending.attractor == attractor && (attractor.is_some() || ending.status == status)
+        };
+        if let Some(ending) = point.endings.iter_mut().find(alike) {
+            ending.probes += 1;
+            continue;
+        }
+        point.endings.push(Ending {
+            attractor,
+            status,
+            class: classes[row].clone(),
+            period: periods[row],
+            dte_rms: rms[row],
+            probes: 1,
+            share: share[row].unwrap_or_default(),
+            interval: [low[row], high[row]].map(Option::unwrap_or_default),
+        });
+    }
+    for point in &mut points {
+        let order = |e: &Ending| (e.attractor.is_none(), e.attractor, e.status.clone());
+        point.endings.sort_by_key(order);
+    }
+    Ok(points)
+}
+
+/// A line a point.
+pub(super) fn push(text: &mut String, summary: &Summary) {
+    if summary.coexisting.is_empty() {
+        return;
+    }
+    text.push_str("\nmore than one attractor, shares of the probes with 95 % intervals\n");
+    let found = |id| summary.coexisting.iter().find(|point| point.point_id == id);
+    let all = summary.all.iter();
+    let points: Vec<PointSummary> = all
+        .filter(|point| found(point.point_id).is_some())
+        .cloned()
+        .collect();
+    push_table(text, summary, &points, |point| {
+        let endings = found(point.point_id).map_or(&[][..], |point| &point.endings);
+        let parts: Vec<String> = endings.iter().map(described).collect();
+        parts.join("; ")
+    });
+}
+
+/// `period 1, RMS 36.7 µm: 12.5 % (5.6 … 25.5)`.
+fn described(ending: &Ending) -> String {
+    let mut text = match (ending.attractor, ending.class.as_deref(), ending.period) {
+        (None, _, _) => ending.status.replace('_', " "),
+        (_, Some("periodic"), Some(period)) => format!("period {period}"),
+        (_, class, _) => class.unwrap_or("not classified").replace('_', " "),
+    };
+    if let (Some(_), Some(rms)) = (ending.attractor, ending.dte_rms) {
+        _ = write!(text, ", RMS {} µm", number(1e6 * rms));
+    }
+    let percent = |share: f64| format!("{:.1}", 100.0 * share);
+    let [low, high] = ending.interval.map(percent);
+    _ = write!(text, ": {} % ({low} … {high})", percent(ending.share));
+    text
+}
