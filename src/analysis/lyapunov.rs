@@ -10,8 +10,9 @@ use crate::numerics::random::Stream;
 use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::Tangents;
 
-/// Mesh cycles in one stored average; short against every error bar's blocks.
-const CYCLES_PER_AVERAGE: u32 = 10;
+/// Mesh cycles in one stored average of tangents and twin; short against the blocks of an
+/// error bar.
+pub const CYCLES_PER_AVERAGE: u32 = 10;
 
 /// Growth of tangent vectors.
 #[derive(Debug, Clone)]

@@ -10,15 +10,13 @@
 //! Powers are taken about the mean of the first window: about zero, the spread of a mesh
 //! that hardly moves under load would drown in the round-off of its mean.
 
+use super::modal_series::{TERMS, padded};
 use super::outcome::NvhOutcome;
 use crate::model::Model;
 use crate::numerics::exponential::{Complex, legendre_series, multiply};
 use crate::numerics::legendre::{derivative, evaluate, polynomials, variation};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{Event, Observer, Window};
-
-/// Terms of a window's series that are used; kernels carry no more.
-const TERMS: usize = 16;
 
 /// Nodes of the rule for third and fourth powers: exact to degree 63 ≥ 4·15.
 const NODES: usize = 32;
@@ -318,10 +316,6 @@ impl Observer for Nvh {
             self.impact_speed += event.rate.abs();
         }
     }
-}
-
-fn padded(series: &[f64]) -> [f64; TERMS] {
-    std::array::from_fn(|n| series.get(n).copied().unwrap_or(0.0))
 }
 
 /// Largest value of a series, from its largest value at the nodes.

@@ -216,3 +216,23 @@ pub struct PointOutcome {
     /// Mesh cycles measured.
     pub measured_cycles: u64,
 }
+
+impl PointOutcome {
+    /// A point of which nothing is known but how its work ended.
+    pub fn unanswered(status: Status, reason: String) -> Self {
+        Self {
+            status,
+            reason,
+            class: None,
+            lyapunov: None,
+            nvh: None,
+            spectra: Vec::new(),
+            poincare: Vec::new(),
+            events_per_cycle: None,
+            energy_residual: None,
+            grazing_count: 0,
+            cycles: 0,
+            measured_cycles: 0,
+        }
+    }
+}

@@ -4,16 +4,13 @@
 //! cycle (Benettin et al. 1976). It knows nothing of tangents or saltations, so agreement
 //! with them means something.
 
-use super::lyapunov::random_direction;
+use super::lyapunov::{CYCLES_PER_AVERAGE, random_direction};
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::Stream;
 
 /// Distance of the twin, in units of the half gap: far above round-off, far below the gap.
 const DISTANCE: f64 = 1e-7;
-
-/// Mesh cycles in one stored average, as for the tangents.
-const CYCLES_PER_AVERAGE: u32 = 10;
 
 /// A twin of a trajectory.
 #[derive(Debug, Clone)]

@@ -41,14 +41,23 @@ pub fn compute(
     }));
     let (outcome, multistability) = match attempt {
         Ok(Ok(answered)) => answered?,
-        Ok(Err(error)) => (failed(error.to_string()), None),
+        Ok(Err(error)) => (
+            PointOutcome::unanswered(Status::Failed, error.to_string()),
+            None,
+        ),
         Err(panic) => {
             let message = panic
                 .downcast_ref::<String>()
                 .map(String::as_str)
                 .or_else(|| panic.downcast_ref::<&str>().copied())
                 .unwrap_or("no message");
-            (failed(format!("the program panicked: {message}")), None)
+            (
+                PointOutcome::unanswered(
+                    Status::Failed,
+                    format!("the program panicked: {message}"),
+                ),
+                None,
+            )
         }
     };
     Ok(PointRow {
@@ -115,21 +124,4 @@ fn ask<K: Kernel>(
         .transpose()?;
     outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
     Ok((outcome, multistability))
-}
-
-fn failed(reason: String) -> PointOutcome {
-    PointOutcome {
-        status: Status::Failed,
-        reason,
-        class: None,
-        lyapunov: None,
-        nvh: None,
-        spectra: Vec::new(),
-        poincare: Vec::new(),
-        events_per_cycle: None,
-        energy_residual: None,
-        grazing_count: 0,
-        cycles: 0,
-        measured_cycles: 0,
-    }
 }

@@ -368,18 +368,10 @@ impl<K: Kernel> March<'_, K> {
     /// The outcome of a march that a kernel ended.
     fn stopped(&self, stop: Stop) -> PointOutcome {
         PointOutcome {
-            status: Status::from(stop),
-            reason: stop.to_string(),
-            class: None,
-            lyapunov: None,
-            nvh: None,
-            spectra: Vec::new(),
-            poincare: Vec::new(),
-            events_per_cycle: None,
             energy_residual: self.energy_residual,
             grazing_count: self.counters.grazings,
             cycles: self.counters.cycles,
-            measured_cycles: 0,
+            ..PointOutcome::unanswered(Status::from(stop), stop.to_string())
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::instruments::Instruments;
 use super::{Halt, March};
-use crate::analysis::lyapunov::agree;
+use crate::analysis::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use crate::analysis::orbits::floquet;
 use crate::analysis::orbits::shooting::{approaches, shoot, shortest};
 use crate::analysis::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
@@ -147,9 +147,10 @@ impl<K: Kernel> March<'_, K> {
         } else {
             0
         };
+        let error_bar = u64::from(CYCLES_PER_AVERAGE) * FEWEST_BLOCKS as u64;
         let wanted = SETTLED_CYCLES
             .max(self.questions.poincare_samples as u64)
-            .max(10 * FEWEST_BLOCKS as u64 * u64::from(instruments.twin.is_some()))
+            .max(error_bar * u64::from(instruments.twin.is_some()))
             .max(spectral);
         self.measure(instruments, wanted.div_ceil(k) * k)?;
         let events = self.counters.events - instruments.events_before;
