@@ -34,30 +34,48 @@ type Exponential = [Complex; KERNEL_TERMS];
 #[derive(Debug, Clone)]
 pub struct ModalMotion<'m> {
     model: &'m Model,
-    /// Exponentials of all blocks on windows of the length last met: most have the same.
-    exponentials: Vec<Exponential>,
+    /// Exponentials of all blocks on windows of two lengths: one that came twice running, which
+    /// is the kernel's own and will come again, and that of the last other window, a cut.
+    own: Exponentials,
+    cut: Exponentials,
+}
+
+/// Exponentials of all blocks on a window of some length \[s\].
+#[derive(Debug, Clone)]
+struct Exponentials {
     duration: f64,
+    blocks: Vec<Exponential>,
 }
 
 impl<'m> ModalMotion<'m> {
     /// The motion of a model's blocks.
     pub fn new(model: &'m Model) -> Self {
+        let none = Exponentials {
+            duration: 0.0,
+            blocks: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
+        };
         Self {
             model,
-            exponentials: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
-            duration: 0.0,
+            own: none.clone(),
+            cut: none,
         }
     }
 
     /// The motion on a window.
     pub fn on<'a>(&'a mut self, window: &Window<'a>) -> ModalSeries<'a> {
         let tau = window.duration;
-        if self.duration != tau {
-            self.duration = tau;
-            for (block, out) in self.model.blocks.iter().zip(&mut self.exponentials) {
+        if self.cut.duration == tau {
+            std::mem::swap(&mut self.own, &mut self.cut);
+        } else if self.own.duration != tau {
+            self.cut.duration = tau;
+            for (block, out) in self.model.blocks.iter().zip(&mut self.cut.blocks) {
                 exponential(block, tau, out);
             }
         }
+        let exponentials = match self.own.duration == tau {
+            true => &self.own.blocks,
+            false => &self.cut.blocks,
+        };
         let respond = |series: &[f64]| {
             let mut out = [[0.0; TERMS]; KERNEL_TERMS];
             convolution16().responses(series, tau, &mut out);
@@ -65,7 +83,7 @@ impl<'m> ModalMotion<'m> {
         };
         ModalSeries {
             model: self.model,
-            exponentials: &self.exponentials,
+            exponentials,
             window: *window,
             by_force: (window.contact.touching()).then(|| respond(&padded(window.force))),
             ripples: (self.model.ripple.iter())

@@ -1,4 +1,4 @@
-//! Small dense algebra: inverse, linear solve, eigenvalues, orthonormalisation.
+//! Small dense algebra: inverse, linear solve, eigenvalues, the leading eigenvector.
 
 use faer::linalg::solvers::{DenseSolveCore, PartialPivLu, Solve};
 use faer::{Mat, MatRef};
@@ -36,6 +36,25 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<(f64, f64)>> {
     Some(values)
 }
 
+/// Right eigenvector of the eigenvalue of largest modulus as real and imaginary part, of unit
+/// Euclidean norm together; none where the iteration fails or the matrix is not finite. Of a
+/// complex pair the vector of either.
+pub fn leading_eigenvector(matrix: MatRef<'_, f64>) -> Option<[Vec<f64>; 2]> {
+    let decomposition = matrix.eigen().ok()?;
+    let values = decomposition.S().column_vector();
+    let n = matrix.nrows();
+    let leading = (0..n).max_by(|&a, &b| values[a].norm().total_cmp(&values[b].norm()))?;
+    let vectors = decomposition.U();
+    let length = (0..n)
+        .map(|i| vectors[(i, leading)].norm_sqr())
+        .sum::<f64>()
+        .sqrt();
+    Some([
+        (0..n).map(|i| vectors[(i, leading)].re / length).collect(),
+        (0..n).map(|i| vectors[(i, leading)].im / length).collect(),
+    ])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,5 +86,35 @@ mod tests {
         assert!((values[0].0.hypot(values[0].1) - r).abs() < 1e-15);
         assert!((values[0].1.atan2(values[0].0).abs() - phi).abs() < 1e-15);
         assert!((values[2].0 - 0.3).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_leading_eigenvector_is_turned_and_scaled_only() {
+        let a = Mat::from_fn(3, 3, |i, j| {
+            [[0.1, -0.8, 0.2], [0.9, 0.2, 0.0], [0.3, 0.0, 0.4]][i][j]
+        });
+        let [re, im] = leading_eigenvector(a.as_ref()).unwrap();
+        let times = |x: &[f64]| -> Vec<f64> {
+            (0..3)
+                .map(|i| (0..3).map(|j| a[(i, j)] * x[j]).sum())
+                .collect()
+        };
+        let (along, across) = (times(&re), times(&im));
+        let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
+        assert!((dot(&re, &re) + dot(&im, &im) - 1.0).abs() < 1e-14);
+        let value = (
+            dot(&re, &along) + dot(&im, &across),
+            dot(&re, &across) - dot(&im, &along),
+        );
+        let largest = eigenvalues(a.as_ref()).unwrap()[0];
+        assert!((value.0 - largest.0).abs() < 1e-14);
+        assert!((value.1.abs() - largest.1.abs()).abs() < 1e-14);
+        for i in 0..3 {
+            let (x, y) = (
+                value.0 * re[i] - value.1 * im[i],
+                value.0 * im[i] + value.1 * re[i],
+            );
+            assert!((along[i] - x).abs() + (across[i] - y).abs() < 1e-14);
+        }
     }
 }

@@ -2,3 +2,4 @@
 
 pub mod floquet;
 pub mod shooting;
+pub mod twins;

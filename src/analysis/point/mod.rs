@@ -3,13 +3,14 @@
 //! 1. the transient is marched and discarded; at doubling counts of cycles an attracting
 //!    periodic orbit is sought by Newton's method, which ends the transient when it is found
 //!    and seen to be approached;
-//! 2. the energy balance is audited over a stretch;
-//! 3. tangents and twin are aligned, their growth discarded;
+//! 2. an orbit that was found is confirmed by its multipliers, measured over one period, and
+//!    done;
+//! 3. otherwise the energy balance is audited over a stretch, tangents and twin are aligned,
+//!    their growth discarded;
 //! 4. blocks of cycles are measured until the answers have settled or the budget is spent.
 //!
-//! After every block the strobe states are searched for a short period. A motion that
-//! repeats is confirmed by its multipliers, measured once over whole periods, and done.
-//! A chaotic one is done when its standard error is small enough.
+//! After every block the strobe states are searched for a short period; a motion that repeats
+//! is treated as in step 2. A chaotic one is done when its standard error is small enough.
 
 mod instruments;
 mod settle;
@@ -35,6 +36,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("called off before the point was finished")]
 pub struct CalledOff;
+
+/// Averages of a twin's exponent: as many as an error bar takes. It is there to check the
+/// tangents over the same cycles, which more of them would not do any better.
+const TWIN_AVERAGES: usize = FEWEST_BLOCKS;
 
 /// Cycles between two looks at the answers.
 const BLOCK: u64 = 50;
@@ -110,14 +115,18 @@ struct March<'a, K: Kernel> {
 impl<K: Kernel> March<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Halt> {
         let mut searches = Searches::new(self.questions.settle);
-        let mut orbit = self.transient(&mut searches)?;
-        self.audit()?;
+        if let Some((period, how)) = self.transient(&mut searches)?
+            && let Some(outcome) = self.settle(period, &how)?
+        {
+            return Ok(outcome);
+        }
+        self.audit(self.questions.audit_cycles)?;
         let mut instruments = self.align()?;
-        while orbit.is_none() && instruments.measured < self.questions.cycles {
+        while instruments.measured < self.questions.cycles {
             let block = BLOCK.min(self.questions.cycles - instruments.measured);
             self.measure(&mut instruments, block)?;
             if let Some(period) = instruments.recurrence.period(&self.norm)
-                && let Some(outcome) = self.settle(&mut instruments, period, "marched out")?
+                && let Some(outcome) = self.settle(period, "marched out")?
             {
                 return Ok(outcome);
             }
@@ -130,17 +139,16 @@ impl<K: Kernel> March<'_, K> {
             {
                 let candidates = self.candidates(&instruments);
                 let before = self.counters.cycles;
-                orbit = self.seek_orbit(&candidates)?;
-                if orbit.is_some() || self.counters.cycles > before {
-                    // The trajectory was moved on, or put on the orbit: measure afresh.
+                if let Some((period, how)) = self.seek_orbit(&candidates)?
+                    && let Some(outcome) = self.settle(period, &how)?
+                {
+                    return Ok(outcome);
+                }
+                if self.counters.cycles > before {
+                    // The trajectory was moved on: measure afresh.
                     instruments = self.align()?;
                 }
             }
-        }
-        if let Some((period, how)) = orbit
-            && let Some(outcome) = self.settle(&mut instruments, period, &how)?
-        {
-            return Ok(outcome);
         }
         Ok(self.aperiodic(instruments))
     }
@@ -208,9 +216,10 @@ impl<K: Kernel> March<'_, K> {
         }
     }
 
-    fn audit(&mut self) -> Result<(), Halt> {
+    /// Audits the energy balance over some cycles, where it is to be audited at all.
+    fn audit(&mut self, cycles: u64) -> Result<(), Halt> {
         let mut audit = EnergyAudit::new(self.model);
-        for _ in 0..self.questions.audit_cycles {
+        for _ in 0..cycles.min(self.questions.audit_cycles) {
             self.look_up()?;
             self.kernel.march(
                 &mut self.trajectory,
@@ -246,7 +255,9 @@ impl<K: Kernel> March<'_, K> {
         if let Some(growth) = &mut instruments.growth {
             growth.cycle(&self.norm);
         }
-        if let Some(twin) = &mut instruments.twin {
+        if let Some(twin) = &mut instruments.twin
+            && twin.averages().len() < TWIN_AVERAGES
+        {
             // The twin's work is not the point's: its events and grazings are not counted.
             let mut uncounted = Counters::default();
             self.kernel.march(

@@ -2,17 +2,16 @@
 
 use super::instruments::Instruments;
 use super::{Halt, March};
-use crate::analysis::lyapunov::{CYCLES_PER_AVERAGE, agree};
-use crate::analysis::orbits::floquet;
+use crate::analysis::orbits::floquet::{exponents, monodromy};
 use crate::analysis::orbits::shooting::{approaches, shoot, shortest};
+use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
+use crate::analysis::questions::Questions;
 use crate::analysis::spectrum::CYCLES_PER_SEGMENT;
 use crate::model::TrajectoryState;
-use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
+use crate::numerics::linalg::eigenvalues;
 use crate::propagate::{Counters, Kernel};
-
-/// Fewest cycles a settled periodic motion is measured over.
-const SETTLED_CYCLES: u64 = 128;
+use faer::Mat;
 
 /// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
 /// double multiplier 1 (free flight) by its square root.
@@ -109,67 +108,76 @@ impl<K: Kernel> March<'_, K> {
     }
 
     /// A motion that repeats after `period` cycles: confirms it by its multipliers and
-    /// measures it over whole periods. None where a multiplier lies outside the unit circle
-    /// (a long stay near an unstable orbit); one on it is a motion that nothing damps.
+    /// measures one period, which is all there is to know of it. None where a multiplier
+    /// lies outside the unit circle (a long stay near an unstable orbit); one on it is a
+    /// motion that nothing damps.
     pub(super) fn settle(
         &mut self,
-        instruments: &mut Instruments,
         period: u32,
         how: &str,
     ) -> Result<Option<PointOutcome>, Halt> {
-        let mut orbit = self.trajectory.clone();
-        let mut exponents = [Vec::new(), Vec::new()];
-        for exponents in &mut exponents {
-            let Some(multipliers) = floquet::multipliers(
-                self.model,
-                self.kernel,
-                &self.norm,
-                &mut orbit,
-                period,
-                &mut self.workspace,
-                &mut Counters::default(),
-            )?
-            else {
-                return Ok(None);
-            };
-            *exponents = floquet::exponents(&multipliers, period);
-        }
-        let largest = exponents[0].first().copied().unwrap_or(f64::NAN);
+        let start = self.trajectory.clone();
+        let mut end = start.clone();
+        // A second, independent turn around the orbit shows how well the first is known.
+        let first = self.turn(&mut end, period)?;
+        let second = self.turn(&mut end, period)?;
+        let (Some(multipliers), Some(again)) =
+            (eigenvalues(first.as_ref()), eigenvalues(second.as_ref()))
+        else {
+            return Ok(None);
+        };
+        let (all, again) = (exponents(&multipliers, period), exponents(&again, period));
+        let largest = all.first().copied().unwrap_or(f64::NAN);
         if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
-        // A second, independent turn around the orbit shows how well the first is known.
-        let stderr = (largest - exponents[1][0]).abs();
+        let lyapunov = match self.questions.lyapunov {
+            Some(asked) => {
+                let twin = match asked.twin {
+                    true => twins::leading_exponent(
+                        self.model,
+                        self.kernel,
+                        &self.norm,
+                        &start,
+                        period,
+                        &first,
+                        &mut self.workspace,
+                    )?,
+                    false => None,
+                };
+                Some(LyapunovOutcome {
+                    exponents: all.iter().take(asked.exponents).copied().collect(),
+                    stderr: (largest - again[0]).abs(),
+                    twin: twin.map(|t| t.exponent),
+                    twin_stderr: twin.map(|t| t.error),
+                    twin_agrees: twin.map(|t| t.agrees),
+                    method: LyapunovMethod::Multipliers,
+                })
+            }
+            None => None,
+        };
+        if self.energy_residual.is_none() {
+            self.audit(u64::from(period))?;
+        }
+        // Tangents and twin have told what they can.
+        let asked = Questions {
+            lyapunov: None,
+            ..self.questions.clone()
+        };
+        let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
         instruments.restart(&self.counters);
         let k = u64::from(period);
-        let spectral = if instruments.watch.welch.is_some() {
-            2 * CYCLES_PER_SEGMENT as u64
-        } else {
-            0
+        let wanted = match instruments.watch.welch {
+            Some(_) => 2 * CYCLES_PER_SEGMENT as u64,
+            None => k,
         };
-        let error_bar = u64::from(CYCLES_PER_AVERAGE) * FEWEST_BLOCKS as u64;
-        let wanted = SETTLED_CYCLES
-            .max(self.questions.poincare_samples as u64)
-            .max(error_bar * u64::from(instruments.twin.is_some()))
-            .max(spectral);
-        self.measure(instruments, wanted.div_ceil(k) * k)?;
+        self.measure(&mut instruments, wanted.div_ceil(k) * k)?;
         let events = self.counters.events - instruments.events_before;
         let class = if events == 0 && self.trajectory.contact.touching() {
             Class::Locked
         } else {
             Class::Periodic(period)
         };
-        let lyapunov = self.questions.lyapunov.map(|l| {
-            let twin = instruments.twin.as_ref();
-            LyapunovOutcome {
-                exponents: exponents[0].iter().take(l.exponents).copied().collect(),
-                stderr,
-                twin: twin.map(|t| mean(t.averages())),
-                twin_stderr: twin.map(|t| standard_error(t.averages())),
-                twin_agrees: twin.and_then(|t| agree(instruments.averages(), t.averages())),
-                method: LyapunovMethod::Multipliers,
-            }
-        });
         let reason = match class {
             Class::Locked if period == 1 => {
                 format!("repeats every cycle and never leaves contact; {how}")
@@ -188,7 +196,20 @@ impl<K: Kernel> March<'_, K> {
             reason,
             Some(class),
             lyapunov,
-            instruments,
+            &mut instruments,
         )))
+    }
+
+    /// The monodromy matrix of a period from `start`, which is marched on by it.
+    fn turn(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Mat<f64>, Halt> {
+        Ok(monodromy(
+            self.model,
+            self.kernel,
+            &self.norm,
+            start,
+            period,
+            &mut self.workspace,
+            &mut Counters::default(),
+        )?)
     }
 }

@@ -19,7 +19,7 @@ const LATER: &str = "kernel = \"volterra\" (exact), or kernel = \"stepping\" to 
 const DEFAULT_TRANSIENT: u64 = 200;
 const DEFAULT_CYCLES: u64 = 800;
 const DEFAULT_STEPS: u64 = 4096;
-const DEFAULT_AUDIT_CYCLES: u64 = 100;
+const DEFAULT_AUDIT_CYCLES: u64 = 20;
 const DEFAULT_EVENT_LIMIT: u64 = 1000;
 
 /// `tolerance = "roundoff"`: 2⁻⁵², the spacing of doubles at 1.
