@@ -6,8 +6,8 @@
 mod common;
 
 use atlas::analysis::{
-    Class, EnergyAudit, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome, Questions,
-    Status, investigate,
+    Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
+    Questions, Status, investigate,
 };
 use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
 use atlas::propagate::{Event, Observer, Stepping, Window};
@@ -281,6 +281,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
             stop_at_stderr: None,
             align: 50,
             twin: false,
+            norm: GrowthNorm::Energy,
         }),
         poincare_samples: 100,
         nvh: Some(NvhQuestion {

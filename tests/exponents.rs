@@ -8,7 +8,8 @@ mod common;
 
 use atlas::analysis::orbits::floquet;
 use atlas::analysis::{
-    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, TangentGrowth, investigate,
+    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, TangentGrowth,
+    investigate,
 };
 use atlas::model::{Contact, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::Stream;
@@ -32,6 +33,7 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
             stop_at_stderr: None,
             align: 50,
             twin: true,
+            norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
         nvh: None,
@@ -191,6 +193,9 @@ fn investigation_of_locked_motion_gives_them_too() {
         );
         assert!(error < 1e-11, "{name}: {error:e}");
         assert!(lyapunov.exponents[0] < 0.0);
+        let apart = (lyapunov.twin.unwrap() - exact[0]).abs();
+        assert!(apart < 1e-7, "{name}: twin off by {apart:e}");
+        assert_eq!(lyapunov.twin_agrees, Some(true), "{name}: {lyapunov:?}");
     }
 }
 
@@ -335,7 +340,8 @@ fn twin_and_tangent_agree_on_chaos() {
             &model,
             &volterra(&model),
             model.start(&InitialState::Static),
-            &questions(1, 200, 4000),
+            // As many cycles as a twin is marched.
+            &questions(1, 200, 320),
             &AtomicBool::new(false),
         )
         .unwrap();
@@ -350,7 +356,7 @@ fn twin_and_tangent_agree_on_chaos() {
         assert_eq!(lyapunov.method, LyapunovMethod::Tangent);
         assert_eq!(lyapunov.twin_agrees, Some(true), "{name}: {lyapunov:?}");
         let apart = (lyapunov.twin.unwrap() - lyapunov.exponents[0]).abs();
-        assert!(apart < 0.02 * lyapunov.exponents[0], "{name}: {lyapunov:?}");
+        assert!(apart < 1e-4, "{name}: {lyapunov:?}");
     }
 }
 

@@ -99,7 +99,7 @@ fn flex80_is_the_default_drive() {
             tolerance: f64::EPSILON
         }
     );
-    assert_eq!((point.run.transient, point.run.cycles), (2000, 40000));
+    assert_eq!((point.run.transient, point.run.cycles), (500, 40000));
     assert_eq!(point.analyses.lyapunov.unwrap().stop_at_stderr, Some(0.01));
     assert_eq!(point.analyses.poincare.unwrap().samples, 200);
     assert_eq!(point.analyses.nvh.unwrap().harmonics, 10);
@@ -142,7 +142,7 @@ fn defaults_are_the_documented_ones() {
     let job = job(MODAL);
     let run = &job.points[0].run;
     assert_eq!((job.seed, run.transient, run.cycles), (1, 200, 800));
-    assert_eq!((run.audit_cycles, run.event_limit), (100, 1000));
+    assert_eq!((run.audit_cycles, run.event_limit), (20, 1000));
     assert_eq!(run.initial, InitialSpec::Static);
     assert_eq!(
         run.kernel,

@@ -5,8 +5,10 @@
 mod common;
 
 use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
+use atlas::analysis::orbits::twins::leading_exponent;
 use atlas::analysis::{
-    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, investigate,
+    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions,
+    investigate,
 };
 use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
@@ -27,6 +29,7 @@ fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
             stop_at_stderr: Some(0.02),
             align: 50,
             twin: false,
+            norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
         nvh: None,
@@ -219,5 +222,47 @@ fn a_trajectory_elsewhere_is_not_taken_for_one_that_approaches() {
         )
         .unwrap();
         assert_eq!(verdict, expected);
+    }
+}
+
+/// Twins know nothing of saltations: they find the multiplier of a rattling orbit, and do not
+/// agree with a monodromy matrix that is off.
+#[test]
+fn twins_confirm_the_multiplier_of_a_rattling_orbit() {
+    for (name, model, period) in [
+        ("period 1", one_degree(0.3, 600.0), 1),
+        ("period 2", one_degree(0.2, 1800.0), 2),
+        ("forty modes", forty_modes(0.1, 700.0), 1),
+    ] {
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let norm = EnergyNorm::new(&model);
+        let mut workspace = kernel.workspace();
+        let mut guess = model.start(&InitialState::Static);
+        march(&model, &mut guess, 300);
+        let orbit = shoot(&model, &kernel, &norm, &guess, period, &mut workspace)
+            .unwrap()
+            .unwrap();
+        let exact = orbit.spectral_radius().ln() / f64::from(period);
+        let mut ask = |matrix| {
+            leading_exponent(
+                &model,
+                &kernel,
+                &norm,
+                &orbit.start,
+                period,
+                matrix,
+                &mut workspace,
+            )
+            .unwrap()
+            .unwrap()
+        };
+        let twin = ask(&orbit.monodromy);
+        println!("{name}: {exact} {twin:?}");
+        assert!((twin.exponent - exact).abs() < 1e-7, "{name}: {twin:?}");
+        assert!(twin.error < 1e-4 && twin.agrees, "{name}: {twin:?}");
+        let mut off = orbit.monodromy.clone();
+        off[(0, 1)] += 1e-2;
+        off[(1, 0)] -= 1e-2;
+        assert!(!ask(&off).agrees, "{name}");
     }
 }

@@ -26,6 +26,6 @@ pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use outcome::*;
 pub use point::{CalledOff, investigate};
-pub use questions::{LyapunovQuestion, NvhQuestion, Questions};
+pub use questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 pub use spectrum::Welch;
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

@@ -1,7 +1,8 @@
 //! The norm in which tangents and distances are measured.
 //!
-//! A raw norm mixes metres with metres a second. Here a mode counts with its kinetic and
-//! potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²` with `ω_mesh² = k Σ w·g` the scale
+//! A raw norm mixes metres with metres a second and lets rigid rotation count; it is kept
+//! ([`EnergyNorm::raw`]) to show what that does to an estimate. In the energy norm a mode counts
+//! with its kinetic and potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²` with `ω_mesh² = k Σ w·g` the scale
 //! of the closed mesh (a rigid rotation has no stiffness of its own). The neutral pair is
 //! left out.
 
@@ -39,6 +40,16 @@ impl EnergyNorm {
         Self {
             weights,
             unit: mesh * model.half_gap / participation.sqrt(),
+        }
+    }
+
+    /// The Euclidean norm of modal displacements and velocities as they stand, metres and
+    /// metres a second added, the neutral pair included.
+    pub fn raw(model: &Model) -> Self {
+        let participation: f64 = model.blocks.iter().map(|b| b.deflection[0].powi(2)).sum();
+        Self {
+            weights: vec![1.0; 2 * model.modes()],
+            unit: model.half_gap / participation.sqrt(),
         }
     }
 

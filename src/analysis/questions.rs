@@ -36,6 +36,19 @@ pub struct LyapunovQuestion {
     pub align: u64,
     /// Whether a twin is marched.
     pub twin: bool,
+    /// The norm in which growth is measured.
+    pub norm: GrowthNorm,
+}
+
+/// The norm in which the growth of tangents and twins is measured. Exponents do not depend on
+/// it in the long run, estimates over a few cycles do.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum GrowthNorm {
+    /// Energy, the neutral pair left out.
+    #[default]
+    Energy,
+    /// Modal displacements and velocities as they stand, the neutral pair included.
+    Raw,
 }
 
 /// How NVH statistics are asked for.

@@ -331,11 +331,13 @@ impl JobHash {
                 stop_at_stderr,
                 align,
                 twin,
+                raw_norm,
             } = *lyapunov;
             hash.integer(exponents as u64);
             hash.optional(stop_at_stderr.as_ref(), |hash, &bound| hash.number(bound));
             hash.integer(align);
             hash.flag(twin);
+            hash.flag(raw_norm);
         });
         self.optional(poincare.as_ref(), |hash, &PoincareSpec { samples }| {
             hash.integer(samples as u64);

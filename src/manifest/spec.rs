@@ -231,6 +231,8 @@ pub struct LyapunovSpec {
     pub align: u64,
     /// Whether a twin trajectory is marched beside the tangents.
     pub twin: bool,
+    /// Whether growth is measured in the raw norm instead of the energy norm.
+    pub raw_norm: bool,
 }
 
 /// Poincaré samples at mesh phase 0.

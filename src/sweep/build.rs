@@ -1,6 +1,8 @@
 //! From a point's specification to the system that kernels march.
 
-use crate::analysis::{LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions};
+use crate::analysis::{
+    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions,
+};
 use crate::manifest::{
     DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, ShaftName, StiffnessSpec,
     StructureSource,
@@ -147,6 +149,10 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
             stop_at_stderr: l.stop_at_stderr,
             align: l.align,
             twin: l.twin,
+            norm: match l.raw_norm {
+                true => GrowthNorm::Raw,
+                false => GrowthNorm::Energy,
+            },
         }),
         poincare_samples: analyses.poincare.map_or(0, |p| p.samples),
         nvh: analyses.nvh.map(|n| NvhQuestion {

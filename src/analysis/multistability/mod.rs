@@ -17,7 +17,7 @@ use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use super::outcome::{Class, PointOutcome, Status};
 use super::point::{CalledOff, investigate_onward};
-use super::questions::{LyapunovQuestion, NvhQuestion, Questions};
+use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::proportion::wilson_interval;
 use crate::numerics::random::Stream;
@@ -140,6 +140,7 @@ pub fn probe_basins<K: Kernel>(
             stop_at_stderr: None,
             align: ALIGN,
             twin: false,
+            norm: GrowthNorm::Energy,
         }),
         poincare_samples: question.cycles.min(MOST_SAMPLES) as usize,
         nvh: Some(NvhQuestion {

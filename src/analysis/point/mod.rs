@@ -22,7 +22,7 @@ use super::norm::EnergyNorm;
 use super::nvh::Nvh;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::Poincare;
-use super::questions::Questions;
+use super::questions::{GrowthNorm, Questions};
 use super::recurrence::Recurrence;
 use super::spectrum::Welch;
 use crate::model::{Model, TrajectoryState};
@@ -73,6 +73,10 @@ pub(super) fn investigate_onward<K: Kernel>(
         questions,
         called_off,
         norm: EnergyNorm::new(model),
+        growth_norm: match questions.lyapunov.map(|l| l.norm) {
+            Some(GrowthNorm::Raw) => EnergyNorm::raw(model),
+            _ => EnergyNorm::new(model),
+        },
         trajectory: trajectory.clone(),
         workspace: kernel.workspace(),
         counters: Counters::default(),
@@ -106,6 +110,8 @@ struct March<'a, K: Kernel> {
     questions: &'a Questions,
     called_off: &'a AtomicBool,
     norm: EnergyNorm,
+    /// The norm in which tangents and twin are measured.
+    growth_norm: EnergyNorm,
     trajectory: TrajectoryState,
     workspace: K::Workspace,
     counters: Counters,
@@ -181,8 +187,12 @@ impl<K: Kernel> March<'_, K> {
 
     /// Instruments at the trajectory's present place, tangents and twin aligned.
     fn align(&mut self) -> Result<Instruments, Halt> {
-        let mut instruments =
-            Instruments::new(self.model, &self.norm, self.questions, &self.trajectory);
+        let mut instruments = Instruments::new(
+            self.model,
+            &self.growth_norm,
+            self.questions,
+            &self.trajectory,
+        );
         if let Some(lyapunov) = &self.questions.lyapunov {
             for _ in 0..lyapunov.align {
                 self.cycle(&mut instruments, &mut ())?;
@@ -253,7 +263,7 @@ impl<K: Kernel> March<'_, K> {
             &mut self.counters,
         )?;
         if let Some(growth) = &mut instruments.growth {
-            growth.cycle(&self.norm);
+            growth.cycle(&self.growth_norm);
         }
         if let Some(twin) = &mut instruments.twin
             && twin.averages().len() < TWIN_AVERAGES
@@ -267,7 +277,7 @@ impl<K: Kernel> March<'_, K> {
                 &mut (),
                 &mut uncounted,
             )?;
-            twin.cycle(self.model, &self.norm, &self.trajectory);
+            twin.cycle(self.model, &self.growth_norm, &self.trajectory);
         }
         Ok(())
     }

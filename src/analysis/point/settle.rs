@@ -111,11 +111,7 @@ impl<K: Kernel> March<'_, K> {
     /// measures one period, which is all there is to know of it. None where a multiplier
     /// lies outside the unit circle (a long stay near an unstable orbit); one on it is a
     /// motion that nothing damps.
-    pub(super) fn settle(
-        &mut self,
-        period: u32,
-        how: &str,
-    ) -> Result<Option<PointOutcome>, Halt> {
+    pub(super) fn settle(&mut self, period: u32, how: &str) -> Result<Option<PointOutcome>, Halt> {
         let start = self.trajectory.clone();
         let mut end = start.clone();
         // A second, independent turn around the orbit shows how well the first is known.

@@ -69,6 +69,7 @@ fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Op
     };
     let align = table.integer_or(issues, "align", DEFAULT_ALIGN);
     let twin = table.boolean_or(issues, "twin", true);
+    let norm = table.choice(issues, "norm", Some("energy"), &[]);
     let exponents = exponents?;
     if let Some(retained) = retained.filter(|retained| exponents > 2 * retained) {
         let most = 2 * retained;
@@ -93,6 +94,7 @@ fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Op
         stop_at_stderr: stop_at_stderr?,
         align: align?,
         twin: twin?,
+        raw_norm: norm? == "raw",
     })
 }
 
