@@ -8,7 +8,8 @@ mod common;
 
 use atlas::analysis::orbits::floquet;
 use atlas::analysis::{
-    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, TangentGrowth, investigate,
+    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section, TangentGrowth,
+    investigate,
 };
 use atlas::model::{Contact, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::Stream;
@@ -34,6 +35,7 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
             twin: true,
         }),
         poincare_samples: 0,
+        section: Section::default(),
         nvh: None,
     }
 }

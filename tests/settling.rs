@@ -6,7 +6,8 @@ mod common;
 
 use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
 use atlas::analysis::{
-    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, investigate,
+    Class, EnergyNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions, Section,
+    investigate,
 };
 use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
@@ -29,6 +30,7 @@ fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
             twin: false,
         }),
         poincare_samples: 0,
+        section: Section::default(),
         nvh: None,
     };
     investigate(
