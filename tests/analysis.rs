@@ -7,7 +7,7 @@ mod common;
 
 use atlas::analysis::{
     Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
-    Questions, Status, investigate,
+    Questions, Section, Status, investigate,
 };
 use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
 use atlas::propagate::{Event, Observer, Stepping, Window};
@@ -284,6 +284,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 100,
+        section: Section::default(),
         nvh: Some(NvhQuestion {
             harmonics: 4,
             spectrum: true,

@@ -8,8 +8,8 @@ mod common;
 
 use atlas::analysis::orbits::floquet;
 use atlas::analysis::{
-    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, TangentGrowth,
-    investigate,
+    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
+    TangentGrowth, investigate,
 };
 use atlas::model::{Contact, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::Stream;
@@ -36,6 +36,7 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
+        section: Section::default(),
         nvh: None,
     }
 }

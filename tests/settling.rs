@@ -8,7 +8,7 @@ use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
 use atlas::analysis::orbits::twins::leading_exponent;
 use atlas::analysis::{
     Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions,
-    investigate,
+    Section, investigate,
 };
 use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
@@ -32,6 +32,7 @@ fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
+        section: Section::default(),
         nvh: None,
     };
     investigate(

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
     BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
+    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
@@ -82,8 +82,10 @@ fn row(point_id: u64) -> PointRow {
             }],
             poincare: vec![PoincareSample {
                 cycle: 999,
+                phase: 0.25,
                 deflection: 1e-6 * number,
                 velocity: 0.0,
+                kind: SampleKind::Strobe,
             }],
             events_per_cycle: Some(2.0),
             energy_residual: Some(1e-13),
@@ -97,6 +99,7 @@ fn row(point_id: u64) -> PointRow {
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
         multistability: (point_id != 13).then(|| probes(point_id)),
+        chain: None,
         kernel: "volterra".into(),
         placement: Placement {
             worker: 0,
@@ -156,6 +159,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         poincare: true,
         spectra: true,
         probes: true,
+        chains: None,
         shard,
     };
     let all = 0..LOADS * SPEEDS;

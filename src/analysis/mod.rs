@@ -25,7 +25,8 @@ pub use multistability::{
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use outcome::*;
-pub use point::{CalledOff, investigate};
+pub use poincare::Section;
+pub use point::{CalledOff, investigate, investigate_onward};
 pub use questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 pub use spectrum::Welch;
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

@@ -177,15 +177,44 @@ pub struct Spectrum {
     pub lines: Vec<SpectrumLine>,
 }
 
-/// A strobe sample at mesh phase 0.
+/// Why a Poincaré sample was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SampleKind {
+    /// The mesh phase asked for.
+    Strobe,
+    /// Entry into drive contact.
+    Entry,
+    /// δ' = 0 with δ'' < 0.
+    Maximum,
+    /// δ' = 0 with δ'' > 0.
+    Minimum,
+}
+
+impl SampleKind {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Strobe => "strobe",
+            Self::Entry => "entry",
+            Self::Maximum => "maximum",
+            Self::Minimum => "minimum",
+        }
+    }
+}
+
+/// A sample on a section of phase space.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PoincareSample {
     /// Mesh cycle, counted from the start of the simulation.
     pub cycle: u64,
+    /// Mesh phase in \[0, 1).
+    pub phase: f64,
     /// Mesh deflection δ \[m\].
     pub deflection: f64,
     /// Its rate δ' \[m/s\].
     pub velocity: f64,
+    /// Why it was taken.
+    pub kind: SampleKind,
 }
 
 /// Everything known of one point.

@@ -1,40 +1,102 @@
-//! Where does the motion pierce the strobe plane?
+//! Where does the motion pierce a section of its phase space?
+//!
+//! * strobe: once a mesh cycle, at a chosen mesh phase;
+//! * entry: on entry into drive contact, δ = +b with δ' > 0;
+//! * turning: where δ' changes its sign. All such places are found, in the derivative of
+//!   each window's series, by its certified roots.
+//!
+//! At mesh phase 0 the trajectory itself is read; everything else is read off the windows
+//! that a kernel shows, so that sampling has no influence on the motion.
 
-use super::outcome::PoincareSample;
-use crate::model::{Model, TrajectoryState};
+use super::modal_series::padded;
+use super::outcome::{PoincareSample, SampleKind};
+use crate::model::{Contact, Model, TrajectoryState};
+use crate::numerics::legendre::{at_end, derivative, evaluate, transforms16};
+use crate::numerics::roots::sign_changes;
+use crate::propagate::{Event, Observer, Window};
 
-/// The last strobe samples at mesh phase 0.
+/// Where samples are taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Section {
+    /// Once a mesh cycle.
+    Strobe {
+        /// Mesh phase in \[0, 1).
+        phase: f64,
+    },
+    /// On every entry into drive contact.
+    Entry,
+    /// At every extreme of the deflection.
+    Turning,
+}
+
+impl Default for Section {
+    /// The strobe at the start of every mesh cycle.
+    fn default() -> Self {
+        Self::Strobe { phase: 0.0 }
+    }
+}
+
+/// A joint of windows is known to a few units in the last place of the mesh period.
+const JOINT: f64 = 8.0 * f64::EPSILON;
+
+/// Round-off of the derivative of a 16-term series, in units of the sum of its terms'
+/// sizes: differentiation weighs the last term with about a hundred.
+const SLOPE_NOISE: f64 = 512.0 * f64::EPSILON;
+
+/// Samples that room is made for before any has come.
+const ROOM: usize = 4096;
+
+/// The last samples of a section.
 #[derive(Debug, Clone)]
 pub struct Poincare {
     keep: usize,
+    section: Section,
+    period: f64,
+    half_gap: f64,
     samples: Vec<PoincareSample>,
     next: usize,
+    /// Mesh cycle of the last strobe read off a window.
+    strobed: Option<u64>,
+    /// Where the last window ended: time within the mesh cycle \[s\] and δ \[m\].
+    end: Option<(f64, f64)>,
+    /// Whether δ' was last seen positive.
+    rising: Option<bool>,
 }
 
 impl Poincare {
-    /// Keeps the last `keep` samples.
-    pub fn new(keep: usize) -> Self {
+    /// Keeps the last `keep` samples of a section.
+    pub fn new(model: &Model, section: Section, keep: usize) -> Self {
         Self {
             keep,
-            samples: Vec::with_capacity(keep),
+            section,
+            period: model.period(),
+            half_gap: model.half_gap,
+            samples: Vec::with_capacity(keep.min(ROOM)),
             next: 0,
+            strobed: None,
+            end: None,
+            rising: None,
         }
+    }
+
+    /// Whether samples are read off windows and events rather than [`Self::push`]ed.
+    pub fn watches(&self) -> bool {
+        self.keep > 0 && self.section != Section::default()
     }
 
     /// Notes a trajectory at the start of a mesh cycle.
     pub fn push(&mut self, model: &Model, trajectory: &TrajectoryState) {
+        if self.watches() {
+            return;
+        }
         let (deflection, velocity) = model.deflection(&trajectory.state, 0.0);
-        let sample = PoincareSample {
+        self.keep(PoincareSample {
             cycle: trajectory.cycle,
+            phase: 0.0,
             deflection,
             velocity,
-        };
-        if self.samples.len() < self.keep {
-            self.samples.push(sample);
-        } else if self.keep > 0 {
-            self.samples[self.next] = sample;
-            self.next = (self.next + 1) % self.keep;
-        }
+            kind: SampleKind::Strobe,
+        });
     }
 
     /// Forgets all samples.
@@ -44,8 +106,105 @@ impl Poincare {
     }
 
     /// The samples kept, oldest first.
-    pub fn into_samples(mut self) -> Vec<PoincareSample> {
+    pub fn take(&mut self) -> Vec<PoincareSample> {
         self.samples.rotate_left(self.next);
-        self.samples
+        self.next = 0;
+        std::mem::take(&mut self.samples)
+    }
+
+    fn keep(&mut self, sample: PoincareSample) {
+        if self.samples.len() < self.keep {
+            self.samples.push(sample);
+        } else if self.keep > 0 {
+            self.samples[self.next] = sample;
+            self.next = (self.next + 1) % self.keep;
+        }
+    }
+
+    /// The sample at place x of a window.
+    fn at(&self, window: &Window<'_>, x: f64, kind: SampleKind) -> PoincareSample {
+        let slope = derivative(&padded(window.deflection));
+        let time = window.start + 0.5 * window.duration * (x + 1.0);
+        PoincareSample {
+            cycle: window.cycle,
+            phase: self.phase(time),
+            deflection: evaluate(window.deflection, x),
+            velocity: 2.0 / window.duration * evaluate(&slope, x),
+            kind,
+        }
+    }
+
+    /// Mesh phase in \[0, 1) of a time within the cycle: its very end is still in it.
+    fn phase(&self, time: f64) -> f64 {
+        (time / self.period).clamp(0.0, 1.0 - 0.5 * f64::EPSILON)
+    }
+
+    /// An instant on the joint of two windows is read off the later one.
+    fn strobe(&mut self, window: &Window<'_>, phase: f64) {
+        let tau = window.duration;
+        let time = phase * self.period;
+        if self.strobed == Some(window.cycle) || time >= window.start + tau - JOINT * self.period {
+            return;
+        }
+        self.strobed = Some(window.cycle);
+        let x = (2.0 * (time - window.start) / tau - 1.0).clamp(-1.0, 1.0);
+        let sample = self.at(window, x, SampleKind::Strobe);
+        self.keep(PoincareSample { phase, ..sample });
+    }
+
+    fn turn(&mut self, window: &Window<'_>) {
+        let series = padded(window.deflection);
+        let size: f64 = series.iter().map(|a| a.abs()).sum();
+        let noise = SLOPE_NOISE * (size + self.half_gap);
+        let mut rising = self.rising;
+        sign_changes(
+            transforms16(),
+            &derivative(&series),
+            noise,
+            &mut rising,
+            |x, upwards| {
+                let kind = match upwards {
+                    true => SampleKind::Minimum,
+                    false => SampleKind::Maximum,
+                };
+                self.keep(self.at(window, x, kind));
+            },
+        );
+        self.rising = rising;
+    }
+}
+
+impl Observer for Poincare {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        if !self.watches() {
+            return;
+        }
+        match self.section {
+            Section::Strobe { phase } => self.strobe(window, phase),
+            Section::Entry => {
+                self.end = Some((window.start + window.duration, at_end(window.deflection)));
+            }
+            Section::Turning => self.turn(window),
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        if !self.watches() || self.section != Section::Entry || event.to != Contact::Drive {
+            return;
+        }
+        // A kernel that cuts its windows at events shows where δ stood; one that does not
+        // places the event where it takes δ for b.
+        let shown = self
+            .end
+            .filter(|(time, _)| (time - event.time).abs() <= JOINT * self.period);
+        self.keep(PoincareSample {
+            cycle: event.cycle,
+            phase: self.phase(event.time),
+            deflection: shown.map_or(self.half_gap, |(_, deflection)| deflection),
+            velocity: event.rate,
+            kind: SampleKind::Entry,
+        });
     }
 }

@@ -1,5 +1,7 @@
 //! What may be asked of an operating point.
 
+use super::poincare::Section;
+
 /// What is asked of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Questions {
@@ -20,6 +22,8 @@ pub struct Questions {
     pub lyapunov: Option<LyapunovQuestion>,
     /// Poincaré samples kept.
     pub poincare_samples: usize,
+    /// Where they are taken.
+    pub section: Section,
     /// NVH statistics, if asked for.
     pub nvh: Option<NvhQuestion>,
 }

@@ -2,7 +2,8 @@
 
 use super::{BAD_INPUT, answer};
 use crate::manifest::{
-    self, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec, StiffnessSpec, StructureSource,
+    self, Carried, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec, SectionSpec,
+    StiffnessSpec, StructureSource,
 };
 use clap::Args;
 use serde_json::{Value, json};
@@ -75,11 +76,14 @@ fn summary(name: &str, job: &Job) -> String {
 
 /// Head and text of every line of the summary.
 fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
-    let counts: Vec<_> = job
+    let mut counts: Vec<_> = job
         .axes
         .iter()
         .map(|axis| format!("{} {}", axis.values.len(), axis.name))
         .collect();
+    if let Some(carried) = job.carried.as_ref().filter(|c| c.directions.len() > 1) {
+        counts.push(format!("{} directions", carried.directions.len()));
+    }
     let mut lines = vec![
         ("job".to_owned(), format!("{}, seed {}", job.name, job.seed)),
         ("hash".to_owned(), job.hash.clone()),
@@ -88,6 +92,9 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             format!("{} = {}", job.points.len(), counts.join(" x ")),
         ),
     ];
+    if let Some(carried) = &job.carried {
+        lines.push(("order".to_owned(), order(job, carried)));
+    }
     for axis in &job.axes {
         let (low, high) = range(axis.values.iter().copied());
         let unit = match axis.unit.as_str() {
@@ -127,6 +134,23 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     ));
     lines.push(("analyses".to_owned(), analyses(first)));
     lines
+}
+
+/// `16 chains of 200 points, carried along speed (up, then down); chains run side by side`.
+fn order(job: &Job, carried: &Carried) -> String {
+    let chains = job.points.len() / carried.length;
+    let directions: Vec<&str> = carried.directions.iter().map(|d| d.name()).collect();
+    format!(
+        "{chains} {} of {} points, carried along {} ({}); {}",
+        if chains == 1 { "chain" } else { "chains" },
+        carried.length,
+        job.axes[carried.axis].name,
+        directions.join(", then "),
+        match chains {
+            1 => "one after another on one thread",
+            _ => "chains run side by side",
+        }
+    )
 }
 
 fn mesh(job: &Job) -> String {
@@ -192,9 +216,20 @@ fn analyses(point: &PointSpec) -> String {
             if lyapunov.exponents == 1 { "" } else { "s" }
         )
     });
-    let poincare = analyses
-        .poincare
-        .map(|poincare| format!("poincare ({} samples)", poincare.samples));
+    let poincare = analyses.poincare.map(|poincare| {
+        let section = match poincare.section {
+            SectionSpec::Strobe { phase: 0.0 } => String::new(),
+            SectionSpec::Strobe { phase } => format!(" at mesh phase {phase}"),
+            SectionSpec::Entry => " on entry into drive contact".to_owned(),
+            SectionSpec::Turning => " at turning points".to_owned(),
+        };
+        let refine = match poincare.refine {
+            0 => String::new(),
+            1 => ", changes refined by 1 halving".to_owned(),
+            halvings => format!(", changes refined by {halvings} halvings"),
+        };
+        format!("poincare ({} samples{section}{refine})", poincare.samples)
+    });
     let nvh = analyses.nvh.map(|nvh| {
         let spectra = if nvh.spectrum { ", spectra" } else { "" };
         format!("nvh ({} harmonics{spectra})", nvh.harmonics)
@@ -270,6 +305,12 @@ fn job_json(name: &str, job: &Job) -> Value {
         "hash": job.hash,
         "points": job.points.len(),
         "axes": axes,
+        "carried": job.carried.as_ref().map(|carried| json!({
+            "along": job.axes[carried.axis].name,
+            "directions": carried.directions.iter().map(|d| d.name()).collect::<Vec<_>>(),
+            "chains": job.points.len() / carried.length,
+            "chain_length": carried.length,
+        })),
         "model": first.map(kind),
         "retained_min": retained.0,
         "retained_max": retained.1,

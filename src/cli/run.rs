@@ -31,7 +31,7 @@ pub struct RunArgs {
     /// Worker threads [default: one a core this process may use].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-    /// Compute only part i of n, every n-th point: 1/4, 2/4, …
+    /// Compute only part i of n, every n-th point (or chain of points): 1/4, 2/4, …
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
     /// Start over: replace results in the folder, drop what an interrupted run left.
@@ -122,7 +122,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         Ok(journal) => journal,
         Err(error) => return fail(failure(&error), &with_causes(&error)),
     };
-    let points = sweep::shard_points(job.points.len(), args.shard).len() as u64;
+    let points = sweep::shard_points(job.points.len(), job.chain_length(), args.shard).len() as u64;
     let mut display = Display::new(points, args.quiet);
     let (started, clock) = (SystemTime::now(), Instant::now());
     let swept = sweep::run(

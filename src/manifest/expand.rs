@@ -9,7 +9,10 @@ use super::schema::{self, MANIFEST};
 use super::sections::{Context, Resolved, resolve};
 use super::spec::PointSpec;
 use super::tree::Node;
+use crate::shaft::ModalStructure;
 use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Combinations with faults after which no more are looked at.
 const MAX_FAULTY: usize = 1000;
@@ -162,6 +165,51 @@ fn sift(
     }
 }
 
+/// The text of a job, kept to resolve points that the grid does not have.
+#[derive(Debug, Clone)]
+pub struct Between(Arc<Kept>);
+
+#[derive(Debug)]
+struct Kept {
+    tree: Node,
+    keys: Vec<GridAxis>,
+    base_dir: PathBuf,
+    modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
+}
+
+impl Between {
+    /// `axes` has the model keys first, as [`expand`] wants them.
+    pub(super) fn new(tree: Node, axes: Vec<GridAxis>, context: Context) -> Self {
+        Self(Arc::new(Kept {
+            tree,
+            keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),
+            base_dir: context.base_dir.to_path_buf(),
+            modal_files: context.modal_files,
+        }))
+    }
+
+    /// Gives a point the mesh and the excitation that its axis values stand for. None where
+    /// the manifest would be faulty with these values.
+    pub(super) fn resolve(&self, point: &mut PointSpec) -> Option<()> {
+        let kept = &*self.0;
+        let mut tree = kept.tree.clone();
+        for (key, value) in kept.keys.iter().zip(&point.axis_values) {
+            let path: Vec<&str> = key.axis.name.split('.').collect();
+            tree.put(&path, key.sample(*value)).ok()?;
+        }
+        let mut issues = Issues::default();
+        let mut context = Context::new(&kept.base_dir);
+        context.modal_files.clone_from(&kept.modal_files);
+        let resolved = resolve(&Section::root(&tree, MANIFEST), &mut issues, &mut context)?;
+        if !issues.found.is_empty() {
+            return None;
+        }
+        point.mesh = resolved.mesh;
+        point.excitation = resolved.excitation;
+        Some(())
+    }
+}
+
 fn push_points(
     points: &mut Vec<PointSpec>,
     resolved: &Resolved,
@@ -181,6 +229,7 @@ fn push_points(
             } = resolved.clone();
             points.push(PointSpec {
                 point_id: points.len() as u64,
+                direction: None,
                 axis_values: [keyed, &[load, speed]].concat(),
                 load,
                 speed,

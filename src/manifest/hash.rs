@@ -5,9 +5,10 @@
 
 use super::sections::Resolved;
 use super::spec::{
-    AnalysesSpec, Axis, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec, LyapunovSpec,
-    MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec, ShaftName,
-    StiffnessSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
+    AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec,
+    LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec,
+    SectionSpec, ShaftName, StiffnessSpec, StructureSource, TorqueRipple,
+    TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
 use crate::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
@@ -21,7 +22,7 @@ pub(super) struct JobHash(blake3::Hasher);
 
 impl JobHash {
     /// Begins with what is common to all points.
-    pub fn new(seed: u64, axes: &[&Axis]) -> Self {
+    pub fn new(seed: u64, axes: &[&Axis], carried: Option<&Carried>) -> Self {
         let mut hash = Self(blake3::Hasher::new());
         hash.text(FORMAT);
         hash.integer(seed);
@@ -30,6 +31,20 @@ impl JobHash {
             hash.text(name);
             hash.text(unit);
             hash.numbers(values);
+        }
+        // Named rather than flagged: jobs of independent points keep the hash they had.
+        if let Some(Carried {
+            axis,
+            length: _,
+            directions,
+        }) = carried
+        {
+            hash.text("carried");
+            hash.integer(*axis as u64);
+            hash.integer(directions.len() as u64);
+            for direction in directions {
+                hash.text(direction.name());
+            }
         }
         hash
     }
@@ -339,8 +354,27 @@ impl JobHash {
             hash.flag(twin);
             hash.flag(raw_norm);
         });
-        self.optional(poincare.as_ref(), |hash, &PoincareSpec { samples }| {
+        self.optional(poincare.as_ref(), |hash, poincare| {
+            let PoincareSpec {
+                samples,
+                section,
+                refine,
+            } = *poincare;
             hash.integer(samples as u64);
+            // Jobs that take the defaults keep the hash they had before there were others.
+            match section {
+                SectionSpec::Strobe { phase: 0.0 } => {}
+                SectionSpec::Strobe { phase } => {
+                    hash.text("strobe");
+                    hash.number(phase);
+                }
+                SectionSpec::Entry => hash.text("entry"),
+                SectionSpec::Turning => hash.text("turning"),
+            }
+            if refine > 0 {
+                hash.text("refine");
+                hash.integer(u64::from(refine));
+            }
         });
         self.optional(nvh.as_ref(), |hash, nvh| {
             let NvhSpec {

@@ -22,6 +22,7 @@ mod tree;
 mod unknown;
 
 pub use diagnostic::{Diagnostic, DiagnosticKind, ManifestErrors, Source, Span};
+pub use expand::Between;
 pub use spec::*;
 
 use diagnostic::Issues;
@@ -86,9 +87,9 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
 
     let plain: Vec<&Axis> = axes.sound.iter().map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
-    let mut hash = hash::JobHash::new(seed, &plain);
+    let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     let mut context = Context::new(base_dir);
-    let points = expand::expand(
+    let mut points = expand::expand(
         &mut tree,
         &axes.sound,
         !axes.too_large,
@@ -106,14 +107,26 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
         .retain(|d| d.kind != DiagnosticKind::MissingKey || !axes.faulty.contains(&d.key));
     drop_echoes(&mut issues);
     match head {
-        Some(head) if issues.found.is_empty() => Ok(Job {
-            name: head.name,
-            seed: head.seed,
-            text: text.to_owned(),
-            hash: hash.finish(),
-            axes: axes.sound.into_iter().map(|axis| axis.axis).collect(),
-            points,
-        }),
+        Some(head) if issues.found.is_empty() => {
+            if let Some(carried) = &axes.carried {
+                points = grid::arrange(points, &axes.sound, carried);
+            }
+            let refined = |point: &PointSpec| point.analyses.poincare.is_some_and(|p| p.refine > 0);
+            let plain = axes.sound.iter().map(|axis| axis.axis.clone()).collect();
+            Ok(Job {
+                name: head.name,
+                seed: head.seed,
+                text: text.to_owned(),
+                hash: hash.finish(),
+                axes: plain,
+                carried: axes.carried,
+                between: points
+                    .iter()
+                    .any(refined)
+                    .then(|| Between::new(tree, axes.sound, context)),
+                points,
+            })
+        }
         _ => Err(ManifestErrors::new(issues)),
     }
 }

@@ -1,6 +1,7 @@
 //! The resolved specification of a job: what the program uses, after the text has been
 //! validated. Everything is SI; nothing here knows how it was typed.
 
+use super::expand::Between;
 use crate::shaft::{FlexibleDrive, ModalStructure};
 use std::sync::Arc;
 
@@ -15,11 +16,70 @@ pub struct Job {
     pub text: String,
     /// Hash over what matters to physics, as lower-case hexadecimal.
     pub hash: String,
-    /// Axes of the grid, slowest first; `point_id` counts row-major over them. Model keys
-    /// come first, by name, then `load`, then `speed`: the order of the text is of no effect.
+    /// Axes of the grid: model keys first, by name, then `load`, then `speed`; the order of
+    /// the text is of no effect. `point_id` counts row-major over them, unless the state is
+    /// carried along one.
     pub axes: Vec<Axis>,
+    /// How points follow from each other; none where each starts from `run.initial`.
+    pub carried: Option<Carried>,
     /// The grid's points, fully resolved, in `point_id` order.
     pub points: Vec<PointSpec>,
+    /// Resolves points between those of the grid, where they are asked for.
+    pub between: Option<Between>,
+}
+
+impl Job {
+    /// Points of a chain: each starts where the one before it ended, and all chains are
+    /// equally long. 1 where points are independent.
+    pub fn chain_length(&self) -> usize {
+        self.carried.as_ref().map_or(1, |carried| carried.length)
+    }
+
+    /// The point like `point` with another value on the swept axis; none where no state is
+    /// carried, where the manifest does not ask for refinement, or where the key takes no
+    /// such value (a whole number between two).
+    pub fn point_between(&self, point: &PointSpec, value: f64) -> Option<PointSpec> {
+        let axis = self.carried.as_ref()?.axis;
+        let mut between = point.clone();
+        between.axis_values[axis] = value;
+        match self.axes[axis].name.as_str() {
+            "load" => between.load = value,
+            "speed" => between.speed = value,
+            _ => self.between.as_ref()?.resolve(&mut between)?,
+        }
+        Some(between)
+    }
+}
+
+/// Points that follow from each other: the state is carried along one axis.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Carried {
+    /// The swept axis, an index into [`Job::axes`].
+    pub axis: usize,
+    /// How many values it has: points of a chain.
+    pub length: usize,
+    /// The directions in which it is swept. `point_id` counts over the other axes, slowest
+    /// first, then over these, then over the values in marching order: a chain is a range.
+    pub directions: Vec<Direction>,
+}
+
+/// Which way a sweep marches along its axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// Towards larger values.
+    Up,
+    /// Towards smaller values.
+    Down,
+}
+
+impl Direction {
+    /// The word used in manifests, result files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Up => "up",
+            Self::Down => "down",
+        }
+    }
 }
 
 /// One axis of the grid.
@@ -37,8 +97,10 @@ pub struct Axis {
 /// have in common: a grid may have a million of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointSpec {
-    /// Row-major index into the grid.
+    /// Place in [`Job::points`].
     pub point_id: u64,
+    /// Which way its sweep marches; none where points are independent.
+    pub direction: Option<Direction>,
     /// Value of each axis at this point, in the order of [`Job::axes`].
     pub axis_values: Vec<f64>,
     /// Fraction of the rated mesh force.
@@ -235,11 +297,30 @@ pub struct LyapunovSpec {
     pub raw_norm: bool,
 }
 
-/// Poincaré samples at mesh phase 0.
+/// Poincaré samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoincareSpec {
     /// Samples kept: the last ones of the measured cycles.
     pub samples: usize,
+    /// Where they are taken.
+    pub section: SectionSpec,
+    /// Halvings of the interval between neighbours of a chain that move differently; 0 for
+    /// none.
+    pub refine: u32,
+}
+
+/// Where Poincaré samples are taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SectionSpec {
+    /// Once a mesh cycle.
+    Strobe {
+        /// Mesh phase in \[0, 1).
+        phase: f64,
+    },
+    /// On every entry into drive contact.
+    Entry,
+    /// At every extreme of the deflection.
+    Turning,
 }
 
 /// NVH statistics.

@@ -1,4 +1,5 @@
-//! The earliest moment at which a margin, given as a Legendre series, becomes negative.
+//! The earliest moment at which a margin, given as a Legendre series, becomes negative, and
+//! all places at which a series changes its sign.
 //!
 //! Certificates make it safe: where `|a[0]| > Σ_{n≥1}|a[n]|` there is no root; where the
 //! derivative's series satisfies the same there is at most one. Anything else is halved,
@@ -83,6 +84,58 @@ pub fn earliest_exit<const P: usize>(
         pending.push(transforms.half(&series, 0), lo, middle, depth + 1);
     }
     search
+}
+
+/// Every place in \[−1, 1\] where a series changes its sign, in ascending order, handed to
+/// `found` with whether the series rises there.
+///
+/// `positive` is the sign before, kept from one series to the next, so that a change on
+/// the joint of two is seen once; none at the very start. Values within `noise` of zero have
+/// no sign: a touch without a crossing is not a change.
+pub fn sign_changes<const P: usize>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+    noise: f64,
+    positive: &mut Option<bool>,
+    mut found: impl FnMut(f64, bool),
+) {
+    let mut meet = |value: f64, x: f64| {
+        if value.abs() > noise {
+            let sign = value > 0.0;
+            if positive.replace(sign).is_some_and(|before| before != sign) {
+                found(x, sign);
+            }
+        }
+    };
+    let mut pending = Stack::new();
+    pending.push(*series, -1.0, 1.0, 0);
+    while let Some((series, lo, hi, depth)) = pending.pop() {
+        let variation = legendre::variation(&series);
+        if series[0].abs() > variation + noise {
+            meet(series[0], lo);
+            continue;
+        }
+        let slope = legendre::derivative(&series);
+        if slope[0].abs() > legendre::variation(&slope) {
+            let (start, end) = (legendre::at_start(&series), legendre::at_end(&series));
+            meet(start, lo);
+            let x = if start * end < 0.0 {
+                let falling = if slope[0] < 0.0 { 1.0 } else { -1.0 };
+                let [series, slope] = [series, slope].map(|s| s.map(|a| falling * a));
+                bracketed_root(&series, &slope, &mut 0)
+            } else {
+                -1.0
+            };
+            meet(end, lo + 0.5 * (hi - lo) * (x + 1.0));
+            continue;
+        }
+        if series[0].abs() + variation <= noise || depth == DEEPEST {
+            continue;
+        }
+        let middle = 0.5 * (lo + hi);
+        pending.push(transforms.half(&series, 1), middle, hi, depth + 1);
+        pending.push(transforms.half(&series, 0), lo, middle, depth + 1);
+    }
 }
 
 /// The root of a falling series with a non-positive value at its end; −1 where it is

@@ -2,6 +2,7 @@
 //! comes from.
 
 use super::StoreError;
+use super::chains::{ChainColumns, ChainPart, direction_column};
 use super::table::{Column, Table, Value};
 use crate::analysis::{
     Class, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome,
@@ -33,7 +34,7 @@ pub struct Placement {
 /// A row of `points.parquet`, with what the point adds to the other tables.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PointRow {
-    /// Row-major index into the grid.
+    /// Place in the job's list of points.
     pub point_id: u64,
     /// Value of each axis, in the order of the axis columns.
     pub axis_values: Vec<f64>,
@@ -41,6 +42,8 @@ pub struct PointRow {
     pub outcome: PointOutcome,
     /// What its probes found, where they were asked for.
     pub multistability: Option<MultistabilityOutcome>,
+    /// Its part in a chain, where the state is carried from point to point.
+    pub chain: Option<Box<ChainPart>>,
     /// Name of the kernel that marched it.
     pub kernel: String,
     /// Where and for how long.
@@ -67,15 +70,23 @@ pub struct SpectrumRow {
     pub line: SpectrumLine,
 }
 
-/// Columns of `points.parquet`.
+/// Columns of `points.parquet`; `chains` where the state is carried along an axis.
 ///
 /// # Errors
 /// An axis that has the name of another column.
-pub fn points_table(axes: &[AxisColumn]) -> Result<Table<PointRow>, StoreError> {
+pub fn points_table(
+    axes: &[AxisColumn],
+    chains: Option<&ChainColumns>,
+) -> Result<Table<PointRow>, StoreError> {
     let mut columns = vec![Column::new(
         "point_id",
         "1",
-        "Row-major index into the grid",
+        match chains {
+            None => "Row-major index into the grid",
+            Some(_) => {
+                "Index into the points: other axes slowest, then direction, then the swept axis in marching order"
+            }
+        },
         Value::U64(Box::new(|row: &PointRow| Some(row.point_id))),
     )];
     for (index, axis) in axes.iter().enumerate() {
@@ -88,6 +99,7 @@ pub fn points_table(axes: &[AxisColumn]) -> Result<Table<PointRow>, StoreError> 
             })),
         ));
     }
+    columns.extend(chains.map(|chains| direction_column(&chains.axis)));
     columns.extend(ending_columns());
     columns.extend(lyapunov_columns());
     columns.extend(motion_columns());
@@ -346,7 +358,7 @@ fn work_columns() -> Vec<Column<PointRow>> {
         count(
             "cycles",
             "mesh cycles",
-            "Mesh cycles marched, transient and probes included",
+            "Mesh cycles marched; transient, probes and refinement included",
             |outcome| outcome.cycles,
         ),
         count(
@@ -388,7 +400,7 @@ pub fn poincare_table() -> Table<PoincareRow> {
         Column::new(
             "point_id",
             "1",
-            "Row-major index into the grid",
+            "The point, as in points.parquet",
             Value::U64(Box::new(|row: &PoincareRow| Some(row.point_id))),
         ),
         Column::new(
@@ -398,16 +410,28 @@ pub fn poincare_table() -> Table<PoincareRow> {
             Value::U64(Box::new(|row: &PoincareRow| Some(row.sample.cycle))),
         ),
         Column::new(
+            "phase",
+            "1",
+            "Mesh phase of the sample, in [0, 1)",
+            Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.phase))),
+        ),
+        Column::new(
             "deflection",
             "m",
-            "Mesh deflection at mesh phase 0",
+            "Mesh deflection",
             Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.deflection))),
         ),
         Column::new(
             "velocity",
             "m/s",
-            "Rate of the mesh deflection at mesh phase 0",
+            "Rate of the mesh deflection",
             Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.velocity))),
+        ),
+        Column::new(
+            "section",
+            "",
+            "Why the sample was taken: strobe, entry (into drive contact), maximum or minimum (of the deflection)",
+            Value::Text(Box::new(|row: &PoincareRow| Some(row.sample.kind.name()))),
         ),
     ])
 }

@@ -37,12 +37,14 @@ const PARTIAL: &str = ".partial";
 pub enum TableKind {
     /// One row an operating point.
     Points,
-    /// One row a strobe sample.
+    /// One row a sample on a section of phase space.
     Poincare,
     /// One row a line of a spectrum.
     Spectra,
     /// One row an initial condition.
     Probes,
+    /// One row a change of motion between neighbours of a chain.
+    Transitions,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -57,6 +59,7 @@ impl TableKind {
             Self::Poincare => "poincare.parquet",
             Self::Spectra => "spectra.parquet",
             Self::Probes => "probes.parquet",
+            Self::Transitions => "transitions.parquet",
             Self::Trace => "trace.parquet",
             Self::Events => "events.parquet",
         }
@@ -316,7 +319,7 @@ fn check_layout(folder: &Path, kind: TableKind, shard: Option<Shard>) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::PoincareSample;
+    use crate::analysis::{PoincareSample, SampleKind};
     use crate::store::{PoincareRow, poincare_table};
     use std::fs::OpenOptions;
     use std::io;
@@ -324,8 +327,10 @@ mod tests {
     fn row(point_id: u64) -> PoincareRow {
         let sample = PoincareSample {
             cycle: point_id,
+            phase: 0.0,
             deflection: 1e-6,
             velocity: 2e-3,
+            kind: SampleKind::Strobe,
         };
         PoincareRow { point_id, sample }
     }

@@ -11,8 +11,8 @@ use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale,
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::{
-    AxisColumn, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError, poincare_table,
-    points_table, probes_table, spectra_table,
+    AxisColumn, ChainColumns, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError,
+    TransitionRow, poincare_table, points_table, probes_table, spectra_table, transitions_table,
 };
 
 impl Row for PointRow {
@@ -52,6 +52,8 @@ pub struct ResultLayout {
     pub spectra: bool,
     /// Whether `probes.parquet` is written.
     pub probes: bool,
+    /// Chains of points, where the state is carried along an axis.
+    pub chains: Option<ChainColumns>,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -67,6 +69,8 @@ pub struct Written {
     pub spectra: u64,
     /// Of `probes.parquet`.
     pub probes: u64,
+    /// Of `transitions.parquet`.
+    pub transitions: u64,
     /// Points expected that never came (an interrupted run).
     pub missing: u64,
 }
@@ -86,6 +90,13 @@ pub struct ResultWriter {
     poincare: Option<TableFile<PoincareRow>>,
     spectra: Option<TableFile<SpectrumRow>>,
     probes: Option<TableFile<ProbeRow>>,
+    transitions: Option<TransitionFile>,
+}
+
+/// `transitions.parquet` on its way, and the name of the swept axis.
+struct TransitionFile {
+    axis: String,
+    file: TableFile<TransitionRow>,
 }
 
 impl ResultWriter {
@@ -103,9 +114,12 @@ impl ResultWriter {
         create_folder(folder)?;
         remove_stale(folder)?;
         let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
-        let metadata = [("axes", serde_json::json!(axes).to_string())];
+        let mut metadata = vec![("axes", serde_json::json!(axes).to_string())];
+        if let Some(chains) = &layout.chains {
+            metadata.push(("carried_along", chains.axis.name.clone()));
+        }
         let shard = layout.shard;
-        let points = points_table(&layout.axes)?;
+        let points = points_table(&layout.axes, layout.chains.as_ref())?;
         Ok(Self {
             destination: Destination {
                 folder: folder.to_path_buf(),
@@ -134,14 +148,30 @@ impl ResultWriter {
                     TableFile::create(folder, TableKind::Probes, shard, table, &[])
                 })
                 .transpose()?,
+            transitions: layout
+                .chains
+                .as_ref()
+                .filter(|chains| chains.transitions)
+                .map(|chains| {
+                    let table = transitions_table(&chains.axis);
+                    Ok::<_, StoreError>(TransitionFile {
+                        axis: chains.axis.name.clone(),
+                        file: TableFile::create(folder, TableKind::Transitions, shard, table, &[])?,
+                    })
+                })
+                .transpose()?,
         })
     }
 
-    /// Takes a point in; it is written once every point before it has come.
+    /// Takes a point in; it is written once every point before it has come. The state that it
+    /// leaves to the next of its chain is not kept.
     ///
     /// # Errors
     /// The point was not expected, or a file cannot be written.
-    pub fn push(&mut self, row: PointRow) -> Result<(), StoreError> {
+    pub fn push(&mut self, mut row: PointRow) -> Result<(), StoreError> {
+        if let Some(chain) = &mut row.chain {
+            chain.end = None;
+        }
         self.order.insert(row.point_id, row)?;
         self.drain()
     }
@@ -168,6 +198,7 @@ impl ResultWriter {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
         self.clear_the_way()?;
+        let transitions = self.transitions.map_or(Ok(0), |own| own.file.finish())?;
         let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
@@ -177,6 +208,7 @@ impl ResultWriter {
             poincare,
             spectra,
             probes,
+            transitions,
             missing,
         })
     }
@@ -194,6 +226,9 @@ impl ResultWriter {
         }
         if self.probes.is_none() {
             old.push(table_path(folder, TableKind::Probes, *shard));
+        }
+        if self.transitions.is_none() {
+            old.push(table_path(folder, TableKind::Transitions, *shard));
         }
         for path in old {
             match fs::remove_file(&path) {
@@ -237,6 +272,16 @@ impl ResultWriter {
             for probe in std::mem::take(&mut found.probes) {
                 file.push(ProbeRow { point_id, probe })?;
             }
+        }
+        if let (Some(own), Some(chain)) = (&mut self.transitions, &row.chain)
+            && let Some(transition) = chain.transition
+        {
+            own.file.push(TransitionRow {
+                point_id,
+                axis: own.axis.clone(),
+                upwards: chain.upwards,
+                transition,
+            })?;
         }
         self.admit_what_is_not_finite(&mut row);
         self.points.push(row)

@@ -1,11 +1,11 @@
 //! From a point's specification to the system that kernels march.
 
 use crate::analysis::{
-    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions,
+    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions, Section,
 };
 use crate::manifest::{
-    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, ShaftName, StiffnessSpec,
-    StructureSource,
+    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName,
+    StiffnessSpec, StructureSource,
 };
 use crate::model::{
     Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
@@ -155,6 +155,12 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
             },
         }),
         poincare_samples: analyses.poincare.map_or(0, |p| p.samples),
+        section: match analyses.poincare.map(|p| p.section) {
+            None => Section::default(),
+            Some(SectionSpec::Strobe { phase }) => Section::Strobe { phase },
+            Some(SectionSpec::Entry) => Section::Entry,
+            Some(SectionSpec::Turning) => Section::Turning,
+        },
         nvh: analyses.nvh.map(|n| NvhQuestion {
             harmonics: n.harmonics,
             spectrum: n.spectrum,

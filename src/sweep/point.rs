@@ -1,14 +1,14 @@
-//! One point, from specification to row; whatever goes wrong becomes part of the row.
+//! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
 use super::build::{BuildError, StructureCache, affordable, initial, model, probes, questions};
 use crate::analysis::{
     CalledOff, MultistabilityOutcome, MultistabilityQuestion, PointOutcome, Questions, Status,
-    investigate, probe_basins,
+    investigate_onward, probe_basins,
 };
 use crate::manifest::{KernelSpec, PointSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Kernel, Stepping, Volterra};
-use crate::store::{Placement, PointRow};
+use crate::store::{ChainEnd, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
@@ -23,55 +23,71 @@ pub struct Worker<'a> {
     pub topology: Option<&'a Topology>,
 }
 
-/// Computes a point. A model that cannot be built, and a panic, give a row with status
-/// `failed` and the reason.
-///
-/// # Errors
-/// [`CalledOff`] when `called_off` was raised meanwhile.
-pub fn compute(
+/// What was found of a point.
+#[derive(Debug)]
+pub(super) struct Answer {
+    pub outcome: PointOutcome,
+    pub multistability: Option<MultistabilityOutcome>,
+    /// Where the march ended; none where it diverged or was never begun.
+    pub end: Option<ChainEnd>,
+}
+
+impl Answer {
+    fn failed(reason: String) -> Self {
+        Self {
+            outcome: PointOutcome::unanswered(Status::Failed, reason),
+            multistability: None,
+            end: None,
+        }
+    }
+}
+
+/// Answers a point, from `run.initial` or from where another point ended. A model that
+/// cannot be built, and a panic, give the status `failed` and the reason.
+pub(super) fn attempt(
     point: &PointSpec,
+    start: Option<&ChainEnd>,
     seed: u64,
     structures: &StructureCache,
-    worker: Worker<'_>,
     called_off: &AtomicBool,
-) -> Result<PointRow, CalledOff> {
-    let clock = Instant::now();
+) -> Result<Answer, CalledOff> {
     let attempt = catch_unwind(AssertUnwindSafe(|| {
-        answer(point, seed, structures, called_off)
+        answer(point, start, seed, structures, called_off)
     }));
-    let (outcome, multistability) = match attempt {
-        Ok(Ok(answered)) => answered?,
-        Ok(Err(error)) => (
-            PointOutcome::unanswered(Status::Failed, error.to_string()),
-            None,
-        ),
+    match attempt {
+        Ok(Ok(answered)) => answered,
+        Ok(Err(error)) => Ok(Answer::failed(error.to_string())),
         Err(panic) => {
             let message = panic
                 .downcast_ref::<String>()
                 .map(String::as_str)
                 .or_else(|| panic.downcast_ref::<&str>().copied())
                 .unwrap_or("no message");
-            (
-                PointOutcome::unanswered(
-                    Status::Failed,
-                    format!("the program panicked: {message}"),
-                ),
-                None,
-            )
+            Ok(Answer::failed(format!("the program panicked: {message}")))
         }
-    };
-    Ok(PointRow {
+    }
+}
+
+/// The row of an answered point that belongs to no chain.
+pub(super) fn row(
+    point: &PointSpec,
+    answer: Answer,
+    worker: Worker<'_>,
+    clock: Instant,
+) -> PointRow {
+    PointRow {
         point_id: point.point_id,
         axis_values: point.axis_values.clone(),
-        outcome,
-        multistability,
+        outcome: answer.outcome,
+        multistability: answer.multistability,
+        chain: None,
         kernel: kernel_name(&point.run.kernel).to_owned(),
         placement: Placement {
             worker: worker.index,
             numa_node: worker.topology.and_then(Topology::current_numa_node),
             wall_time: clock.elapsed().as_secs_f64(),
         },
-    })
+    }
 }
 
 /// A kernel's name as manifests and result files have it.
@@ -82,11 +98,9 @@ pub fn kernel_name(kernel: &KernelSpec) -> &'static str {
     }
 }
 
-/// What was found of a point and, where asked for, of its probes.
-type Answer = (PointOutcome, Option<MultistabilityOutcome>);
-
 fn answer(
     point: &PointSpec,
+    start: Option<&ChainEnd>,
     seed: u64,
     structures: &StructureCache,
     called_off: &AtomicBool,
@@ -94,34 +108,48 @@ fn answer(
     let structure = structures.get(&point.model)?;
     let model: Model = model(&structure, point)?;
     affordable(&model, &point.run.kernel)?;
-    let start = model.start(&initial(&point.run.initial));
+    let own = model.start(&initial(&point.run.initial));
+    let start = match start {
+        Some(end) => TrajectoryState::new(&model, end.state.clone(), end.cycle),
+        None => own.clone(),
+    };
     let asked = (questions(point, seed), probes(point, seed));
     let limit = point.run.event_limit;
     Ok(match point.run.kernel {
         KernelSpec::Volterra { tolerance } => {
             let kernel = Volterra::new(&model, tolerance, limit);
-            ask(&model, &kernel, start, &asked, called_off)
+            ask(&model, &kernel, [start, own], &asked, called_off)
         }
         KernelSpec::Stepping { steps } => {
             let kernel = Stepping::new(&model, steps, limit);
-            ask(&model, &kernel, start, &asked, called_off)
+            ask(&model, &kernel, [start, own], &asked, called_off)
         }
     })
 }
 
-/// All questions to a point, then its probes.
+/// All questions to a point, then its probes, which start about `run.initial` even where the
+/// point does not.
 fn ask<K: Kernel>(
     model: &Model,
     kernel: &K,
-    start: TrajectoryState,
+    [start, own]: [TrajectoryState; 2],
     (questions, probes): &(Questions, Option<MultistabilityQuestion>),
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
-    let mut outcome = investigate(model, kernel, start.clone(), questions, called_off)?;
+    let mut trajectory = start;
+    let mut outcome = investigate_onward(model, kernel, &mut trajectory, questions, called_off)?;
     let multistability = probes
         .as_ref()
-        .map(|probes| probe_basins(model, kernel, &start, probes, called_off))
+        .map(|probes| probe_basins(model, kernel, &own, probes, called_off))
         .transpose()?;
     outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
-    Ok((outcome, multistability))
+    let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
+    Ok(Answer {
+        outcome,
+        multistability,
+        end: whole.then_some(ChainEnd {
+            state: trajectory.state,
+            cycle: trajectory.cycle,
+        }),
+    })
 }

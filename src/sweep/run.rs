@@ -1,14 +1,17 @@
 //! The pool, the channel and the writer.
 
 use super::build::StructureCache;
-use super::point::{Worker, compute};
+use super::chain::{Link, compute};
+use super::point::Worker;
 use crate::analysis::Status;
-use crate::manifest::Job;
+use crate::manifest::{Axis, Job};
 use crate::store::{
-    AxisColumn, Journal, PointRow, ResultLayout, ResultWriter, SYNC_INTERVAL, Shard, StoreError,
+    AxisColumn, ChainColumns, Journal, PointRow, ResultLayout, ResultWriter, SYNC_INTERVAL, Shard,
+    StoreError,
 };
 use crate::topology::Topology;
 use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
@@ -16,8 +19,9 @@ use std::time::Duration;
 /// Rows on their way from workers to the writer.
 const CHANNEL: usize = 256;
 
-/// Points handed out beyond the oldest unfinished one. Bounds what the writer has to keep
-/// in memory when one point takes much longer than its neighbours.
+/// Points handed out beyond the oldest unfinished one; a chain a worker where that is more.
+/// Bounds what the writer has to keep in memory when one point takes much longer than its
+/// neighbours. It is looked at between chains only, so that the oldest always goes on.
 const AHEAD: usize = 4096;
 
 /// How a sweep is to be run.
@@ -91,15 +95,27 @@ pub enum SweepError {
     },
 }
 
-/// Indices into a job's points that belong to a shard: every n-th, so that neighbours, which
-/// cost alike, are dealt out evenly.
-pub fn shard_points(points: usize, shard: Option<Shard>) -> Vec<usize> {
-    match shard {
-        None => (0..points).collect(),
-        Some(s) => (s.index as usize - 1..points)
-            .step_by(s.count as usize)
-            .collect(),
-    }
+/// Indices into a job's points that belong to a shard: every n-th chain, so that neighbours,
+/// which cost alike, are dealt out evenly. `chain` is the length of a chain, 1 where points
+/// are independent.
+pub fn shard_points(points: usize, chain: usize, shard: Option<Shard>) -> Vec<usize> {
+    let (first, step) = shard.map_or((0, 1), |s| (s.index as usize - 1, s.count as usize));
+    (0..points)
+        .step_by(chain)
+        .skip(first)
+        .step_by(step)
+        .flat_map(|begin| begin..begin + chain)
+        .collect()
+}
+
+/// A chain that is not finished.
+struct Turn {
+    /// Where it stands among all points of this run.
+    place: usize,
+    /// Its first point.
+    first: usize,
+    /// What is known of it from an earlier run.
+    link: Link,
 }
 
 /// Runs a job and writes its tables to `folder`. Points in the journal are taken over, the
@@ -118,31 +134,48 @@ pub fn run(
     called_off: &AtomicBool,
     watcher: &mut dyn Watcher,
 ) -> Result<Finished, SweepError> {
-    let all = shard_points(job.points.len(), options.shard);
+    let length = job.chain_length();
+    let all = shard_points(job.points.len(), length, options.shard);
     let ids: Vec<u64> = all.iter().map(|&i| job.points[i].point_id).collect();
     let mut writer = ResultWriter::create(folder, &layout(job, options.shard), ids)?;
     let mut progress = Progress::default();
-    let mut known = vec![false; job.points.len()];
+    let mut done = vec![false; job.points.len() / length];
+    let mut links: HashMap<usize, Link> = HashMap::new();
     journal.replay(|row| {
-        match known.get_mut(row.point_id as usize) {
+        let point_id = row.point_id;
+        let (chain, place) = (point_id as usize / length, point_id as usize % length);
+        let done = done
+            .get_mut(chain)
+            .ok_or(StoreError::UnexpectedPoint { point_id })?;
+        if *done {
             // Twice the same point, twice the same numbers.
-            Some(true) => return Ok(()),
-            Some(known) => *known = true,
-            None => {
-                return Err(StoreError::UnexpectedPoint {
-                    point_id: row.point_id,
-                });
-            }
+            return Ok(());
+        }
+        let link = links.entry(chain).or_default();
+        if place < link.passed() {
+            return Ok(());
+        }
+        if place > link.passed() {
+            return Err(StoreError::UnexpectedPoint { point_id });
+        }
+        link.pass(job, &row);
+        if link.passed() == length {
+            *done = true;
+            links.remove(&chain);
         }
         progress.count(&row);
         writer.push(row)
     })?;
     progress.resumed = progress.done;
     watcher.resumed(&progress);
-    // Every point that is left, with its place among all points of this run.
-    let queue: Vec<(usize, usize)> = (0..)
-        .zip(all.iter().copied())
-        .filter(|&(_, index)| !known[index])
+    let queue: Vec<Turn> = (0..all.len())
+        .step_by(length)
+        .filter(|&place| !done[all[place] / length])
+        .map(|place| Turn {
+            place,
+            first: all[place],
+            link: links.remove(&(all[place] / length)).unwrap_or_default(),
+        })
         .collect();
     let threads = options
         .threads
@@ -159,6 +192,7 @@ pub fn run(
             reason: error.to_string(),
         })?;
 
+    let ahead = AHEAD.max(threads * length) as u64;
     let structures = StructureCache::default();
     let next = AtomicUsize::new(0);
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
@@ -186,23 +220,27 @@ pub fn run(
                 topology,
             };
             let sender = sender.clone();
-            while !called_off.load(Ordering::Relaxed) {
-                let turn = next.fetch_add(1, Ordering::Relaxed);
-                let Some(&(place, index)) = queue.get(turn) else {
-                    break;
-                };
-                while place as u64 >= written.load(Ordering::Relaxed) + AHEAD as u64
+            while let Some(turn) = queue.get(next.fetch_add(1, Ordering::Relaxed)) {
+                while turn.place as u64 >= written.load(Ordering::Relaxed) + ahead
                     && !called_off.load(Ordering::Relaxed)
                 {
                     std::thread::sleep(Duration::from_millis(1));
                 }
-                let point = &job.points[index];
-                let Ok(row) = compute(point, job.seed, &structures, worker, called_off) else {
-                    break;
-                };
-                if sender.send(row).is_err() {
-                    // The writer has given up.
-                    break;
+                let mut link = turn.link.clone();
+                while link.passed() < length {
+                    if called_off.load(Ordering::Relaxed) {
+                        return;
+                    }
+                    let point = &job.points[turn.first + link.passed()];
+                    let Ok(row) = compute(job, point, &link, &structures, worker, called_off)
+                    else {
+                        return;
+                    };
+                    link.pass(job, &row);
+                    if sender.send(row).is_err() {
+                        // The writer has given up.
+                        return;
+                    }
                 }
             }
         });
@@ -266,18 +304,19 @@ fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     let any = |pick: fn(&crate::manifest::AnalysesSpec) -> bool| {
         job.points.iter().any(|p| pick(&p.analyses))
     };
+    let column = |axis: &Axis| AxisColumn {
+        name: axis.name.clone(),
+        unit: axis.unit.clone(),
+    };
     ResultLayout {
-        axes: job
-            .axes
-            .iter()
-            .map(|axis| AxisColumn {
-                name: axis.name.clone(),
-                unit: axis.unit.clone(),
-            })
-            .collect(),
+        axes: job.axes.iter().map(column).collect(),
         poincare: any(|a| a.poincare.is_some()),
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
         probes: any(|a| a.multistability.is_some()),
+        chains: job.carried.as_ref().map(|carried| ChainColumns {
+            axis: column(&job.axes[carried.axis]),
+            transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),
+        }),
         shard,
     }
 }
@@ -288,15 +327,20 @@ mod tests {
 
     #[test]
     fn shards_cover_every_point_once() {
-        for (points, count) in [(0, 1), (1, 3), (80, 7), (81, 80)] {
+        for (points, chain, count) in [(0, 1, 1), (1, 1, 3), (80, 1, 7), (81, 1, 80), (84, 12, 3)] {
             let mut seen = vec![0; points];
             for index in 1..=count {
-                for i in shard_points(points, Some(Shard { index, count })) {
+                let own = shard_points(points, chain, Some(Shard { index, count }));
+                for whole in own.chunks(chain) {
+                    assert!(whole[0].is_multiple_of(chain), "chains stay whole");
+                    assert!(whole.windows(2).all(|pair| pair[1] == pair[0] + 1));
+                }
+                for i in own {
                     seen[i] += 1;
                 }
             }
             assert!(seen.iter().all(|n| *n == 1));
-            assert_eq!(shard_points(points, None).len(), points);
+            assert_eq!(shard_points(points, chain, None).len(), points);
         }
     }
 }

@@ -16,6 +16,7 @@ mod tests;
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use super::outcome::{Class, PointOutcome, Status};
+use super::poincare::Section;
 use super::point::{CalledOff, investigate_onward};
 use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 use crate::model::{Model, TrajectoryState};
@@ -143,6 +144,7 @@ pub fn probe_basins<K: Kernel>(
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: question.cycles.min(MOST_SAMPLES) as usize,
+        section: Section::default(),
         nvh: Some(NvhQuestion {
             harmonics: 0,
             spectrum: false,

@@ -17,7 +17,6 @@ pub(super) struct Instruments {
     pub(super) growth: Option<TangentGrowth>,
     pub(super) twin: Option<Twin>,
     pub(super) watch: Watch,
-    pub(super) poincare: Poincare,
     pub(super) recurrence: Recurrence,
     pub(super) measured: u64,
     pub(super) events_before: u64,
@@ -27,6 +26,7 @@ pub(super) struct Instruments {
 pub(super) struct Watch {
     pub(super) nvh: Option<Nvh>,
     pub(super) welch: Option<Welch>,
+    pub(super) poincare: Poincare,
 }
 
 impl Observer for Watch {
@@ -39,12 +39,14 @@ impl Observer for Watch {
         if let Some(welch) = &mut self.welch {
             welch.window(window);
         }
+        self.poincare.window(window);
     }
 
     fn event(&mut self, event: &Event) {
         if let Some(nvh) = &mut self.nvh {
             nvh.event(event);
         }
+        self.poincare.event(event);
     }
 }
 
@@ -71,8 +73,8 @@ impl Instruments {
             watch: Watch {
                 nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
                 welch: q.nvh.filter(|n| n.spectrum).map(|_| Welch::new(model)),
+                poincare: Poincare::new(model, q.section, q.poincare_samples),
             },
-            poincare: Poincare::new(q.poincare_samples),
             recurrence: Recurrence::new(model),
             measured: 0,
             events_before: 0,
@@ -93,7 +95,7 @@ impl Instruments {
         if let Some(welch) = &mut self.watch.welch {
             welch.restart();
         }
-        self.poincare.restart();
+        self.watch.poincare.restart();
         self.measured = 0;
         self.events_before = counters.events;
     }

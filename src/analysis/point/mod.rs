@@ -21,7 +21,7 @@ use super::lyapunov::agree;
 use super::norm::EnergyNorm;
 use super::nvh::Nvh;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
-use super::poincare::Poincare;
+use super::poincare::{Poincare, Section};
 use super::questions::{GrowthNorm, Questions};
 use super::recurrence::Recurrence;
 use super::spectrum::Welch;
@@ -59,8 +59,12 @@ pub fn investigate<K: Kernel>(
     investigate_onward(model, kernel, &mut trajectory, questions, called_off)
 }
 
-/// As [`investigate`]; leaves `trajectory` where the march ended.
-pub(super) fn investigate_onward<K: Kernel>(
+/// As [`investigate`]; leaves `trajectory` where the march ended, which is unspecified where
+/// it diverged or ended in an event storm.
+///
+/// # Errors
+/// As [`investigate`].
+pub fn investigate_onward<K: Kernel>(
     model: &Model,
     kernel: &K,
     trajectory: &mut TrajectoryState,
@@ -285,12 +289,13 @@ impl<K: Kernel> March<'_, K> {
     /// Measures some cycles.
     fn measure(&mut self, instruments: &mut Instruments, cycles: u64) -> Result<(), Halt> {
         for _ in 0..cycles {
-            if self.questions.nvh.is_some() {
+            if self.questions.nvh.is_some() || instruments.watch.poincare.watches() {
                 let mut watch = std::mem::replace(
                     &mut instruments.watch,
                     Watch {
                         nvh: None,
                         welch: None,
+                        poincare: Poincare::new(self.model, Section::default(), 0),
                     },
                 );
                 let result = self.cycle(instruments, &mut watch);
@@ -300,7 +305,10 @@ impl<K: Kernel> March<'_, K> {
                 self.cycle(instruments, &mut ())?;
             }
             instruments.measured += 1;
-            instruments.poincare.push(self.model, &self.trajectory);
+            instruments
+                .watch
+                .poincare
+                .push(self.model, &self.trajectory);
             instruments.recurrence.push(&self.trajectory.state);
         }
         Ok(())
@@ -363,7 +371,6 @@ impl<K: Kernel> March<'_, K> {
         instruments: &mut Instruments,
     ) -> PointOutcome {
         let events = self.counters.events - instruments.events_before;
-        let poincare = std::mem::replace(&mut instruments.poincare, Poincare::new(0));
         PointOutcome {
             status,
             reason,
@@ -376,7 +383,7 @@ impl<K: Kernel> March<'_, K> {
                 .as_ref()
                 .map(Welch::spectra)
                 .unwrap_or_default(),
-            poincare: poincare.into_samples(),
+            poincare: instruments.watch.poincare.take(),
             events_per_cycle: (instruments.measured > 0)
                 .then(|| events as f64 / instruments.measured as f64),
             energy_residual: self.energy_residual,

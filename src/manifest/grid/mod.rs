@@ -1,13 +1,15 @@
 //! `[grid]`: its axes and their values. An axis is `load`, `speed` or a quoted model key.
 
+mod order;
 mod values;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::Section;
 use super::schema::{self, Key, Kind, MANIFEST};
-use super::spec::Axis;
+use super::spec::{Axis, Carried};
 use super::tree::{Entry, Node, Value};
 use crate::units::Dimension;
+pub(super) use order::{arrange, is_carried};
 use values::{AxisReader, Spans};
 
 /// Most points of a grid.
@@ -32,6 +34,14 @@ impl GridAxis {
         !matches!(self.axis.name.as_str(), "load" | "speed")
     }
 
+    /// Any value of the axis's kind as it goes into the tree.
+    pub fn sample(&self, value: f64) -> Node {
+        Node {
+            span: self.key_span,
+            value: Value::Sample(value, self.dimension),
+        }
+    }
+
     /// The i-th value as it goes into the tree.
     pub fn node(&self, i: usize) -> Node {
         Node {
@@ -50,6 +60,9 @@ pub(super) struct Axes {
     pub sound: Vec<GridAxis>,
     /// Names of the axes that have faults or are missing.
     pub faulty: Vec<String>,
+    /// Along which of the sound axes the state is carried, and how; none where points are
+    /// independent.
+    pub carried: Option<Carried>,
     /// Whether there are more points than accepted.
     pub too_large: bool,
 }
@@ -68,12 +81,10 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
             axes.faulty.push(name.to_owned());
         }
     }
-    let orders = [("sweep-up", SWEEP), ("sweep-down", SWEEP)];
-    section.choice(issues, "order", Some("independent"), &orders);
     for entry in section
         .entries()
         .iter()
-        .filter(|entry| entry.key != "order")
+        .filter(|entry| !matches!(entry.key.as_str(), "order" | "along"))
     {
         match read_axis(issues, entry) {
             Some(axis) => axes.sound.push(axis),
@@ -87,24 +98,32 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
     };
     axes.sound
         .sort_by(|a, b| (rank(a), &a.axis.name).cmp(&(rank(b), &b.axis.name)));
-    axes.too_large = !size_is_accepted(issues, &section, &axes.sound);
+    axes.carried = order::read(&section, issues, &axes.sound, &axes.faulty);
+    let directions = axes.carried.as_ref().map_or(1, |c| c.directions.len());
+    axes.too_large = !size_is_accepted(issues, &section, &axes.sound, directions);
     axes
 }
 
-const SWEEP: &str = "order = \"independent\": every point starts from run.initial";
-
-fn size_is_accepted(issues: &mut Issues, section: &Section, axes: &[GridAxis]) -> bool {
-    let lengths: Vec<u64> = axes.iter().map(|a| a.axis.values.len() as u64).collect();
-    let points = lengths
+fn size_is_accepted(
+    issues: &mut Issues,
+    section: &Section,
+    axes: &[GridAxis],
+    directions: usize,
+) -> bool {
+    let points = axes
         .iter()
-        .try_fold(1_u64, |total, &n| total.checked_mul(n));
+        .map(|axis| axis.axis.values.len() as u64)
+        .try_fold(directions as u64, |total, n| total.checked_mul(n));
     if points.is_some_and(|points| points <= MAX_POINTS) {
         return true;
     }
-    let factors: Vec<_> = axes
+    let mut factors: Vec<_> = axes
         .iter()
         .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name))
         .collect();
+    if directions > 1 {
+        factors.push(format!("{directions} directions"));
+    }
     issues.push(
         Diagnostic::new(
             DiagnosticKind::GridTooLarge,

@@ -2,7 +2,7 @@
 
 use super::MAX_POINTS;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use crate::manifest::reader::{self, not_available, wrong_type};
+use crate::manifest::reader::{self, wrong_type};
 use crate::manifest::schema::{self, Bounds, Key, Kind};
 use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
@@ -274,10 +274,6 @@ impl AxisReader<'_> {
         match &entry.node.value {
             Value::Text(text) if text == "linear" => return Some(false),
             Value::Text(text) if text == "log" => return Some(true),
-            Value::Text(text) if text.starts_with("sweep") => {
-                not_available(issues, entry.node.span, self.path, text, super::SWEEP);
-                return None;
-            }
             _ => {}
         }
         let path = format!("{}.spacing", self.path);

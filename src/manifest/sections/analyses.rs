@@ -4,7 +4,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{
-    AnalysesSpec, LyapunovSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec,
+    AnalysesSpec, LyapunovSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec, SectionSpec,
 };
 
 const DEFAULT_EXPONENTS: usize = 1;
@@ -19,13 +19,14 @@ pub(super) fn read(
     issues: &mut Issues,
     retained: Option<usize>,
     run: Option<&RunSpec>,
+    carried: bool,
 ) -> Option<AnalysesSpec> {
     let cycles = run.map(|run| run.cycles);
     let lyapunov = optional(section, issues, "lyapunov", |table, issues| {
         lyapunov(table, issues, retained)
     });
     let poincare = optional(section, issues, "poincare", |table, issues| {
-        poincare(table, issues, cycles)
+        poincare(table, issues, cycles, carried)
     });
     let nvh = optional(section, issues, "nvh", |table, issues| {
         let harmonics = table.count_or(issues, "harmonics", DEFAULT_HARMONICS);
@@ -122,13 +123,64 @@ fn multistability(
     })
 }
 
-fn poincare(table: &Section, issues: &mut Issues, cycles: Option<u64>) -> Option<PoincareSpec> {
-    let most = cycles.map_or(usize::MAX, |cycles| {
-        usize::try_from(cycles).unwrap_or(usize::MAX)
-    });
+fn poincare(
+    table: &Section,
+    issues: &mut Issues,
+    cycles: Option<u64>,
+    carried: bool,
+) -> Option<PoincareSpec> {
+    let section = section(table, issues);
+    let samples = samples(table, issues, cycles, section);
+    let refine = table.integer_or(issues, "refine", 0);
+    if !carried && refine.is_some_and(|halvings| halvings > 0) {
+        table.without_effect(
+            issues,
+            &["refine"],
+            "when points are independent: there are no neighbours to refine between",
+            "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or leave refine out",
+        );
+    }
+    Some(PoincareSpec {
+        samples: samples?,
+        section: section?,
+        refine: u32::try_from(refine?).ok()?,
+    })
+}
+
+fn section(table: &Section, issues: &mut Issues) -> Option<SectionSpec> {
+    let name = table.choice(issues, "section", Some("strobe"), &[])?;
+    if name != "strobe" {
+        table.without_effect(
+            issues,
+            &["phase"],
+            &format!("with section = \"{name}\""),
+            "leave phase out, or set section = \"strobe\"",
+        );
+    }
+    match name {
+        "entry" => Some(SectionSpec::Entry),
+        "turning" => Some(SectionSpec::Turning),
+        _ => Some(SectionSpec::Strobe {
+            phase: table.quantity_or(issues, "phase", 0.0)?,
+        }),
+    }
+}
+
+/// A strobe has one sample a mesh cycle; the other sections have none or several.
+fn samples(
+    table: &Section,
+    issues: &mut Issues,
+    cycles: Option<u64>,
+    section: Option<SectionSpec>,
+) -> Option<usize> {
+    let strobe = matches!(section, Some(SectionSpec::Strobe { .. }));
+    let most = match cycles {
+        Some(cycles) if strobe => usize::try_from(cycles).unwrap_or(usize::MAX),
+        _ => usize::MAX,
+    };
     let samples = table.count_or(issues, "samples", DEFAULT_SAMPLES.min(most))?;
     if samples <= most {
-        return Some(PoincareSpec { samples });
+        return Some(samples);
     }
     issues.push(
         Diagnostic::new(

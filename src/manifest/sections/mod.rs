@@ -11,6 +11,7 @@ mod run;
 mod shafts;
 
 use super::diagnostic::Issues;
+use super::grid::is_carried;
 use super::reader::{Child, Section};
 use super::spec::{AnalysesSpec, ExcitationSpec, MeshSpec, ModelSpec, RunSpec};
 use crate::shaft::{FlexibleDrive, ModalStructure};
@@ -88,7 +89,10 @@ pub(super) fn resolve(
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);
     let analyses = match root.child(issues, "analyses") {
-        Child::Present(section) => analyses::read(&section, issues, retained, run.as_ref()),
+        Child::Present(section) => {
+            let carried = is_carried(root);
+            analyses::read(&section, issues, retained, run.as_ref(), carried)
+        }
         Child::Absent => Some(AnalysesSpec::default()),
         Child::Invalid => None,
     };

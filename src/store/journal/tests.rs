@@ -3,7 +3,7 @@
 use super::*;
 use crate::analysis::{
     BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
+    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, Status,
 };
 use crate::store::Placement;
 use proptest::prelude::*;
@@ -45,8 +45,10 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 .into(),
             poincare: vec![PoincareSample {
                 cycle: u64::MAX,
+                phase: 0.25,
                 deflection: number(4),
                 velocity: number(5),
+                kind: SampleKind::Strobe,
             }],
             events_per_cycle: Some(number(0)),
             energy_residual: None,
@@ -76,6 +78,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 },
             }],
         }),
+        chain: None,
         kernel: "volterra".into(),
         placement: Placement {
             worker: 3,

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
+    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, Status,
 };
 use crate::store::{Placement, ResultTable, Table};
 
@@ -24,6 +24,7 @@ fn layout() -> ResultLayout {
         poincare: true,
         spectra: true,
         probes: true,
+        chains: None,
         shard: None,
     }
 }
@@ -77,8 +78,10 @@ fn full(point_id: u64) -> PointRow {
             }],
             poincare: vec![PoincareSample {
                 cycle: 7,
+                phase: 0.25,
                 deflection: base,
                 velocity: -2e-3,
+                kind: SampleKind::Strobe,
             }],
             events_per_cycle: Some(2.5),
             energy_residual: Some(1e-12),
@@ -90,6 +93,7 @@ fn full(point_id: u64) -> PointRow {
             attractors: 1,
             probes: vec![probe(0, Some(0)), probe(1, None)],
         }),
+        chain: None,
         kernel: "volterra".into(),
         placement: Placement {
             worker: 16,
@@ -179,7 +183,10 @@ fn listing<R>(table: &Table<R>) -> String {
 
 #[test]
 fn columns_units_and_descriptions() {
-    insta::assert_snapshot!("points", listing(&points_table(&layout().axes).unwrap()));
+    insta::assert_snapshot!(
+        "points",
+        listing(&points_table(&layout().axes, None).unwrap())
+    );
     insta::assert_snapshot!("poincare", listing(&poincare_table()));
     insta::assert_snapshot!("spectra", listing(&spectra_table()));
     insta::assert_snapshot!("probes", listing(&probes_table()));
@@ -196,6 +203,7 @@ fn every_column_comes_back() {
             poincare: 1,
             spectra: 2,
             probes: 2,
+            transitions: 0,
             missing: 0
         }
     );

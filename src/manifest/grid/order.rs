@@ -1,0 +1,179 @@
+//! `grid.order` and `grid.along`: whether points are independent, or follow from each other
+//! along one axis.
+//!
+//! A *chain* is the points along the swept axis in marching order, all other axes and the
+//! direction held. Its points have consecutive `point_id`s: other axes vary slowest, then
+//! the direction (up before down), then the swept axis.
+
+use super::GridAxis;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::schema;
+use crate::manifest::spec::{Carried, Direction, PointSpec};
+use crate::manifest::tree::Value;
+
+/// Tables whose keys change the system but not its modes.
+const SWEPT_TABLES: [&str; 2] = ["mesh.", "excitation."];
+
+/// Whether `[grid]` asks for an order that carries the state, as far as it can be told.
+pub(in crate::manifest) fn is_carried(root: &Section) -> bool {
+    let order = root.entry("grid").and_then(|grid| grid.node.entry("order"));
+    let independent = |value: &Value| matches!(value, Value::Text(word) if word == "independent");
+    order.is_some_and(|order| !independent(&order.node.value))
+}
+
+/// The order of the points over `axes`, which are sound; none when they are independent, or
+/// when anything is wrong, reported.
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    axes: &[GridAxis],
+    faulty: &[String],
+) -> Option<Carried> {
+    let order = section.choice(issues, "order", Some("independent"), &[])?;
+    let directions = match order {
+        "sweep-up" => vec![Direction::Up],
+        "sweep-down" => vec![Direction::Down],
+        "both" => vec![Direction::Up, Direction::Down],
+        _ => {
+            section.without_effect(
+                issues,
+                &["along"],
+                "when points are independent",
+                "set order = \"sweep-up\", \"sweep-down\" or \"both\", or leave along out",
+            );
+            return None;
+        }
+    };
+    let (key, name) = if section.has("along") {
+        ("along", section.text(issues, "along")?)
+    } else {
+        if !faulty.is_empty() {
+            return None;
+        }
+        let last = axes.iter().rfind(|axis| axis.axis.values.len() > 1);
+        ("order", last.map_or("", |axis| axis.axis.name.as_str()))
+    };
+    if faulty.iter().any(|fault| fault == name) {
+        return None;
+    }
+    let found = axes.iter().position(|axis| axis.axis.name == name);
+    match fault(axes, found, name) {
+        None => found.map(|axis| Carried {
+            axis,
+            length: axes[axis].axis.values.len(),
+            directions,
+        }),
+        Some((kind, message, label)) => {
+            let path = section.path_of(key);
+            let fitting = fitting(axes);
+            let near = schema::nearest(name, &fitting).map(|near| format!("\"{near}\""));
+            let diagnostic = Diagnostic::new(kind, section.span_of(key), &path, message)
+                .label(label)
+                .accepted(
+                    "load, speed, or a key of mesh or excitation that the grid varies: what leaves the modes of the structure as they are",
+                )
+                .suggestion(near);
+            issues.push(match fitting.is_empty() {
+                true => diagnostic
+                    .remedy("give such an axis several values, or set order = \"independent\""),
+                false => diagnostic.remedy(format!(
+                    "axes of this grid that can be swept: {}",
+                    fitting.join(", ")
+                )),
+            });
+            None
+        }
+    }
+}
+
+/// Why an axis cannot be swept: kind of fault, message, label.
+fn fault(
+    axes: &[GridAxis],
+    found: Option<usize>,
+    name: &str,
+) -> Option<(DiagnosticKind, String, &'static str)> {
+    let Some(axis) = found else {
+        return Some(match name {
+            "" => (
+                DiagnosticKind::Inconsistent,
+                "no axis of the grid has more than one value: there is nothing to sweep".to_owned(),
+                "nothing to carry",
+            ),
+            name => (
+                DiagnosticKind::UnknownAxis,
+                format!("the grid has no axis `{name}` to sweep along"),
+                "not an axis",
+            ),
+        });
+    };
+    if !leaves_modes(name) {
+        let (why, label) = match name.starts_with("run.") {
+            true => (
+                "changes how points are marched, not the drive",
+                "not of the drive",
+            ),
+            false => ("changes the modes of the structure", "changes the modes"),
+        };
+        return Some((
+            DiagnosticKind::Inconsistent,
+            format!("a state cannot be carried along `{name}`: it {why}"),
+            label,
+        ));
+    }
+    (axes[axis].axis.values.len() < 2).then(|| {
+        (
+            DiagnosticKind::Inconsistent,
+            format!("`{name}` has one value: there is nothing to sweep"),
+            "nothing to carry",
+        )
+    })
+}
+
+fn leaves_modes(name: &str) -> bool {
+    matches!(name, "load" | "speed") || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
+}
+
+/// Axes that could be swept.
+fn fitting(axes: &[GridAxis]) -> Vec<&str> {
+    axes.iter()
+        .map(|axis| &axis.axis)
+        .filter(|axis| axis.values.len() > 1 && leaves_modes(&axis.name))
+        .map(|axis| axis.name.as_str())
+        .collect()
+}
+
+/// Puts the points of a row-major grid in chains and numbers them anew.
+pub(in crate::manifest) fn arrange(
+    points: Vec<PointSpec>,
+    axes: &[GridAxis],
+    carried: &Carried,
+) -> Vec<PointSpec> {
+    // Points between two neighbours on the swept axis.
+    let stride: usize = axes[carried.axis + 1..]
+        .iter()
+        .map(|axis| axis.axis.values.len())
+        .product();
+    let values = &axes[carried.axis].axis.values;
+    let mut ascending: Vec<usize> = (0..values.len()).collect();
+    ascending.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
+    let mut chained = Vec::with_capacity(points.len() * carried.directions.len());
+    for block in points.chunks(stride * values.len()) {
+        for offset in 0..stride {
+            for &direction in &carried.directions {
+                let along = |place: usize| match direction {
+                    Direction::Up => ascending[place],
+                    Direction::Down => ascending[values.len() - 1 - place],
+                };
+                chained.extend((0..values.len()).map(|place| PointSpec {
+                    direction: Some(direction),
+                    ..block[offset + stride * along(place)].clone()
+                }));
+            }
+        }
+    }
+    for (point, id) in chained.iter_mut().zip(0..) {
+        point.point_id = id;
+    }
+    chained
+}

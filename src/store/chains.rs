@@ -1,0 +1,147 @@
+//! What a point adds to its row when it is one of a chain, along which the state is carried:
+//! the direction of the sweep, the state it leaves, and `transitions.parquet`, the refined
+//! changes of motion between neighbours.
+
+use super::columns::{AxisColumn, PointRow};
+use super::file::Row;
+use super::table::{Column, Table, Value};
+use crate::analysis::Class;
+use serde::{Deserialize, Serialize};
+
+/// Chains of a job, as far as its files need to know.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChainColumns {
+    /// The swept axis.
+    pub axis: AxisColumn,
+    /// Whether `transitions.parquet` is written.
+    pub transitions: bool,
+}
+
+/// A point's part in its chain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChainPart {
+    /// Whether the sweep marches towards larger values.
+    pub upwards: bool,
+    /// Where the march ended, for the next point; none where it diverged or failed.
+    pub end: Option<ChainEnd>,
+    /// The change of motion since the last point that has a verdict, where there is one and
+    /// it was to be refined.
+    pub transition: Option<Transition>,
+}
+
+/// The state that a point leaves to the next of its chain. The journal keeps every bit, so
+/// that an interrupted chain goes on as if it had not been.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChainEnd {
+    /// First components of all blocks, then second components, at mesh phase 0.
+    pub state: Vec<f64>,
+    /// Mesh cycles since the start of the chain.
+    pub cycle: u64,
+}
+
+/// A change of class or period between two points of a chain.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Transition {
+    /// Motion before it, in marching order.
+    pub from: Class,
+    /// Motion behind it.
+    pub to: Class,
+    /// The swept parameter on either side of it, in marching order.
+    pub bracket: [f64; 2],
+    /// Points computed to narrow it.
+    pub trials: u32,
+}
+
+/// The word for a direction in result files.
+pub(super) fn direction(upwards: bool) -> &'static str {
+    if upwards { "up" } else { "down" }
+}
+
+/// The column of `points.parquet` that tells the two sweeps along one axis apart.
+pub(super) fn direction_column(axis: &AxisColumn) -> Column<PointRow> {
+    Column::new(
+        "direction",
+        "",
+        &format!(
+            "Sweep along {}: up or down; each point starts from the end state of the one before it",
+            axis.name
+        ),
+        Value::Text(Box::new(|row: &PointRow| {
+            row.chain.as_ref().map(|chain| direction(chain.upwards))
+        })),
+    )
+}
+
+/// A row of `transitions.parquet`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TransitionRow {
+    /// The first point behind the change.
+    pub point_id: u64,
+    /// Name of the swept axis.
+    pub axis: String,
+    /// Whether the sweep marches towards larger values.
+    pub upwards: bool,
+    /// The change.
+    pub transition: Transition,
+}
+
+impl Row for TransitionRow {
+    fn list_bytes(&self) -> usize {
+        self.axis.len()
+    }
+}
+
+/// Columns of `transitions.parquet`; `lower` and `upper` have the swept axis's unit.
+pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
+    type Text = fn(&TransitionRow) -> &str;
+    let text = |name: &str, description: &str, get: Text| {
+        let value = Value::Text(Box::new(move |row: &TransitionRow| Some(get(row))));
+        Column::new(name, "", description, value)
+    };
+    let period = |name: &str, description: &str, get: fn(&Transition) -> Class| {
+        let value = move |row: &TransitionRow| get(&row.transition).period();
+        let value = Value::U32(Box::new(value));
+        Column::new(name, "mesh cycles", description, value)
+    };
+    let end = |name: &str, description: &str, pick: fn(f64, f64) -> f64| {
+        let value = move |row: &TransitionRow| {
+            let [before, behind] = row.transition.bracket;
+            Some(pick(before, behind))
+        };
+        Column::new(name, &axis.unit, description, Value::F64(Box::new(value)))
+    };
+    Table::new(vec![
+        Column::new(
+            "point_id",
+            "1",
+            "First point of the grid behind the change, in marching order",
+            Value::U64(Box::new(|row: &TransitionRow| Some(row.point_id))),
+        ),
+        text("axis", "Swept axis", |row| &row.axis),
+        text("direction", "Sweep along the axis: up or down", |row| {
+            direction(row.upwards)
+        }),
+        text(
+            "from_class",
+            "Kind of motion before the change, in marching order",
+            |row| row.transition.from.name(),
+        ),
+        period("from_period", "Its period, where it has one", |t| t.from),
+        text("to_class", "Kind of motion behind the change", |row| {
+            row.transition.to.name()
+        }),
+        period("to_period", "Its period, where it has one", |t| t.to),
+        end(
+            "lower",
+            "Smaller of the two values of the swept axis that bracket the change",
+            f64::min,
+        ),
+        end("upper", "Larger of the two", f64::max),
+        Column::new(
+            "trials",
+            "1",
+            "Points computed between those of the grid to narrow the bracket",
+            Value::U32(Box::new(|row: &TransitionRow| Some(row.transition.trials))),
+        ),
+    ])
+}

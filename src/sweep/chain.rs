@@ -1,0 +1,188 @@
+//! Points that follow from each other: each starts where the one before it ended, and a
+//! change of motion between neighbours is narrowed down by points between them.
+//!
+//! A change is sought by halving the interval between the last point that has a verdict and
+//! the present one. Every trial starts from the state that the near side left, as the sweep
+//! itself would have with a finer grid; one that moves as the near side becomes the near
+//! side. A trial without a verdict (at a bifurcation motions settle ever more slowly) ends the
+//! search with the bracket reached.
+
+use super::build::StructureCache;
+use super::point::{Answer, Worker, attempt, row};
+use crate::analysis::{CalledOff, Class, PointOutcome, Status};
+use crate::manifest::{Direction, Job, LyapunovSpec, PointSpec, RunSpec};
+use crate::store::{ChainEnd, ChainPart, PointRow, Transition};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// What the next point of a chain has to know of those before it.
+#[derive(Debug, Clone, Default)]
+pub struct Link {
+    /// Points passed.
+    passed: usize,
+    /// The state that the last one left.
+    end: Option<ChainEnd>,
+    /// How the work on the last one ended, where it left no state.
+    trouble: Option<Status>,
+    /// The last point with a verdict.
+    near: Option<Near>,
+}
+
+/// One side of a change of motion.
+#[derive(Debug, Clone)]
+struct Near {
+    /// Value on the swept axis.
+    value: f64,
+    class: Class,
+    end: ChainEnd,
+}
+
+impl Link {
+    /// Points of the chain passed so far.
+    pub fn passed(&self) -> usize {
+        self.passed
+    }
+
+    /// Goes past a finished point, computed now or taken over from a journal.
+    pub fn pass(&mut self, job: &Job, row: &PointRow) {
+        self.passed += 1;
+        self.end = row.chain.as_ref().and_then(|chain| chain.end.clone());
+        self.trouble = self.end.is_none().then(|| row.outcome.status.clone());
+        if let (Some(carried), Some(class), Some(end)) =
+            (&job.carried, verdict(&row.outcome), &self.end)
+        {
+            self.near = Some(Near {
+                value: row.axis_values[carried.axis],
+                class,
+                end: end.clone(),
+            });
+        }
+    }
+}
+
+/// The kind of motion, where there is a verdict.
+fn verdict(outcome: &PointOutcome) -> Option<Class> {
+    outcome.class.filter(|class| *class != Class::NotConverged)
+}
+
+/// Computes a point that comes behind `link`.
+///
+/// # Errors
+/// [`CalledOff`] when `called_off` was raised meanwhile.
+pub fn compute(
+    job: &Job,
+    point: &PointSpec,
+    link: &Link,
+    structures: &StructureCache,
+    worker: Worker<'_>,
+    called_off: &AtomicBool,
+) -> Result<PointRow, CalledOff> {
+    let clock = Instant::now();
+    let mut answer = attempt(point, link.end.as_ref(), job.seed, structures, called_off)?;
+    let mut chain = None;
+    if let Some(direction) = point.direction {
+        if let Some(trouble) = &link.trouble {
+            let how = match trouble {
+                Status::Diverged => "diverged",
+                Status::EventStorm => "ended in an event storm",
+                Status::Ok | Status::NotConverged | Status::Failed => "failed",
+            };
+            let note = format!("; started from run.initial, because the point before it {how}");
+            answer.outcome.reason.push_str(&note);
+        }
+        let search = Search {
+            job,
+            point,
+            structures,
+            called_off,
+        };
+        chain = Some(Box::new(ChainPart {
+            upwards: direction == Direction::Up,
+            transition: search.narrow(link, &mut answer)?,
+            end: answer.end.take(),
+        }));
+    }
+    Ok(PointRow {
+        chain,
+        ..row(point, answer, worker, clock)
+    })
+}
+
+/// The search for a change of motion just before a point.
+struct Search<'a> {
+    job: &'a Job,
+    point: &'a PointSpec,
+    structures: &'a StructureCache,
+    called_off: &'a AtomicBool,
+}
+
+impl Search<'_> {
+    /// The change, if there is one and it is to be refined. The work is added to the
+    /// point's.
+    fn narrow(&self, link: &Link, answer: &mut Answer) -> Result<Option<Transition>, CalledOff> {
+        let halvings = self.point.analyses.poincare.map_or(0, |asked| asked.refine);
+        let (Some(near), Some(to)) = (&link.near, verdict(&answer.outcome)) else {
+            return Ok(None);
+        };
+        let Some(carried) = self.job.carried.as_ref() else {
+            return Ok(None);
+        };
+        if halvings == 0 || near.class == to {
+            return Ok(None);
+        }
+        let mut near = near.clone();
+        let mut found = Transition {
+            from: near.class,
+            to,
+            bracket: [near.value, self.point.axis_values[carried.axis]],
+            trials: 0,
+        };
+        let asked = self.trial();
+        for _ in 0..halvings {
+            let value = 0.5 * (near.value + found.bracket[1]);
+            let Some(between) = self.job.point_between(&asked, value) else {
+                break;
+            };
+            let tried = attempt(
+                &between,
+                Some(&near.end),
+                self.job.seed,
+                self.structures,
+                self.called_off,
+            )?;
+            found.trials += 1;
+            answer.outcome.cycles += tried.outcome.cycles;
+            match (verdict(&tried.outcome), tried.end) {
+                (Some(class), Some(end)) if class == found.from => {
+                    near = Near { value, class, end };
+                    found.bracket[0] = value;
+                }
+                (Some(class), Some(_)) => {
+                    found.to = class;
+                    found.bracket[1] = value;
+                }
+                _ => break,
+            }
+        }
+        Ok(Some(found))
+    }
+
+    /// The point with no more asked of it than its verdict takes.
+    fn trial(&self) -> PointSpec {
+        let mut trial = self.point.clone();
+        let analyses = Arc::make_mut(&mut trial.analyses);
+        analyses.lyapunov = analyses.lyapunov.map(|asked| LyapunovSpec {
+            twin: false,
+            ..asked
+        });
+        analyses.poincare = None;
+        analyses.nvh = None;
+        analyses.multistability = None;
+        trial.run = Arc::new(RunSpec {
+            audit_cycles: 0,
+            ..(*trial.run).clone()
+        });
+        trial
+    }
+}
