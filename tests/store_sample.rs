@@ -99,6 +99,7 @@ fn row(point_id: u64) -> PointRow {
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
         multistability: (point_id != 13).then(|| probes(point_id)),
+        orbits: None,
         chain: None,
         kernel: "volterra".into(),
         placement: Placement {
@@ -159,6 +160,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         poincare: true,
         spectra: true,
         probes: true,
+        orbits: false,
         chains: None,
         shard,
     };

@@ -24,6 +24,8 @@ pub use multistability::{
 };
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
+pub use orbits::character::{Bifurcation, Character};
+pub use orbits::survey::{OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits};
 pub use outcome::*;
 pub use poincare::Section;
 pub use point::{CalledOff, investigate, investigate_onward};

@@ -60,6 +60,11 @@ impl Recurrence {
         self.longest
     }
 
+    /// Period of what drives the motion, in mesh cycles, where it has one worth waiting for.
+    pub fn excitation(&self) -> Option<u32> {
+        self.excitation_repeats.then_some(self.excitation as u32)
+    }
+
     /// Whether what drives the motion repeats within the longest period; if not, the motion
     /// cannot.
     pub fn excitation_repeats(&self) -> bool {

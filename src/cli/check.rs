@@ -210,8 +210,9 @@ fn analyses(point: &PointSpec) -> String {
         let stop = lyapunov.stop_at_stderr.map_or(String::new(), |bound| {
             format!(", until standard error {bound}")
         });
+        let raw = if lyapunov.raw_norm { ", raw norm" } else { "" };
         format!(
-            "lyapunov ({} exponent{}{stop})",
+            "lyapunov ({} exponent{}{raw}{stop})",
             lyapunov.exponents,
             if lyapunov.exponents == 1 { "" } else { "s" }
         )
@@ -240,7 +241,15 @@ fn analyses(point: &PointSpec) -> String {
             asked.initial_conditions, asked.decades, asked.transient, asked.cycles
         )
     });
-    let all: Vec<String> = [lyapunov, poincare, nvh, multistability]
+    let orbits = analyses.orbits.as_ref().map(|asked| {
+        let periods: Vec<String> = asked.periods.iter().map(u32::to_string).collect();
+        format!(
+            "orbits (periods {}, {} guesses each)",
+            periods.join(", "),
+            asked.guesses
+        )
+    });
+    let all: Vec<String> = [lyapunov, poincare, nvh, multistability, orbits]
         .into_iter()
         .flatten()
         .collect();

@@ -6,8 +6,8 @@
 use super::sections::Resolved;
 use super::spec::{
     AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec,
-    LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec,
-    SectionSpec, ShaftName, StiffnessSpec, StructureSource, TorqueRipple,
+    LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec,
+    RunSpec, SectionSpec, ShaftName, StiffnessSpec, StructureSource, TorqueRipple,
     TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
@@ -339,6 +339,7 @@ impl JobHash {
             poincare,
             nvh,
             multistability,
+            orbits,
         } = analyses;
         self.optional(lyapunov.as_ref(), |hash, lyapunov| {
             let LyapunovSpec {
@@ -397,6 +398,20 @@ impl JobHash {
             self.number(decades);
             self.integer(transient);
             self.integer(cycles);
+        }
+        if let Some(orbits) = orbits {
+            let OrbitsSpec {
+                periods,
+                guesses,
+                cycles,
+                floquet,
+            } = orbits;
+            self.text("orbits");
+            self.integer(periods.len() as u64);
+            periods.iter().for_each(|p| self.integer(u64::from(*p)));
+            self.integer(u64::from(*guesses));
+            self.integer(u64::from(*cycles));
+            self.flag(*floquet);
         }
     }
 }

@@ -280,6 +280,21 @@ pub struct AnalysesSpec {
     pub nvh: Option<NvhSpec>,
     /// Coexisting attractors.
     pub multistability: Option<MultistabilitySpec>,
+    /// Periodic orbits, stable or not.
+    pub orbits: Option<OrbitsSpec>,
+}
+
+/// Periodic orbits sought by Newton's method from near returns of the trajectory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OrbitsSpec {
+    /// Periods in mesh cycles, each in 1 …= 64.
+    pub periods: Vec<u32>,
+    /// Newton searches for each period.
+    pub guesses: u32,
+    /// Mesh cycles that guesses are taken from.
+    pub cycles: u32,
+    /// Whether all multipliers are stored.
+    pub floquet: bool,
 }
 
 /// Lyapunov exponents.

@@ -1,7 +1,7 @@
 //! Keys that do not exist, and keys that this version does not have.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use super::reader::not_available;
+
 use super::schema::{self, Key, Kind};
 use super::tree::{Entry, Node, Value};
 
@@ -28,9 +28,6 @@ fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: &'static [K
         match known.map(|key| key.kind) {
             None if path == "grid" => {}
             None => issues.push(unknown(entry, path, &child, schema)),
-            Some(Kind::Unavailable(instead)) => {
-                not_available(issues, entry.key_span, &child, &child, instead);
-            }
             Some(Kind::Table | Kind::Initial) => check_table(issues, &entry.node, &child, schema),
             Some(Kind::List(_)) => check_list(issues, &entry.node, &child, schema),
             Some(_) => {}

@@ -5,8 +5,8 @@ use super::StoreError;
 use super::chains::{ChainColumns, ChainPart, direction_column};
 use super::table::{Column, Table, Value};
 use crate::analysis::{
-    Class, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome,
-    SpectrumLine,
+    Class, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, OrbitSurvey, PoincareSample,
+    PointOutcome, SpectrumLine,
 };
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +42,8 @@ pub struct PointRow {
     pub outcome: PointOutcome,
     /// What its probes found, where they were asked for.
     pub multistability: Option<MultistabilityOutcome>,
+    /// The periodic orbits found, where they were asked for.
+    pub orbits: Option<OrbitSurvey>,
     /// Its part in a chain, where the state is carried from point to point.
     pub chain: Option<Box<ChainPart>>,
     /// Name of the kernel that marched it.

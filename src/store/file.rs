@@ -43,6 +43,8 @@ pub enum TableKind {
     Spectra,
     /// One row an initial condition.
     Probes,
+    /// One row a periodic orbit.
+    Orbits,
     /// One row a change of motion between neighbours of a chain.
     Transitions,
     /// One row an instant of a traced trajectory.
@@ -59,6 +61,7 @@ impl TableKind {
             Self::Poincare => "poincare.parquet",
             Self::Spectra => "spectra.parquet",
             Self::Probes => "probes.parquet",
+            Self::Orbits => "orbits.parquet",
             Self::Transitions => "transitions.parquet",
             Self::Trace => "trace.parquet",
             Self::Events => "events.parquet",

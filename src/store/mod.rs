@@ -14,6 +14,7 @@ mod columns;
 mod error;
 mod file;
 mod journal;
+mod orbits;
 mod probes;
 mod read;
 mod reorder;
@@ -31,6 +32,7 @@ pub use columns::{
 pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
 pub use journal::{Journal, SYNC_INTERVAL, journal_path};
+pub use orbits::{OrbitRow, orbits_table};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
 pub use run::{

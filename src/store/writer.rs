@@ -11,8 +11,9 @@ use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale,
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::{
-    AxisColumn, ChainColumns, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError,
-    TransitionRow, poincare_table, points_table, probes_table, spectra_table, transitions_table,
+    AxisColumn, ChainColumns, OrbitRow, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError,
+    TransitionRow, orbits_table, poincare_table, points_table, probes_table, spectra_table,
+    transitions_table,
 };
 
 impl Row for PointRow {
@@ -35,6 +36,12 @@ impl Row for PoincareRow {}
 
 impl Row for SpectrumRow {}
 
+impl Row for OrbitRow {
+    fn list_bytes(&self) -> usize {
+        size_of::<f64>() * 2 * self.orbit.multipliers.len()
+    }
+}
+
 impl Row for ProbeRow {
     fn list_bytes(&self) -> usize {
         self.probe.reason.len()
@@ -52,6 +59,8 @@ pub struct ResultLayout {
     pub spectra: bool,
     /// Whether `probes.parquet` is written.
     pub probes: bool,
+    /// Whether `orbits.parquet` is written.
+    pub orbits: bool,
     /// Chains of points, where the state is carried along an axis.
     pub chains: Option<ChainColumns>,
     /// Which part of a split job this is.
@@ -69,6 +78,8 @@ pub struct Written {
     pub spectra: u64,
     /// Of `probes.parquet`.
     pub probes: u64,
+    /// Of `orbits.parquet`.
+    pub orbits: u64,
     /// Of `transitions.parquet`.
     pub transitions: u64,
     /// Points expected that never came (an interrupted run).
@@ -90,6 +101,7 @@ pub struct ResultWriter {
     poincare: Option<TableFile<PoincareRow>>,
     spectra: Option<TableFile<SpectrumRow>>,
     probes: Option<TableFile<ProbeRow>>,
+    orbits: Option<TableFile<OrbitRow>>,
     transitions: Option<TransitionFile>,
 }
 
@@ -148,6 +160,13 @@ impl ResultWriter {
                     TableFile::create(folder, TableKind::Probes, shard, table, &[])
                 })
                 .transpose()?,
+            orbits: layout
+                .orbits
+                .then(|| {
+                    let table = orbits_table();
+                    TableFile::create(folder, TableKind::Orbits, shard, table, &[])
+                })
+                .transpose()?,
             transitions: layout
                 .chains
                 .as_ref()
@@ -199,6 +218,7 @@ impl ResultWriter {
         }
         self.clear_the_way()?;
         let transitions = self.transitions.map_or(Ok(0), |own| own.file.finish())?;
+        let orbits = self.orbits.map_or(Ok(0), TableFile::finish)?;
         let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
@@ -208,6 +228,7 @@ impl ResultWriter {
             poincare,
             spectra,
             probes,
+            orbits,
             transitions,
             missing,
         })
@@ -226,6 +247,9 @@ impl ResultWriter {
         }
         if self.probes.is_none() {
             old.push(table_path(folder, TableKind::Probes, *shard));
+        }
+        if self.orbits.is_none() {
+            old.push(table_path(folder, TableKind::Orbits, *shard));
         }
         if self.transitions.is_none() {
             old.push(table_path(folder, TableKind::Transitions, *shard));
@@ -271,6 +295,11 @@ impl ResultWriter {
         if let (Some(file), Some(found)) = (&mut self.probes, &mut row.multistability) {
             for probe in std::mem::take(&mut found.probes) {
                 file.push(ProbeRow { point_id, probe })?;
+            }
+        }
+        if let (Some(file), Some(found)) = (&mut self.orbits, &mut row.orbits) {
+            for orbit in std::mem::take(&mut found.orbits) {
+                file.push(OrbitRow::new(point_id, orbit))?;
             }
         }
         if let (Some(own), Some(chain)) = (&mut self.transitions, &row.chain)

@@ -1,7 +1,8 @@
 //! From a point's specification to the system that kernels march.
 
 use crate::analysis::{
-    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions, Section,
+    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, OrbitQuestion, Questions,
+    Section,
 };
 use crate::manifest::{
     DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName,
@@ -179,6 +180,17 @@ pub fn probes(point: &PointSpec, seed: u64) -> Option<MultistabilityQuestion> {
         transient: asked.transient,
         cycles: asked.cycles,
         settle: point.run.settle,
+    })
+}
+
+/// The periodic orbits asked of a point.
+pub fn orbits(point: &PointSpec) -> Option<OrbitQuestion> {
+    let asked = point.analyses.orbits.as_ref()?;
+    Some(OrbitQuestion {
+        periods: asked.periods.clone(),
+        guesses: asked.guesses,
+        cycles: asked.cycles,
+        floquet: asked.floquet,
     })
 }
 

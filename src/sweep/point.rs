@@ -1,9 +1,11 @@
 //! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
-use super::build::{BuildError, StructureCache, affordable, initial, model, probes, questions};
+use super::build::{
+    BuildError, StructureCache, affordable, initial, model, orbits, probes, questions,
+};
 use crate::analysis::{
-    CalledOff, MultistabilityOutcome, MultistabilityQuestion, PointOutcome, Questions, Status,
-    investigate_onward, probe_basins,
+    CalledOff, MultistabilityOutcome, MultistabilityQuestion, OrbitQuestion, OrbitSurvey,
+    PointOutcome, Questions, Status, investigate_onward, probe_basins, survey_orbits,
 };
 use crate::manifest::{KernelSpec, PointSpec};
 use crate::model::{Model, TrajectoryState};
@@ -28,6 +30,7 @@ pub struct Worker<'a> {
 pub(super) struct Answer {
     pub outcome: PointOutcome,
     pub multistability: Option<MultistabilityOutcome>,
+    pub orbits: Option<OrbitSurvey>,
     /// Where the march ended; none where it diverged or was never begun.
     pub end: Option<ChainEnd>,
 }
@@ -37,6 +40,7 @@ impl Answer {
         Self {
             outcome: PointOutcome::unanswered(Status::Failed, reason),
             multistability: None,
+            orbits: None,
             end: None,
         }
     }
@@ -80,6 +84,7 @@ pub(super) fn row(
         axis_values: point.axis_values.clone(),
         outcome: answer.outcome,
         multistability: answer.multistability,
+        orbits: answer.orbits,
         chain: None,
         kernel: kernel_name(&point.run.kernel).to_owned(),
         placement: Placement {
@@ -113,7 +118,11 @@ fn answer(
         Some(end) => TrajectoryState::new(&model, end.state.clone(), end.cycle),
         None => own.clone(),
     };
-    let asked = (questions(point, seed), probes(point, seed));
+    let asked = Asked {
+        questions: questions(point, seed),
+        probes: probes(point, seed),
+        orbits: orbits(point),
+    };
     let limit = point.run.event_limit;
     Ok(match point.run.kernel {
         KernelSpec::Volterra { tolerance } => {
@@ -127,26 +136,46 @@ fn answer(
     })
 }
 
-/// All questions to a point, then its probes, which start about `run.initial` even where the
+/// What is asked of a point.
+struct Asked {
+    questions: Questions,
+    probes: Option<MultistabilityQuestion>,
+    orbits: Option<OrbitQuestion>,
+}
+
+/// All questions to a point, then its orbits and its probes, which start about `run.initial` even where the
 /// point does not.
 fn ask<K: Kernel>(
     model: &Model,
     kernel: &K,
     [start, own]: [TrajectoryState; 2],
-    (questions, probes): &(Questions, Option<MultistabilityQuestion>),
+    asked: &Asked,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
     let mut trajectory = start;
-    let mut outcome = investigate_onward(model, kernel, &mut trajectory, questions, called_off)?;
-    let multistability = probes
+    let mut outcome =
+        investigate_onward(model, kernel, &mut trajectory, &asked.questions, called_off)?;
+    let multistability = asked
+        .probes
         .as_ref()
         .map(|probes| probe_basins(model, kernel, &own, probes, called_off))
         .transpose()?;
     outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
     let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
+    // The survey's own march is no part of the chain.
+    let orbits = match &asked.orbits {
+        Some(question) if whole => {
+            let mut onward = trajectory.clone();
+            let found = survey_orbits(model, kernel, &mut onward, question, called_off)?;
+            outcome.cycles += found.cycles;
+            Some(found)
+        }
+        _ => None,
+    };
     Ok(Answer {
         outcome,
         multistability,
+        orbits,
         end: whole.then_some(ChainEnd {
             state: trajectory.state,
             cycle: trajectory.cycle,

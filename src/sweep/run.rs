@@ -313,6 +313,7 @@ fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         poincare: any(|a| a.poincare.is_some()),
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
         probes: any(|a| a.multistability.is_some()),
+        orbits: any(|a| a.orbits.is_some()),
         chains: job.carried.as_ref().map(|carried| ChainColumns {
             axis: column(&job.axes[carried.axis]),
             transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),

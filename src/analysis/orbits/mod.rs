@@ -1,5 +1,7 @@
 //! Periodic orbits.
 
+pub mod character;
 pub mod floquet;
 pub mod shooting;
+pub mod survey;
 pub mod twins;

@@ -346,7 +346,13 @@ impl<'t> Section<'t> {
 
     /// A list of whole numbers of fixed length.
     pub fn integers<const N: usize>(&self, issues: &mut Issues, name: &str) -> Option<[u64; N]> {
-        let items = self.list(issues, name, Some(N))?;
+        self.list(issues, name, Some(N))?;
+        self.whole_numbers(issues, name)?.try_into().ok()
+    }
+
+    /// A list of whole numbers.
+    pub fn whole_numbers(&self, issues: &mut Issues, name: &str) -> Option<Vec<u64>> {
+        let items = self.list(issues, name, None)?;
         let element = self.path_of(name) + ".*";
         let spec = self.spec(&element);
         let values: Vec<_> = items
@@ -354,8 +360,7 @@ impl<'t> Section<'t> {
             .enumerate()
             .map(|(i, item)| integer(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
             .collect();
-        let values: Option<Vec<u64>> = values.into_iter().collect();
-        values?.try_into().ok()
+        values.into_iter().collect()
     }
 
     /// Two quantities in SI, `[first, second]`.

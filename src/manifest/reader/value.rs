@@ -46,7 +46,6 @@ pub(in crate::manifest) fn wrong_type(issues: &mut Issues, node: &Node, path: &s
         Kind::Initial => "\"static\", \"rest\" or a table",
         Kind::Table => "a table",
         Kind::Axis(_) => "a value or a table of values",
-        Kind::Unavailable(_) => "nothing",
     };
     issues.push(
         Diagnostic::new(

@@ -6,7 +6,7 @@ use Dimension::{
     Angle, AngularSpeed, Density, Force, Inertia, Length, ModalDisplacement, ModalVelocity,
     Participation, ParticipationByLength, Pressure, Ratio, Stiffness, TiltStiffness, Torque,
 };
-use Kind::{Boolean, Choice, List, Text, Unavailable};
+use Kind::{Boolean, Choice, List, Text};
 use std::f64::consts::FRAC_PI_4;
 
 const fn bounds(min: f64, min_open: bool, max: f64, max_open: bool) -> Bounds {
@@ -183,7 +183,12 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("analyses.multistability.decades", Ratio, bounds(0.0, false, 12.0, false), "4"),
     integer("analyses.multistability.transient", 0.0, MANY, "2000"),
     integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000"),
-    key("analyses.orbits", Unavailable("analyses.poincare: its samples show the period of a settled point"), ANY, ""),
+    table("analyses.orbits"),
+    key("analyses.orbits.periods", List("whole numbers from 1 to 64: mesh cycles"), ANY, "[1, 2]"),
+    integer("analyses.orbits.periods.*", 1.0, 64.0, "2"),
+    integer("analyses.orbits.guesses", 1.0, 10_000.0, "16"),
+    integer("analyses.orbits.cycles", 1.0, 1e6, "400"),
+    key("analyses.orbits.floquet", Boolean, ANY, "true"),
 ];
 
 /// The keys of a modal file.

@@ -45,8 +45,6 @@ pub(in crate::manifest) enum Kind {
     Table,
     /// An axis of the grid.
     Axis(Dimension),
-    /// Known from the file format, not in this version; the text says what to use.
-    Unavailable(&'static str),
 }
 
 /// A range of numbers.
@@ -217,7 +215,6 @@ impl Key {
                     "one value, {{ values = [...] }} or {{ from, to, count, spacing }}, each value {value}{range}; for example {example}"
                 )
             }
-            Kind::Unavailable(_) => String::new(),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `[analyses]`: a table for each analysis; absent = not computed.
 
+use super::orbits;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
@@ -39,11 +40,13 @@ pub(super) fn read(
     let multistability = optional(section, issues, "multistability", |table, issues| {
         multistability(table, issues, run)
     });
+    let orbits = optional(section, issues, "orbits", orbits::read);
     Some(AnalysesSpec {
         lyapunov: lyapunov?,
         poincare: poincare?,
         nvh: nvh?,
         multistability: multistability?,
+        orbits: orbits?,
     })
 }
 

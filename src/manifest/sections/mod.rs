@@ -7,6 +7,7 @@ mod gear;
 mod job;
 mod mesh;
 mod model;
+mod orbits;
 mod run;
 mod shafts;
 

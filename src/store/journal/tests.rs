@@ -78,6 +78,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 },
             }],
         }),
+        orbits: None,
         chain: None,
         kernel: "volterra".into(),
         placement: Placement {

@@ -24,6 +24,7 @@ fn layout() -> ResultLayout {
         poincare: true,
         spectra: true,
         probes: true,
+        orbits: false,
         chains: None,
         shard: None,
     }
@@ -93,6 +94,7 @@ fn full(point_id: u64) -> PointRow {
             attractors: 1,
             probes: vec![probe(0, Some(0)), probe(1, None)],
         }),
+        orbits: None,
         chain: None,
         kernel: "volterra".into(),
         placement: Placement {
@@ -203,6 +205,7 @@ fn every_column_comes_back() {
             poincare: 1,
             spectra: 2,
             probes: 2,
+            orbits: 0,
             transitions: 0,
             missing: 0
         }
@@ -476,6 +479,7 @@ fn a_hundred_thousand_points_stream() {
         poincare: false,
         spectra: false,
         probes: false,
+        orbits: false,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();

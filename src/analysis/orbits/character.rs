@@ -1,0 +1,209 @@
+//! How robust is a periodic orbit, and how does it lose its stability?
+
+use super::shooting::PeriodicOrbit;
+use crate::analysis::modal_series::padded;
+use crate::analysis::norm::EnergyNorm;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::legendre::{derivative, evaluate, transforms16};
+use crate::numerics::roots::sign_changes;
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use faer::Mat;
+use serde::{Deserialize, Serialize};
+
+/// Size of the kick that an orbit is tried with, in half gaps.
+pub const KICK: f64 = 1e-5;
+
+/// Power iterations for the direction of strongest growth; they stop when it stands still.
+const MOST_ITERATIONS: usize = 200;
+
+/// Turn of the direction, per iteration, at which it stands still.
+const STILL: f64 = 1e-10;
+
+/// Round-off of the derivative of a 16-term series, in units of the sum of its terms' sizes.
+const SLOPE_NOISE: f64 = 512.0 * f64::EPSILON;
+
+/// What its leading multiplier crosses the unit circle as, where it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Bifurcation {
+    /// At +1: a fold (saddle-node), or a symmetry that breaks.
+    Fold,
+    /// At −1: the period doubles.
+    Flip,
+    /// As a complex pair: a torus is born.
+    NeimarkSacker,
+}
+
+impl Bifurcation {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fold => "fold",
+            Self::Flip => "flip",
+            Self::NeimarkSacker => "neimark_sacker",
+        }
+    }
+
+    /// By the leading multiplier (re, im).
+    fn of((re, im): (f64, f64)) -> Self {
+        if im != 0.0 {
+            Self::NeimarkSacker
+        } else if re < 0.0 {
+            Self::Flip
+        } else {
+            Self::Fold
+        }
+    }
+}
+
+/// What is to be said of an orbit beside its multipliers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Character {
+    /// Whether all multipliers lie inside the unit circle.
+    pub stable: bool,
+    /// How it gains or loses stability.
+    pub bifurcation: Bifurcation,
+    /// Contact-state changes in a period.
+    pub events: u64,
+    /// Largest minus smallest δ \[m\].
+    pub dte_pp: f64,
+    /// Smallest distance of an extreme of δ from a contact surface, in half gaps: 0 is
+    /// grazing, where the event sequence changes. None where δ has no extreme.
+    pub grazing_margin: Option<f64>,
+    /// Growth, over one period of the full system, of a kick of [`KICK`] in the direction of
+    /// strongest growth.
+    pub kick_growth: f64,
+    /// The same as the monodromy matrix has it: its largest singular value.
+    pub kick_growth_linear: f64,
+}
+
+/// The strobe states of an orbit's period, and its character.
+///
+/// # Errors
+/// [`Stop`] as for any march.
+pub fn of<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    orbit: &PeriodicOrbit,
+    workspace: &mut K::Workspace,
+) -> Result<(Vec<TrajectoryState>, Character), Stop> {
+    let mut counters = Counters::default();
+    let mut extremes = Extremes::new(model.half_gap);
+    let mut points = Vec::with_capacity(orbit.period as usize);
+    let mut state = orbit.start.clone();
+    for _ in 0..orbit.period {
+        points.push(state.clone());
+        kernel.march(
+            &mut state,
+            &mut Tangents::none(),
+            workspace,
+            &mut extremes,
+            &mut counters,
+        )?;
+    }
+    let events = counters.events;
+    let (direction, kick_growth_linear) = strongest(&orbit.monodromy);
+    let mut kicked = orbit.start.state.clone();
+    let kick = KICK * norm.unit();
+    for (&i, u) in norm.felt().iter().zip(&direction) {
+        kicked[i] += kick * u / norm.weights()[i];
+    }
+    let mut kicked = TrajectoryState::new(model, kicked, orbit.start.cycle);
+    for _ in 0..orbit.period {
+        kernel.march(
+            &mut kicked,
+            &mut Tangents::none(),
+            workspace,
+            &mut (),
+            &mut counters,
+        )?;
+    }
+    let character = Character {
+        stable: orbit.spectral_radius() < 1.0,
+        bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
+        events,
+        dte_pp: extremes.largest - extremes.smallest,
+        grazing_margin: extremes.margin.is_finite().then_some(extremes.margin),
+        kick_growth: norm.distance(&kicked.state, &state.state) / kick,
+        kick_growth_linear,
+    };
+    Ok((points, character))
+}
+
+/// The direction of unit norm that a matrix stretches most, and by how much: power iteration
+/// on `Mᵀ M`.
+fn strongest(matrix: &Mat<f64>) -> (Vec<f64>, f64) {
+    let n = matrix.nrows();
+    let mut direction = Mat::from_fn(n, 1, |i, _| 1.0 + 0.1 * (i as f64).sin());
+    direction = &direction * (1.0 / direction.norm_l2());
+    let mut growth = 0.0;
+    for _ in 0..MOST_ITERATIONS {
+        let image = matrix * &direction;
+        growth = image.norm_l2();
+        let back = matrix.transpose() * &image;
+        let length = back.norm_l2();
+        if length == 0.0 {
+            break;
+        }
+        let next = &back * (1.0 / length);
+        let turned = (&next - &direction).norm_l2();
+        direction = next;
+        if turned <= STILL {
+            break;
+        }
+    }
+    ((0..n).map(|i| direction[(i, 0)]).collect(), growth)
+}
+
+/// Extremes of δ along an orbit.
+struct Extremes {
+    half_gap: f64,
+    rising: Option<bool>,
+    smallest: f64,
+    largest: f64,
+    margin: f64,
+}
+
+impl Extremes {
+    fn new(half_gap: f64) -> Self {
+        Self {
+            half_gap,
+            rising: None,
+            smallest: f64::INFINITY,
+            largest: f64::NEG_INFINITY,
+            margin: f64::INFINITY,
+        }
+    }
+}
+
+impl Observer for Extremes {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let series = padded(window.deflection);
+        for end in [-1.0, 1.0] {
+            let value = evaluate(&series, end);
+            self.smallest = self.smallest.min(value);
+            self.largest = self.largest.max(value);
+        }
+        let size: f64 = series.iter().map(|a| a.abs()).sum();
+        let noise = SLOPE_NOISE * (size + self.half_gap);
+        let mut rising = self.rising;
+        sign_changes(
+            transforms16(),
+            &derivative(&series),
+            noise,
+            &mut rising,
+            |x, _| {
+                let value = evaluate(&series, x);
+                self.smallest = self.smallest.min(value);
+                self.largest = self.largest.max(value);
+                let away = (value.abs() - self.half_gap).abs() / self.half_gap;
+                self.margin = self.margin.min(away);
+            },
+        );
+        self.rising = rising;
+    }
+
+    fn event(&mut self, _: &Event) {}
+}

@@ -1,0 +1,216 @@
+//! Which periodic orbits, stable or not, lie on or near a point's attractor?
+//!
+//! The trajectory is marched on; where its strobe states nearly return after k cycles, the
+//! state midway between a state and its return is a guess for Newton's method on the k-cycle
+//! map. A chaotic set is threaded by unstable orbits, which its trajectory visits again and
+//! again; of a settled motion the survey finds its own orbit, and midway between the points
+//! of a doubled one lies its parent.
+
+use super::character::{self, Character};
+use super::shooting::{PeriodicOrbit, shoot, shortest};
+use crate::analysis::norm::EnergyNorm;
+use crate::analysis::point::CalledOff;
+use crate::analysis::recurrence::Recurrence;
+use crate::model::{Model, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Longest period that can be asked for, in mesh cycles.
+pub const LONGEST_PERIOD: u32 = 64;
+
+/// Distance, in half gaps, at which two orbits are one.
+const SAME_ORBIT: f64 = 1e-6;
+
+/// What is asked of periodic orbits.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OrbitQuestion {
+    /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`].
+    pub periods: Vec<u32>,
+    /// Newton searches for each period.
+    pub guesses: u32,
+    /// Mesh cycles that guesses are taken from.
+    pub cycles: u32,
+    /// Whether the multipliers are kept, not only the largest.
+    pub floquet: bool,
+}
+
+/// What a survey found.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct OrbitSurvey {
+    /// The orbits, by period, then in the order found.
+    pub orbits: Vec<OrbitOutcome>,
+    /// Mesh cycles marched, searches included.
+    pub cycles: u64,
+}
+
+/// A periodic orbit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OrbitOutcome {
+    /// Its own, shortest period \[mesh cycles\].
+    pub period: u32,
+    /// Distance between start and end of a period, in half gaps.
+    pub residual: f64,
+    /// Mesh deflection δ at the start of the mesh cycle at which it is smallest \[m\].
+    pub deflection: f64,
+    /// Its rate δ' there \[m/s\].
+    pub velocity: f64,
+    /// Largest exponent `ln|μ| / k` \[1/cycle\].
+    pub lambda: f64,
+    /// All multipliers (re, im), largest modulus first; empty where not asked for.
+    pub multipliers: Vec<(f64, f64)>,
+    /// What else is to be said of it.
+    pub character: Character,
+}
+
+/// Seeks periodic orbits from where `trajectory` stands, which is marched on.
+///
+/// # Errors
+/// [`CalledOff`] when `called_off` was raised meanwhile.
+pub fn survey<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    trajectory: &mut TrajectoryState,
+    question: &OrbitQuestion,
+    called_off: &AtomicBool,
+) -> Result<OrbitSurvey, CalledOff> {
+    let norm = EnergyNorm::new(model);
+    let mut workspace = kernel.workspace();
+    let mut counters = Counters::default();
+    let mut path = vec![trajectory.clone()];
+    for _ in 0..question.cycles {
+        look_up(called_off)?;
+        let marched = kernel.march(
+            trajectory,
+            &mut Tangents::none(),
+            &mut workspace,
+            &mut (),
+            &mut counters,
+        );
+        // What diverged later may have passed orbits before.
+        if marched.is_err() {
+            break;
+        }
+        path.push(trajectory.clone());
+    }
+    // Nothing repeats sooner than what drives it.
+    let unit = Recurrence::new(model).excitation();
+    let mut found: Vec<(Vec<TrajectoryState>, OrbitOutcome)> = Vec::new();
+    let mut periods = question.periods.clone();
+    periods.sort_unstable();
+    periods.dedup();
+    for period in periods
+        .into_iter()
+        .filter(|p| unit.is_some_and(|u| p.is_multiple_of(u)))
+    {
+        for guess in guesses(&norm, &path, period as usize, question.guesses as usize) {
+            look_up(called_off)?;
+            let guess = midway(model, &path[guess], &path[guess + period as usize]);
+            let searched = seek(model, kernel, &norm, &guess, period, &mut workspace);
+            // An iterate that diverges or storms is no orbit, and no fault of the point.
+            let Ok(Some(orbit)) = searched else { continue };
+            if found
+                .iter()
+                .any(|(points, _)| passes(&norm, points, &orbit))
+            {
+                continue;
+            }
+            let Ok(described) = describe(model, kernel, &norm, &orbit, question, &mut workspace)
+            else {
+                continue;
+            };
+            found.push(described);
+        }
+    }
+    found.sort_by_key(|(_, outcome)| outcome.period);
+    Ok(OrbitSurvey {
+        orbits: found.into_iter().map(|(_, outcome)| outcome).collect(),
+        cycles: counters.cycles,
+    })
+}
+
+fn look_up(called_off: &AtomicBool) -> Result<(), CalledOff> {
+    match called_off.load(Ordering::Relaxed) {
+        true => Err(CalledOff),
+        false => Ok(()),
+    }
+}
+
+/// Places on the path that nearly return after `period` cycles, nearest first, no two within
+/// a period of each other.
+fn guesses(norm: &EnergyNorm, path: &[TrajectoryState], period: usize, most: usize) -> Vec<usize> {
+    let mut returns: Vec<(f64, usize)> = (0..path.len().saturating_sub(period))
+        .map(|n| (norm.distance(&path[n].state, &path[n + period].state), n))
+        .collect();
+    returns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut chosen: Vec<usize> = Vec::new();
+    for (_, n) in returns {
+        if chosen.len() == most {
+            break;
+        }
+        if chosen.iter().all(|other| n.abs_diff(*other) > period) {
+            chosen.push(n);
+        }
+    }
+    chosen
+}
+
+/// The state midway between two, at the time of the first.
+fn midway(model: &Model, a: &TrajectoryState, b: &TrajectoryState) -> TrajectoryState {
+    let middle = |(x, y): (&f64, &f64)| 0.5 * (x + y);
+    let state = a.state.iter().zip(&b.state).map(middle).collect();
+    TrajectoryState::new(model, state, a.cycle)
+}
+
+/// The orbit next to a guess, with its own period.
+fn seek<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    guess: &TrajectoryState,
+    period: u32,
+    workspace: &mut K::Workspace,
+) -> Result<Option<PeriodicOrbit>, Stop> {
+    match shoot(model, kernel, norm, guess, period, workspace)? {
+        Some(orbit) => shortest(model, kernel, norm, orbit, 1, workspace).map(Some),
+        None => Ok(None),
+    }
+}
+
+/// Whether an orbit of these strobe states passes through the start of another.
+fn passes(norm: &EnergyNorm, points: &[TrajectoryState], orbit: &PeriodicOrbit) -> bool {
+    points.len() == orbit.period as usize
+        && points.iter().any(|point| {
+            norm.distance(&point.state, &orbit.start.state) <= SAME_ORBIT * norm.unit()
+        })
+}
+
+/// The strobe states of an orbit, and what is reported of it.
+fn describe<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    norm: &EnergyNorm,
+    orbit: &PeriodicOrbit,
+    question: &OrbitQuestion,
+    workspace: &mut K::Workspace,
+) -> Result<(Vec<TrajectoryState>, OrbitOutcome), Stop> {
+    let (points, character) = character::of(model, kernel, norm, orbit, workspace)?;
+    let (deflection, velocity) = points
+        .iter()
+        .map(|point| model.deflection(&point.state, 0.0))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .unwrap_or_default();
+    let outcome = OrbitOutcome {
+        period: orbit.period,
+        residual: orbit.residual,
+        deflection,
+        velocity,
+        lambda: orbit.spectral_radius().ln() / f64::from(orbit.period),
+        multipliers: match question.floquet {
+            true => orbit.multipliers.clone(),
+            false => Vec::new(),
+        },
+        character,
+    };
+    Ok((points, outcome))
+}
