@@ -4,11 +4,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{Axis, padded, range};
-use super::canvas::{BLUE, Canvas, Colour, RED};
+use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, RED};
 use super::error::PlotError;
 use super::lambda_curve;
 use super::motion::{Motion, counts, key};
-use super::panel::Panel;
+use super::panel::{Panel, TICK_SIZE};
 use super::results::Results;
 use super::section::Section;
 use super::{Drawn, Picture, What};
@@ -160,7 +160,13 @@ pub(super) fn draw_bifurcation(results: &Results, along: usize) -> Result<Drawn,
             canvas.height = top + 74.0;
         }
         let found = counts(slice.points.iter().copied());
-        key(&mut canvas, [MARGIN, TOP], &found);
+        let used = key(&mut canvas, [MARGIN, TOP], &found);
+        if !results.summary.transitions.is_empty() {
+            let y = TOP + used + 10.0;
+            canvas.dashes([MARGIN + 7.0, y], [MARGIN + 7.0, y + 26.0], CHANGE, 1.2);
+            let at = [MARGIN + 21.0, y + 17.0];
+            canvas.text(at, "change of motion", TICK_SIZE, INK, Anchor::Start);
+        }
         drawn
             .pictures
             .push(Picture::new(format!("bifurcation{}", slice.suffix), canvas));
