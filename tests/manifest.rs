@@ -198,6 +198,21 @@ fn shipped_probes_are_sound() {
     }
 }
 
+/// Two chains over 0.55 … 1.70 of the reference speed, every step 5 rad/s.
+#[test]
+fn the_shipped_sweep_is_two_chains() {
+    let job = shipped("speed-sweep.toml");
+    assert_eq!((job.points.len(), job.chain_length()), (554, 277));
+    let (up, down) = job.points.split_at(277);
+    for (a, b) in up.iter().zip(down.iter().rev()) {
+        assert_eq!((a.speed, a.load), (b.speed, 0.05));
+    }
+    assert!(
+        up.windows(2)
+            .all(|pair| (pair[1].speed - pair[0].speed - 5.0).abs() < 1e-9)
+    );
+}
+
 fn job_with(from: &str, to: &str) -> Job {
     job(&with(MODAL, from, to))
 }
@@ -440,6 +455,25 @@ fn the_hash_sees_every_change_that_matters() {
         (
             "[grid]",
             "[analyses]\nmultistability = { cycles = 801 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\npoincare = { phase = 0.25 }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\npoincare = { section = \"entry\" }\n\n[grid]",
+        ),
+        (
+            "[grid]",
+            "[analyses]\npoincare = { section = \"turning\" }\n\n[grid]",
+        ),
+        ("[grid]", "[grid]\norder = \"sweep-up\""),
+        ("[grid]", "[grid]\norder = \"sweep-down\""),
+        ("[grid]", "[grid]\norder = \"both\""),
+        (
+            "[grid]",
+            "[analyses]\npoincare = { refine = 3 }\n\n[grid]\norder = \"both\"",
         ),
         ("load = 0.1", "load = 0.1\n\"mesh.half_gap\" = \"15 um\""),
     ];

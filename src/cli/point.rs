@@ -1,9 +1,11 @@
 //! `--point axis=value,…`: one operating point of a manifest, on its grid or off it.
 //!
 //! Load and speed may take any value. Every other axis goes into the resolved model, so
-//! that only values of the grid exist. An axis with a single value need not be named.
+//! that only values of the grid exist. An axis with a single value need not be named. Where
+//! the state is carried along an axis, `direction=up` or `down` asks for the point as the sweep
+//! meets it.
 
-use crate::manifest::{Axis, Job, PointSpec};
+use crate::manifest::{Axis, Direction, Job, PointSpec};
 use crate::units::{self, Dimension};
 
 /// An operating point that was asked for.
@@ -13,6 +15,8 @@ pub struct ChosenPoint {
     pub spec: PointSpec,
     /// Name of every axis and its value, SI.
     pub values: Vec<(String, f64)>,
+    /// The sweep asked for; none for a start from `run.initial`.
+    pub direction: Option<Direction>,
     /// The axes named, with their values as typed, fit for a file name.
     pub label: String,
 }
@@ -72,6 +76,17 @@ pub enum PointError {
         /// The grid's values.
         values: String,
     },
+    /// A direction in which nothing is swept.
+    #[error("direction is {value}, but {}", match known.as_str() {
+        "" => "the points of this manifest are independent; leave direction out".to_owned(),
+        known => format!("this manifest sweeps {known}"),
+    })]
+    NotADirection {
+        /// As typed.
+        value: String,
+        /// The directions of the manifest.
+        known: String,
+    },
     /// Axes with several values that were not given.
     #[error("the point needs a value for {axes}; add it to --point, as in --point {example}")]
     Missing {
@@ -97,12 +112,23 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     let mut errors = Vec::new();
     let mut typed: Vec<Option<(&str, f64)>> = vec![None; job.axes.len()];
     let mut named = vec![false; job.axes.len()];
+    let mut direction = None;
     for part in parts(text) {
         let Some((name, value)) = part.split_once('=') else {
             errors.push(PointError::NoAssignment { part: part.into() });
             continue;
         };
         let name = name.trim().trim_matches('"');
+        if name == "direction" {
+            if direction.is_some() {
+                errors.push(PointError::Twice { name: name.into() });
+            }
+            match read_direction(job, value.trim()) {
+                Ok(found) => direction = Some(found),
+                Err(error) => errors.push(error),
+            }
+            continue;
+        }
         let Some(index) = job.axes.iter().position(|axis| axis.name == name) else {
             errors.push(PointError::UnknownAxis {
                 name: name.into(),
@@ -140,12 +166,16 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         .collect();
     let spec = job.points.iter().find(|point| {
         let fixed = job.axes.iter().zip(&point.axis_values).zip(&values);
-        fixed
-            .filter(|((axis, _), _)| !is_free(axis))
-            .all(|((_, on_grid), value)| on_grid == value)
+        let same_way = direction.is_none() || direction == point.direction;
+        same_way
+            && fixed
+                .filter(|((axis, _), _)| !is_free(axis))
+                .all(|((_, on_grid), value)| on_grid == value)
     });
     match spec {
-        Some(spec) if errors.is_empty() => Ok(chosen(job, spec.clone(), &values, &typed)),
+        Some(spec) if errors.is_empty() => {
+            Ok(chosen(job, spec.clone(), &values, &typed, direction))
+        }
         _ => Err(errors),
     }
 }
@@ -176,6 +206,7 @@ fn chosen(
     mut spec: PointSpec,
     values: &[f64],
     typed: &[Option<(&str, f64)>],
+    direction: Option<Direction>,
 ) -> ChosenPoint {
     for (axis, &value) in job.axes.iter().zip(values) {
         match axis.name.as_str() {
@@ -188,10 +219,12 @@ fn chosen(
     let names = job.axes.iter().map(|axis| axis.name.clone());
     let label: Vec<String> = (job.axes.iter().zip(typed))
         .filter_map(|(axis, typed)| typed.map(|(text, _)| format!("{}-{text}", axis.name)))
+        .chain(direction.map(|direction| direction.name().to_owned()))
         .collect();
     ChosenPoint {
         spec,
         values: names.zip(values.iter().copied()).collect(),
+        direction,
         label: label
             .join("-")
             .chars()
@@ -203,6 +236,18 @@ fn chosen(
             })
             .collect(),
     }
+}
+
+fn read_direction(job: &Job, text: &str) -> Result<Direction, PointError> {
+    let known = job.carried.as_ref().map_or(&[][..], |c| &c.directions);
+    let found = known.iter().find(|known| known.name() == text);
+    found.copied().ok_or_else(|| PointError::NotADirection {
+        value: text.into(),
+        known: match known {
+            [] => String::new(),
+            known => list(known.iter().map(|known| known.name().to_owned())),
+        },
+    })
 }
 
 /// Whether an axis may take values that the grid does not have.

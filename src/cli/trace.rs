@@ -2,16 +2,18 @@
 
 use super::point::{self, ChosenPoint, number};
 use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail};
-use crate::analysis::{TraceOutcome, TraceQuestion, trace};
+use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
 use crate::manifest::{self, Job, KernelSpec};
-use crate::model::Model;
+use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Stepping, Volterra};
 use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
-use crate::sweep::build;
+use crate::sweep::build::StructureCache;
+use crate::sweep::{self, build};
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
 
 /// Arguments of `atlas trace`.
 #[derive(Debug, Args)]
@@ -19,7 +21,9 @@ pub struct TraceArgs {
     /// The manifest.
     pub manifest: PathBuf,
     /// The operating point: load and speed may be any, other axes are values of the grid.
-    /// A bare number is in SI. Axes with a single value may be left out.
+    /// A bare number is in SI. Axes with a single value may be left out. Where the manifest
+    /// carries the state along an axis, direction=up or direction=down computes the sweep up
+    /// to this point and starts where it has come to.
     #[arg(
         long,
         value_name = "AXIS=VALUE,...",
@@ -81,7 +85,11 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         };
         Path::new("results").join(&job.name).join(name)
     });
-    let outcome = match record(&job, &point, &model, &question, &folder) {
+    let start = match lead_up(&job, &point, &model) {
+        Ok(start) => start,
+        Err(error) => return fail(1, &error.to_string()),
+    };
+    let outcome = match record(&job, &point, &model, &question, &folder, start) {
         Ok(outcome) => outcome,
         Err(error) => return fail(1, &error.to_string()),
     };
@@ -106,6 +114,21 @@ fn model(point: &ChosenPoint) -> Result<Model, String> {
     Ok(model)
 }
 
+/// Where the sweep asked for has come to at the point; none where none was asked for, or where
+/// the point before it left no state.
+fn lead_up(
+    job: &Job,
+    point: &ChosenPoint,
+    model: &Model,
+) -> Result<Option<TrajectoryState>, CalledOff> {
+    if point.direction.is_none() {
+        return Ok(None);
+    }
+    let structures = StructureCache::default();
+    let link = sweep::lead_up(job, &point.spec, &structures, &AtomicBool::new(false))?;
+    Ok(link.start(model))
+}
+
 /// Marches, and writes the files as it goes.
 fn record(
     job: &Job,
@@ -113,6 +136,7 @@ fn record(
     model: &Model,
     question: &TraceQuestion,
     folder: &Path,
+    start: Option<TrajectoryState>,
 ) -> Result<TraceOutcome, StoreError> {
     let label = TraceLabel {
         job: job.name.clone(),
@@ -123,7 +147,7 @@ fn record(
     };
     let mut writer = TraceWriter::create(folder, &label, question.modal)?;
     let run = &point.spec.run;
-    let start = model.start(&build::initial(&run.initial));
+    let start = start.unwrap_or_else(|| model.start(&build::initial(&run.initial)));
     let outcome = match run.kernel {
         KernelSpec::Volterra { tolerance } => {
             let kernel = Volterra::new(model, tolerance, run.event_limit);
@@ -151,6 +175,7 @@ fn summary(
             "1" => format!("{name} {}", number(*value)),
             unit => format!("{name} {} {unit}", number(*value)),
         })
+        .chain(point.direction.map(|way| format!("sweep {}", way.name())))
         .collect();
     let mut lines = vec![
         ("point", format!("{}: {}", job.name, values.join(", "))),
@@ -210,6 +235,7 @@ fn summary_json(
     json!({
         "job": job.name,
         "point": values,
+        "direction": point.direction.map(|direction| direction.name()),
         "cycles": outcome.cycles,
         "samples": outcome.samples,
         "events": outcome.events,

@@ -8,6 +8,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::coexistence::{self, Coexistence};
+use super::transitions::{self, TransitionSummary};
 use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
 
 /// A results folder cannot be summarised.
@@ -55,6 +56,10 @@ pub struct Summary {
     pub worker_time_per_cycle: Option<f64>,
     /// The grid's axes, slowest first.
     pub axes: Vec<Axis>,
+    /// The axis along which the state is carried; absent where points are independent.
+    pub carried_along: Option<String>,
+    /// Refined changes of motion along it, in `point_id` order.
+    pub transitions: Vec<TransitionSummary>,
     /// Chaotic points, largest exponent first.
     pub chaotic: Vec<PointSummary>,
     /// Points where twin and tangent disagree.
@@ -101,6 +106,8 @@ pub struct PointSummary {
     pub point_id: u64,
     /// Value of each axis.
     pub axis_values: Vec<f64>,
+    /// Direction of its sweep, `up` or `down`; absent where points are independent.
+    pub direction: Option<String>,
     /// How the work ended.
     pub status: String,
     /// Why.
@@ -162,6 +169,8 @@ impl Summary {
             wall_time_per_cycle: wall_time.and_then(per_cycle),
             worker_time_per_cycle: per_cycle(total(table.f64("wall_time")?)),
             axes: read_axes(&table, &all)?,
+            carried_along: table.metadata("carried_along").map(str::to_owned),
+            transitions: transitions::read(folder)?,
             chaotic,
             twin_disagrees: chosen(&all, |point| point.twin_agrees == Some(false)),
             coexisting: coexistence::read(folder, &table)?,
@@ -202,6 +211,10 @@ fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, 
     let (periods, agrees) = (table.u64("period")?, table.bool("twin_agrees")?);
     let (lambda, stderr) = (table.f64("lambda_max")?, table.f64("lambda_stderr")?);
     let twin = table.f64("lambda_twin")?;
+    let directions = match table.metadata("carried_along") {
+        Some(_) => table.text("direction")?,
+        None => vec![None; table.rows()],
+    };
     let incomplete = |column: &str| ReportError::Incomplete {
         folder: folder.to_path_buf(),
         column: column.to_owned(),
@@ -215,6 +228,7 @@ fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, 
             Ok(PointSummary {
                 point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
                 axis_values,
+                direction: directions[row].clone(),
                 status: statuses[row].clone().ok_or_else(|| incomplete("status"))?,
                 reason: reasons[row].clone().unwrap_or_default(),
                 class: classes[row].clone(),

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::coexistence;
 use super::heat::heat_map;
 use super::summary::{Axis, PointSummary, Summary};
+use super::transitions;
 use crate::store::RunState;
 
 /// Rows of a table before it is cut short.
@@ -30,6 +31,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     }
     push_chaotic(&mut text, summary);
     push_twins(&mut text, summary);
+    transitions::push(&mut text, summary);
     coexistence::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
@@ -182,12 +184,18 @@ pub(super) fn push_table(
     for heading in &headings {
         _ = write!(text, "  {heading:>10}");
     }
+    if summary.carried_along.is_some() {
+        text.push_str("  sweep");
+    }
     text.push('\n');
     for point in points.iter().take(MOST_ROWS) {
         _ = write!(text, "  {:>6}", point.point_id);
         for (value, heading) in point.axis_values.iter().zip(&headings) {
             let width = heading.chars().count().max(10);
             _ = write!(text, "  {:>width$}", number(*value));
+        }
+        if let Some(direction) = &point.direction {
+            _ = write!(text, "  {direction:<5}");
         }
         _ = writeln!(text, "  {}", cell(point));
     }

@@ -11,6 +11,7 @@ use super::build::StructureCache;
 use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{CalledOff, Class, PointOutcome, Status};
 use crate::manifest::{Direction, Job, LyapunovSpec, PointSpec, RunSpec};
+use crate::model::{Model, TrajectoryState};
 use crate::store::{ChainEnd, ChainPart, PointRow, Transition};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -44,6 +45,12 @@ impl Link {
         self.passed
     }
 
+    /// Where the next point starts; none for `run.initial`.
+    pub fn start(&self, model: &Model) -> Option<TrajectoryState> {
+        let end = self.end.as_ref()?;
+        Some(TrajectoryState::new(model, end.state.clone(), end.cycle))
+    }
+
     /// Goes past a finished point, computed now or taken over from a journal.
     pub fn pass(&mut self, job: &Job, row: &PointRow) {
         self.passed += 1;
@@ -59,6 +66,53 @@ impl Link {
             });
         }
     }
+}
+
+/// What a sweep would know when it reached `point`: all points of its chain before it are
+/// computed. The point need not be on the grid: it stands where its value on the swept axis
+/// belongs.
+///
+/// # Errors
+/// [`CalledOff`] when `called_off` was raised meanwhile.
+pub fn lead_up(
+    job: &Job,
+    point: &PointSpec,
+    structures: &StructureCache,
+    called_off: &AtomicBool,
+) -> Result<Link, CalledOff> {
+    let mut link = Link::default();
+    let (Some(carried), Some(direction)) = (&job.carried, point.direction) else {
+        return Ok(link);
+    };
+    let first = point.point_id as usize / carried.length * carried.length;
+    let value = point.axis_values[carried.axis];
+    let swept = job.axes[carried.axis].name.as_str();
+    for before in &job.points[first..first + carried.length] {
+        let reached = before.axis_values[carried.axis];
+        if match direction {
+            Direction::Up => reached >= value,
+            Direction::Down => reached <= value,
+        } {
+            break;
+        }
+        let mut before = before.clone();
+        if swept != "load" {
+            before.load = point.load;
+        }
+        if swept != "speed" {
+            before.speed = point.speed;
+        }
+        if let Some(poincare) = &mut Arc::make_mut(&mut before.analyses).poincare {
+            poincare.refine = 0;
+        }
+        let worker = Worker {
+            index: 0,
+            topology: None,
+        };
+        let row = compute(job, &before, &link, structures, worker, called_off)?;
+        link.pass(job, &row);
+    }
+    Ok(link)
 }
 
 /// The kind of motion, where there is a verdict.

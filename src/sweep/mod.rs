@@ -12,6 +12,6 @@ mod chain;
 mod point;
 mod run;
 
-pub use chain::{Link, compute};
+pub use chain::{Link, compute, lead_up};
 pub use point::Worker;
 pub use run::{Finished, Options, Progress, SweepError, Watcher, run, shard_points};

@@ -71,7 +71,7 @@ pub(super) fn read(
             let diagnostic = Diagnostic::new(kind, section.span_of(key), &path, message)
                 .label(label)
                 .accepted(
-                    "load, speed, or a key of mesh or excitation that the grid varies: what leaves the modes of the structure as they are",
+                    "load, speed, or a key of mesh or excitation, varied by the grid: these leave the modes as they are",
                 )
                 .suggestion(near);
             issues.push(match fitting.is_empty() {

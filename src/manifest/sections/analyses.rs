@@ -151,8 +151,13 @@ fn poincare(
 }
 
 fn section(table: &Section, issues: &mut Issues) -> Option<SectionSpec> {
-    let name = table.choice(issues, "section", Some("strobe"), &[])?;
-    if name != "strobe" {
+    let name = table.choice(issues, "section", Some("strobe"), &[]);
+    // Of an unknown section the phase is looked at all the same: all faults at once.
+    let phase = match name {
+        None | Some("strobe") => table.quantity_or(issues, "phase", 0.0),
+        Some(_) => None,
+    };
+    if let Some(name) = name.filter(|name| *name != "strobe") {
         table.without_effect(
             issues,
             &["phase"],
@@ -160,12 +165,10 @@ fn section(table: &Section, issues: &mut Issues) -> Option<SectionSpec> {
             "leave phase out, or set section = \"strobe\"",
         );
     }
-    match name {
+    match name? {
         "entry" => Some(SectionSpec::Entry),
         "turning" => Some(SectionSpec::Turning),
-        _ => Some(SectionSpec::Strobe {
-            phase: table.quantity_or(issues, "phase", 0.0)?,
-        }),
+        _ => Some(SectionSpec::Strobe { phase: phase? }),
     }
 }
 

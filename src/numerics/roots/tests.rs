@@ -72,3 +72,40 @@ fn a_root_at_the_very_end_is_found_here_or_at_the_next_start() {
     let next = find(|x| -(x + 1.0));
     assert!(s.exit.is_some() || next.exit.is_some_and(|x| x + 1.0 < 1e-14));
 }
+
+fn changes(f: impl Fn(f64) -> f64, positive: &mut Option<bool>) -> Vec<(f64, bool)> {
+    let mut found = Vec::new();
+    sign_changes(transforms16(), &series(f), 1e-14, positive, |x, rises| {
+        found.push((x, rises));
+    });
+    found
+}
+
+#[test]
+fn every_change_of_sign_is_found_in_order() {
+    let roots = [-0.9, -0.5, -0.1, 0.2, 0.6, 0.95];
+    let found = changes(|x| roots.iter().map(|r| r - x).product(), &mut None);
+    assert_eq!(found.len(), roots.len());
+    for (i, ((x, rises), root)) in found.iter().zip(roots).enumerate() {
+        assert!((x - root).abs() < 1e-14, "{x} {root}");
+        assert_eq!(*rises, i % 2 == 1);
+    }
+    // Closer than any grid, and none where the series only touches zero.
+    let close = changes(|x| (x - 0.3) * (x - 0.3 - 1e-6), &mut None);
+    assert_eq!(close.len(), 2);
+    assert!(changes(|x| (x - 0.3) * (x - 0.3), &mut None).is_empty());
+    assert!(changes(|_| 0.0, &mut None).is_empty());
+}
+
+#[test]
+fn a_change_on_a_joint_is_found_once() {
+    // Zero at the joint x = 0 of two windows, on either side of it by round-off, and a
+    // first window that stops just short of it.
+    for shift in [0.0, 1e-16, -1e-16, 1e-13, -1e-13] {
+        let mut positive = None;
+        let left = changes(|x| 0.5 * (x - 1.0) - shift, &mut positive);
+        let right = changes(|x| 0.5 * (x + 1.0) + shift, &mut positive);
+        assert_eq!(left.len() + right.len(), 1, "{shift}: {left:?} {right:?}");
+        assert!(left.iter().chain(&right).all(|(_, rises)| *rises));
+    }
+}

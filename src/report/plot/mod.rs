@@ -9,6 +9,7 @@ mod cells;
 mod class_rows;
 mod draw;
 mod error;
+mod lambda_curve;
 mod lambda_map;
 mod motion;
 mod over_axis;
@@ -17,6 +18,7 @@ mod phase;
 mod ramp;
 mod recording;
 mod results;
+mod section;
 mod spectrum;
 mod trace;
 
@@ -257,7 +259,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         )),
         What::Lambda => match cells {
             Some(cells) if over.is_none() => Ok(lambda_map::draw(results, &cells)),
-            _ => Ok(over_axis::draw_lambda(results, results.along(what, over)?)),
+            _ => Ok(lambda_curve::draw(results, results.along(what, over)?)),
         },
         What::Classes => match cells {
             Some(cells) if over.is_none() => Ok(lambda_map::draw_classes(results, &cells)),

@@ -1,149 +1,172 @@
-//! Pictures over one axis: the bifurcation diagram of the strobed deflection, and the
-//! largest Lyapunov exponent with its standard error.
+//! The bifurcation diagram: Poincaré samples over one axis, a panel for each direction of a
+//! sweep, with the kind of motion as a strip below it, and λ at the bottom.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::axis::{Axis, padded, range};
-use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, SOFT};
+use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, RED};
 use super::error::PlotError;
+use super::lambda_curve;
 use super::motion::{Motion, counts, key};
 use super::panel::{Panel, TICK_SIZE};
-use super::results::{Results, Slice};
+use super::results::Results;
+use super::section::Section;
 use super::{Drawn, Picture, What};
 use crate::report::PointSummary;
 use crate::store::TableKind;
 
-const LEFT: f64 = 92.0;
-const RIGHT: f64 = 775.0;
-const MARGIN: f64 = RIGHT + 18.0;
-/// Half the height of the ends of an error bar's whiskers \[px\].
-const WHISKER: f64 = 3.0;
-const WHITE: Colour = Colour(255, 255, 255);
+pub(super) const LEFT: f64 = 92.0;
+pub(super) const RIGHT: f64 = 775.0;
+pub(super) const MARGIN: f64 = RIGHT + 18.0;
+const TOP: f64 = 72.0;
+/// Height of the strip that shows the kind of motion \[px\].
+const STRIP: f64 = 9.0;
+/// Lines at changes of motion.
+const CHANGE: Colour = Colour(0x8c, 0x8c, 0x8c);
 
 pub(super) fn across(results: &Results, along: usize) -> Axis {
     let axis = &results.summary.axes[along];
     Axis::for_grid(&axis.name, &axis.unit, &axis.values)
 }
 
-/// λ with its standard error over one axis.
-pub(super) fn draw_lambda(results: &Results, along: usize) -> Drawn {
-    let name = &results.summary.axes[along].name;
-    let (slices, all) = results.slices(&[along]);
-    let mut drawn = Drawn::of_slices(What::Lambda, slices.len(), all);
-    for slice in slices {
-        let title = format!("{}: largest Lyapunov exponent λ over {name}", results.job);
-        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let area = [72.0, 526.0];
-        lambda_panel(&mut canvas, area, results, along, &slice.points);
-        let found = counts(slice.points.iter().copied());
-        key(&mut canvas, [MARGIN, area[0] + 34.0], &found);
-        drawn
-            .pictures
-            .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
-    }
-    drawn
+/// Points of a slice that were computed in one direction.
+pub(super) struct Sweep<'a> {
+    /// `up` or `down`; empty where points are independent.
+    pub direction: &'a str,
+    pub colour: Colour,
+    pub points: Vec<&'a PointSummary>,
 }
 
-/// λ as dots in the colour of the motion, with error bars.
-fn lambda_panel(
-    canvas: &mut Canvas,
-    [top, bottom]: [f64; 2],
-    results: &Results,
-    along: usize,
-    points: &[&PointSummary],
-) {
-    let error = |point: &PointSummary| point.stderr.unwrap_or(0.0);
-    let known: Vec<(&PointSummary, f64)> = points
-        .iter()
-        .filter_map(|point| Some((*point, point.lambda?)))
-        .collect();
-    let ends = known
-        .iter()
-        .flat_map(|(point, lambda)| [lambda - error(point), lambda + error(point)]);
-    let up = Axis::linear(
-        "λ",
-        results.unit("lambda_max"),
-        padded(range(ends.chain([0.0])), 0.07),
-    );
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top,
-        bottom,
-        across: across(results, along),
-        up,
+/// The sweeps of a slice, up before down.
+pub(super) fn sweeps<'a>(results: &'a Results, points: &[&'a PointSummary]) -> Vec<Sweep<'a>> {
+    let of = |direction: Option<&'a str>| -> Vec<&'a PointSummary> {
+        let own = |point: &&&PointSummary| point.direction.as_deref() == direction;
+        points.iter().filter(own).copied().collect()
     };
-    panel.frame(canvas, true);
-    panel.level(canvas, 0.0, "λ = 0", SOFT);
-    let at = [MARGIN, panel.top + 14.0];
-    let note = "bars: ± standard error";
-    canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
-    if known.is_empty() {
-        panel.note(canvas, "no exponents in these results");
+    let directions = results.directions();
+    if directions.is_empty() {
+        return vec![Sweep {
+            direction: "",
+            colour: BLUE,
+            points: of(None),
+        }];
     }
-    let line: Vec<_> = known
-        .iter()
-        .map(|(point, lambda)| panel.at(point.axis_values[along], *lambda))
-        .collect();
-    canvas.line(&line, Colour(0xc4, 0xc4, 0xc4), 1.0);
-    for (point, lambda) in known {
-        let x = panel.x(point.axis_values[along]);
-        let [low, high] = [lambda - error(point), lambda + error(point)].map(|v| panel.y(v));
-        canvas.line(&[[x, low], [x, high]], INK, 1.2);
-        if low - high > 2.0 * WHISKER {
-            for y in [low, high] {
-                canvas.line(&[[x - WHISKER, y], [x + WHISKER, y]], INK, 1.2);
+    let sweep = |direction| Sweep {
+        direction,
+        colour: if direction == "down" { RED } else { BLUE },
+        points: of(Some(direction)),
+    };
+    directions.into_iter().map(sweep).collect()
+}
+
+/// What the strobe panels show of every point.
+struct Samples {
+    /// By `point_id`.
+    values: BTreeMap<u64, Vec<f64>>,
+    unit: String,
+    /// Name of the axis up.
+    label: String,
+    /// The same, short.
+    symbol: String,
+}
+
+impl Samples {
+    fn read(results: &Results) -> Result<Self, PlotError> {
+        let unfit = |reason: &str| PlotError::Unfit {
+            what: What::Bifurcation,
+            reason: reason.into(),
+        };
+        let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
+            unfit("there is no poincare.parquet; ask for `poincare` in the manifest's [analyses]")
+        })?;
+        let section = Section::of(&table)?;
+        let (column, name, symbol) = match section.fixed_deflection {
+            true => ("velocity", "rate of the deflection", "δ'"),
+            false => ("deflection", "deflection", "δ"),
+        };
+        let mut values: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+        for (id, value) in table.u64("point_id")?.into_iter().zip(table.f64(column)?) {
+            if let (Some(id), Some(value)) = (id, value) {
+                values.entry(id).or_default().push(value);
             }
         }
-        let centre = [x, panel.y(lambda)];
-        canvas.disc(centre, 4.2, INK);
-        canvas.disc(centre, 3.4, Motion::of(point).colour());
+        if values.is_empty() {
+            return Err(unfit("poincare.parquet holds no sample"));
+        }
+        Ok(Self {
+            values,
+            unit: table.units()?.remove(column).unwrap_or_default(),
+            label: format!("{name} {}", section.words),
+            symbol: format!("{symbol} {}", section.words),
+        })
     }
-    // Points without λ stand on the lower edge, so that none is lost.
-    for point in points.iter().filter(|point| point.lambda.is_none()) {
-        let centre = [panel.x(point.axis_values[along]), panel.bottom];
-        canvas.disc(centre, 4.2, INK);
-        canvas.disc(centre, 3.0, WHITE);
+
+    fn of<'s>(&'s self, point: &PointSummary) -> impl Iterator<Item = f64> + use<'s> {
+        let values = self.values.get(&point.point_id);
+        values.into_iter().flatten().copied()
     }
 }
 
-/// Strobed deflections over one axis, and λ below.
+/// Samples over one axis, and λ below.
 pub(super) fn draw_bifurcation(results: &Results, along: usize) -> Result<Drawn, PlotError> {
-    let unfit = |reason: &str| PlotError::Unfit {
-        what: What::Bifurcation,
-        reason: reason.into(),
-    };
-    let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
-        unfit("there is no poincare.parquet; ask for `poincare` in the manifest's [analyses]")
-    })?;
-    let unit = table.units()?.remove("deflection").unwrap_or_default();
-    let mut strobes: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
-    for (id, deflection) in table
-        .u64("point_id")?
-        .into_iter()
-        .zip(table.f64("deflection")?)
-    {
-        if let (Some(id), Some(deflection)) = (id, deflection) {
-            strobes.entry(id).or_default().push(deflection);
-        }
-    }
-    if strobes.is_empty() {
-        return Err(unfit("poincare.parquet holds no sample"));
-    }
+    let samples = Samples::read(results)?;
     let name = &results.summary.axes[along].name;
-    let (slices, all) = results.slices(&[along]);
+    let (slices, all) = results.slices_of_both(&[along]);
     let mut drawn = Drawn::of_slices(What::Bifurcation, slices.len(), all);
     for slice in slices {
         let title = format!("{}: bifurcation diagram over {name}", results.job);
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let sweeps = sweeps(results, &slice.points);
         let with_lambda = slice.points.iter().any(|point| point.lambda.is_some());
-        let bottom = if with_lambda { 350.0 } else { 526.0 };
-        strobe_panel(&mut canvas, bottom, results, along, &slice, &strobes, &unit);
+        let all = slice.points.iter().flat_map(|point| samples.of(point));
+        let up = padded(range(all), 0.05);
+        let (both, height) = match (sweeps.len() > 1, with_lambda) {
+            (true, true) => (true, 206.0),
+            (true, false) => (true, 216.0),
+            (false, true) => (false, 278.0),
+            (false, false) => (false, 454.0),
+        };
+        let mut top = TOP;
+        for (row, sweep) in sweeps.iter().enumerate() {
+            let label = match both {
+                true => format!("{}: {}", sweep.direction, samples.symbol),
+                false => samples.label.clone(),
+            };
+            let named = !with_lambda && row + 1 == sweeps.len();
+            let panel = Panel {
+                left: LEFT,
+                right: RIGHT,
+                top,
+                bottom: top + height,
+                across: across(results, along),
+                up: Axis::linear(&label, &samples.unit, up),
+            };
+            panel.frame(&mut canvas, named);
+            strobe_panel(&mut canvas, &panel, results, along, sweep, &samples);
+            if both {
+                strip(&mut canvas, &panel, along, sweep);
+            }
+            top = panel.bottom + 22.0;
+        }
         if with_lambda {
-            lambda_panel(&mut canvas, [370.0, 526.0], results, along, &slice.points);
+            let area = match both {
+                true => [top, top + 176.0],
+                false => [370.0, 526.0],
+            };
+            lambda_curve::panel(&mut canvas, area, results, along, &slice.points);
+            top = area[1];
+        }
+        if both {
+            canvas.height = top + 74.0;
         }
         let found = counts(slice.points.iter().copied());
-        key(&mut canvas, [MARGIN, 72.0], &found);
+        let used = key(&mut canvas, [MARGIN, TOP], &found);
+        if !results.summary.transitions.is_empty() {
+            let y = TOP + used + 10.0;
+            canvas.dashes([MARGIN + 7.0, y], [MARGIN + 7.0, y + 26.0], CHANGE, 1.2);
+            let at = [MARGIN + 21.0, y + 17.0];
+            canvas.text(at, "change of motion", TICK_SIZE, INK, Anchor::Start);
+        }
         drawn
             .pictures
             .push(Picture::new(format!("bifurcation{}", slice.suffix), canvas));
@@ -153,38 +176,51 @@ pub(super) fn draw_bifurcation(results: &Results, along: usize) -> Result<Drawn,
 
 fn strobe_panel(
     canvas: &mut Canvas,
-    bottom: f64,
+    panel: &Panel,
     results: &Results,
     along: usize,
-    slice: &Slice<'_>,
-    strobes: &BTreeMap<u64, Vec<f64>>,
-    unit: &str,
+    sweep: &Sweep<'_>,
+    samples: &Samples,
 ) {
-    let samples = |point: &&PointSummary| strobes.get(&point.point_id).into_iter().flatten();
-    let all = slice.points.iter().flat_map(samples).copied();
-    let panel = Panel {
-        left: LEFT,
-        right: RIGHT,
-        top: 72.0,
-        bottom,
-        across: across(results, along),
-        up: Axis::linear("deflection at mesh phase 0", unit, padded(range(all), 0.05)),
-    };
-    panel.frame(canvas, bottom > 400.0);
-    let count = slice.points.len() as f64;
+    for change in &results.summary.transitions {
+        if sweep.points.iter().any(|p| p.point_id == change.point_id) {
+            let [lower, upper] = change.bracket;
+            let x = panel.x(0.5 * (lower + upper));
+            canvas.dashes([x, panel.top], [x, panel.bottom], CHANGE, 0.8);
+        }
+    }
+    let count = sweep.points.len() as f64;
     let radius = (0.14 * (RIGHT - LEFT) / count.max(1.0)).clamp(0.8, 2.0);
     // Samples on the same half pixel are drawn once: a settled orbit is a dot or two.
     let mut taken = BTreeSet::new();
-    for point in &slice.points {
-        for deflection in samples(point) {
-            let place = panel.at(point.axis_values[along], *deflection);
+    for point in &sweep.points {
+        for value in samples.of(point) {
+            let place = panel.at(point.axis_values[along], value);
             let cell = place.map(|coordinate| (2.0 * coordinate).round() as i64);
             if taken.insert(cell) {
-                canvas.disc(place, radius, BLUE);
+                canvas.disc(place, radius, sweep.colour);
             }
         }
     }
     if taken.is_empty() {
         panel.note(canvas, "no samples in this slice");
+    }
+}
+
+/// The kind of motion of every point, below a panel, each up to halfway to its neighbours.
+fn strip(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>) {
+    let mut points: Vec<(f64, Motion)> = (sweep.points.iter())
+        .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let [top, bottom] = [panel.bottom + 1.0, panel.bottom + STRIP];
+    for (index, &(x, motion)) in points.iter().enumerate() {
+        let neighbour = |other: Option<usize>| {
+            let other = other.and_then(|other| points.get(other));
+            other.map(|(other, _)| 0.5 * (x + other))
+        };
+        let left = neighbour(index.checked_sub(1)).unwrap_or(panel.left);
+        let right = neighbour(Some(index + 1)).unwrap_or(panel.right);
+        canvas.rectangle([left, top], [right, bottom], motion.colour());
     }
 }

@@ -8,6 +8,7 @@ use super::motion::Motion;
 use super::panel::{Panel, TICK_SIZE};
 use super::recording::Recording;
 use super::results::Results;
+use super::section::Section;
 use super::{Drawn, Picture, PlotRequest, What};
 use crate::report::PointSummary;
 use crate::store::TableKind;
@@ -73,14 +74,11 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
         .filter_map(|(_, (deflection, rate))| Some([(*deflection)?, (*rate)?]))
         .collect();
     if samples.is_empty() {
-        return Err(unfit(format!(
-            "point {} has no strobe sample",
-            point.point_id
-        )));
+        return Err(unfit(format!("point {} has no sample", point.point_id)));
     }
     let units = table.units()?;
     let unit = |column: &str| units.get(column).map_or("", String::as_str);
-    let title = format!("{}: strobe samples in the phase plane", results.job);
+    let title = format!("{}: Poincaré samples in the phase plane", results.job);
     let words = results.point_words(point);
     let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, why]));
     let column = |index: usize| range(samples.iter().map(|sample| sample[index]));
@@ -88,7 +86,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
         column(0),
         column(1),
         [unit("deflection"), unit("velocity")],
-        " at mesh phase 0",
+        &format!(" {}", Section::of(&table)?.words),
     );
     panel.frame(&mut canvas, true);
     for [deflection, rate] in &samples {

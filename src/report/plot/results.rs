@@ -84,12 +84,12 @@ impl Results {
             .collect()
     }
 
-    /// The axis that pictures over one axis go along: the one named, or the one with most
-    /// values, the fastest of equals.
+    /// The axis that pictures over one axis go along: the one named, else the swept one, else
+    /// the one with most values, the fastest of equals.
     pub fn along(&self, what: What, name: Option<&str>) -> Result<usize, PlotError> {
         let varied = self.varied();
         let axis = |index: &usize| &self.summary.axes[*index];
-        match name {
+        match name.or(self.summary.carried_along.as_deref()) {
             Some(name) => varied
                 .iter()
                 .copied()
@@ -116,53 +116,81 @@ impl Results {
         }
     }
 
-    /// The grid cut along some axes, in the order of the held values; at most
-    /// [`MOST_SLICES`], with the number of all.
+    /// The grid cut along some axes, in the order of the held values, sweeps up and down
+    /// apart; at most [`MOST_SLICES`], with the number of all.
     pub fn slices(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
+        self.cut(free, true)
+    }
+
+    /// The same with sweeps up and down together.
+    pub fn slices_of_both(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
+        self.cut(free, false)
+    }
+
+    fn cut(&self, free: &[usize], apart: bool) -> (Vec<Slice<'_>>, usize) {
         let axes = &self.summary.axes;
         let held: Vec<usize> = (0..axes.len()).filter(|i| !free.contains(i)).collect();
         let values = |point: &PointSummary| -> Vec<f64> {
             held.iter().map(|&index| point.axis_values[index]).collect()
         };
-        let mut all: Vec<(Vec<f64>, Vec<&PointSummary>)> = Vec::new();
-        let mut known: HashMap<Vec<u64>, usize> = HashMap::new();
+        type Key<'p> = (Vec<f64>, Option<&'p str>);
+        let mut all: Vec<(Key<'_>, Vec<&PointSummary>)> = Vec::new();
+        let mut known: HashMap<(Vec<u64>, Option<&str>), usize> = HashMap::new();
+        let several = self.directions().len() > 1;
         for point in &self.summary.all {
             let key = values(point);
+            let direction = point.direction.as_deref().filter(|_| apart && several);
             let bits = key.iter().map(|value| value.to_bits()).collect();
-            let index = *known.entry(bits).or_insert(all.len());
+            let index = *known.entry((bits, direction)).or_insert(all.len());
             match all.get_mut(index) {
                 Some((_, points)) => points.push(point),
-                None => all.push((key, vec![point])),
+                None => all.push(((key, direction), vec![point])),
             }
         }
-        all.sort_by(|a, b| {
-            let order = a.0.iter().zip(&b.0).map(|(a, b)| a.total_cmp(b));
+        // Stable: of equal values the sweep up, which has the smaller numbers, stays first.
+        all.sort_by(|((a, _), _), ((b, _), _)| {
+            let order = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
             order.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
         });
         let count = all.len();
-        let slices = all.into_iter().take(MOST_SLICES).map(|(key, points)| {
-            let known = || held.iter().map(|&index| &axes[index]).zip(&key);
-            let words: Vec<String> = known()
-                .map(|(axis, value)| held_words(axis, *value))
-                .collect();
-            let parts: Vec<String> = known()
-                .filter(|(axis, _)| axis.values.len() > 1)
-                .map(|(axis, value)| format!("{}={}", axis.name, distinct(axis, *value)))
-                .collect();
-            let count_words = format!("{} points", points.len());
-            Slice {
-                points,
-                words: match words.is_empty() {
-                    true => count_words,
-                    false => format!("{}  ·  {count_words}", words.join(", ")),
-                },
-                suffix: match parts.is_empty() {
-                    true => String::new(),
-                    false => format!("-{}", parts.join(",")),
-                },
-            }
-        });
+        let slices = all
+            .into_iter()
+            .take(MOST_SLICES)
+            .map(|((key, direction), points)| {
+                let known = || held.iter().map(|&index| &axes[index]).zip(&key);
+                let swept = direction.map(|direction| format!("sweep {direction}"));
+                let words: Vec<String> = known()
+                    .map(|(axis, value)| held_words(axis, *value))
+                    .chain(swept)
+                    .collect();
+                let parts: Vec<String> = known()
+                    .filter(|(axis, _)| axis.values.len() > 1)
+                    .map(|(axis, value)| format!("{}={}", axis.name, distinct(axis, *value)))
+                    .chain(direction.map(str::to_owned))
+                    .collect();
+                let count_words = format!("{} points", points.len());
+                Slice {
+                    points,
+                    words: match words.is_empty() {
+                        true => count_words,
+                        false => format!("{}  ·  {count_words}", words.join(", ")),
+                    },
+                    suffix: match parts.is_empty() {
+                        true => String::new(),
+                        false => format!("-{}", parts.join(",")),
+                    },
+                }
+            });
         (slices.collect(), count)
+    }
+
+    /// The directions of the sweeps, `up` before `down`; empty where points are independent.
+    pub fn directions(&self) -> Vec<&str> {
+        let met = |word: &&str| {
+            let mut points = self.summary.all.iter();
+            points.any(|point| point.direction.as_deref() == Some(*word))
+        };
+        ["up", "down"].into_iter().filter(met).collect()
     }
 
     /// The line below a title: the slice, and what is missing of the results.
@@ -184,6 +212,7 @@ impl Results {
         let values = self.summary.axes.iter().zip(&point.axis_values);
         let values: Vec<String> = values
             .map(|(axis, value)| held_words(axis, *value))
+            .chain(point.direction.as_ref().map(|word| format!("sweep {word}")))
             .collect();
         let motion = super::motion::Motion::of(point).name();
         match values.is_empty() {

@@ -260,6 +260,7 @@ fn an_exponent_shows_two_digits_of_its_error() {
     let point = |lambda, stderr| PointSummary {
         point_id: 0,
         axis_values: Vec::new(),
+        direction: None,
         status: "ok".into(),
         reason: String::new(),
         class: None,

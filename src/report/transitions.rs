@@ -1,0 +1,95 @@
+//! Where the motion changes along a sweep, and between which values.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::summary::Summary;
+use super::text::number;
+use crate::store::{ResultTable, StoreError, TableKind};
+
+/// Rows shown before the list is cut short.
+const MOST_ROWS: usize = 40;
+
+/// A change of class or period between two points of a chain.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TransitionSummary {
+    /// The first point behind it, in marching order.
+    pub point_id: u64,
+    /// `up` or `down`.
+    pub direction: String,
+    /// Kind of motion before and behind it.
+    pub classes: [String; 2],
+    /// Their periods, where they have one.
+    pub periods: [Option<u64>; 2],
+    /// Values of the swept axis that bracket it, ascending.
+    pub bracket: [f64; 2],
+}
+
+/// The transitions of a results folder; empty where none were sought.
+pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> {
+    let table = match ResultTable::read(folder, TableKind::Transitions) {
+        Err(StoreError::Missing { .. }) => return Ok(Vec::new()),
+        table => table?,
+    };
+    let (ids, directions) = (table.u64("point_id")?, table.text("direction")?);
+    let (from, to) = (table.text("from_class")?, table.text("to_class")?);
+    let (before, behind) = (table.u64("from_period")?, table.u64("to_period")?);
+    let (lower, upper) = (table.f64("lower")?, table.f64("upper")?);
+    let found = (0..table.rows()).filter_map(|row| {
+        Some(TransitionSummary {
+            point_id: ids[row]?,
+            direction: directions[row].clone()?,
+            classes: [from[row].clone()?, to[row].clone()?],
+            periods: [before[row], behind[row]],
+            bracket: [lower[row]?, upper[row]?],
+        })
+    });
+    Ok(found.collect())
+}
+
+/// A list of them.
+pub(super) fn push(text: &mut String, summary: &Summary) {
+    let Some(axis) = summary.carried_along.as_ref() else {
+        return;
+    };
+    if summary.transitions.is_empty() {
+        return;
+    }
+    let unit = summary.axes.iter().find(|known| known.name == *axis);
+    let unit = match unit.map_or("", |known| known.unit.as_str()) {
+        "1" => "",
+        unit => unit,
+    };
+    _ = writeln!(text, "\nchanges of motion along {axis}");
+    for found in summary.transitions.iter().take(MOST_ROWS) {
+        let [from, to] = [0, 1].map(|side| match found.periods[side] {
+            Some(period) if found.classes[side] == "periodic" => format!("period {period}"),
+            _ => found.classes[side].replace('_', " "),
+        });
+        // As many digits as tell the two ends apart.
+        let [lower, upper] = found.bracket;
+        let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
+        let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));
+        let line = format!(
+            "  {:>6}  {:<5} {from:<16} → {to:<16} {lower} … {upper} {unit}",
+            found.point_id, found.direction
+        );
+        _ = writeln!(text, "{}", line.trim_end());
+    }
+    if summary.transitions.len() > MOST_ROWS {
+        let more = summary.transitions.len() - MOST_ROWS;
+        _ = writeln!(text, "  … and {more} more");
+    }
+}
+
+fn to_digits(value: f64, digits: usize) -> String {
+    let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse();
+    let rounded: f64 = rounded.unwrap_or(value);
+    match (1e-3..1e6).contains(&rounded.abs()) {
+        true => rounded.to_string(),
+        false if rounded == 0.0 => number(rounded),
+        false => format!("{rounded:e}"),
+    }
+}
