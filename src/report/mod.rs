@@ -1,11 +1,13 @@
 //! Summaries and figures from result files; knows nothing of how results came to be.
 
+mod branches;
 mod coexistence;
 mod heat;
 mod plot;
 mod summary;
 mod text;
 
+pub use branches::{Attractor, branches, read_attractors};
 pub use coexistence::{Coexistence, Ending};
 pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, plot};
 pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};

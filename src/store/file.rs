@@ -43,6 +43,10 @@ pub enum TableKind {
     Spectra,
     /// One row an initial condition.
     Probes,
+    /// One row an attractor of a point.
+    Attractors,
+    /// One row a cell of a slice of initial states.
+    Basins,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -57,6 +61,8 @@ impl TableKind {
             Self::Poincare => "poincare.parquet",
             Self::Spectra => "spectra.parquet",
             Self::Probes => "probes.parquet",
+            Self::Attractors => "attractors.parquet",
+            Self::Basins => "basins.parquet",
             Self::Trace => "trace.parquet",
             Self::Events => "events.parquet",
         }

@@ -1,13 +1,16 @@
 //! Result files: the one place where results meet columns.
 //!
 //! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
-//! `spectra.parquet` and `probes.parquet`, then `run.json`. Files appear under their final
+//! `spectra.parquet`, `probes.parquet` with `attractors.parquet`, and `basins.parquet`, then
+//! `run.json`. Files appear under their final
 //! name only when they are whole; until then a journal keeps what is finished. The shards
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
 //!
 //! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`.
 
+mod attractors;
+mod basins;
 mod clock;
 mod columns;
 mod error;
@@ -21,6 +24,8 @@ mod table;
 mod trace;
 mod writer;
 
+pub use attractors::{AttractorRow, attractors_table};
+pub use basins::{CellRow, basins_table};
 pub use clock::timestamp;
 pub use columns::{
     AxisColumn, Placement, PoincareRow, PointRow, SpectrumRow, poincare_table, points_table,

@@ -11,8 +11,8 @@ use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale,
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::{
-    AxisColumn, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError, poincare_table,
-    points_table, probes_table, spectra_table,
+    AttractorRow, AxisColumn, CellRow, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError,
+    attractors_table, basins_table, poincare_table, points_table, probes_table, spectra_table,
 };
 
 impl Row for PointRow {
@@ -41,6 +41,14 @@ impl Row for ProbeRow {
     }
 }
 
+impl Row for AttractorRow {
+    fn list_bytes(&self) -> usize {
+        size_of::<f64>() * (self.places[0].len() + self.places[1].len())
+    }
+}
+
+impl Row for CellRow {}
+
 /// What a job writes.
 #[derive(Debug, Clone, Default)]
 pub struct ResultLayout {
@@ -50,8 +58,10 @@ pub struct ResultLayout {
     pub poincare: bool,
     /// Whether `spectra.parquet` is written.
     pub spectra: bool,
-    /// Whether `probes.parquet` is written.
+    /// Whether `probes.parquet` and `attractors.parquet` are written.
     pub probes: bool,
+    /// Names of the axes of the slices in `basins.parquet`, where it is written.
+    pub basins: Option<[String; 2]>,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -67,6 +77,10 @@ pub struct Written {
     pub spectra: u64,
     /// Of `probes.parquet`.
     pub probes: u64,
+    /// Of `attractors.parquet`.
+    pub attractors: u64,
+    /// Of `basins.parquet`.
+    pub basins: u64,
     /// Points expected that never came (an interrupted run).
     pub missing: u64,
 }
@@ -86,6 +100,8 @@ pub struct ResultWriter {
     poincare: Option<TableFile<PoincareRow>>,
     spectra: Option<TableFile<SpectrumRow>>,
     probes: Option<TableFile<ProbeRow>>,
+    attractors: Option<TableFile<AttractorRow>>,
+    basins: Option<TableFile<CellRow>>,
 }
 
 impl ResultWriter {
@@ -134,6 +150,22 @@ impl ResultWriter {
                     TableFile::create(folder, TableKind::Probes, shard, table, &[])
                 })
                 .transpose()?,
+            attractors: layout
+                .probes
+                .then(|| {
+                    let table = attractors_table();
+                    TableFile::create(folder, TableKind::Attractors, shard, table, &[])
+                })
+                .transpose()?,
+            basins: layout
+                .basins
+                .as_ref()
+                .map(|names| {
+                    let table = basins_table();
+                    let metadata = [("slice", serde_json::json!(names).to_string())];
+                    TableFile::create(folder, TableKind::Basins, shard, table, &metadata)
+                })
+                .transpose()?,
         })
     }
 
@@ -168,6 +200,8 @@ impl ResultWriter {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
         self.clear_the_way()?;
+        let basins = self.basins.map_or(Ok(0), TableFile::finish)?;
+        let attractors = self.attractors.map_or(Ok(0), TableFile::finish)?;
         let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
@@ -177,6 +211,8 @@ impl ResultWriter {
             poincare,
             spectra,
             probes,
+            attractors,
+            basins,
             missing,
         })
     }
@@ -194,6 +230,10 @@ impl ResultWriter {
         }
         if self.probes.is_none() {
             old.push(table_path(folder, TableKind::Probes, *shard));
+            old.push(table_path(folder, TableKind::Attractors, *shard));
+        }
+        if self.basins.is_none() {
+            old.push(table_path(folder, TableKind::Basins, *shard));
         }
         for path in old {
             match fs::remove_file(&path) {
@@ -233,9 +273,21 @@ impl ResultWriter {
                 }
             }
         }
-        if let (Some(file), Some(found)) = (&mut self.probes, &mut row.multistability) {
-            for probe in std::mem::take(&mut found.probes) {
-                file.push(ProbeRow { point_id, probe })?;
+        if let Some(found) = &mut row.multistability {
+            if let Some(file) = &mut self.probes {
+                for probe in std::mem::take(&mut found.probes) {
+                    file.push(ProbeRow { point_id, probe })?;
+                }
+            }
+            if let Some(file) = &mut self.attractors {
+                for (id, attractor) in (0..).zip(&found.attractors) {
+                    file.push(AttractorRow::new(point_id, id, attractor.clone()))?;
+                }
+            }
+            if let Some(file) = &mut self.basins {
+                for cell in std::mem::take(&mut found.cells) {
+                    file.push(CellRow { point_id, cell })?;
+                }
             }
         }
         self.admit_what_is_not_finite(&mut row);

@@ -95,7 +95,7 @@ fn answer(
     let model: Model = model(&structure, point)?;
     affordable(&model, &point.run.kernel)?;
     let start = model.start(&initial(&point.run.initial));
-    let asked = (questions(point, seed), probes(point, seed));
+    let asked = (questions(point, seed), probes(&model, point, seed)?);
     let limit = point.run.event_limit;
     Ok(match point.run.kernel {
         KernelSpec::Volterra { tolerance } => {
@@ -110,7 +110,7 @@ fn answer(
 }
 
 /// All questions to a point, then its probes.
-fn ask<K: Kernel>(
+fn ask<K: Kernel + Sync>(
     model: &Model,
     kernel: &K,
     start: TrajectoryState,

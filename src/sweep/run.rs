@@ -149,7 +149,7 @@ pub fn run(
         .or(topology.map(|t| t.cores.len()))
         .or(std::thread::available_parallelism().ok().map(usize::from))
         .unwrap_or(1)
-        .clamp(1, queue.len().max(1));
+        .clamp(1, work(job, &queue).max(1));
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|i| format!("atlas-{i}"))
@@ -262,6 +262,15 @@ impl Recorder<'_> {
     }
 }
 
+/// Pieces of work that may be done at the same time: points, and probes where there are any.
+fn work(job: &Job, queue: &[(usize, usize)]) -> usize {
+    let pieces = queue.iter().map(|&(_, index)| {
+        let probes = job.points[index].analyses.multistability;
+        probes.map_or(1, |asked| asked.initial_conditions as usize)
+    });
+    pieces.sum()
+}
+
 fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     let any = |pick: fn(&crate::manifest::AnalysesSpec) -> bool| {
         job.points.iter().any(|p| pick(&p.analyses))
@@ -278,7 +287,22 @@ fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         poincare: any(|a| a.poincare.is_some()),
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
         probes: any(|a| a.multistability.is_some()),
+        basins: job
+            .points
+            .iter()
+            .find_map(|p| p.analyses.multistability?.slice)
+            .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.velocity))),
         shard,
+    }
+}
+
+/// What a slice varies along a mode, counted from 0.
+fn slice_axis(mode: usize, velocity: bool) -> String {
+    let mode = mode + 1;
+    if velocity {
+        format!("velocity of mode {mode} as mesh deflection")
+    } else {
+        format!("mesh deflection by mode {mode}")
     }
 }
 

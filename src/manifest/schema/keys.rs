@@ -174,10 +174,16 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     integer("analyses.nvh.harmonics", 0.0, 1000.0, "10"),
     key("analyses.nvh.spectrum", Boolean, ANY, "true"),
     table("analyses.multistability"),
-    integer("analyses.multistability.initial_conditions", 2.0, 1e6, "32"),
+    integer("analyses.multistability.initial_conditions", 1.0, 1e6, "32"),
     quantity("analyses.multistability.decades", Ratio, bounds(0.0, false, 12.0, false), "4"),
     integer("analyses.multistability.transient", 0.0, MANY, "2000"),
     integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000"),
+    table("analyses.multistability.slice"),
+    key("analyses.multistability.slice.modes", List("2 integers: modes, counted from 1"), ANY, "[3, 7]"),
+    integer("analyses.multistability.slice.modes.*", 1.0, 1000.0, "3"),
+    key("analyses.multistability.slice.of", Choice(&["displacement", "velocity"]), ANY, r#""displacement""#),
+    quantity("analyses.multistability.slice.extent", Length, POSITIVE, r#""30 um""#),
+    integer("analyses.multistability.slice.count", 1.0, 512.0, "48"),
     key("analyses.orbits", Unavailable("analyses.poincare: its samples show the period of a settled point"), ANY, ""),
 ];
 
