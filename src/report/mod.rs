@@ -7,7 +7,7 @@ mod plot;
 mod summary;
 mod text;
 
-pub use branches::{Attractor, branches, read_attractors};
+pub use branches::{Attractor, branches, read_attractors, render_branches};
 pub use coexistence::{Coexistence, Ending};
 pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, plot};
 pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};

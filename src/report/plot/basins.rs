@@ -176,8 +176,8 @@ fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
     }
     let share = |count: usize| {
         format!(
-            "{} % of cells",
-            number(100.0 * count as f64 / cells.len() as f64)
+            "{:.1} % of cells",
+            100.0 * count as f64 / cells.len() as f64
         )
     };
     let mut y = TOP;

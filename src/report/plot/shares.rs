@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::axis::Axis;
+use super::axis::{Axis, range};
 use super::canvas::{Anchor, Canvas, INK, SOFT};
 use super::categories::colour;
 use super::error::PlotError;
@@ -21,7 +21,7 @@ const WHISKER: f64 = 3.0;
 /// Sideways distance of branches at one point \[px\]: whiskers must not cover each other.
 const APART: f64 = 7.0;
 /// Most entries of the key.
-const MOST_ENTRIES: usize = 16;
+const MOST_ENTRIES: usize = 10;
 
 /// Draws the shares of every slice of the grid.
 pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> {
@@ -121,17 +121,26 @@ fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSumma
             let [first, last] = [&kinds[0], &kinds[kinds.len() - 1]];
             words = format!("{first} → … → {last}");
         }
-        let text = format!("{words} ({})", line.len());
+        let rms = range(line.iter().filter_map(|(_, attractor)| attractor.dte_rms));
+        let [low, high] = rms.map(|rms| format!("{:.1}", 1e6 * rms));
+        let span = if low == high {
+            low
+        } else {
+            format!("{low} … {high}")
+        };
+        let points = match line.len() {
+            1 => "1 point".to_owned(),
+            count => format!("{count} points"),
+        };
+        let numbers = format!("{points}, RMS {span} µm");
         canvas.disc([MARGIN + 7.0, y + 7.0], 6.0, INK);
         canvas.disc([MARGIN + 7.0, y + 7.0], 5.0, colour(place));
-        canvas.text(
-            [MARGIN + 21.0, y + 12.0],
-            &text,
-            TICK_SIZE,
-            INK,
-            Anchor::Start,
-        );
-        y += 24.0;
+        let texts = [(words, 12.0, INK), (numbers, 28.0, SOFT)];
+        for (text, down, ink) in texts {
+            let at = [MARGIN + 21.0, y + down];
+            canvas.text(at, &text, TICK_SIZE, ink, Anchor::Start);
+        }
+        y += 40.0;
     }
     if own.len() > MOST_ENTRIES {
         let text = format!("… and {} more", own.len() - MOST_ENTRIES);
