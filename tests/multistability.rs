@@ -6,7 +6,8 @@
 mod common;
 
 use atlas::analysis::{
-    Class, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, Status, probe_basins,
+    Class, MultistabilityOutcome, MultistabilityQuestion, Plane, ProbeOutcome, SliceOf,
+    SliceQuestion, Status, probe_basins,
 };
 use atlas::model::{Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft};
 use atlas::propagate::Volterra;
@@ -29,6 +30,7 @@ fn question(seed: u64) -> MultistabilityQuestion {
         transient: 100,
         cycles: 1000,
         settle: true,
+        slice: None,
     }
 }
 
@@ -125,7 +127,7 @@ fn locked(speed: f64) -> (f64, f64) {
 /// The first probe on each attractor, and how many there are on each.
 fn attractors(found: &MultistabilityOutcome) -> Vec<(&ProbeOutcome, u32)> {
     let on = |id| found.probes.iter().filter(move |p| p.attractor == Some(id));
-    (0..found.attractors)
+    (0..found.attractors.len() as u32)
         .map(|id| (on(id).next().unwrap(), on(id).count() as u32))
         .collect()
 }
@@ -138,7 +140,7 @@ fn found_for_every_seed(model: &Model, quiet: (Class, f64, f64), events: f64) {
     let mut on_quiet = 0;
     for seed in 0..SEEDS {
         let found = probe(model, &question(seed));
-        assert_eq!(found.attractors, 2, "seed {seed}");
+        assert_eq!(found.attractors.len(), 2, "seed {seed}");
         assert_eq!(found.probes[0].attractor, Some(0));
         let both = attractors(&found);
         assert_eq!(both.iter().map(|(_, count)| count).sum::<u32>(), PROBES);
@@ -223,12 +225,168 @@ fn one_attractor_is_not_split() {
     .unwrap();
     for seed in 0..SEEDS {
         let found = probe(&chaos, &question(seed));
-        assert_eq!(found.attractors, 1, "seed {seed}: {found:?}");
+        assert_eq!(found.attractors.len(), 1, "seed {seed}: {found:?}");
         let first = &found.probes[0];
         assert_eq!(first.class, Some(Class::Chaotic), "{}", first.reason);
         assert_eq!(first.basin.share, 1.0);
         assert_eq!(first.basin.high, 1.0);
         assert!((0.8..0.81).contains(&first.basin.low), "{:?}", first.basin);
+    }
+}
+
+fn plane(model: &Model, extent: f64, count: u32) -> Plane {
+    let question = SliceQuestion {
+        modes: [0, 1],
+        of: SliceOf::Displacement,
+        extent,
+        count,
+    };
+    Plane::new(model, &question).unwrap()
+}
+
+/// A cell that is seen to approach a known orbit ends where it ends when it is marched out.
+#[test]
+fn cells_are_decided_as_they_are_when_marched_out() {
+    let model = TWO_DEGREES.model(10e-6, 280.0);
+    for (seed, extent) in [(0, 20e-6), (1, 200e-6)] {
+        let watched = MultistabilityQuestion {
+            slice: Some(plane(&model, extent, 16)),
+            ..question(seed)
+        };
+        let marched = MultistabilityQuestion {
+            transient: 0,
+            ..watched.clone()
+        };
+        let [watched, marched] = [watched, marched].map(|question| probe(&model, &question));
+        assert_eq!(watched.cells.len(), 256);
+        assert_eq!(watched.attractors.len(), 2);
+        for (a, b) in watched.cells.iter().zip(&marched.cells) {
+            assert_eq!((a.column, a.row, a.place), (b.column, b.row, b.place));
+            assert_eq!(
+                (a.attractor, a.class),
+                (b.attractor, b.class),
+                "{a:?}\n{b:?}"
+            );
+            assert_eq!(a.status, Status::Ok);
+            assert!(b.in_full);
+        }
+        let in_full = watched.cells.iter().filter(|cell| cell.in_full).count();
+        assert!(in_full < 26, "{in_full} cells were investigated in full");
+        let cycles = |found: &MultistabilityOutcome| -> u64 {
+            found.cells.iter().map(|cell| cell.cycles).sum()
+        };
+        assert!(4 * cycles(&watched) < cycles(&marched));
+        for (id, attractor) in (0..).zip(&watched.attractors) {
+            let on = |cell: &&atlas::analysis::CellOutcome| cell.attractor == Some(id);
+            let cells = watched.cells.iter().filter(on).count();
+            assert!(cells > 10, "{cells} cells on attractor {id}");
+            assert_eq!(attractor.cells, Some(cells as u32));
+            assert_eq!(attractor.strobe.len(), 1);
+        }
+    }
+}
+
+/// Attractors that no probe found are found by the slice, once, and cells of later rounds are
+/// decided by their orbits.
+#[test]
+fn a_slice_finds_what_no_probe_found() {
+    let model = TWO_DEGREES.model(10e-6, 280.0);
+    let found = probe(
+        &model,
+        &MultistabilityQuestion {
+            initial_conditions: 1,
+            slice: Some(plane(&model, 200e-6, 16)),
+            ..question(0)
+        },
+    );
+    assert_eq!(found.probes.len(), 1);
+    assert_eq!(
+        (found.probes[0].amplitude, found.probes[0].basin.share),
+        (0.0, 1.0)
+    );
+    assert_eq!(found.attractors.len(), 2);
+    assert_eq!(
+        [found.attractors[0].probes, found.attractors[1].probes],
+        [1, 0]
+    );
+    assert!(found.attractors[1].cells > Some(10));
+    let on_second = |cell: &&atlas::analysis::CellOutcome| cell.attractor == Some(1);
+    let in_full = found
+        .cells
+        .iter()
+        .filter(on_second)
+        .filter(|cell| cell.in_full);
+    let in_full = in_full.count();
+    assert!((1..=16).contains(&in_full), "{in_full}");
+}
+
+/// An oscillator in its gap that nothing shakes or damps: rest and every free vibration are
+/// points of one continuum, not an attractor each.
+#[test]
+fn a_continuum_is_one() {
+    let mut structure = common::structure(&[4000.0], 0.0, &[1.0], &[0.0]);
+    structure.damping = vec![0.0];
+    let drive = Drive {
+        half_gap: 10e-6,
+        stiffness: vec![1.44e8],
+        damping: 480.0,
+        friction: 0.0,
+        transmission_error: Vec::new(),
+        torque_ripple: Vec::new(),
+    };
+    let point = OperatingPoint {
+        load: 0.0,
+        speed: 300.0,
+    };
+    let model = Model::new(&structure, &drive, point).unwrap();
+    for seed in 0..3 {
+        let question = MultistabilityQuestion {
+            decades: 8.0,
+            ..question(seed)
+        };
+        let found = probe(&model, &question);
+        let free: Vec<&ProbeOutcome> = found
+            .probes
+            .iter()
+            .filter(|p| p.events_per_cycle == Some(0.0) && p.attractor.is_some())
+            .collect();
+        assert!(free.len() >= 5, "{}", free.len());
+        assert!(free.iter().all(|p| p.attractor == Some(0)), "{free:?}");
+        // At rest, and on two of the circles.
+        let rms = |p: &ProbeOutcome| p.dte_rms.unwrap();
+        assert!(rms(free[0]) < 1e-15 && rms(free[2]) > 1.2 * rms(free[1]));
+        assert!(free.iter().all(|p| p.lambda.unwrap().abs() < 1e-3));
+    }
+}
+
+/// Every probe may diverge: no attractor, and every share is that of the status.
+#[test]
+fn all_may_storm() {
+    let model = ONE_DEGREE.model(0.3e-6, 160.0);
+    let kernel = Volterra::new(&model, f64::EPSILON, 1);
+    let start = model.start(&InitialState::Static);
+    let called_off = AtomicBool::new(false);
+    let two = TWO_DEGREES.model(0.3e-6, 160.0);
+    let found = probe_basins(&model, &kernel, &start, &question(1), &called_off).unwrap();
+    assert!(found.attractors.is_empty());
+    for probe in &found.probes {
+        assert_eq!(
+            (&probe.status, probe.basin.share),
+            (&Status::EventStorm, 1.0)
+        );
+    }
+    let sliced = MultistabilityQuestion {
+        slice: Some(plane(&two, 1e-6, 4)),
+        ..question(1)
+    };
+    let kernel = Volterra::new(&two, f64::EPSILON, 1);
+    let start = two.start(&InitialState::Static);
+    let found = probe_basins(&two, &kernel, &start, &sliced, &called_off).unwrap();
+    assert!(found.attractors.is_empty());
+    assert_eq!(found.cells.len(), 16);
+    for cell in &found.cells {
+        let ending = (cell.attractor, &cell.status, cell.class, cell.in_full);
+        assert_eq!(ending, (None, &Status::EventStorm, None, false));
     }
 }
 
@@ -241,7 +399,7 @@ fn troubled_probes_are_counted() {
     // The motion between the stops has four events a cycle.
     let kernel = Volterra::new(&model, f64::EPSILON, 3);
     let found = probe_basins(&model, &kernel, &start, &question(1), &called_off).unwrap();
-    assert_eq!(found.attractors, 1);
+    assert_eq!(found.attractors.len(), 1);
     assert_eq!(found.probes.len(), PROBES as usize);
     let (settled, stormed): (Vec<_>, Vec<_>) =
         found.probes.iter().partition(|p| p.attractor == Some(0));

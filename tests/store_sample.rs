@@ -8,8 +8,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
-    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, Status,
+    AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
+    MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
+    Spectrum, SpectrumLine, Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
@@ -143,9 +144,42 @@ fn probes(point_id: u64) -> MultistabilityOutcome {
             },
         }
     };
+    let probes: Vec<ProbeOutcome> = attractors.into_iter().zip(0..).map(probe).collect();
+    let on = |id: u32| probes.iter().filter(move |p| p.attractor == Some(id));
+    let attractor = |id: u32| {
+        let first = on(id).next().unwrap();
+        AttractorOutcome {
+            class: first.class.unwrap(),
+            lambda: first.lambda,
+            lambda_stderr: first.lambda_stderr,
+            dte_rms: first.dte_rms,
+            force_peak: first.force_peak,
+            events_per_cycle: first.events_per_cycle,
+            probes: on(id).count() as u32,
+            basin: first.basin,
+            cells: Some(4 * (1 - id) + 2 * id),
+            strobe: vec![[1e-6, -1e-6]; 1 + id as usize],
+        }
+    };
+    let attractors = (0..=second).map(attractor).collect();
+    let cell = |index: u32| CellOutcome {
+        column: index % 3,
+        row: index / 3,
+        place: [f64::from(index % 3) * 1e-6, f64::from(index / 3) * 1e-6],
+        attractor: (index != 8).then_some(second * (index % 2)),
+        status: match index {
+            8 => Status::EventStorm,
+            _ => Status::Ok,
+        },
+        class: (index != 8).then_some(Class::Periodic(1 + second * (index % 2))),
+        in_full: index == 0,
+        cycles: 10,
+    };
+    let cells = (0..9).map(cell).collect();
     MultistabilityOutcome {
-        attractors: 1 + second,
-        probes: attractors.into_iter().zip(0..).map(probe).collect(),
+        attractors,
+        probes,
+        cells,
     }
 }
 
@@ -162,6 +196,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         probes: true,
         orbits: false,
         chains: None,
+        basins: Some(["mode 1".into(), "mode 2".into()]),
         shard,
     };
     let all = 0..LOADS * SPEEDS;

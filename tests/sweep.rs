@@ -289,11 +289,12 @@ fn probes(model: &Model) -> u32 {
         transient: 200,
         cycles: 1000,
         settle: true,
+        slice: None,
     };
     let start = model.start(&InitialState::Static);
     let called_off = AtomicBool::new(false);
     let found = probe_basins(model, &volterra(model), &start, &question, &called_off);
-    found.unwrap().attractors
+    found.unwrap().attractors.len() as u32
 }
 
 /// A change is refined along any axis that can be swept, keys of the mesh included.

@@ -1,4 +1,5 @@
-//! One file per question asked of a trajectory: numbers in, numbers out; no files, no threads.
+//! One file per question asked of a trajectory: numbers in, numbers out; no files, and no
+//! threads but those of the pool that probes find themselves in.
 
 mod classify;
 mod energy;
@@ -20,7 +21,8 @@ mod twin;
 pub use energy::EnergyAudit;
 pub use lyapunov::TangentGrowth;
 pub use multistability::{
-    BasinShare, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, probe_basins,
+    AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,
+    Plane, ProbeOutcome, SliceError, SliceOf, SliceQuestion, probe_basins,
 };
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;

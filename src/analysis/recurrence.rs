@@ -136,7 +136,7 @@ impl Recurrence {
 
 /// Mesh cycles after which all torque ripple starts anew; none where that takes too long or
 /// never happens. The transmission error repeats every cycle.
-fn excitation_period(model: &Model) -> Option<usize> {
+pub(super) fn excitation_period(model: &Model) -> Option<usize> {
     (1..=LONGEST_EXCITATION).find(|&period| {
         model.ripple.iter().all(|ripple| {
             let turns = ripple.turns_per_cycle * period as f64;

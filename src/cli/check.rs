@@ -236,8 +236,15 @@ fn analyses(point: &PointSpec) -> String {
         format!("nvh ({} harmonics{spectra})", nvh.harmonics)
     });
     let multistability = analyses.multistability.map(|asked| {
+        let slice = asked.slice.map_or_else(String::new, |slice| {
+            let [first, second] = slice.modes.map(|mode| mode + 1);
+            format!(
+                ", a slice of {0} x {0} along modes {first} and {second}",
+                slice.count
+            )
+        });
         format!(
-            "multistability ({} initial conditions over {} decades of energy, {} + {} cycles each)",
+            "multistability ({} initial conditions over {} decades of energy{slice}, {} + {} cycles each)",
             asked.initial_conditions, asked.decades, asked.transient, asked.cycles
         )
     });

@@ -28,7 +28,8 @@ pub struct PlotArgs {
     /// `classes`, curves over it instead of maps.
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
-    /// point_id for spectrum and phase [default: the loudest, or the most chaotic point].
+    /// point_id for spectrum and phase [default: the loudest, or the most chaotic point] and
+    /// for basins [default: all].
     #[arg(long, value_name = "ID")]
     pub point: Option<u64>,
     /// Print nothing but errors.
@@ -60,6 +61,8 @@ impl ValueEnum for What {
             Self::Lambda => "Largest Lyapunov exponent: a map, or a curve over one axis",
             Self::Classes => "Map of the kind of motion",
             Self::Bifurcation => "Strobed deflection over one axis, with the exponent",
+            Self::Shares => "Basin shares over one axis, a colour a branch of attractors",
+            Self::Basins => "Slices of initial states, a colour an attractor",
             Self::Spectrum => "Deflection and force of a point over mesh orders",
             Self::Phase => "Phase portrait of a trace, or strobe samples of a point",
             Self::Trace => "Deflection, force and contact of a trace over time",

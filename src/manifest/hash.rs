@@ -7,7 +7,7 @@ use super::sections::Resolved;
 use super::spec::{
     AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec,
     LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec,
-    RunSpec, SectionSpec, ShaftName, StiffnessSpec, StructureSource, TorqueRipple,
+    RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource, TorqueRipple,
     TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
@@ -392,12 +392,28 @@ impl JobHash {
                 decades,
                 transient,
                 cycles,
+                slice,
             } = *multistability;
             self.text("multistability");
             self.integer(u64::from(initial_conditions));
             self.number(decades);
             self.integer(transient);
             self.integer(cycles);
+            if let Some(slice) = slice {
+                let SliceSpec {
+                    modes,
+                    velocity,
+                    extent,
+                    count,
+                } = slice;
+                self.text("slice");
+                for mode in modes {
+                    self.integer(mode as u64);
+                }
+                self.flag(velocity);
+                self.number(extent);
+                self.integer(u64::from(count));
+            }
         }
         if let Some(orbits) = orbits {
             let OrbitsSpec {

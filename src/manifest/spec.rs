@@ -350,7 +350,7 @@ pub struct NvhSpec {
 /// Probes for coexisting attractors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MultistabilitySpec {
-    /// Probes a point, the first from [`RunSpec::initial`]; ≥ 2.
+    /// Probes a point, the first from [`RunSpec::initial`]; ≥ 1.
     pub initial_conditions: u32,
     /// Decades of energy that the other probes are spread over, about the energy that
     /// closes the half gap.
@@ -359,4 +359,19 @@ pub struct MultistabilitySpec {
     pub transient: u64,
     /// Most mesh cycles of each probe measured.
     pub cycles: u64,
+    /// A slice of initial states.
+    pub slice: Option<SliceSpec>,
+}
+
+/// A slice of initial states along two modes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SliceSpec {
+    /// The two modes, different, counted from 0.
+    pub modes: [usize; 2],
+    /// Whether modal velocities are varied instead of displacements.
+    pub velocity: bool,
+    /// Half the side of the slice \[m of mesh deflection\].
+    pub extent: f64,
+    /// Cells along each side.
+    pub count: u32,
 }

@@ -1,5 +1,6 @@
 //! Summaries and figures from result files; knows nothing of how results came to be.
 
+mod branches;
 mod coexistence;
 mod heat;
 mod plot;
@@ -7,6 +8,7 @@ mod summary;
 mod text;
 mod transitions;
 
+pub use branches::{Attractor, branches, read_attractors, render_branches};
 pub use coexistence::{Coexistence, Ending};
 pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, plot};
 pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};

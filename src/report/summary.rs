@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use thiserror::Error;
 
+use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
 use super::transitions::{self, TransitionSummary};
 use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
@@ -66,6 +67,10 @@ pub struct Summary {
     pub twin_disagrees: Vec<PointSummary>,
     /// Points where probes found more than one attractor.
     pub coexisting: Vec<Coexistence>,
+    /// Every attractor that probes found, by point and number.
+    pub attractors: Vec<Attractor>,
+    /// The branch of each of `attractors` along the last axis with more than one value.
+    pub branches: Vec<usize>,
     /// Points with any status but ok.
     pub troubled: Vec<PointSummary>,
     /// The point with the largest energy residual, and the residual.
@@ -152,6 +157,13 @@ impl Summary {
         for point in &all {
             *statuses.entry(point.status.clone()).or_insert(0) += 1;
         }
+        let axes = read_axes(&table, &all)?;
+        let attractors = branches::read_attractors(folder)?;
+        let along = axes.iter().rposition(|axis| axis.values.len() > 1);
+        let followed = along.map_or_else(
+            || (0..attractors.len()).collect(),
+            |along| branches::branches(&attractors, &all, &axes, along),
+        );
         let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
         Ok(Self {
             folder: folder.to_path_buf(),
@@ -168,12 +180,14 @@ impl Summary {
             wall_time,
             wall_time_per_cycle: wall_time.and_then(per_cycle),
             worker_time_per_cycle: per_cycle(total(table.f64("wall_time")?)),
-            axes: read_axes(&table, &all)?,
             carried_along: table.metadata("carried_along").map(str::to_owned),
             transitions: transitions::read(folder)?,
+            axes,
             chaotic,
             twin_disagrees: chosen(&all, |point| point.twin_agrees == Some(false)),
             coexisting: coexistence::read(folder, &table)?,
+            attractors,
+            branches: followed,
             troubled: chosen(&all, |point| point.status != "ok"),
             worst_energy,
             warnings: runs.into_iter().flat_map(|run| run.warnings).collect(),

@@ -231,7 +231,8 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "1",
             "Different attractors that the point's probes settled on",
             Value::U32(Box::new(|row: &PointRow| {
-                row.multistability.as_ref().map(|found| found.attractors)
+                let found = row.multistability.as_ref();
+                found.map(|found| found.attractors.len() as u32)
             })),
         ),
     ]

@@ -47,6 +47,10 @@ pub enum TableKind {
     Orbits,
     /// One row a change of motion between neighbours of a chain.
     Transitions,
+    /// One row an attractor of a point.
+    Attractors,
+    /// One row a cell of a slice of initial states.
+    Basins,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -63,6 +67,8 @@ impl TableKind {
             Self::Probes => "probes.parquet",
             Self::Orbits => "orbits.parquet",
             Self::Transitions => "transitions.parquet",
+            Self::Attractors => "attractors.parquet",
+            Self::Basins => "basins.parquet",
             Self::Trace => "trace.parquet",
             Self::Events => "events.parquet",
         }

@@ -1,13 +1,16 @@
 //! Result files: the one place where results meet columns.
 //!
 //! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
-//! `spectra.parquet`, `probes.parquet` and `transitions.parquet`, then `run.json`. Files appear under their final
+//! `spectra.parquet`, `probes.parquet` with `attractors.parquet`, `basins.parquet`,
+//! `orbits.parquet` and `transitions.parquet`, then `run.json`. Files appear under their final
 //! name only when they are whole; until then a journal keeps what is finished. The shards
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
 //!
 //! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`.
 
+mod attractors;
+mod basins;
 mod chains;
 mod clock;
 mod columns;
@@ -23,6 +26,8 @@ mod table;
 mod trace;
 mod writer;
 
+pub use attractors::{AttractorRow, attractors_table};
+pub use basins::{CellRow, basins_table};
 pub use chains::{ChainColumns, ChainEnd, ChainPart, Transition, TransitionRow, transitions_table};
 pub use clock::timestamp;
 pub use columns::{

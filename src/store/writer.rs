@@ -11,9 +11,9 @@ use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale,
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::{
-    AxisColumn, ChainColumns, OrbitRow, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError,
-    TransitionRow, orbits_table, poincare_table, points_table, probes_table, spectra_table,
-    transitions_table,
+    AttractorRow, AxisColumn, CellRow, ChainColumns, OrbitRow, PoincareRow, PointRow, ProbeRow,
+    SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table, orbits_table,
+    poincare_table, points_table, probes_table, spectra_table, transitions_table,
 };
 
 impl Row for PointRow {
@@ -48,6 +48,14 @@ impl Row for ProbeRow {
     }
 }
 
+impl Row for AttractorRow {
+    fn list_bytes(&self) -> usize {
+        size_of::<f64>() * (self.places[0].len() + self.places[1].len())
+    }
+}
+
+impl Row for CellRow {}
+
 /// What a job writes.
 #[derive(Debug, Clone, Default)]
 pub struct ResultLayout {
@@ -57,12 +65,14 @@ pub struct ResultLayout {
     pub poincare: bool,
     /// Whether `spectra.parquet` is written.
     pub spectra: bool,
-    /// Whether `probes.parquet` is written.
+    /// Whether `probes.parquet` and `attractors.parquet` are written.
     pub probes: bool,
     /// Whether `orbits.parquet` is written.
     pub orbits: bool,
     /// Chains of points, where the state is carried along an axis.
     pub chains: Option<ChainColumns>,
+    /// Names of the axes of the slices in `basins.parquet`, where it is written.
+    pub basins: Option<[String; 2]>,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -82,6 +92,10 @@ pub struct Written {
     pub orbits: u64,
     /// Of `transitions.parquet`.
     pub transitions: u64,
+    /// Of `attractors.parquet`.
+    pub attractors: u64,
+    /// Of `basins.parquet`.
+    pub basins: u64,
     /// Points expected that never came (an interrupted run).
     pub missing: u64,
 }
@@ -103,6 +117,8 @@ pub struct ResultWriter {
     probes: Option<TableFile<ProbeRow>>,
     orbits: Option<TableFile<OrbitRow>>,
     transitions: Option<TransitionFile>,
+    attractors: Option<TableFile<AttractorRow>>,
+    basins: Option<TableFile<CellRow>>,
 }
 
 /// `transitions.parquet` on its way, and the name of the swept axis.
@@ -179,6 +195,22 @@ impl ResultWriter {
                     })
                 })
                 .transpose()?,
+            attractors: layout
+                .probes
+                .then(|| {
+                    let table = attractors_table();
+                    TableFile::create(folder, TableKind::Attractors, shard, table, &[])
+                })
+                .transpose()?,
+            basins: layout
+                .basins
+                .as_ref()
+                .map(|names| {
+                    let table = basins_table();
+                    let metadata = [("slice", serde_json::json!(names).to_string())];
+                    TableFile::create(folder, TableKind::Basins, shard, table, &metadata)
+                })
+                .transpose()?,
         })
     }
 
@@ -219,6 +251,8 @@ impl ResultWriter {
         self.clear_the_way()?;
         let transitions = self.transitions.map_or(Ok(0), |own| own.file.finish())?;
         let orbits = self.orbits.map_or(Ok(0), TableFile::finish)?;
+        let basins = self.basins.map_or(Ok(0), TableFile::finish)?;
+        let attractors = self.attractors.map_or(Ok(0), TableFile::finish)?;
         let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
@@ -230,6 +264,8 @@ impl ResultWriter {
             probes,
             orbits,
             transitions,
+            attractors,
+            basins,
             missing,
         })
     }
@@ -247,6 +283,10 @@ impl ResultWriter {
         }
         if self.probes.is_none() {
             old.push(table_path(folder, TableKind::Probes, *shard));
+            old.push(table_path(folder, TableKind::Attractors, *shard));
+        }
+        if self.basins.is_none() {
+            old.push(table_path(folder, TableKind::Basins, *shard));
         }
         if self.orbits.is_none() {
             old.push(table_path(folder, TableKind::Orbits, *shard));
@@ -292,9 +332,21 @@ impl ResultWriter {
                 }
             }
         }
-        if let (Some(file), Some(found)) = (&mut self.probes, &mut row.multistability) {
-            for probe in std::mem::take(&mut found.probes) {
-                file.push(ProbeRow { point_id, probe })?;
+        if let Some(found) = &mut row.multistability {
+            if let Some(file) = &mut self.probes {
+                for probe in std::mem::take(&mut found.probes) {
+                    file.push(ProbeRow { point_id, probe })?;
+                }
+            }
+            if let Some(file) = &mut self.attractors {
+                for (id, attractor) in (0..).zip(&found.attractors) {
+                    file.push(AttractorRow::new(point_id, id, attractor.clone()))?;
+                }
+            }
+            if let Some(file) = &mut self.basins {
+                for cell in std::mem::take(&mut found.cells) {
+                    file.push(CellRow { point_id, cell })?;
+                }
             }
         }
         if let (Some(file), Some(found)) = (&mut self.orbits, &mut row.orbits) {

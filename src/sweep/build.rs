@@ -1,11 +1,11 @@
 //! From a point's specification to the system that kernels march.
 
 use crate::analysis::{
-    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, OrbitQuestion, Questions,
-    Section,
+    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, OrbitQuestion, Plane,
+    Questions, Section, SliceError, SliceOf, SliceQuestion,
 };
 use crate::manifest::{
-    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName,
+    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName, SliceSpec,
     StiffnessSpec, StructureSource,
 };
 use crate::model::{
@@ -25,6 +25,9 @@ pub enum BuildError {
     /// The model cannot be formed.
     #[error("the model cannot be formed: {0}")]
     Model(#[from] ModelError),
+    /// There is no such slice of initial states.
+    #[error("analyses.multistability.slice: {0}")]
+    Slice(#[from] SliceError),
     /// The motion is too fast for the mesh cycle.
     #[error(
         "one mesh cycle would take {windows:.0} windows (at most {MOST_WINDOWS}): the fastest motion, {rate:.1e} rad/s, is too fast for the mesh period of {period:.1e} s; check the units of mesh stiffness and damping, leave out high modes, or raise the speed"
@@ -170,9 +173,31 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
 }
 
 /// The probes asked of a point.
-pub fn probes(point: &PointSpec, seed: u64) -> Option<MultistabilityQuestion> {
-    let asked = point.analyses.multistability?;
-    Some(MultistabilityQuestion {
+///
+/// # Errors
+/// The model has no such slice as is asked for.
+pub fn probes(
+    model: &Model,
+    point: &PointSpec,
+    seed: u64,
+) -> Result<Option<MultistabilityQuestion>, SliceError> {
+    let Some(asked) = point.analyses.multistability else {
+        return Ok(None);
+    };
+    let slice = |asked: SliceSpec| {
+        let question = SliceQuestion {
+            modes: asked.modes,
+            of: if asked.velocity {
+                SliceOf::Velocity
+            } else {
+                SliceOf::Displacement
+            },
+            extent: asked.extent,
+            count: asked.count,
+        };
+        Plane::new(model, &question)
+    };
+    Ok(Some(MultistabilityQuestion {
         seed,
         point_id: point.point_id,
         initial_conditions: asked.initial_conditions,
@@ -180,7 +205,8 @@ pub fn probes(point: &PointSpec, seed: u64) -> Option<MultistabilityQuestion> {
         transient: asked.transient,
         cycles: asked.cycles,
         settle: point.run.settle,
-    })
+        slice: asked.slice.map(slice).transpose()?,
+    }))
 }
 
 /// The periodic orbits asked of a point.

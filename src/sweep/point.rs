@@ -120,7 +120,7 @@ fn answer(
     };
     let asked = Asked {
         questions: questions(point, seed),
-        probes: probes(point, seed),
+        probes: probes(&model, point, seed)?,
         orbits: orbits(point),
     };
     let limit = point.run.event_limit;
@@ -145,7 +145,7 @@ struct Asked {
 
 /// All questions to a point, then its orbits and its probes, which start about `run.initial` even where the
 /// point does not.
-fn ask<K: Kernel>(
+fn ask<K: Kernel + Sync>(
     model: &Model,
     kernel: &K,
     [start, own]: [TrajectoryState; 2],

@@ -182,7 +182,7 @@ pub fn run(
         .or(topology.map(|t| t.cores.len()))
         .or(std::thread::available_parallelism().ok().map(usize::from))
         .unwrap_or(1)
-        .clamp(1, queue.len().max(1));
+        .clamp(1, work(job, &queue).max(1));
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|i| format!("atlas-{i}"))
@@ -300,6 +300,15 @@ impl Recorder<'_> {
     }
 }
 
+/// Pieces of work that may be done at the same time: points, and probes where there are any.
+fn work(job: &Job, queue: &[Turn]) -> usize {
+    let pieces = queue.iter().map(|turn| {
+        let probes = job.points[turn.first].analyses.multistability;
+        probes.map_or(1, |asked| asked.initial_conditions as usize)
+    });
+    pieces.sum()
+}
+
 fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     let any = |pick: fn(&crate::manifest::AnalysesSpec) -> bool| {
         job.points.iter().any(|p| pick(&p.analyses))
@@ -318,7 +327,22 @@ fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             axis: column(&job.axes[carried.axis]),
             transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),
         }),
+        basins: job
+            .points
+            .iter()
+            .find_map(|p| p.analyses.multistability?.slice)
+            .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.velocity))),
         shard,
+    }
+}
+
+/// What a slice varies along a mode, counted from 0.
+fn slice_axis(mode: usize, velocity: bool) -> String {
+    let mode = mode + 1;
+    if velocity {
+        format!("velocity of mode {mode} as mesh deflection")
+    } else {
+        format!("mesh deflection by mode {mode}")
     }
 }
 

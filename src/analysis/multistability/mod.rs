@@ -8,24 +8,39 @@
 //!
 //! Shares are those of this measure on initial states. Their 95 % intervals (Wilson 1927)
 //! take probes as independent draws; strata make them, if anything, too wide.
+//!
+//! A slice ([`plane`]) asks the same of squares of a plane through the point's own initial
+//! state. Its cells are worked on after the probes, in rounds; a cell that comes near an
+//! orbit found by a probe or in an earlier round is decided there ([`capture`]).
+//!
+//! Probes and the cells of a round are marched in parallel by whatever threads of the pool
+//! are idle. What is known is added to between rounds only, in order of number, so that
+//! nothing depends on the threads.
 
+mod attractors;
+mod capture;
+mod outcome;
+mod plane;
 mod same;
 #[cfg(test)]
 mod tests;
 
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
-use super::outcome::{Class, PointOutcome, Status};
+use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
-use super::point::{CalledOff, investigate_onward};
+use super::point::CalledOff;
 use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::proportion::wilson_interval;
 use crate::numerics::random::Stream;
 use crate::propagate::Kernel;
-use same::Attractor;
-use serde::{Deserialize, Serialize};
+use attractors::{Attractors, Field, Marched};
+use capture::Watched;
+use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
+
+pub use outcome::{AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, ProbeOutcome};
+pub use plane::{Plane, SliceError, SliceOf, SliceQuestion};
 
 /// Streams of a point below this number belong to its own tangents and twin.
 const FIRST_STREAM: u64 = 1 << 32;
@@ -37,8 +52,15 @@ const ALIGN: u64 = 100;
 /// settled one is measured over as many cycles.
 const MOST_SAMPLES: u64 = 2048;
 
+/// Probes, or cells, marched between two additions to what is known: bounds memory.
+const ROUND: usize = 256;
+
+/// Fewest rounds that a slice is worked on in: an orbit that no probe found is investigated
+/// in full once a cell of the first round that finds it.
+const FEWEST_ROUNDS: usize = 16;
+
 /// How coexisting attractors are probed for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MultistabilityQuestion {
     /// Root seed of the random streams.
     pub seed: u64,
@@ -54,74 +76,43 @@ pub struct MultistabilityQuestion {
     pub cycles: u64,
     /// Whether periodic orbits are sought by Newton's method instead of waited for.
     pub settle: bool,
+    /// A slice of initial states, if asked for.
+    pub slice: Option<Plane>,
 }
 
-/// A share of a point's probes.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct BasinShare {
-    /// The share itself \[1\].
-    pub share: f64,
-    /// Lower end of its 95 % interval.
-    pub low: f64,
-    /// Upper end of its 95 % interval.
-    pub high: f64,
-}
-
-/// What became of one initial condition.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ProbeOutcome {
-    /// From 0; 0 is the point's own initial state.
-    pub probe_id: u32,
-    /// Distance of the initial state from the point's own in the energy norm, in units of
-    /// the half gap; the energy is its square.
-    pub amplitude: f64,
-    /// The attractor, numbered by first probe; none for a probe that settled on none.
-    pub attractor: Option<u32>,
-    /// How the work ended.
-    pub status: Status,
-    /// Why this status and this class.
-    pub reason: String,
-    /// Kind of motion.
-    pub class: Option<Class>,
-    /// Largest exponent \[1/cycle\].
-    pub lambda: Option<f64>,
-    /// Its standard error.
-    pub lambda_stderr: Option<f64>,
-    /// Root mean square of the deflection about its mean \[m\].
-    pub dte_rms: Option<f64>,
-    /// Largest |mesh force| \[N\].
-    pub force_peak: Option<f64>,
-    /// Contact-state changes per measured cycle.
-    pub events_per_cycle: Option<f64>,
-    /// Mesh cycles marched, transient included.
-    pub cycles: u64,
-    /// Share of the probes that end on this attractor, or with this status where they settle
-    /// on none.
-    pub basin: BasinShare,
-}
-
-/// What the probes of a point found.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct MultistabilityOutcome {
-    /// Different attractors.
-    pub attractors: u32,
-    /// The probes, in order.
-    pub probes: Vec<ProbeOutcome>,
-}
-
-impl MultistabilityOutcome {
-    /// Mesh cycles marched by all probes.
-    pub fn cycles(&self) -> u64 {
-        self.probes.iter().map(|probe| probe.cycles).sum()
+impl MultistabilityQuestion {
+    /// What is asked of one probe.
+    fn of_a_probe(&self) -> Questions {
+        Questions {
+            seed: self.seed,
+            point_id: self.point_id,
+            transient: self.transient,
+            cycles: self.cycles,
+            settle: self.settle,
+            audit_cycles: 0,
+            lyapunov: Some(LyapunovQuestion {
+                exponents: 1,
+                stop_at_stderr: None,
+                align: ALIGN,
+                twin: false,
+                norm: GrowthNorm::Energy,
+            }),
+            poincare_samples: self.cycles.min(MOST_SAMPLES) as usize,
+            section: Section::default(),
+            nvh: Some(NvhQuestion {
+                harmonics: 0,
+                spectrum: false,
+            }),
+        }
     }
 }
 
-/// Marches all probes of a point and tells their attractors apart. `start` is the point's
-/// own initial state.
+/// Marches all probes of a point, and the cells of its slice, and tells their attractors
+/// apart. `start` is the point's own initial state.
 ///
 /// # Errors
 /// [`CalledOff`] when `called_off` was raised meanwhile.
-pub fn probe_basins<K: Kernel>(
+pub fn probe_basins<K: Kernel + Sync>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
@@ -129,55 +120,106 @@ pub fn probe_basins<K: Kernel>(
     called_off: &AtomicBool,
 ) -> Result<MultistabilityOutcome, CalledOff> {
     let norm = EnergyNorm::new(model);
-    let questions = Questions {
-        seed: question.seed,
-        point_id: question.point_id,
-        transient: question.transient,
-        cycles: question.cycles,
-        settle: question.settle,
-        audit_cycles: 0,
-        lyapunov: Some(LyapunovQuestion {
-            exponents: 1,
-            stop_at_stderr: None,
-            align: ALIGN,
-            twin: false,
-            norm: GrowthNorm::Energy,
-        }),
-        poincare_samples: question.cycles.min(MOST_SAMPLES) as usize,
-        section: Section::default(),
-        nvh: Some(NvhQuestion {
-            harmonics: 0,
-            spectrum: false,
-        }),
+    let field = Field {
+        model,
+        kernel,
+        norm: &norm,
+        called_off,
     };
-    let mut known: Vec<Attractor> = Vec::new();
-    let mut probes = Vec::with_capacity(question.initial_conditions as usize);
-    for probe_id in 0..question.initial_conditions {
-        let (amplitude, mut trajectory) =
-            initial_condition(model, &norm, start, question, probe_id);
-        let mut found = investigate_onward(model, kernel, &mut trajectory, &questions, called_off)?;
-        let attractor = match Attractor::of(model, kernel, &norm, &found, trajectory) {
-            Ok(attractor) => attractor,
-            Err(stop) => {
-                found.status = stop.into();
-                found.reason = stop.to_string();
-                None
-            }
-        };
-        let id = attractor.map(|new| {
-            let same = known.iter().position(|old| old.is_same(&new, &norm));
-            same.unwrap_or_else(|| {
-                known.push(new);
-                known.len() - 1
-            }) as u32
-        });
-        probes.push(outcome(probe_id, amplitude, id, found));
+    let questions = question.of_a_probe();
+    let mut attractors = Attractors::new(&field);
+    let mut found = MultistabilityOutcome::default();
+    let probes: Vec<u32> = (0..question.initial_conditions).collect();
+    for round in probes.chunks(ROUND) {
+        let marched: Vec<(f64, Marched)> = round
+            .par_iter()
+            .map(|&probe_id| {
+                let (amplitude, trajectory) =
+                    initial_condition(model, &norm, start, question, probe_id);
+                Ok((amplitude, field.investigate(trajectory, &questions)?))
+            })
+            .collect::<Result<_, CalledOff>>()?;
+        for (&probe_id, (amplitude, marched)) in round.iter().zip(marched) {
+            let id = attractors.admit(&field, marched.attractor, &marched.found);
+            found
+                .probes
+                .push(outcome(probe_id, amplitude, id, marched.found));
+        }
+        attractors.seek_orbits(&field);
     }
-    share_out(&mut probes);
-    Ok(MultistabilityOutcome {
-        attractors: known.len() as u32,
-        probes,
-    })
+    if let Some(plane) = &question.slice {
+        found.cells = slice(&field, start, question, plane, &mut attractors)?;
+    }
+    found.attractors = attractors.outcomes(question.slice.as_ref().map(|plane| (plane, start)));
+    found.share_out();
+    Ok(found)
+}
+
+/// Works through the cells of a slice. A cell is watched for as long as a probe's transient,
+/// and investigated from there on if it has come near no orbit.
+fn slice<K: Kernel + Sync>(
+    field: &Field<'_, K>,
+    start: &TrajectoryState,
+    question: &MultistabilityQuestion,
+    plane: &Plane,
+    attractors: &mut Attractors,
+) -> Result<Vec<CellOutcome>, CalledOff> {
+    let questions = Questions {
+        transient: 0,
+        ..question.of_a_probe()
+    };
+    let rounds = plane.cells().div_ceil(ROUND).max(FEWEST_ROUNDS);
+    let mut cells = Vec::with_capacity(plane.cells());
+    for round in 0..rounds {
+        // Every n-th: a round is spread over the slice.
+        let round: Vec<usize> = (round..plane.cells()).step_by(rounds).collect();
+        let orbits = attractors.orbits();
+        let marched: Vec<(Watched, u64)> = round
+            .par_iter()
+            .map(|&cell| {
+                let trajectory = plane.state(field.model, start, cell);
+                field.watch(orbits, trajectory, question.transient, &questions)
+            })
+            .collect::<Result<_, CalledOff>>()?;
+        for (&cell, (watched, cycles)) in round.iter().zip(marched) {
+            let outcome = cell_outcome(field, plane, cell, watched, cycles, attractors);
+            cells.push((cell, outcome));
+        }
+        attractors.seek_orbits(field);
+    }
+    cells.sort_unstable_by_key(|(cell, _)| *cell);
+    Ok(cells.into_iter().map(|(_, outcome)| outcome).collect())
+}
+
+fn cell_outcome<K: Kernel>(
+    field: &Field<'_, K>,
+    plane: &Plane,
+    cell: usize,
+    watched: Watched,
+    cycles: u64,
+    attractors: &mut Attractors,
+) -> CellOutcome {
+    let in_full = matches!(watched, Watched::Open(_));
+    let (attractor, status, class, more) = match watched {
+        Watched::Captured(id) => (Some(id), Status::Ok, Some(attractors.class(id)), 0),
+        Watched::Stopped(stop) => (None, stop.into(), None, 0),
+        Watched::Open(marched) => {
+            let Marched { found, attractor } = *marched;
+            let id = attractors.admit(field, attractor, &found);
+            (id, found.status, found.class, found.cycles)
+        }
+    };
+    let [column, row] = plane.column_row(cell);
+    CellOutcome {
+        column,
+        row,
+        place: plane.centre(cell),
+        attractor,
+        status,
+        class,
+        in_full,
+        cycles: cycles + more,
+    }
 }
 
 /// Where a probe starts, and how far from the point's own initial state that is.
@@ -236,25 +278,5 @@ fn outcome(
         reason: found.reason,
         class: found.class,
         basin: BasinShare::default(),
-    }
-}
-
-/// Gives every probe the share of its ending among all probes.
-fn share_out(probes: &mut [ProbeOutcome]) {
-    let ending = |probe: &ProbeOutcome| (probe.attractor, probe.status.clone());
-    let endings: Vec<_> = probes.iter().map(ending).collect();
-    for (probe, own) in probes.iter_mut().zip(&endings) {
-        // The status of probes on one attractor may differ; the attractor decides.
-        let alike = |other: &&(Option<u32>, Status)| match own.0 {
-            Some(_) => other.0 == own.0,
-            None => *other == own,
-        };
-        let count = endings.iter().filter(alike).count();
-        let [low, high] = wilson_interval(count, endings.len());
-        probe.basin = BasinShare {
-            share: count as f64 / endings.len() as f64,
-            low,
-            high,
-        };
     }
 }

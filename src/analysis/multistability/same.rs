@@ -7,7 +7,7 @@
 
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::{Class, LyapunovMethod, PointOutcome};
-use crate::model::{Model, TrajectoryState};
+use crate::model::{Contact, Model, TrajectoryState};
 use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 
@@ -17,6 +17,9 @@ const SAME_ORBIT: f64 = 1e-4;
 
 /// Return distance \[half gaps\] of a settled orbit; points of one orbit lie further apart.
 const RETURN: f64 = 1e-6;
+
+/// Exponent per cycle above which nothing damps a motion.
+const NEUTRAL: f64 = 1e-7;
 
 /// Longest orbit in contact throughout, in mesh cycles: that of its excitation.
 const LONGEST_LOCKED: usize = 1024;
@@ -41,12 +44,14 @@ const COARSE: f64 = 0.25;
 pub(super) struct Attractor {
     class: Class,
     mark: Mark,
+    /// Contact state throughout of a motion that has no events and does not decay.
+    continuum: Option<Contact>,
 }
 
 #[derive(Debug, Clone)]
 enum Mark {
-    /// Strobe states of one period.
-    Orbit(Vec<Vec<f64>>),
+    /// Where an orbit starts, and its strobe states from there over one period.
+    Orbit(TrajectoryState, Vec<Vec<f64>>),
     Statistics(Box<Statistics>),
 }
 
@@ -103,9 +108,17 @@ impl Attractor {
         if class == Class::NotConverged {
             return Ok(None);
         }
+        let neutral = class == Class::QuasiPeriodic
+            || lyapunov.exponents.first().is_some_and(|l| *l > -NEUTRAL);
+        let continuum = (neutral && found.events_per_cycle == Some(0.0)).then_some(end.contact);
         if lyapunov.method == LyapunovMethod::Multipliers {
-            let mark = Mark::Orbit(orbit(kernel, norm, class, end)?);
-            return Ok(Some(Self { class, mark }));
+            let start = end.clone();
+            let mark = Mark::Orbit(start, orbit(kernel, norm, class, end)?);
+            return Ok(Some(Self {
+                class,
+                mark,
+                continuum,
+            }));
         }
         let scale = 1.0 / model.half_gap;
         let series = |f: &dyn Fn(f64, f64) -> f64| {
@@ -129,14 +142,44 @@ impl Attractor {
             ],
         };
         let mark = Mark::Statistics(Box::new(statistics));
-        Ok(Some(Self { class, mark }))
+        Ok(Some(Self {
+            class,
+            mark,
+            continuum,
+        }))
     }
 
-    /// Whether two probes of one point settled on the same attractor.
+    /// Kind of motion.
+    pub fn class(&self) -> Class {
+        self.class
+    }
+
+    /// Where its orbit starts and the period in mesh cycles, if it repeats.
+    pub fn orbit(&self) -> Option<(&TrajectoryState, u32)> {
+        match &self.mark {
+            Mark::Orbit(start, states) => Some((start, states.len() as u32)),
+            Mark::Statistics(_) => None,
+        }
+    }
+
+    /// Strobe states over one period; none where it does not repeat.
+    pub fn strobe(&self) -> &[Vec<f64>] {
+        match &self.mark {
+            Mark::Orbit(_, states) => states,
+            Mark::Statistics(_) => &[],
+        }
+    }
+
+    /// Whether two probes of one point settled on the same attractor. Motions that nothing
+    /// damps and that stay in one contact state are points of one linear system; the
+    /// continuum of them counts as one.
     pub fn is_same(&self, other: &Self, norm: &EnergyNorm) -> bool {
+        if let (Some(a), Some(b)) = (self.continuum, other.continuum) {
+            return a == b;
+        }
         self.class == other.class
             && match (&self.mark, &other.mark) {
-                (Mark::Orbit(a), Mark::Orbit(b)) => same_orbit(norm, a, b),
+                (Mark::Orbit(_, a), Mark::Orbit(_, b)) => same_orbit(norm, a, b),
                 (Mark::Statistics(a), Mark::Statistics(b)) => same_statistics(a, b),
                 _ => false,
             }
@@ -208,6 +251,7 @@ mod tests {
         Attractor {
             class: Class::Chaotic,
             mark: Mark::Statistics(Box::new(statistics)),
+            continuum: None,
         }
     }
 
@@ -254,7 +298,11 @@ mod tests {
         };
         let orbit = |places: &[f64]| Attractor {
             class: Class::Periodic(3),
-            mark: Mark::Orbit(places.iter().map(|place| at(*place)).collect()),
+            mark: Mark::Orbit(
+                model.start(&InitialState::Static),
+                places.iter().map(|place| at(*place)).collect(),
+            ),
+            continuum: None,
         };
         let first = orbit(&[0.0, 0.5, 2.0]);
         assert!(first.is_same(&orbit(&[0.5, 2.0, 0.0]), &norm));

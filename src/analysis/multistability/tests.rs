@@ -2,6 +2,7 @@
 //! `tests/multistability.rs`.
 
 use super::*;
+use crate::analysis::outcome::Class;
 use crate::model::{Drive, InitialState, OperatingPoint};
 use crate::shaft::ModalStructure;
 
@@ -14,6 +15,7 @@ fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQ
         transient: 0,
         cycles: 320,
         settle: true,
+        slice: None,
     }
 }
 
@@ -99,7 +101,7 @@ fn shares_add_up_to_one_over_all_endings() {
         (None, Status::EventStorm),
         (Some(0), Status::Ok),
     ];
-    let mut probes: Vec<ProbeOutcome> = endings
+    let probes: Vec<ProbeOutcome> = endings
         .into_iter()
         .zip(0..)
         .map(|((attractor, status), probe_id)| ProbeOutcome {
@@ -118,10 +120,32 @@ fn shares_add_up_to_one_over_all_endings() {
             basin: BasinShare::default(),
         })
         .collect();
-    share_out(&mut probes);
-    let eighths: Vec<f64> = probes.iter().map(|p| 8.0 * p.basin.share).collect();
+    let attractor = AttractorOutcome {
+        class: Class::Locked,
+        lambda: None,
+        lambda_stderr: None,
+        dte_rms: None,
+        force_peak: None,
+        events_per_cycle: None,
+        probes: 0,
+        basin: BasinShare::default(),
+        cells: None,
+        strobe: Vec::new(),
+    };
+    let mut found = MultistabilityOutcome {
+        attractors: vec![attractor; 3],
+        probes,
+        cells: Vec::new(),
+    };
+    found.share_out();
+    let eighths: Vec<f64> = found.probes.iter().map(|p| 8.0 * p.basin.share).collect();
     assert_eq!(eighths, [3.0, 1.0, 3.0, 2.0, 1.0, 2.0, 1.0, 3.0]);
-    for probe in &probes {
+    let counts: Vec<u32> = found.attractors.iter().map(|a| a.probes).collect();
+    // The third was found by the slice alone: no probe, and a share that may not be zero.
+    assert_eq!(counts, [3, 1, 0]);
+    assert_eq!(found.attractors[2].basin.share, 0.0);
+    assert!(found.attractors[2].basin.high > 0.3);
+    for probe in &found.probes {
         assert!(probe.basin.low < probe.basin.share && probe.basin.share < probe.basin.high);
     }
 }

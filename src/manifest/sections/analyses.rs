@@ -6,6 +6,7 @@ use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{
     AnalysesSpec, LyapunovSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec, SectionSpec,
+    SliceSpec,
 };
 
 const DEFAULT_EXPONENTS: usize = 1;
@@ -14,6 +15,7 @@ const DEFAULT_SAMPLES: usize = 200;
 const DEFAULT_HARMONICS: usize = 10;
 const DEFAULT_INITIAL_CONDITIONS: u64 = 32;
 const DEFAULT_DECADES: f64 = 4.0;
+const DEFAULT_CELLS: u64 = 48;
 
 pub(super) fn read(
     section: &Section,
@@ -38,7 +40,7 @@ pub(super) fn read(
         })
     });
     let multistability = optional(section, issues, "multistability", |table, issues| {
-        multistability(table, issues, run)
+        multistability(table, issues, retained, run)
     });
     let orbits = optional(section, issues, "orbits", orbits::read);
     Some(AnalysesSpec {
@@ -106,6 +108,7 @@ fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Op
 fn multistability(
     table: &Section,
     issues: &mut Issues,
+    retained: Option<usize>,
     run: Option<&RunSpec>,
 ) -> Option<MultistabilitySpec> {
     let initial_conditions =
@@ -118,11 +121,61 @@ fn multistability(
         "cycles",
         as_long_as_run.1.max(schema::FEWEST_CYCLES),
     );
+    let slice = optional(table, issues, "slice", |table, issues| {
+        slice(table, issues, retained)
+    });
     Some(MultistabilitySpec {
         initial_conditions: u32::try_from(initial_conditions?).ok()?,
         decades: decades?,
         transient: transient?,
         cycles: cycles?,
+        slice: slice?,
+    })
+}
+
+/// Whether the mesh feels its modes shows only once the structure is known.
+fn slice(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<SliceSpec> {
+    const PATH: &str = "analyses.multistability.slice.modes";
+    let modes = table.integers::<2>(issues, "modes");
+    let of = table.choice(issues, "of", Some("displacement"), &[]);
+    let extent = table.quantity(issues, "extent");
+    let count = table.integer_or(issues, "count", DEFAULT_CELLS);
+    let modes = modes?;
+    let refuse = |message: String, label: &str, remedy: String| {
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of("modes"),
+            PATH,
+            message,
+        )
+        .label(label)
+        .remedy(remedy)
+    };
+    if modes[0] == modes[1] {
+        issues.push(refuse(
+            format!(
+                "a slice through fewer than two modes: both are mode {}",
+                modes[0]
+            ),
+            "the same mode twice",
+            "name two different modes, such as [3, 7]".to_owned(),
+        ));
+        return None;
+    }
+    let most = retained.map_or(u64::MAX, |retained| retained as u64);
+    if let Some(mode) = modes.into_iter().find(|&mode| mode > most) {
+        issues.push(refuse(
+            format!("there is no mode {mode}: {most} modes are retained"),
+            "not retained",
+            format!("name two modes from 1 to {most}, or raise model.retained"),
+        ));
+        return None;
+    }
+    Some(SliceSpec {
+        modes: modes.map(|mode| mode as usize - 1),
+        velocity: of? == "velocity",
+        extent: extent?,
+        count: u32::try_from(count?).ok()?,
     })
 }
 

@@ -4,7 +4,9 @@
 //! or PNG of it. Same files, same bytes.
 
 mod axis;
+mod basins;
 mod canvas;
+mod categories;
 mod cells;
 mod class_rows;
 mod draw;
@@ -19,6 +21,7 @@ mod ramp;
 mod recording;
 mod results;
 mod section;
+mod shares;
 mod spectrum;
 mod trace;
 
@@ -40,6 +43,10 @@ pub enum What {
     Classes,
     /// Strobed deflection over one axis, with λ below.
     Bifurcation,
+    /// Basin shares over one axis.
+    Shares,
+    /// Slices of initial states with the attractors they lead to.
+    Basins,
     /// Spectra of one point.
     Spectrum,
     /// Phase portrait of a trace, or strobe samples of one point.
@@ -50,10 +57,12 @@ pub enum What {
 
 impl What {
     /// All kinds.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 8] = [
         Self::Lambda,
         Self::Classes,
         Self::Bifurcation,
+        Self::Shares,
+        Self::Basins,
         Self::Spectrum,
         Self::Phase,
         Self::Trace,
@@ -65,6 +74,8 @@ impl What {
             Self::Lambda => "lambda",
             Self::Classes => "classes",
             Self::Bifurcation => "bifurcation",
+            Self::Shares => "shares",
+            Self::Basins => "basins",
             Self::Spectrum => "spectrum",
             Self::Phase => "phase",
             Self::Trace => "trace",
@@ -225,8 +236,17 @@ impl Folder {
         match what {
             What::Trace => self.recording.is_some(),
             What::Phase => true,
+            // Only where they were asked for: most results have neither.
+            What::Shares => self.holds(TableKind::Attractors),
+            What::Basins => self.holds(TableKind::Basins),
             _ => self.results.is_some(),
         }
+    }
+
+    /// Whether the results have a table.
+    fn holds(&self, kind: TableKind) -> bool {
+        let folder = self.results.as_ref().map(|results| &results.folder);
+        folder.is_some_and(|folder| folder.join(kind.file_name()).exists())
     }
 
     /// Names of the pictures that the data allow.
@@ -266,6 +286,8 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
             _ => Ok(class_rows::draw(results, results.along(what, over)?)),
         },
         What::Bifurcation => over_axis::draw_bifurcation(results, results.along(what, over)?),
+        What::Shares => shares::draw(results, results.along(what, over)?),
+        What::Basins => basins::draw(results, request),
         What::Spectrum => spectrum::draw(results, request),
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("a folder from `atlas trace` is needed")),

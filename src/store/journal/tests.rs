@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::analysis::{
-    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, Status,
+    AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
+    MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
+    Spectrum, SpectrumLine, Status,
 };
 use crate::store::Placement;
 use proptest::prelude::*;
@@ -57,7 +58,28 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             measured_cycles: 0,
         },
         multistability: Some(MultistabilityOutcome {
-            attractors: 2,
+            attractors: vec![AttractorOutcome {
+                class: Class::QuasiPeriodic,
+                lambda: Some(number(1)),
+                lambda_stderr: None,
+                dte_rms: Some(number(2)),
+                force_peak: None,
+                events_per_cycle: Some(number(3)),
+                probes: 5,
+                basin: BasinShare::default(),
+                cells: Some(u32::MAX),
+                strobe: vec![[number(4), number(5)]],
+            }],
+            cells: vec![CellOutcome {
+                column: 3,
+                row: u32::MAX,
+                place: [number(6), number(7)],
+                attractor: None,
+                status: Status::EventStorm,
+                class: Some(Class::Locked),
+                in_full: true,
+                cycles: u64::MAX,
+            }],
             probes: vec![ProbeOutcome {
                 probe_id: 7,
                 amplitude: number(0),

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, Status,
+    AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
+    MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
+    Spectrum, SpectrumLine, Status,
 };
 use crate::store::{Placement, ResultTable, Table};
 
@@ -26,6 +27,7 @@ fn layout() -> ResultLayout {
         probes: true,
         orbits: false,
         chains: None,
+        basins: Some(["of mode 1".into(), "of mode 2".into()]),
         shard: None,
     }
 }
@@ -91,8 +93,9 @@ fn full(point_id: u64) -> PointRow {
             measured_cycles: 15,
         },
         multistability: Some(MultistabilityOutcome {
-            attractors: 1,
+            attractors: vec![attractor()],
             probes: vec![probe(0, Some(0)), probe(1, None)],
+            cells: vec![cell(0, Some(0)), cell(1, None)],
         }),
         orbits: None,
         chain: None,
@@ -125,6 +128,40 @@ fn probe(probe_id: u32, attractor: Option<u32>) -> ProbeOutcome {
             low: 0.09,
             high: 0.91,
         },
+    }
+}
+
+/// An attractor with a different number in every column.
+fn attractor() -> AttractorOutcome {
+    AttractorOutcome {
+        class: Class::Periodic(2),
+        lambda: Some(-0.3),
+        lambda_stderr: Some(2e-9),
+        dte_rms: Some(4e-5),
+        force_peak: Some(1.7e4),
+        events_per_cycle: Some(3.0),
+        probes: 1,
+        basin: BasinShare {
+            share: 0.5,
+            low: 0.09,
+            high: 0.91,
+        },
+        cells: Some(12),
+        strobe: vec![[1e-6, 2e-6], [3e-6, 4e-6]],
+    }
+}
+
+/// A cell with a different number in every column.
+fn cell(column: u32, attractor: Option<u32>) -> CellOutcome {
+    CellOutcome {
+        column,
+        row: 5,
+        place: [-1e-6, 6e-6],
+        attractor,
+        status: Status::Ok,
+        class: Some(Class::Periodic(2)),
+        in_full: true,
+        cycles: 77,
     }
 }
 
@@ -192,6 +229,8 @@ fn columns_units_and_descriptions() {
     insta::assert_snapshot!("poincare", listing(&poincare_table()));
     insta::assert_snapshot!("spectra", listing(&spectra_table()));
     insta::assert_snapshot!("probes", listing(&probes_table()));
+    insta::assert_snapshot!("attractors", listing(&attractors_table()));
+    insta::assert_snapshot!("basins", listing(&basins_table()));
 }
 
 #[test]
@@ -207,6 +246,8 @@ fn every_column_comes_back() {
             probes: 2,
             orbits: 0,
             transitions: 0,
+            attractors: 1,
+            basins: 2,
             missing: 0
         }
     );
@@ -313,6 +354,53 @@ fn every_column_comes_back() {
     ] {
         assert_eq!(probes.f64(name).unwrap(), [Some(value); 2], "{name}");
     }
+
+    let found = ResultTable::read(folder.path(), TableKind::Attractors).unwrap();
+    for (name, value) in [
+        ("point_id", 0),
+        ("attractor_id", 0),
+        ("period", 2),
+        ("probes", 1),
+        ("cells", 12),
+    ] {
+        assert_eq!(found.u64(name).unwrap(), [Some(value)], "{name}");
+    }
+    assert_eq!(found.text("class").unwrap(), [Some("periodic".into())]);
+    for (name, value) in [
+        ("lambda", -0.3),
+        ("lambda_stderr", 2e-9),
+        ("dte_rms", 4e-5),
+        ("force_peak", 1.7e4),
+        ("events_per_cycle", 3.0),
+        ("basin_share", 0.5),
+        ("basin_low", 0.09),
+        ("basin_high", 0.91),
+    ] {
+        assert_eq!(found.f64(name).unwrap(), [Some(value)], "{name}");
+    }
+    let x = vec![Some(1e-6), Some(3e-6)];
+    let y = vec![Some(2e-6), Some(4e-6)];
+    assert_eq!(found.lists("slice_x").unwrap(), [Some(x)]);
+    assert_eq!(found.lists("slice_y").unwrap(), [Some(y)]);
+
+    let cells = ResultTable::read(folder.path(), TableKind::Basins).unwrap();
+    for (name, values) in [
+        ("point_id", [Some(0), Some(0)]),
+        ("i", [Some(0), Some(1)]),
+        ("j", [Some(5), Some(5)]),
+        ("attractor_id", [Some(0), None]),
+        ("period", [Some(2), Some(2)]),
+        ("cycles", [Some(77), Some(77)]),
+    ] {
+        assert_eq!(cells.u64(name).unwrap(), values, "{name}");
+    }
+    assert_eq!(cells.f64("x").unwrap(), [Some(-1e-6); 2]);
+    assert_eq!(cells.f64("y").unwrap(), [Some(6e-6); 2]);
+    assert_eq!(cells.bool("in_full").unwrap(), [Some(true); 2]);
+    for (name, value) in [("status", "ok"), ("class", "periodic")] {
+        let value = Some(value.to_owned());
+        assert_eq!(cells.text(name).unwrap(), [value.clone(), value], "{name}");
+    }
 }
 
 #[test]
@@ -397,7 +485,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        4,
+        6,
         "{partial:?}"
     );
     assert!(
@@ -410,6 +498,8 @@ fn a_file_has_its_name_only_when_whole() {
     assert_eq!(
         names(folder.path()),
         [
+            "attractors.parquet",
+            "basins.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",
@@ -480,6 +570,7 @@ fn a_hundred_thousand_points_stream() {
         spectra: false,
         probes: false,
         orbits: false,
+        basins: None,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();
@@ -514,6 +605,8 @@ fn shards_read_as_one_table() {
     assert_eq!(
         names(folder.path()),
         [
+            "attractors.parquet",
+            "basins.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",

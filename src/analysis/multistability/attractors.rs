@@ -1,0 +1,179 @@
+//! The attractors of one point: found by marching, numbered by who found them first.
+
+use super::capture::{KnownOrbits, Watched};
+use super::outcome::{AttractorOutcome, BasinShare};
+use super::plane::Plane;
+use super::same::Attractor;
+use crate::analysis::norm::EnergyNorm;
+use crate::analysis::orbits::shooting::shoot;
+use crate::analysis::outcome::{Class, PointOutcome};
+use crate::analysis::point::{CalledOff, investigate_onward};
+use crate::analysis::questions::Questions;
+use crate::analysis::recurrence::excitation_period;
+use crate::model::{Model, TrajectoryState};
+use crate::propagate::{Counters, Kernel};
+use std::sync::atomic::AtomicBool;
+
+/// What trajectories are marched in.
+pub(super) struct Field<'a, K: Kernel> {
+    pub model: &'a Model,
+    pub kernel: &'a K,
+    pub norm: &'a EnergyNorm,
+    pub called_off: &'a AtomicBool,
+}
+
+/// A motion investigated in full.
+#[derive(Debug)]
+pub(super) struct Marched {
+    pub found: PointOutcome,
+    /// None where it settled on none.
+    pub attractor: Option<Attractor>,
+}
+
+impl<K: Kernel> Field<'_, K> {
+    /// Investigates the motion from `trajectory` on.
+    ///
+    /// # Errors
+    /// [`CalledOff`] when the work was called off meanwhile.
+    pub fn investigate(
+        &self,
+        mut trajectory: TrajectoryState,
+        questions: &Questions,
+    ) -> Result<Marched, CalledOff> {
+        let mut found = investigate_onward(
+            self.model,
+            self.kernel,
+            &mut trajectory,
+            questions,
+            self.called_off,
+        )?;
+        let recognised = Attractor::of(self.model, self.kernel, self.norm, &found, trajectory);
+        let attractor = recognised.unwrap_or_else(|stop| {
+            found.status = stop.into();
+            found.reason = stop.to_string();
+            None
+        });
+        // The statistics were drawn from them; thousands of probes may wait for their turn.
+        found.poincare = Vec::new();
+        Ok(Marched { found, attractor })
+    }
+
+    /// Marches `trajectory` for at most `cycles` until it approaches a known orbit, and
+    /// investigates it from there on if it does not. Gives how that ended and the mesh
+    /// cycles before the investigation.
+    ///
+    /// # Errors
+    /// [`CalledOff`] when the work was called off meanwhile.
+    pub fn watch(
+        &self,
+        orbits: &KnownOrbits,
+        mut trajectory: TrajectoryState,
+        cycles: u64,
+        questions: &Questions,
+    ) -> Result<(Watched, u64), CalledOff> {
+        let mut counters = Counters::default();
+        let ending = orbits.watch(self, &mut trajectory, cycles, &mut counters)?;
+        let watched = match ending {
+            Some(watched) => watched,
+            None => Watched::Open(Box::new(self.investigate(trajectory, questions)?)),
+        };
+        Ok((watched, counters.cycles))
+    }
+}
+
+/// The attractors found so far.
+pub(super) struct Attractors {
+    known: Vec<Attractor>,
+    outcomes: Vec<AttractorOutcome>,
+    orbits: KnownOrbits,
+    /// Attractors that an orbit was sought for.
+    sought: usize,
+}
+
+impl Attractors {
+    /// None yet.
+    pub fn new<K: Kernel>(field: &Field<'_, K>) -> Self {
+        Self {
+            known: Vec::new(),
+            outcomes: Vec::new(),
+            orbits: KnownOrbits::new(excitation_period(field.model).unwrap_or(1) as u64),
+            sought: 0,
+        }
+    }
+
+    /// The number of a motion's attractor: a known one, or the next.
+    pub fn admit<K: Kernel>(
+        &mut self,
+        field: &Field<'_, K>,
+        new: Option<Attractor>,
+        found: &PointOutcome,
+    ) -> Option<u32> {
+        let new = new?;
+        let same = |old: &Attractor| old.is_same(&new, field.norm);
+        if let Some(id) = self.known.iter().position(same) {
+            return Some(id as u32);
+        }
+        let (nvh, lyapunov) = (found.nvh.as_ref(), found.lyapunov.as_ref());
+        self.outcomes.push(AttractorOutcome {
+            class: new.class(),
+            lambda: lyapunov.and_then(|l| l.exponents.first().copied()),
+            lambda_stderr: lyapunov.map(|l| l.stderr),
+            dte_rms: nvh.map(|n| n.dte_rms),
+            force_peak: nvh.map(|n| n.force_peak),
+            events_per_cycle: found.events_per_cycle,
+            probes: 0,
+            basin: BasinShare::default(),
+            cells: None,
+            strobe: Vec::new(),
+        });
+        self.known.push(new);
+        Some(self.known.len() as u32 - 1)
+    }
+
+    /// Converges the orbits of attractors that repeat, so that cells can be decided by them.
+    /// One that Newton's method does not reach, or that nothing damps, decides none.
+    pub fn seek_orbits<K: Kernel>(&mut self, field: &Field<'_, K>) {
+        let mut workspace = field.kernel.workspace();
+        for id in self.sought..self.known.len() {
+            let Some((start, period)) = self.known[id].orbit() else {
+                continue;
+            };
+            let found = shoot(
+                field.model,
+                field.kernel,
+                field.norm,
+                start,
+                period,
+                &mut workspace,
+            );
+            if let Ok(Some(orbit)) = found
+                && orbit.spectral_radius() < 1.0
+            {
+                self.orbits.add(id as u32, orbit);
+            }
+        }
+        self.sought = self.known.len();
+    }
+
+    /// Orbits that cells can be decided by.
+    pub fn orbits(&self) -> &KnownOrbits {
+        &self.orbits
+    }
+
+    /// Kind of motion of an attractor.
+    pub fn class(&self, id: u32) -> Class {
+        self.known[id as usize].class()
+    }
+
+    /// The attractors, with their strobe states on the slice.
+    pub fn outcomes(self, slice: Option<(&Plane, &TrajectoryState)>) -> Vec<AttractorOutcome> {
+        let mut outcomes = self.outcomes;
+        if let Some((plane, start)) = slice {
+            for (outcome, attractor) in outcomes.iter_mut().zip(&self.known) {
+                let states = attractor.strobe().iter();
+                outcome.strobe = states.map(|state| plane.place(start, state)).collect();
+            }
+        }
+        outcomes
+    }
+}

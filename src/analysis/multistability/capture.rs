@@ -1,0 +1,91 @@
+//! On which known orbit does a trajectory end?
+//!
+//! A motion need not be investigated when it ends on an orbit that is known already: it is
+//! marched until it comes near one, and is decided once its distance falls as the monodromy
+//! matrix of that orbit predicts ([`approaches`]). Every known orbit attracts.
+
+use super::attractors::{Field, Marched};
+use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches};
+use crate::analysis::point::CalledOff;
+use crate::model::TrajectoryState;
+use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use std::sync::atomic::Ordering;
+
+/// Distance \[half gaps\] from which an approach is worth watching. Watching costs nothing: the
+/// trajectory is marched on by it.
+const NEAR: f64 = 0.3;
+
+/// How a cell of a slice ended.
+#[derive(Debug)]
+pub(super) enum Watched {
+    /// On a known attractor.
+    Captured(u32),
+    /// Near no known orbit in time, and investigated from there on.
+    Open(Box<Marched>),
+    /// By the kernel.
+    Stopped(Stop),
+}
+
+/// The orbits known so far.
+#[derive(Debug)]
+pub(super) struct KnownOrbits {
+    /// Attractor and its orbit.
+    orbits: Vec<(u32, PeriodicOrbit)>,
+    /// Mesh cycles after which the excitation repeats.
+    excitation: u64,
+}
+
+impl KnownOrbits {
+    /// None yet, of a drive whose excitation repeats after so many mesh cycles.
+    pub fn new(excitation: u64) -> Self {
+        Self {
+            orbits: Vec::new(),
+            excitation,
+        }
+    }
+
+    /// Adds the orbit of an attractor.
+    pub fn add(&mut self, attractor: u32, orbit: PeriodicOrbit) {
+        self.orbits.push((attractor, orbit));
+    }
+
+    /// Marches `trajectory` until it is seen to approach a known orbit, for at most some
+    /// `cycles` and one approach; none where it came near no orbit by then.
+    ///
+    /// # Errors
+    /// [`CalledOff`] when the work was called off meanwhile.
+    pub fn watch<K: Kernel>(
+        &self,
+        field: &Field<'_, K>,
+        trajectory: &mut TrajectoryState,
+        cycles: u64,
+        counters: &mut Counters,
+    ) -> Result<Option<Watched>, CalledOff> {
+        let (kernel, norm) = (field.kernel, field.norm);
+        let mut workspace = kernel.workspace();
+        let mut none = Tangents::none();
+        while counters.cycles < cycles {
+            if field.called_off.load(Ordering::Relaxed) {
+                return Err(CalledOff);
+            }
+            let near = self.orbits.iter().find(|(_, orbit)| {
+                let apart = trajectory.cycle.abs_diff(orbit.start.cycle);
+                apart.is_multiple_of(self.excitation)
+                    && norm.distance(&trajectory.state, &orbit.start.state) <= NEAR * norm.unit()
+            });
+            if let Some((id, orbit)) = near {
+                match approaches(kernel, norm, orbit, trajectory, &mut workspace, counters) {
+                    Ok(true) => return Ok(Some(Watched::Captured(*id))),
+                    Ok(false) => {}
+                    Err(stop) => return Ok(Some(Watched::Stopped(stop))),
+                }
+            }
+            // After a failed approach too: it may not have marched at all.
+            let marched = kernel.march(trajectory, &mut none, &mut workspace, &mut (), counters);
+            if let Err(stop) = marched {
+                return Ok(Some(Watched::Stopped(stop)));
+            }
+        }
+        Ok(None)
+    }
+}

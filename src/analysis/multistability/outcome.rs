@@ -1,0 +1,162 @@
+//! What is known of the attractors of one operating point: the numbers that the result
+//! files hold.
+
+use crate::analysis::outcome::{Class, Status};
+use crate::numerics::proportion::wilson_interval;
+use serde::{Deserialize, Serialize};
+
+/// A share of a point's probes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct BasinShare {
+    /// The share itself \[1\].
+    pub share: f64,
+    /// Lower end of its 95 % interval.
+    pub low: f64,
+    /// Upper end of its 95 % interval.
+    pub high: f64,
+}
+
+impl BasinShare {
+    /// The share of `count` probes among `all`, with Wilson's interval.
+    pub fn of(count: usize, all: usize) -> Self {
+        let [low, high] = wilson_interval(count, all);
+        Self {
+            share: count as f64 / all.max(1) as f64,
+            low,
+            high,
+        }
+    }
+}
+
+/// What became of one initial condition.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ProbeOutcome {
+    /// From 0; 0 is the point's own initial state.
+    pub probe_id: u32,
+    /// Distance of the initial state from the point's own in the energy norm, in units of
+    /// the half gap; the energy is its square.
+    pub amplitude: f64,
+    /// The attractor, numbered by first probe; none for a probe that settled on none.
+    pub attractor: Option<u32>,
+    /// How the work ended.
+    pub status: Status,
+    /// Why this status and this class.
+    pub reason: String,
+    /// Kind of motion.
+    pub class: Option<Class>,
+    /// Largest exponent \[1/cycle\].
+    pub lambda: Option<f64>,
+    /// Its standard error.
+    pub lambda_stderr: Option<f64>,
+    /// Root mean square of the deflection about its mean \[m\].
+    pub dte_rms: Option<f64>,
+    /// Largest |mesh force| \[N\].
+    pub force_peak: Option<f64>,
+    /// Contact-state changes per measured cycle.
+    pub events_per_cycle: Option<f64>,
+    /// Mesh cycles marched, transient included.
+    pub cycles: u64,
+    /// Share of the probes that end on this attractor, or with this status where they settle
+    /// on none.
+    pub basin: BasinShare,
+}
+
+/// What became of one cell of a slice.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CellOutcome {
+    /// Column, from 0 at the smallest `place[0]`.
+    pub column: u32,
+    /// Row, from 0 at the smallest `place[1]`.
+    pub row: u32,
+    /// The cell's centre \[m\], from the point's own initial state.
+    pub place: [f64; 2],
+    /// The attractor; none for a cell that settled on none.
+    pub attractor: Option<u32>,
+    /// How the work ended.
+    pub status: Status,
+    /// Kind of motion.
+    pub class: Option<Class>,
+    /// Whether the motion was investigated like a probe, because it came near no orbit that
+    /// was known by then.
+    pub in_full: bool,
+    /// Mesh cycles marched.
+    pub cycles: u64,
+}
+
+/// One attractor, by the first probe or cell on it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AttractorOutcome {
+    /// Kind of motion.
+    pub class: Class,
+    /// Largest exponent \[1/cycle\].
+    pub lambda: Option<f64>,
+    /// Its standard error.
+    pub lambda_stderr: Option<f64>,
+    /// Root mean square of the deflection about its mean \[m\].
+    pub dte_rms: Option<f64>,
+    /// Largest |mesh force| \[N\].
+    pub force_peak: Option<f64>,
+    /// Contact-state changes per measured cycle.
+    pub events_per_cycle: Option<f64>,
+    /// Probes that settled on it.
+    pub probes: u32,
+    /// Their share.
+    pub basin: BasinShare,
+    /// Cells of the slice that settled on it; none without a slice.
+    pub cells: Option<u32>,
+    /// Strobe states of a motion that repeats, projected on the slice \[m\]; empty for other
+    /// motions and without a slice.
+    pub strobe: Vec<[f64; 2]>,
+}
+
+/// What the probes of a point, and the cells of its slice, found.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct MultistabilityOutcome {
+    /// The attractors, by number.
+    pub attractors: Vec<AttractorOutcome>,
+    /// The probes, in order.
+    pub probes: Vec<ProbeOutcome>,
+    /// The cells of the slice, row by row; empty without a slice.
+    pub cells: Vec<CellOutcome>,
+}
+
+impl MultistabilityOutcome {
+    /// Mesh cycles marched by all probes and cells.
+    pub fn cycles(&self) -> u64 {
+        let probes: u64 = self.probes.iter().map(|probe| probe.cycles).sum();
+        let cells: u64 = self.cells.iter().map(|cell| cell.cycles).sum();
+        probes + cells
+    }
+
+    /// Gives every attractor and every probe the share of its ending among all probes.
+    pub(super) fn share_out(&mut self) {
+        let all = self.probes.len();
+        for (id, attractor) in (0..).zip(&mut self.attractors) {
+            let on = |found: Option<u32>| found == Some(id);
+            let probes = self.probes.iter().filter(|probe| on(probe.attractor));
+            attractor.probes = probes.count() as u32;
+            attractor.basin = BasinShare::of(attractor.probes as usize, all);
+            if !self.cells.is_empty() {
+                let cells = self.cells.iter().filter(|cell| on(cell.attractor));
+                attractor.cells = Some(cells.count() as u32);
+            }
+        }
+        let lost: Vec<Status> = self
+            .probes
+            .iter()
+            .filter(|probe| probe.attractor.is_none())
+            .map(|probe| probe.status.clone())
+            .collect();
+        for probe in &mut self.probes {
+            // The status of probes on one attractor may differ; the attractor decides.
+            let settled = probe.attractor.map(|id| &self.attractors[id as usize]);
+            probe.basin = match settled {
+                Some(attractor) => attractor.basin,
+                None => {
+                    let alike = lost.iter().filter(|status| **status == probe.status);
+                    BasinShare::of(alike.count(), all)
+                }
+            };
+        }
+    }
+}

@@ -1,0 +1,270 @@
+//! Which initial states does a slice hold?
+//!
+//! A plane through the point's own initial state x₀ along two modes i and j, in squares:
+//!
+//! ```text
+//! x = x₀ + x eᵢ/wᵢ + y eⱼ/wⱼ
+//! ```
+//!
+//! with the participations w of the mesh deflection, so that x and y are the mesh
+//! deflections that the displacements cause \[m\]. A slice of velocities gives mode i the
+//! velocity `s x/wᵢ`, s its scale in the energy norm \[rad/s\]: as much energy as the
+//! displacement x would have.
+
+use crate::analysis::norm::EnergyNorm;
+use crate::model::{Model, TrajectoryState};
+
+/// Participation, relative to the root of the sum of squares, below which the mesh does not
+/// feel a mode: round-off of the modes of an assembly is some 1e-13.
+const UNFELT: f64 = 1e-9;
+
+/// What a slice varies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SliceOf {
+    /// Modal displacements.
+    Displacement,
+    /// Modal velocities.
+    Velocity,
+}
+
+impl SliceOf {
+    /// The word of manifests and result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement",
+            Self::Velocity => "velocity",
+        }
+    }
+}
+
+/// How a slice of initial states is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SliceQuestion {
+    /// Two different modes, counted from 0.
+    pub modes: [usize; 2],
+    /// What is varied.
+    pub of: SliceOf,
+    /// Half the side of the slice \[m of mesh deflection\], > 0.
+    pub extent: f64,
+    /// Cells along each side, at least 1.
+    pub count: u32,
+}
+
+/// Why there is no such slice. Modes are counted from 1.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SliceError {
+    /// One mode, named twice.
+    #[error("a slice through fewer than two modes: both of its modes are mode {mode}")]
+    OneMode {
+        /// The mode.
+        mode: usize,
+    },
+    /// No such mode.
+    #[error("a slice along mode {mode}, but {retained} modes are retained")]
+    NoSuchMode {
+        /// The mode.
+        mode: usize,
+        /// Modes there are.
+        retained: usize,
+    },
+    /// The mode does not move the mesh.
+    #[error(
+        "a slice along mode {mode}, which the mesh does not feel, so that no displacement of it causes a mesh deflection; of the rigid rotations only the last is felt; take one of the modes {felt}"
+    )]
+    Unfelt {
+        /// The mode.
+        mode: usize,
+        /// Modes that would do, with their ranges.
+        felt: String,
+    },
+}
+
+/// A slice of one model's state space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane {
+    /// Components of a state that vary.
+    components: [usize; 2],
+    /// Change of a component a metre of mesh deflection.
+    scale: [f64; 2],
+    extent: f64,
+    count: u32,
+}
+
+impl Plane {
+    /// The slice of a model.
+    ///
+    /// # Errors
+    /// The modes are equal, or one is not there or not felt by the mesh.
+    pub fn new(model: &Model, question: &SliceQuestion) -> Result<Self, SliceError> {
+        let n = model.modes();
+        if let Some(mode) = question.modes.into_iter().find(|&mode| mode >= n) {
+            return Err(SliceError::NoSuchMode {
+                mode: mode + 1,
+                retained: n,
+            });
+        }
+        if question.modes[0] == question.modes[1] {
+            return Err(SliceError::OneMode {
+                mode: question.modes[0] + 1,
+            });
+        }
+        let participation = |mode: usize| model.blocks[mode].deflection[0];
+        let whole = (0..n).map(|mode| participation(mode).powi(2)).sum::<f64>();
+        let felt = |mode: usize| participation(mode).abs() > UNFELT * whole.sqrt();
+        if let Some(mode) = question.modes.into_iter().find(|&mode| !felt(mode)) {
+            return Err(SliceError::Unfelt {
+                mode: mode + 1,
+                felt: ranges((0..n).filter(|&mode| felt(mode)).map(|mode| mode + 1)),
+            });
+        }
+        let norm = EnergyNorm::new(model);
+        let along = |mode: usize| match question.of {
+            SliceOf::Displacement => (mode, 1.0 / participation(mode)),
+            SliceOf::Velocity => {
+                let rate = model.blocks[mode].rate()[1];
+                (n + mode, norm.weights()[mode] / rate)
+            }
+        };
+        let [first, second] = question.modes.map(along);
+        Ok(Self {
+            components: [first.0, second.0],
+            scale: [first.1, second.1],
+            extent: question.extent,
+            count: question.count,
+        })
+    }
+
+    /// Number of cells.
+    pub(super) fn cells(&self) -> usize {
+        self.count as usize * self.count as usize
+    }
+
+    /// Column and row of a cell, counted row by row.
+    pub(super) fn column_row(&self, cell: usize) -> [u32; 2] {
+        let count = self.count as usize;
+        [(cell % count) as u32, (cell / count) as u32]
+    }
+
+    /// Centre of a cell \[m\].
+    pub(super) fn centre(&self, cell: usize) -> [f64; 2] {
+        let count = f64::from(self.count);
+        self.column_row(cell)
+            .map(|place| self.extent * ((2.0 * f64::from(place) + 1.0) / count - 1.0))
+    }
+
+    /// The initial state of a cell.
+    pub(super) fn state(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cell: usize,
+    ) -> TrajectoryState {
+        let mut state = start.state.clone();
+        for ((component, scale), place) in self
+            .components
+            .iter()
+            .zip(self.scale)
+            .zip(self.centre(cell))
+        {
+            state[*component] += scale * place;
+        }
+        TrajectoryState::new(model, state, start.cycle)
+    }
+
+    /// A state projected on the slice \[m\].
+    pub(super) fn place(&self, start: &TrajectoryState, state: &[f64]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let component = self.components[axis];
+            (state[component] - start.state[component]) / self.scale[axis]
+        })
+    }
+}
+
+/// `2, 4 … 9, 12`.
+fn ranges(numbers: impl Iterator<Item = usize>) -> String {
+    let mut runs: Vec<[usize; 2]> = Vec::new();
+    for number in numbers {
+        match runs.last_mut() {
+            Some([_, last]) if *last + 1 == number => *last = number,
+            _ => runs.push([number, number]),
+        }
+    }
+    let words = runs.iter().map(|[first, last]| match last - first {
+        0 => first.to_string(),
+        1 => format!("{first}, {last}"),
+        _ => format!("{first} … {last}"),
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::model;
+    use super::*;
+    use crate::model::InitialState;
+
+    fn question(modes: [usize; 2], of: SliceOf) -> SliceQuestion {
+        SliceQuestion {
+            modes,
+            of,
+            extent: 3.0,
+            count: 5,
+        }
+    }
+
+    #[test]
+    fn a_displacement_is_the_deflection_it_causes() {
+        let model = model();
+        let start = model.start(&InitialState::Static);
+        let plane = Plane::new(&model, &question([1, 3], SliceOf::Displacement)).unwrap();
+        let deflection = |state: &TrajectoryState| model.deflection(&state.state, 0.0);
+        let [centre, rate] = [deflection(&start).0, deflection(&start).1];
+        assert_eq!(plane.cells(), 25);
+        for cell in 0..25 {
+            let [x, y] = plane.centre(cell);
+            let state = plane.state(&model, &start, cell);
+            assert!((deflection(&state).0 - centre - x - y).abs() < 1e-14);
+            assert_eq!(deflection(&state).1, rate);
+            let [back, up] = plane.place(&start, &state.state);
+            assert!((back - x).abs() < 1e-14 && (up - y).abs() < 1e-14);
+        }
+        assert_eq!(plane.state(&model, &start, 12), start);
+        // Centres of five cells over −3 … 3.
+        assert!((plane.centre(0)[0] + 2.4).abs() < 1e-15);
+        assert!((plane.centre(23)[1] - 2.4).abs() < 1e-15);
+    }
+
+    /// A step of a velocity has the energy of the same step of a displacement.
+    #[test]
+    fn a_velocity_has_the_energy_of_a_displacement() {
+        let model = model();
+        let norm = EnergyNorm::new(&model);
+        let start = model.start(&InitialState::Static);
+        let away = |of| {
+            let plane = Plane::new(&model, &question([2, 3], of)).unwrap();
+            let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);
+            [far(10), far(2), far(24)]
+        };
+        let [displaced, moving] = [away(SliceOf::Displacement), away(SliceOf::Velocity)];
+        for (a, b) in displaced.iter().zip(moving) {
+            assert!((a - b).abs() < 1e-14 * a, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_slice_needs_two_modes_that_the_mesh_feels() {
+        let model = model();
+        let refused = |modes| {
+            let question = question(modes, SliceOf::Displacement);
+            Plane::new(&model, &question).unwrap_err().to_string()
+        };
+        assert_eq!(
+            refused([2, 2]),
+            "a slice through fewer than two modes: both of its modes are mode 3"
+        );
+        assert!(refused([1, 4]).starts_with("a slice along mode 5, but 4 modes"));
+        let unfelt = refused([0, 2]);
+        assert!(unfelt.contains("mode 1, which the mesh does not feel"));
+        assert!(unfelt.ends_with("modes 2 … 4"), "{unfelt}");
+    }
+}

@@ -1,0 +1,349 @@
+//! Which attractor of a point continues which of its neighbour?
+//!
+//! Attractors are numbered anew at every point. Along an axis, two of neighbouring points are
+//! one branch where each is the nearest of the other's point to the other, and no further
+//! than [`FARTHEST`], in
+//!
+//! ```text
+//! |ln(RMS/RMS')| + |ln(peak/peak')| + |e − e'| / max(1, e, e') + penalty
+//! ```
+//!
+//! with the events per cycle e and a penalty for another kind of motion. A period doubling
+//! continues its branch. Whatever is matched by nobody begins a branch; so does everything
+//! behind a point that is missing. This is told from the whole table, not written into it:
+//! a shard of a job has no neighbours.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::summary::{Axis, PointSummary, Summary};
+use super::text::number;
+use crate::store::{ResultTable, StoreError, TableKind};
+
+/// Largest distance of two attractors of one branch.
+const FARTHEST: f64 = 1.0;
+/// Penalty where one period is twice the other.
+const DOUBLED: f64 = 0.2;
+/// Penalty for any other change of the kind of motion.
+const OTHER_KIND: f64 = 0.5;
+
+/// An attractor of a point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Attractor {
+    /// The point.
+    pub point_id: u64,
+    /// Its number at that point.
+    pub attractor_id: u64,
+    /// Kind of motion.
+    pub class: String,
+    /// Its period, where it has one.
+    pub period: Option<u64>,
+    /// Largest exponent \[1/cycle\].
+    pub lambda: Option<f64>,
+    /// Its standard error.
+    pub lambda_stderr: Option<f64>,
+    /// RMS of the deflection about its mean \[m\].
+    pub dte_rms: Option<f64>,
+    /// Largest |mesh force| \[N\].
+    pub force_peak: Option<f64>,
+    /// Contact-state changes per cycle.
+    pub events_per_cycle: Option<f64>,
+    /// Probes that settled on it.
+    pub probes: u64,
+    /// Their share.
+    pub share: f64,
+    /// The 95 % interval of the share.
+    pub interval: [f64; 2],
+    /// Cells of the slice that settled on it.
+    pub cells: Option<u64>,
+    /// Strobe states on the slice \[m\].
+    #[serde(skip)]
+    pub strobe: Vec<[f64; 2]>,
+}
+
+impl Attractor {
+    /// `period 2`, `chaotic`.
+    pub fn kind(&self) -> String {
+        match (self.class.as_str(), self.period) {
+            ("periodic", Some(period)) => format!("period {period}"),
+            (class, _) => class.replace('_', "-"),
+        }
+    }
+}
+
+/// The attractors of a results folder, by point and number; none where the folder has no
+/// such table.
+///
+/// # Errors
+/// The table cannot be read.
+pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
+    let table = match ResultTable::read(folder, TableKind::Attractors) {
+        Ok(table) => table,
+        Err(StoreError::Missing { .. }) => return Ok(Vec::new()),
+        Err(error) => return Err(error),
+    };
+    let whole = |name: &str| table.u64(name);
+    let (ids, numbers, periods) = (whole("point_id")?, whole("attractor_id")?, whole("period")?);
+    let (probes, cells) = (whole("probes")?, whole("cells")?);
+    let classes = table.text("class")?;
+    let column = |name: &str| table.f64(name);
+    let (lambda, stderr) = (column("lambda")?, column("lambda_stderr")?);
+    let (rms, peak) = (column("dte_rms")?, column("force_peak")?);
+    let events = column("events_per_cycle")?;
+    let (share, low) = (column("basin_share")?, column("basin_low")?);
+    let high = column("basin_high")?;
+    let (x, y) = (table.lists("slice_x")?, table.lists("slice_y")?);
+    let strobe = |row: usize| {
+        let [x, y] = [&x[row], &y[row]].map(|list| list.iter().flatten().flatten());
+        x.zip(y).map(|(x, y)| [*x, *y]).collect()
+    };
+    let attractor = |row: usize| Attractor {
+        point_id: ids[row].unwrap_or_default(),
+        attractor_id: numbers[row].unwrap_or_default(),
+        class: classes[row].clone().unwrap_or_default(),
+        period: periods[row],
+        lambda: lambda[row],
+        lambda_stderr: stderr[row],
+        dte_rms: rms[row],
+        force_peak: peak[row],
+        events_per_cycle: events[row],
+        probes: probes[row].unwrap_or_default(),
+        share: share[row].unwrap_or_default(),
+        interval: [low[row], high[row]].map(Option::unwrap_or_default),
+        cells: cells[row],
+        strobe: strobe(row),
+    };
+    Ok((0..table.rows()).map(attractor).collect())
+}
+
+/// The branch of every attractor, in the order of `attractors`, along the axis with position
+/// `along`; numbered from 0 in the order in which they begin. `attractors` and `points` are in
+/// `point_id` order.
+pub fn branches(
+    attractors: &[Attractor],
+    points: &[PointSummary],
+    axes: &[Axis],
+    along: usize,
+) -> Vec<usize> {
+    let mut branch = vec![0; attractors.len()];
+    let mut next = 0;
+    let mut lines: BTreeMap<(Vec<u64>, Option<&str>), Vec<&PointSummary>> = BTreeMap::new();
+    for point in points {
+        let mut held: Vec<u64> = point.axis_values.iter().map(|v| v.to_bits()).collect();
+        held.remove(along);
+        let line = (held, point.direction.as_deref());
+        lines.entry(line).or_default().push(point);
+    }
+    let mut lines: Vec<Vec<&PointSummary>> = lines.into_values().collect();
+    lines.sort_by_key(|line| line[0].point_id);
+    for mut line in lines {
+        // A sweep may have gone down.
+        line.sort_by(|a, b| a.axis_values[along].total_cmp(&b.axis_values[along]));
+        let mut previous: Option<(usize, std::ops::Range<usize>)> = None;
+        for point in line {
+            let value = point.axis_values[along];
+            let place = axes[along].values.partition_point(|known| *known < value);
+            let first = attractors.partition_point(|a| a.point_id < point.point_id);
+            let last = attractors.partition_point(|a| a.point_id <= point.point_id);
+            let before = previous
+                .filter(|(neighbour, _)| neighbour + 1 == place)
+                .map_or(0..0, |(_, range)| range);
+            let matched = matches(&attractors[before.clone()], &attractors[first..last]);
+            for (own, partner) in (first..last).zip(matched) {
+                branch[own] = match partner {
+                    Some(partner) => branch[before.start + partner],
+                    None => {
+                        next += 1;
+                        next - 1
+                    }
+                };
+            }
+            previous = Some((place, first..last));
+        }
+    }
+    branch
+}
+
+/// The branches of a results folder as text: a line an attractor, branch by branch.
+pub fn render_branches(summary: &Summary) -> String {
+    let mut text = String::from("branches of attractors");
+    let along = summary.axes.iter().rposition(|axis| axis.values.len() > 1);
+    match along.map(|along| &summary.axes[along]) {
+        Some(axis) => _ = writeln!(text, " along {}", axis.name),
+        None => text.push('\n'),
+    }
+    let mut order: Vec<usize> = (0..summary.attractors.len()).collect();
+    order.sort_by_key(|&index| summary.branches[index]);
+    let mut last = None;
+    for index in order {
+        let (attractor, branch) = (&summary.attractors[index], summary.branches[index]);
+        if last != Some(branch) {
+            _ = writeln!(text, "\nbranch {branch}");
+            last = Some(branch);
+        }
+        let place = summary
+            .all
+            .binary_search_by_key(&attractor.point_id, |point| point.point_id);
+        let values = place.map_or(&[][..], |place| &summary.all[place].axis_values);
+        let values: Vec<String> = summary
+            .axes
+            .iter()
+            .zip(values)
+            .map(|(axis, value)| format!("{} {}", axis.name, number(*value)))
+            .collect();
+        let percent = |share: f64| format!("{:.1}", 100.0 * share);
+        let [low, high] = attractor.interval.map(percent);
+        let rms = attractor
+            .dte_rms
+            .map_or("–".into(), |rms| number(1e6 * rms));
+        _ = writeln!(
+            text,
+            "  point {:<5} {:<34} {:<15} RMS {rms:>6} µm  {:>5} % ({low} … {high})",
+            attractor.point_id,
+            values.join(", "),
+            attractor.kind(),
+            percent(attractor.share),
+        );
+    }
+    text
+}
+
+/// For each of `new`, the one of `old` that it continues.
+fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
+    let nearest = |from: &Attractor, to: &[Attractor]| -> Option<usize> {
+        let distances = to.iter().map(|other| distance(from, other)).enumerate();
+        let near = distances.filter(|(_, distance)| *distance <= FARTHEST);
+        near.min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(index, _)| index)
+    };
+    let back: Vec<Option<usize>> = old.iter().map(|old| nearest(old, new)).collect();
+    let forth = new.iter().enumerate().map(|(index, own)| {
+        let partner = nearest(own, old)?;
+        (back[partner] == Some(index)).then_some(partner)
+    });
+    forth.collect()
+}
+
+/// How unlike two attractors are.
+fn distance(a: &Attractor, b: &Attractor) -> f64 {
+    let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
+        (Some(a), Some(b)) if a > 0.0 && b > 0.0 => (a / b).ln().abs(),
+        // A motion that stands still, or never touches, beside one that does not.
+        (Some(a), Some(b)) if a != b => f64::INFINITY,
+        _ => 0.0,
+    };
+    let events = [a, b].map(|one| one.events_per_cycle.unwrap_or(0.0));
+    let penalty = match (a.period, b.period) {
+        _ if a.class == b.class && a.period == b.period => 0.0,
+        (Some(a), Some(b)) if a == 2 * b || b == 2 * a => DOUBLED,
+        _ => OTHER_KIND,
+    };
+    ratio(a.dte_rms, b.dte_rms)
+        + ratio(a.force_peak, b.force_peak)
+        + (events[0] - events[1]).abs() / events[0].max(events[1]).max(1.0)
+        + penalty
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn attractor(point_id: u64, period: u64, rms: f64, peak: f64, events: f64) -> Attractor {
+        Attractor {
+            point_id,
+            attractor_id: 0,
+            class: if period > 0 { "periodic" } else { "chaotic" }.into(),
+            period: (period > 0).then_some(period),
+            lambda: None,
+            lambda_stderr: None,
+            dte_rms: Some(rms),
+            force_peak: Some(peak),
+            events_per_cycle: Some(events),
+            probes: 1,
+            share: 0.5,
+            interval: [0.1, 0.9],
+            cells: None,
+            strobe: Vec::new(),
+        }
+    }
+
+    fn followed(lengths: [usize; 2], along: usize, attractors: &[Attractor]) -> Vec<usize> {
+        let axis = |name: &str, length: usize| Axis {
+            name: name.into(),
+            unit: "1".into(),
+            values: (0..length).map(|i| i as f64).collect(),
+        };
+        let axes = [axis("a", lengths[0]), axis("b", lengths[1])];
+        let points: Vec<PointSummary> = (0..lengths[0] * lengths[1])
+            // Point 6 was never computed.
+            .filter(|id| *id != 6)
+            .map(|id| PointSummary {
+                point_id: id as u64,
+                direction: None,
+                axis_values: vec![(id / lengths[1]) as f64, (id % lengths[1]) as f64],
+                status: "ok".into(),
+                reason: String::new(),
+                class: None,
+                period: None,
+                lambda: None,
+                stderr: None,
+                twin: None,
+                twin_agrees: None,
+            })
+            .collect();
+        branches(attractors, &points, &axes, along)
+    }
+
+    #[test]
+    fn a_branch_keeps_its_number_whatever_its_attractor_is_called() {
+        let quiet = |id| attractor(id, 1, 1e-6 * (1.0 + 0.1 * id as f64), 1e3, 0.0);
+        let loud = |id| attractor(id, 1, 30e-6, 2e4, 4.0);
+        // The second point numbers them the other way around, the third lost one.
+        let all = [
+            quiet(0),
+            loud(0),
+            loud(1),
+            quiet(1),
+            loud(2),
+            loud(3),
+            quiet(3),
+        ];
+        assert_eq!(followed([1, 4], 1, &all), [0, 1, 1, 0, 1, 1, 2]);
+    }
+
+    #[test]
+    fn a_period_doubling_continues_and_a_jump_does_not() {
+        let all = [
+            attractor(0, 1, 1e-6, 1e3, 2.0),
+            attractor(1, 2, 1.1e-6, 1.1e3, 2.0),
+            attractor(2, 4, 1.2e-6, 1.1e3, 2.0),
+            attractor(3, 0, 1.3e-6, 1.2e3, 2.1),
+            attractor(4, 0, 9e-6, 8e3, 3.0),
+        ];
+        assert_eq!(followed([1, 5], 1, &all), [0, 0, 0, 0, 1]);
+    }
+
+    #[test]
+    fn lines_are_separate_and_holes_end_branches() {
+        let same = |id| attractor(id, 1, 1e-6, 1e3, 2.0);
+        let all: Vec<Attractor> = (0..8).filter(|id| *id != 6).map(same).collect();
+        // Two lines of four; in the second, the third point is missing.
+        assert_eq!(followed([2, 4], 1, &all), [0, 0, 0, 0, 1, 1, 2]);
+        // Four lines of two, one of which has lost its end.
+        assert_eq!(followed([2, 4], 0, &all), [0, 1, 2, 3, 0, 1, 3]);
+    }
+
+    /// The nearest of two candidates is taken; the other begins a branch of its own.
+    #[test]
+    fn nobody_is_matched_twice() {
+        let all = [
+            attractor(0, 1, 1e-6, 1e3, 2.0),
+            attractor(1, 1, 1.3e-6, 1.2e3, 2.0),
+            attractor(1, 1, 1.1e-6, 1.1e3, 2.0),
+        ];
+        assert_eq!(followed([1, 2], 1, &all), [0, 1, 0]);
+    }
+}

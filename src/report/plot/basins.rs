@@ -1,0 +1,239 @@
+//! A slice of initial states: which attractor each leads to.
+
+use std::collections::BTreeMap;
+
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas, INK, Place, SOFT};
+use super::categories::{colour, lost};
+use super::error::PlotError;
+use super::panel::{Panel, TICK_SIZE};
+use super::results::{MOST_SLICES, Results};
+use super::{Drawn, Picture, PlotRequest, What};
+use crate::report::branches::{Attractor, read_attractors};
+use crate::report::text::number;
+use crate::store::{ResultTable, TableKind};
+
+const LEFT: f64 = 92.0;
+const TOP: f64 = 72.0;
+/// Side of the slice \[px\].
+const SIDE: f64 = 520.0;
+const MARGIN: f64 = LEFT + SIDE + 28.0;
+/// Most entries of the key.
+const MOST_ENTRIES: usize = 10;
+
+/// How a cell ended: on an attractor, or with a status.
+type Ending = Result<u64, String>;
+
+/// A cell of a slice.
+struct Cell {
+    /// Column and row.
+    at: [u64; 2],
+    /// Centre \[m\].
+    centre: Place,
+    ending: Ending,
+}
+
+/// A picture a point, or that of the point asked for.
+pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let unfit = |reason: String| PlotError::Unfit {
+        what: What::Basins,
+        reason,
+    };
+    let table = results.table(TableKind::Basins)?.ok_or_else(|| {
+        unfit("there is no basins.parquet; ask for `multistability.slice` in the manifest's [analyses]".into())
+    })?;
+    let names: [String; 2] = table
+        .metadata("slice")
+        .and_then(|text| serde_json::from_str(text).ok())
+        .unwrap_or_else(|| ["x", "y"].map(str::to_owned));
+    let mut slices = cells(&table)?;
+    if let Some(id) = request.point {
+        results.point(id)?;
+        slices.retain(|point_id, _| *point_id == id);
+        if slices.is_empty() {
+            return Err(unfit(format!("point {id} has no cell")));
+        }
+    }
+    slices.retain(|_, cells| cells.iter().any(|cell| cell.at[0] > 0));
+    if slices.is_empty() {
+        return Err(unfit(
+            "no slice of basins.parquet has two cells a side".into(),
+        ));
+    }
+    let attractors = read_attractors(&results.folder)?;
+    let single = results.summary.all.len() == 1;
+    let mut drawn = Drawn::of_slices(What::Basins, slices.len().min(MOST_SLICES), slices.len());
+    for (point_id, cells) in slices.into_iter().take(MOST_SLICES) {
+        let own: Vec<&Attractor> = attractors
+            .iter()
+            .filter(|a| a.point_id == point_id)
+            .collect();
+        let title = format!("{}: basins of attraction on a slice", results.job);
+        let words = results.point_words(results.point(point_id)?);
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words]));
+        draw_slice(&mut canvas, &names, &cells, &own);
+        key(&mut canvas, &cells, &own);
+        canvas.height = TOP + SIDE + 66.0;
+        let name = if single {
+            "basins".to_owned()
+        } else {
+            format!("basins-point={point_id}")
+        };
+        drawn.pictures.push(Picture::new(name, canvas));
+    }
+    Ok(drawn)
+}
+
+/// The cells of each point.
+fn cells(table: &ResultTable) -> Result<BTreeMap<u64, Vec<Cell>>, PlotError> {
+    let (ids, i, j) = (table.u64("point_id")?, table.u64("i")?, table.u64("j")?);
+    let (x, y) = (table.f64("x")?, table.f64("y")?);
+    let (attractors, statuses) = (table.u64("attractor_id")?, table.text("status")?);
+    let mut slices: BTreeMap<u64, Vec<Cell>> = BTreeMap::new();
+    for row in 0..table.rows() {
+        let cell = || {
+            Some(Cell {
+                at: [i[row]?, j[row]?],
+                centre: [x[row]?, y[row]?],
+                ending: match attractors[row] {
+                    Some(id) => Ok(id),
+                    None => Err(statuses[row].clone().unwrap_or_default()),
+                },
+            })
+        };
+        if let (Some(id), Some(cell)) = (ids[row], cell()) {
+            slices.entry(id).or_default().push(cell);
+        }
+    }
+    Ok(slices)
+}
+
+fn draw_slice(canvas: &mut Canvas, names: &[String; 2], cells: &[Cell], own: &[&Attractor]) {
+    // From centres to edges: the outermost centres lie half a cell inside.
+    let count = cells.iter().map(|cell| cell.at[0]).max().unwrap_or(0) as f64 + 1.0;
+    let outermost = cells
+        .iter()
+        .fold(0.0_f64, |most, cell| most.max(cell.centre[0]));
+    let extent = outermost * count / (count - 1.0);
+    let axis = |name: &str| Axis::linear(name, "m", [-extent, extent]);
+    let panel = Panel {
+        left: LEFT,
+        right: LEFT + SIDE,
+        top: TOP,
+        bottom: TOP + SIDE,
+        across: axis(&names[0]),
+        up: axis(&names[1]),
+    };
+    // Ticks and grid first: the cells cover the grid.
+    panel.frame(canvas, true);
+    let side = SIDE / count;
+    let mut start = 0;
+    while start < cells.len() {
+        let first = &cells[start];
+        let same = |cell: &&Cell| cell.at[1] == first.at[1] && cell.ending == first.ending;
+        let run = cells[start..].iter().take_while(same).count();
+        let [column, row] = first.at.map(|place| place as f64);
+        let [x, y] = [LEFT + side * column, TOP + SIDE - side * (row + 1.0)];
+        // A little too large, because abutting edges show as seams in some viewers.
+        let right = (x + side * run as f64 + 0.3).min(panel.right);
+        let bottom = (y + side + 0.3).min(panel.bottom);
+        canvas.rectangle([x, y], [right, bottom], shade(&first.ending));
+        start += run;
+    }
+    canvas.outline(
+        [panel.left, panel.top],
+        [panel.right, panel.bottom],
+        INK,
+        1.0,
+    );
+    for attractor in own {
+        for [x, y] in &attractor.strobe {
+            if x.abs() < extent && y.abs() < extent {
+                mark(canvas, panel.at(*x, *y), attractor.attractor_id as usize);
+            }
+        }
+    }
+}
+
+fn shade(ending: &Ending) -> super::canvas::Colour {
+    match ending {
+        Ok(id) => colour(*id as usize),
+        Err(status) => lost(status),
+    }
+}
+
+/// The place of an attractor's strobe state.
+fn mark(canvas: &mut Canvas, at: Place, attractor: usize) {
+    canvas.disc(at, 7.0, INK);
+    canvas.disc(at, 5.6, super::canvas::Colour(255, 255, 255));
+    canvas.disc(at, 3.6, colour(attractor));
+}
+
+fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
+    let mut counts: BTreeMap<Ending, usize> = BTreeMap::new();
+    for cell in cells {
+        *counts.entry(cell.ending.clone()).or_insert(0) += 1;
+    }
+    let share = |count: usize| {
+        format!(
+            "{:.1} % of cells",
+            100.0 * count as f64 / cells.len() as f64
+        )
+    };
+    let mut y = TOP;
+    for (ending, count) in counts.iter().take(MOST_ENTRIES) {
+        let known = own.iter().find(|a| Ok(a.attractor_id) == *ending);
+        let (name, numbers) = match (ending, known) {
+            (Ok(id), Some(attractor)) => {
+                let rms = attractor
+                    .dte_rms
+                    .map(|rms| format!(", RMS {} µm", number(1e6 * rms)));
+                (
+                    format!("attractor {id}: {}", attractor.kind()),
+                    format!("{}{}", share(*count), rms.unwrap_or_default()),
+                )
+            }
+            (Ok(id), None) => (format!("attractor {id}"), share(*count)),
+            (Err(status), _) => (
+                format!("no attractor: {}", status.replace('_', " ")),
+                share(*count),
+            ),
+        };
+        canvas.rectangle([MARGIN, y], [MARGIN + 16.0, y + 16.0], shade(ending));
+        canvas.outline([MARGIN, y], [MARGIN + 16.0, y + 16.0], SOFT, 1.0);
+        canvas.text(
+            [MARGIN + 25.0, y + 13.0],
+            &name,
+            TICK_SIZE,
+            INK,
+            Anchor::Start,
+        );
+        canvas.text(
+            [MARGIN + 25.0, y + 30.0],
+            &numbers,
+            TICK_SIZE,
+            SOFT,
+            Anchor::Start,
+        );
+        y += 42.0;
+    }
+    if counts.len() > MOST_ENTRIES {
+        let text = format!("… and {} more", counts.len() - MOST_ENTRIES);
+        canvas.text([MARGIN, y + 13.0], &text, TICK_SIZE, SOFT, Anchor::Start);
+        y += 24.0;
+    }
+    if own.iter().any(|attractor| !attractor.strobe.is_empty()) {
+        mark(
+            canvas,
+            [MARGIN + 8.0, y + 12.0],
+            own.first().map_or(0, |a| a.attractor_id as usize),
+        );
+        for (line, text) in ["attractor at mesh phase 0,", "projected on the slice"]
+            .into_iter()
+            .enumerate()
+        {
+            let at = [MARGIN + 25.0, y + 16.0 + 17.0 * line as f64];
+            canvas.text(at, text, TICK_SIZE, SOFT, Anchor::Start);
+        }
+    }
+}

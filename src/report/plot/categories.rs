@@ -1,0 +1,28 @@
+//! Colours that tell attractors and branches apart.
+
+use super::canvas::Colour;
+
+/// Okabe and Ito's palette without black, told apart by colour-blind readers; neighbours
+/// differ in brightness too.
+const COLOURS: [Colour; 7] = [
+    Colour(0x00, 0x72, 0xb2),
+    Colour(0xe6, 0x9f, 0x00),
+    Colour(0x56, 0xb4, 0xe9),
+    Colour(0xd5, 0x5e, 0x00),
+    Colour(0x00, 0x9e, 0x73),
+    Colour(0xf0, 0xe4, 0x42),
+    Colour(0xcc, 0x79, 0xa7),
+];
+
+/// The colour of the attractor or branch with a number; they come again after seven.
+pub(super) fn colour(number: usize) -> Colour {
+    COLOURS[number % COLOURS.len()]
+}
+
+/// The colour of motions that settled on no attractor.
+pub(super) fn lost(status: &str) -> Colour {
+    match status {
+        "not_converged" => Colour(0xd8, 0xd8, 0xd8),
+        _ => Colour(0x22, 0x22, 0x22),
+    }
+}
