@@ -177,12 +177,10 @@ fn a_cascade_of_doubled_periods_ends_in_chaos() {
         repeats(&model, period);
         is_called_near_equilibrium(&model, Class::Periodic(period as u32));
     }
-    for load in [0.3727, 0.3545] {
-        let model = one_degree(load, 1000.0);
-        let (growth, nearest) = growth_and_return(&model, 30);
-        assert!(growth > 100.0 && nearest > 1e-4, "{growth} {nearest}");
-        is_called_near_equilibrium(&model, Class::Chaotic);
-    }
+    let model = one_degree(0.3727, 1000.0);
+    let (growth, nearest) = growth_and_return(&model, 30);
+    assert!(growth > 100.0 && nearest > 1e-4, "{growth} {nearest}");
+    is_called_near_equilibrium(&model, Class::Chaotic);
 }
 
 #[test]
@@ -194,7 +192,7 @@ fn a_third_of_the_mesh_frequency_is_period_three() {
 
 #[test]
 fn a_chaotic_band() {
-    for speed in [1320.0, 1400.0, 1480.0] {
+    for speed in [1320.0, 1480.0] {
         let model = one_degree(0.5, speed);
         let (growth, nearest) = growth_and_return(&model, 30);
         assert!(growth > 100.0 && nearest > 1e-4, "{growth} {nearest}");
