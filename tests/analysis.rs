@@ -136,6 +136,7 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
         impact_rate: impacts as f64 / time,
         impact_velocity: record.impacts.iter().sum::<f64>() / impacts.max(1) as f64,
         fractions,
+        ..NvhOutcome::default()
     }
 }
 

@@ -96,6 +96,7 @@ fn row(point_id: u64) -> PointRow {
         point_id,
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
+        horizon: None,
         multistability: (point_id != 13).then(|| probes(point_id)),
         kernel: "volterra".into(),
         placement: Placement {
@@ -156,6 +157,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         poincare: true,
         spectra: true,
         probes: true,
+        horizon: false,
         shard,
     };
     let all = 0..LOADS * SPEEDS;

@@ -2,6 +2,7 @@
 
 mod classify;
 mod energy;
+mod horizon;
 mod lyapunov;
 mod modal_series;
 mod multistability;
@@ -18,6 +19,9 @@ mod trace;
 mod twin;
 
 pub use energy::EnergyAudit;
+pub use horizon::{
+    HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
+};
 pub use lyapunov::TangentGrowth;
 pub use multistability::{
     BasinShare, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, probe_basins,
@@ -25,7 +29,7 @@ pub use multistability::{
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use outcome::*;
-pub use point::{CalledOff, investigate};
+pub use point::{CalledOff, investigate, investigate_onward};
 pub use questions::{LyapunovQuestion, NvhQuestion, Questions};
 pub use spectrum::Welch;
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

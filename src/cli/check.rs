@@ -205,7 +205,13 @@ fn analyses(point: &PointSpec) -> String {
             asked.initial_conditions, asked.decades, asked.transient, asked.cycles
         )
     });
-    let all: Vec<String> = [lyapunov, poincare, nvh, multistability]
+    let horizon = analyses.horizon.map(|asked| {
+        format!(
+            "horizon ({} twins over {} cycles, averages up to {} cycles)",
+            asked.twins, asked.cycles, asked.averages
+        )
+    });
+    let all: Vec<String> = [lyapunov, poincare, nvh, multistability, horizon]
         .into_iter()
         .flatten()
         .collect();
@@ -283,6 +289,7 @@ fn job_json(name: &str, job: &Job) -> Value {
                 ("poincare", p.analyses.poincare.is_some()),
                 ("nvh", p.analyses.nvh.is_some()),
                 ("multistability", p.analyses.multistability.is_some()),
+                ("horizon", p.analyses.horizon.is_some()),
             ];
             names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()
         }),

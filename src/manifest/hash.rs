@@ -5,9 +5,9 @@
 
 use super::sections::Resolved;
 use super::spec::{
-    AnalysesSpec, Axis, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec, LyapunovSpec,
-    MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec, ShaftName,
-    StiffnessSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
+    AnalysesSpec, Axis, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
+    LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec,
+    ShaftName, StiffnessSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
 use crate::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
@@ -324,6 +324,7 @@ impl JobHash {
             poincare,
             nvh,
             multistability,
+            horizon,
         } = analyses;
         self.optional(lyapunov.as_ref(), |hash, lyapunov| {
             let LyapunovSpec {
@@ -361,6 +362,19 @@ impl JobHash {
             self.number(decades);
             self.integer(transient);
             self.integer(cycles);
+        }
+        if let Some(horizon) = horizon {
+            let HorizonSpec {
+                twins,
+                separation,
+                cycles,
+                averages,
+            } = *horizon;
+            self.text("horizon");
+            self.integer(u64::from(twins));
+            self.number(separation);
+            self.integer(cycles);
+            self.integer(averages);
         }
     }
 }

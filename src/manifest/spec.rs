@@ -218,6 +218,8 @@ pub struct AnalysesSpec {
     pub nvh: Option<NvhSpec>,
     /// Coexisting attractors.
     pub multistability: Option<MultistabilitySpec>,
+    /// Predictability of chaotic motion.
+    pub horizon: Option<HorizonSpec>,
 }
 
 /// Lyapunov exponents.
@@ -261,4 +263,17 @@ pub struct MultistabilitySpec {
     pub transient: u64,
     /// Most mesh cycles of each probe measured.
     pub cycles: u64,
+}
+
+/// Predictability: twins that part, and averages over longer and longer stretches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HorizonSpec {
+    /// Twins a point; ≥ 2.
+    pub twins: u32,
+    /// Distance at which they start, in half gaps.
+    pub separation: f64,
+    /// Mesh cycles each is followed.
+    pub cycles: u64,
+    /// Mesh cycles in the longest averages.
+    pub averages: u64,
 }

@@ -2,9 +2,11 @@
 //! comes from.
 
 use super::StoreError;
+use super::horizon::horizon_columns;
+use super::nvh::nvh_columns;
 use super::table::{Column, Table, Value};
 use crate::analysis::{
-    Class, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome,
+    Class, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, PoincareSample, PointOutcome,
     SpectrumLine,
 };
 use serde::{Deserialize, Serialize};
@@ -41,6 +43,8 @@ pub struct PointRow {
     pub outcome: PointOutcome,
     /// What its probes found, where they were asked for.
     pub multistability: Option<MultistabilityOutcome>,
+    /// How far ahead it can be foretold, where asked for and chaotic.
+    pub horizon: Option<HorizonOutcome>,
     /// Name of the kernel that marched it.
     pub kernel: String,
     /// Where and for how long.
@@ -91,6 +95,7 @@ pub fn points_table(axes: &[AxisColumn]) -> Result<Table<PointRow>, StoreError> 
     columns.extend(ending_columns());
     columns.extend(lyapunov_columns());
     columns.extend(motion_columns());
+    columns.extend(horizon_columns());
     columns.extend(nvh_columns());
     columns.extend(work_columns());
     for axis in axes {
@@ -219,103 +224,6 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             Value::U32(Box::new(|row: &PointRow| {
                 row.multistability.as_ref().map(|found| found.attractors)
             })),
-        ),
-    ]
-}
-
-fn nvh_columns() -> Vec<Column<PointRow>> {
-    fn number(
-        name: &str,
-        unit: &str,
-        description: &str,
-        get: fn(&NvhOutcome) -> f64,
-    ) -> Column<PointRow> {
-        let value = move |row: &PointRow| row.outcome.nvh.as_ref().map(get);
-        Column::new(name, unit, description, Value::F64(Box::new(value)))
-    }
-    vec![
-        number(
-            "fraction_drive",
-            "1",
-            "Fraction of time in contact on the drive flank",
-            |found| found.fractions[0],
-        ),
-        number(
-            "fraction_free",
-            "1",
-            "Fraction of time out of contact",
-            |found| found.fractions[1],
-        ),
-        number(
-            "fraction_coast",
-            "1",
-            "Fraction of time in contact on the coast flank",
-            |found| found.fractions[2],
-        ),
-        number(
-            "dte_mean",
-            "m",
-            "Mean dynamic transmission error (mesh deflection)",
-            |found| found.dte_mean,
-        ),
-        number(
-            "dte_rms",
-            "m",
-            "Root mean square of the deflection about its mean",
-            |found| found.dte_rms,
-        ),
-        number(
-            "dte_pp",
-            "m",
-            "Largest minus smallest deflection",
-            |found| found.dte_pp,
-        ),
-        number(
-            "dte_crest",
-            "1",
-            "Largest |deflection - mean| over dte_rms",
-            |found| found.dte_crest,
-        ),
-        number(
-            "dte_kurtosis",
-            "1",
-            "Fourth central moment over squared variance",
-            |found| found.dte_kurtosis,
-        ),
-        Column::new(
-            "harmonics",
-            "m",
-            "Amplitude of the deflection at mesh orders 1, 2, ...",
-            Value::List(Box::new(|row: &PointRow| {
-                row.outcome
-                    .nvh
-                    .as_ref()
-                    .map(|found| found.harmonics.as_slice())
-            })),
-        ),
-        number("force_mean", "N", "Mean mesh force", |found| {
-            found.force_mean
-        }),
-        number(
-            "force_std",
-            "N",
-            "Standard deviation of the mesh force",
-            |found| found.force_std,
-        ),
-        number("force_peak", "N", "Largest |mesh force|", |found| {
-            found.force_peak
-        }),
-        number(
-            "impact_rate",
-            "1/s",
-            "Entries into contact a second",
-            |found| found.impact_rate,
-        ),
-        number(
-            "impact_velocity",
-            "m/s",
-            "Mean |deflection rate| on entry into contact",
-            |found| found.impact_velocity,
         ),
     ]
 }

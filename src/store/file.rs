@@ -43,6 +43,8 @@ pub enum TableKind {
     Spectra,
     /// One row an initial condition.
     Probes,
+    /// One row a quantity over a number of mesh cycles.
+    Horizon,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -57,6 +59,7 @@ impl TableKind {
             Self::Poincare => "poincare.parquet",
             Self::Spectra => "spectra.parquet",
             Self::Probes => "probes.parquet",
+            Self::Horizon => "horizon.parquet",
             Self::Trace => "trace.parquet",
             Self::Events => "events.parquet",
         }

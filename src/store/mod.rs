@@ -1,7 +1,7 @@
 //! Result files: the one place where results meet columns.
 //!
 //! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
-//! `spectra.parquet` and `probes.parquet`, then `run.json`. Files appear under their final
+//! `spectra.parquet`, `probes.parquet` and `horizon.parquet`, then `run.json`. Files appear under their final
 //! name only when they are whole; until then a journal keeps what is finished. The shards
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
@@ -12,7 +12,9 @@ mod clock;
 mod columns;
 mod error;
 mod file;
+mod horizon;
 mod journal;
+mod nvh;
 mod probes;
 mod read;
 mod reorder;
@@ -28,6 +30,7 @@ pub use columns::{
 };
 pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
+pub use horizon::{HorizonRow, horizon_table};
 pub use journal::{Journal, SYNC_INTERVAL, journal_path};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};

@@ -11,8 +11,8 @@ use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale,
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::{
-    AxisColumn, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError, poincare_table,
-    points_table, probes_table, spectra_table,
+    AxisColumn, HorizonRow, PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError,
+    horizon_table, poincare_table, points_table, probes_table, spectra_table,
 };
 
 impl Row for PointRow {
@@ -22,18 +22,24 @@ impl Row for PointRow {
             .lyapunov
             .as_ref()
             .map_or(0, |found| found.exponents.len());
-        let harmonics = self
-            .outcome
-            .nvh
-            .as_ref()
-            .map_or(0, |found| found.harmonics.len());
-        size_of::<f64>() * (exponents + harmonics) + self.outcome.reason.len()
+        let nvh = self.outcome.nvh.as_ref().map_or(0, |found| {
+            // With their standard errors.
+            let lists = [
+                &found.harmonics,
+                &found.suborders,
+                &found.impact_velocity_quantiles,
+            ];
+            2 * lists.iter().map(|list| list.len()).sum::<usize>()
+        });
+        size_of::<f64>() * (exponents + nvh) + self.outcome.reason.len()
     }
 }
 
 impl Row for PoincareRow {}
 
 impl Row for SpectrumRow {}
+
+impl Row for HorizonRow {}
 
 impl Row for ProbeRow {
     fn list_bytes(&self) -> usize {
@@ -52,6 +58,8 @@ pub struct ResultLayout {
     pub spectra: bool,
     /// Whether `probes.parquet` is written.
     pub probes: bool,
+    /// Whether `horizon.parquet` is written.
+    pub horizon: bool,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -67,6 +75,8 @@ pub struct Written {
     pub spectra: u64,
     /// Of `probes.parquet`.
     pub probes: u64,
+    /// Of `horizon.parquet`.
+    pub horizon: u64,
     /// Points expected that never came (an interrupted run).
     pub missing: u64,
 }
@@ -86,6 +96,7 @@ pub struct ResultWriter {
     poincare: Option<TableFile<PoincareRow>>,
     spectra: Option<TableFile<SpectrumRow>>,
     probes: Option<TableFile<ProbeRow>>,
+    horizon: Option<TableFile<HorizonRow>>,
 }
 
 impl ResultWriter {
@@ -134,6 +145,13 @@ impl ResultWriter {
                     TableFile::create(folder, TableKind::Probes, shard, table, &[])
                 })
                 .transpose()?,
+            horizon: layout
+                .horizon
+                .then(|| {
+                    let table = horizon_table();
+                    TableFile::create(folder, TableKind::Horizon, shard, table, &[])
+                })
+                .transpose()?,
         })
     }
 
@@ -168,6 +186,7 @@ impl ResultWriter {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
         self.clear_the_way()?;
+        let horizon = self.horizon.map_or(Ok(0), TableFile::finish)?;
         let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
@@ -177,6 +196,7 @@ impl ResultWriter {
             poincare,
             spectra,
             probes,
+            horizon,
             missing,
         })
     }
@@ -194,6 +214,9 @@ impl ResultWriter {
         }
         if self.probes.is_none() {
             old.push(table_path(folder, TableKind::Probes, *shard));
+        }
+        if self.horizon.is_none() {
+            old.push(table_path(folder, TableKind::Horizon, *shard));
         }
         for path in old {
             match fs::remove_file(&path) {
@@ -236,6 +259,11 @@ impl ResultWriter {
         if let (Some(file), Some(found)) = (&mut self.probes, &mut row.multistability) {
             for probe in std::mem::take(&mut found.probes) {
                 file.push(ProbeRow { point_id, probe })?;
+            }
+        }
+        if let (Some(file), Some(found)) = (&mut self.horizon, &mut row.horizon) {
+            for measure in std::mem::take(&mut found.measures) {
+                file.push(HorizonRow { point_id, measure })?;
             }
         }
         self.admit_what_is_not_finite(&mut row);

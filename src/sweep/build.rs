@@ -1,6 +1,8 @@
 //! From a point's specification to the system that kernels march.
 
-use crate::analysis::{LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions};
+use crate::analysis::{
+    HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, Questions,
+};
 use crate::manifest::{
     DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, ShaftName, StiffnessSpec,
     StructureSource,
@@ -167,6 +169,19 @@ pub fn probes(point: &PointSpec, seed: u64) -> Option<MultistabilityQuestion> {
         transient: asked.transient,
         cycles: asked.cycles,
         settle: point.run.settle,
+    })
+}
+
+/// The predictability asked of a point.
+pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
+    let asked = point.analyses.horizon?;
+    Some(HorizonQuestion {
+        seed,
+        point_id: point.point_id,
+        twins: asked.twins,
+        separation: asked.separation,
+        cycles: asked.cycles,
+        averages: asked.averages,
     })
 }
 

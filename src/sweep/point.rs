@@ -1,9 +1,12 @@
 //! One point, from specification to row; whatever goes wrong becomes part of the row.
 
-use super::build::{BuildError, StructureCache, affordable, initial, model, probes, questions};
+use super::build::{
+    BuildError, StructureCache, affordable, horizon, initial, model, probes, questions,
+};
 use crate::analysis::{
-    CalledOff, MultistabilityOutcome, MultistabilityQuestion, PointOutcome, Questions, Status,
-    investigate, probe_basins,
+    CalledOff, Class, HorizonError, HorizonOutcome, HorizonQuestion, MultistabilityOutcome,
+    MultistabilityQuestion, PointOutcome, Questions, Status, investigate_onward, predictability,
+    probe_basins,
 };
 use crate::manifest::{KernelSpec, PointSpec};
 use crate::model::{Model, TrajectoryState};
@@ -39,32 +42,29 @@ pub fn compute(
     let attempt = catch_unwind(AssertUnwindSafe(|| {
         answer(point, seed, structures, called_off)
     }));
-    let (outcome, multistability) = match attempt {
+    let unanswered = |reason: String| Answer {
+        outcome: PointOutcome::unanswered(Status::Failed, reason),
+        multistability: None,
+        horizon: None,
+    };
+    let answer = match attempt {
         Ok(Ok(answered)) => answered?,
-        Ok(Err(error)) => (
-            PointOutcome::unanswered(Status::Failed, error.to_string()),
-            None,
-        ),
+        Ok(Err(error)) => unanswered(error.to_string()),
         Err(panic) => {
             let message = panic
                 .downcast_ref::<String>()
                 .map(String::as_str)
                 .or_else(|| panic.downcast_ref::<&str>().copied())
                 .unwrap_or("no message");
-            (
-                PointOutcome::unanswered(
-                    Status::Failed,
-                    format!("the program panicked: {message}"),
-                ),
-                None,
-            )
+            unanswered(format!("the program panicked: {message}"))
         }
     };
     Ok(PointRow {
         point_id: point.point_id,
         axis_values: point.axis_values.clone(),
-        outcome,
-        multistability,
+        outcome: answer.outcome,
+        multistability: answer.multistability,
+        horizon: answer.horizon,
         kernel: kernel_name(&point.run.kernel).to_owned(),
         placement: Placement {
             worker: worker.index,
@@ -82,8 +82,19 @@ pub fn kernel_name(kernel: &KernelSpec) -> &'static str {
     }
 }
 
-/// What was found of a point and, where asked for, of its probes.
-type Answer = (PointOutcome, Option<MultistabilityOutcome>);
+/// What was found of a point and, where asked for, of its probes and its predictability.
+struct Answer {
+    outcome: PointOutcome,
+    multistability: Option<MultistabilityOutcome>,
+    horizon: Option<HorizonOutcome>,
+}
+
+/// What is asked of a point.
+struct Asked {
+    questions: Questions,
+    probes: Option<MultistabilityQuestion>,
+    horizon: Option<HorizonQuestion>,
+}
 
 fn answer(
     point: &PointSpec,
@@ -95,7 +106,11 @@ fn answer(
     let model: Model = model(&structure, point)?;
     affordable(&model, &point.run.kernel)?;
     let start = model.start(&initial(&point.run.initial));
-    let asked = (questions(point, seed), probes(point, seed));
+    let asked = Asked {
+        questions: questions(point, seed),
+        probes: probes(point, seed),
+        horizon: horizon(point, seed),
+    };
     let limit = point.run.event_limit;
     Ok(match point.run.kernel {
         KernelSpec::Volterra { tolerance } => {
@@ -109,19 +124,36 @@ fn answer(
     })
 }
 
-/// All questions to a point, then its probes.
+/// All questions to a point, then its predictability, then its probes.
 fn ask<K: Kernel>(
     model: &Model,
     kernel: &K,
     start: TrajectoryState,
-    (questions, probes): &(Questions, Option<MultistabilityQuestion>),
+    asked: &Asked,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
-    let mut outcome = investigate(model, kernel, start.clone(), questions, called_off)?;
-    let multistability = probes
-        .as_ref()
+    let mut end = start.clone();
+    let mut outcome = investigate_onward(model, kernel, &mut end, &asked.questions, called_off)?;
+    let chaotic = outcome.class == Some(Class::Chaotic);
+    let horizon = match asked.horizon.filter(|_| chaotic) {
+        None => None,
+        Some(question) => match predictability(model, kernel, &end, &question, called_off) {
+            Ok(found) => Some(found),
+            Err(HorizonError::CalledOff(called_off)) => return Err(called_off),
+            Err(HorizonError::Stop(stop)) => {
+                outcome.reason.push_str(&format!(" (no horizon: {stop})"));
+                None
+            }
+        },
+    };
+    let multistability = (asked.probes.as_ref())
         .map(|probes| probe_basins(model, kernel, &start, probes, called_off))
         .transpose()?;
     outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
-    Ok((outcome, multistability))
+    outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
+    Ok(Answer {
+        outcome,
+        multistability,
+        horizon,
+    })
 }

@@ -278,6 +278,7 @@ fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         poincare: any(|a| a.poincare.is_some()),
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
         probes: any(|a| a.multistability.is_some()),
+        horizon: any(|a| a.horizon.is_some()),
         shard,
     }
 }

@@ -55,7 +55,10 @@ pub fn investigate<K: Kernel>(
 }
 
 /// As [`investigate`]; leaves `trajectory` where the march ended.
-pub(super) fn investigate_onward<K: Kernel>(
+///
+/// # Errors
+/// As [`investigate`].
+pub fn investigate_onward<K: Kernel>(
     model: &Model,
     kernel: &K,
     trajectory: &mut TrajectoryState,

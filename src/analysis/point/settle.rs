@@ -153,6 +153,9 @@ impl<K: Kernel> March<'_, K> {
             .max(error_bar * u64::from(instruments.twin.is_some()))
             .max(spectral);
         self.measure(instruments, wanted.div_ceil(k) * k)?;
+        if let Some(nvh) = &mut instruments.watch.nvh {
+            nvh.repeats(period);
+        }
         let events = self.counters.events - instruments.events_before;
         let class = if events == 0 && self.trajectory.contact.touching() {
             Class::Locked

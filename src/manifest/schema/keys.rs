@@ -178,6 +178,11 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("analyses.multistability.decades", Ratio, bounds(0.0, false, 12.0, false), "4"),
     integer("analyses.multistability.transient", 0.0, MANY, "2000"),
     integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000"),
+    table("analyses.horizon"),
+    integer("analyses.horizon.twins", 2.0, 10_000.0, "16"),
+    quantity("analyses.horizon.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-6"),
+    integer("analyses.horizon.cycles", 1.0, 100_000.0, "60"),
+    integer("analyses.horizon.averages", 1.0, 1e6, "400"),
     key("analyses.orbits", Unavailable("analyses.poincare: its samples show the period of a settled point"), ANY, ""),
 ];
 

@@ -89,6 +89,7 @@ fn write(folder: &Path, lengths: &[usize], missing: &[u64], outcome: impl Fn(u64
                 axis_values,
                 outcome,
                 multistability: None,
+                horizon: None,
                 kernel,
                 placement,
             })

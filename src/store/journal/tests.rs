@@ -5,6 +5,7 @@ use crate::analysis::{
     BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
     PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
 };
+use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
 use proptest::prelude::*;
 
@@ -54,6 +55,20 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             cycles: u64::MAX,
             measured_cycles: 0,
         },
+        horizon: Some(HorizonOutcome {
+            horizon: Some(17.0),
+            stderr: None,
+            saturation: 1.5,
+            averaging_exponent: None,
+            cycles: 960,
+            measures: vec![HorizonMeasure {
+                quantity: HorizonQuantity::Separation,
+                cycles: 1,
+                value: 2e-6,
+                spread: 0.7,
+                samples: 16,
+            }],
+        }),
         multistability: Some(MultistabilityOutcome {
             attractors: 2,
             probes: vec![ProbeOutcome {

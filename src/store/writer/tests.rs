@@ -5,8 +5,9 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
+    BasinShare, Class, DurationOutcome, HorizonMeasure, HorizonOutcome, HorizonQuantity,
+    LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhErrors, NvhOutcome, PoincareSample,
+    PointOutcome, ProbeOutcome, Spectrum, SpectrumLine, Status,
 };
 use crate::store::{Placement, ResultTable, Table};
 
@@ -24,6 +25,7 @@ fn layout() -> ResultLayout {
         poincare: true,
         spectra: true,
         probes: true,
+        horizon: true,
         shard: None,
     }
 }
@@ -59,6 +61,27 @@ fn full(point_id: u64) -> PointRow {
                 impact_rate: 11.0,
                 impact_velocity: 12.0,
                 fractions: [0.5, 0.3, 0.2],
+                suborders: vec![1e-7; 5],
+                impacts: [20, 21],
+                impact_velocity_quantiles: vec![0.1, 0.2, 0.3],
+                impact_velocity_max: Some(0.4),
+                flights: DurationOutcome {
+                    count: 22,
+                    mean: Some(5e-5),
+                    median: Some(6e-5),
+                },
+                contacts: DurationOutcome {
+                    count: 23,
+                    mean: Some(7e-5),
+                    median: Some(8e-5),
+                },
+                stderr: Some(NvhErrors {
+                    dte_rms: 1e-8,
+                    harmonics: vec![1e-9, 2e-9],
+                    // Too few flights for an error bar.
+                    flight_median: f64::INFINITY,
+                    ..NvhErrors::default()
+                }),
             }),
             spectra: vec![Spectrum {
                 signal: "force",
@@ -86,6 +109,20 @@ fn full(point_id: u64) -> PointRow {
             cycles: 14,
             measured_cycles: 15,
         },
+        horizon: Some(HorizonOutcome {
+            horizon: Some(17.0),
+            stderr: Some(0.5),
+            saturation: 1.5,
+            averaging_exponent: None,
+            cycles: 960,
+            measures: vec![HorizonMeasure {
+                quantity: HorizonQuantity::Separation,
+                cycles: 1,
+                value: 2e-6,
+                spread: 0.7,
+                samples: 16,
+            }],
+        }),
         multistability: Some(MultistabilityOutcome {
             attractors: 1,
             probes: vec![probe(0, Some(0)), probe(1, None)],
@@ -140,6 +177,7 @@ fn failed(point_id: u64) -> PointRow {
         measured_cycles: 0,
     };
     row.multistability = None;
+    row.horizon = None;
     row.placement.numa_node = None;
     row
 }
@@ -196,6 +234,7 @@ fn every_column_comes_back() {
             poincare: 1,
             spectra: 2,
             probes: 2,
+            horizon: 1,
             missing: 0
         }
     );
@@ -386,7 +425,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        4,
+        5,
         "{partial:?}"
     );
     assert!(
@@ -468,6 +507,7 @@ fn a_hundred_thousand_points_stream() {
         poincare: false,
         spectra: false,
         probes: false,
+        horizon: false,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();
