@@ -87,7 +87,7 @@ fn twins_part_with_the_exponent_and_reach_the_horizon() {
 
     let horizon = found.horizon.unwrap();
     let error = found.stderr.unwrap();
-    let line = (0.5 * found.saturation / 1e-8).ln() / lambda;
+    let line = (0.1 * found.saturation / 1e-8).ln() / lambda;
     assert!(error > 0.0 && error < 0.2 * horizon, "{error}");
     assert!((horizon / line - 1.0).abs() < 0.35, "{horizon} {line}");
     // Levels off where unrelated states are.
@@ -105,6 +105,13 @@ fn twins_part_with_the_exponent_and_reach_the_horizon() {
     );
     let decay = found.averaging_exponent.unwrap();
     assert!((-0.8..-0.3).contains(&decay), "{decay}");
+    // Momentum: over n cycles the mean force leaves the load by what the ends differ, over n.
+    let force: Vec<_> = of(HorizonQuantity::Force).collect();
+    let [short, long] = [20, 200].map(|n| force.iter().find(|m| m.cycles == n).unwrap());
+    let power = (long.spread / short.spread).log10();
+    assert!((-1.3..-0.8).contains(&power), "{power}");
+    let load = 0.05 * 1330.0;
+    assert!((long.value / load - 1.0).abs() < 0.02, "{}", long.value);
     assert_eq!(found.cycles, 100 + 16 * 200 + 24 * 60);
 }
 

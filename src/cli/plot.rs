@@ -61,6 +61,7 @@ impl ValueEnum for What {
             Self::Classes => "Map of the kind of motion",
             Self::Bifurcation => "Strobed deflection over one axis, with the exponent",
             Self::Spectrum => "Deflection and force of a point over mesh orders",
+            Self::Horizon => "How twins of a point part, and how its averages settle",
             Self::Phase => "Phase portrait of a trace, or strobe samples of a point",
             Self::Trace => "Deflection, force and contact of a trace over time",
         };

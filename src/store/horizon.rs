@@ -15,7 +15,7 @@ pub struct HorizonRow {
 
 /// Columns of `horizon.parquet`.
 pub fn horizon_table() -> Table<HorizonRow> {
-    const UNIT: &str = "half gaps (separation), 1/cycle (exponent), N (force) or m (deflection)";
+    const UNIT: &str = "half gaps (separation), 1/cycle (exponent), N (forces) or m (deflection)";
     Table::new(vec![
         Column::new(
             "point_id",
@@ -26,7 +26,7 @@ pub fn horizon_table() -> Table<HorizonRow> {
         Column::new(
             "quantity",
             "",
-            "separation: distance of twins; exponent: growth of a tangent; force, deflection: averages of the mesh force and deflection",
+            "separation: distance of twins; exponent: growth of a tangent; force, deflection: averages of the mesh force and deflection; contact_force: of the force that presses flanks together",
             Value::Text(Box::new(|row: &HorizonRow| {
                 Some(row.measure.quantity.name())
             })),
@@ -45,7 +45,7 @@ pub fn horizon_table() -> Table<HorizonRow> {
         ),
         Column::new(
             "spread",
-            "1 (separation), 1/cycle (exponent), N (force) or m (deflection)",
+            "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)",
             "Standard deviation of one sample: of the natural logarithm of separations, of finite-time exponents, and of averages, whose standard error it is",
             Value::F64(Box::new(|row: &HorizonRow| Some(row.measure.spread))),
         ),
@@ -73,7 +73,7 @@ pub(super) fn horizon_columns() -> Vec<Column<PointRow>> {
         number(
             "horizon",
             "mesh cycles",
-            "Cycles until the separation of twins is half the saturation; null where the motion is not chaotic or they stay closer",
+            "Cycles until the separation of twins is a tenth of the saturation; null where the motion is not chaotic or they stay closer",
             |found| found.horizon,
         ),
         number(
@@ -91,7 +91,7 @@ pub(super) fn horizon_columns() -> Vec<Column<PointRow>> {
         number(
             "averaging_exponent",
             "1",
-            "Power of n with which the standard error of a mean force over n cycles changes; -0.5 for independent cycles",
+            "Power of n with which the standard error of a mean contact force over n cycles changes; -0.5 for independent cycles",
             |found| found.averaging_exponent,
         ),
     ]

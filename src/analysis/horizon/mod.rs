@@ -4,7 +4,7 @@
 //! small distance away in random directions; the mean logarithm of their distance grows with
 //! the largest exponent and levels off where nothing is left of the common start. The
 //! *saturation* is that level, the mean logarithm of the distance of unrelated points of the
-//! motion; the *horizon* is when the separation reaches half of it.
+//! motion; the *horizon* is when the separation reaches a tenth of it.
 //!
 //! Along the same trajectory the growth of a tangent over n cycles gives the spread of
 //! finite-time exponents, and averages of force and deflection over n cycles give the
@@ -31,8 +31,9 @@ const FIRST_STREAM: u64 = 1 << 33;
 /// Cycles in which the tangent turns into the direction of growth, discarded.
 const ALIGN: u64 = 100;
 
-/// Share of the saturation at which the horizon lies.
-const HORIZON_SHARE: f64 = 0.5;
+/// Share of the saturation at which the horizon lies: late, but where separations still
+/// grow with the exponent. Above it slow modes of the structure part at their own pace.
+const HORIZON_SHARE: f64 = 0.1;
 
 /// Averages of the longest kind from which their spread is taken.
 const LONGEST_AVERAGES: u64 = 16;
@@ -64,8 +65,11 @@ pub enum HorizonQuantity {
     Separation,
     /// Growth of a tangent per cycle \[1/cycle\].
     Exponent,
-    /// Average of the mesh force \[N\].
+    /// Average of the mesh force \[N\]. Momentum ties it to the load, so that its error
+    /// falls with n, not with √n.
     Force,
+    /// Average of the force that presses flanks together, on either side \[N\].
+    ContactForce,
     /// Average of the mesh deflection \[m\].
     Deflection,
 }
@@ -77,6 +81,7 @@ impl HorizonQuantity {
             Self::Separation => "separation",
             Self::Exponent => "exponent",
             Self::Force => "force",
+            Self::ContactForce => "contact_force",
             Self::Deflection => "deflection",
         }
     }
@@ -100,13 +105,13 @@ pub struct HorizonMeasure {
 /// What is known of a point's predictability.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HorizonOutcome {
-    /// Mesh cycles until the separation is half the saturation; none where it stays below.
+    /// Mesh cycles until the separation is a tenth of the saturation; none where it stays below.
     pub horizon: Option<f64>,
     /// Its standard error, by leaving out one twin at a time.
     pub stderr: Option<f64>,
     /// Where the separation levels off \[half gaps\].
     pub saturation: f64,
-    /// Power of n with which the standard error of a mean force over n cycles changes.
+    /// Power of n with which the standard error of a mean contact force over n cycles changes.
     pub averaging_exponent: Option<f64>,
     /// Mesh cycles marched, those of the twins included.
     pub cycles: u64,
@@ -185,14 +190,12 @@ fn outcome<K: Kernel>(
             }
         })
         .collect();
+    let averages = question.averages;
     let series = [
         (HorizonQuantity::Exponent, &record.growth, question.cycles),
-        (HorizonQuantity::Force, &record.forces(), question.averages),
-        (
-            HorizonQuantity::Deflection,
-            &record.deflections(),
-            question.averages,
-        ),
+        (HorizonQuantity::Force, &record.means_of(1), averages),
+        (HorizonQuantity::ContactForce, &record.means_of(2), averages),
+        (HorizonQuantity::Deflection, &record.means_of(0), averages),
     ];
     for (quantity, values, longest) in series {
         for n in ladder(longest) {
@@ -210,7 +213,7 @@ fn outcome<K: Kernel>(
     let crossing = Crossing::of(separations, level);
     let force = measures
         .iter()
-        .filter(|m| m.quantity == HorizonQuantity::Force);
+        .filter(|m| m.quantity == HorizonQuantity::ContactForce);
     HorizonOutcome {
         horizon: crossing.place,
         stderr: crossing.stderr,
@@ -234,8 +237,8 @@ struct Record<'a, K: Kernel> {
     counters: Counters,
     /// Logarithmic growth of the tangent in every cycle.
     growth: Vec<f64>,
-    /// Mean deflection \[m\] and force \[N\] of every cycle.
-    means: Vec<[f64; 2]>,
+    /// Mean deflection \[m\], force and contact force \[N\] of every cycle.
+    means: Vec<[f64; 3]>,
 }
 
 impl<'a, K: Kernel> Record<'a, K> {
@@ -273,7 +276,7 @@ impl<'a, K: Kernel> Record<'a, K> {
     /// One cycle of the trajectory and its tangent.
     fn cycle(&mut self) -> Result<(), HorizonError> {
         self.look_up()?;
-        let mut means = CycleMeans([0.0; 2]);
+        let mut means = CycleMeans([0.0; 3]);
         self.kernel.march(
             &mut self.trajectory,
             &mut self.tangents,
@@ -339,17 +342,14 @@ impl<'a, K: Kernel> Record<'a, K> {
         mean_logarithms(&logarithms)
     }
 
-    fn deflections(&self) -> Vec<f64> {
-        self.means.iter().map(|m| m[0]).collect()
-    }
-
-    fn forces(&self) -> Vec<f64> {
-        self.means.iter().map(|m| m[1]).collect()
+    /// One of the means of every cycle.
+    fn means_of(&self, index: usize) -> Vec<f64> {
+        self.means.iter().map(|means| means[index]).collect()
     }
 }
 
-/// Time integrals of deflection and force over a cycle: `∫ P_n = 0` for n > 0.
-struct CycleMeans([f64; 2]);
+/// Time integrals of deflection, force and contact force over a cycle: `∫ P_n = 0` for n > 0.
+struct CycleMeans([f64; 3]);
 
 impl Observer for CycleMeans {
     const WINDOWS: bool = true;
@@ -358,6 +358,7 @@ impl Observer for CycleMeans {
         let first = |series: &[f64]| series.first().copied().unwrap_or(0.0);
         self.0[0] += window.duration * first(window.deflection);
         self.0[1] += window.duration * first(window.force);
+        self.0[2] += window.duration * window.contact.sign() * first(window.force);
     }
 
     fn event(&mut self, _: &Event) {}

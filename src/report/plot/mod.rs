@@ -9,6 +9,7 @@ mod cells;
 mod class_rows;
 mod draw;
 mod error;
+mod horizon;
 mod lambda_map;
 mod motion;
 mod over_axis;
@@ -40,6 +41,8 @@ pub enum What {
     Bifurcation,
     /// Spectra of one point.
     Spectrum,
+    /// Predictability of one point.
+    Horizon,
     /// Phase portrait of a trace, or strobe samples of one point.
     Phase,
     /// A trace over time.
@@ -48,11 +51,12 @@ pub enum What {
 
 impl What {
     /// All kinds.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Lambda,
         Self::Classes,
         Self::Bifurcation,
         Self::Spectrum,
+        Self::Horizon,
         Self::Phase,
         Self::Trace,
     ];
@@ -64,6 +68,7 @@ impl What {
             Self::Classes => "classes",
             Self::Bifurcation => "bifurcation",
             Self::Spectrum => "spectrum",
+            Self::Horizon => "horizon",
             Self::Phase => "phase",
             Self::Trace => "trace",
         }
@@ -265,6 +270,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         },
         What::Bifurcation => over_axis::draw_bifurcation(results, results.along(what, over)?),
         What::Spectrum => spectrum::draw(results, request),
+        What::Horizon => horizon::draw(results, request),
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("a folder from `atlas trace` is needed")),
     }

@@ -438,6 +438,7 @@ fn a_file_has_its_name_only_when_whole() {
     assert_eq!(
         names(folder.path()),
         [
+            "horizon.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",
@@ -542,6 +543,7 @@ fn shards_read_as_one_table() {
     assert_eq!(
         names(folder.path()),
         [
+            "horizon.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",
