@@ -287,6 +287,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
         nvh: Some(NvhQuestion {
             harmonics: 4,
             spectrum: true,
+            bearings: false,
         }),
     }
 }

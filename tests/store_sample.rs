@@ -73,7 +73,7 @@ fn row(point_id: u64) -> PointRow {
                 ..NvhOutcome::default()
             }),
             spectra: vec![Spectrum {
-                signal: "deflection",
+                signal: "deflection".to_owned(),
                 lines: vec![SpectrumLine {
                     frequency: 100.0,
                     order: 0.5,

@@ -1,5 +1,6 @@
 //! One file per question asked of a trajectory: numbers in, numbers out; no files, no threads.
 
+mod bearings;
 mod classify;
 mod energy;
 mod horizon;

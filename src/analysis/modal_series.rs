@@ -14,6 +14,7 @@ use crate::model::{Block, Model};
 use crate::numerics::convolution::convolution16;
 use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series};
 use crate::propagate::Window;
+use std::borrow::Cow;
 
 /// Terms of a window's series; kernels carry no more.
 pub const TERMS: usize = 16;
@@ -33,7 +34,7 @@ type Exponential = [Complex; KERNEL_TERMS];
 /// Modal motion of a model, window after window.
 #[derive(Debug, Clone)]
 pub struct ModalMotion<'m> {
-    model: &'m Model,
+    model: Cow<'m, Model>,
     /// Exponentials of all blocks on windows of the length last met: most have the same.
     exponentials: Vec<Exponential>,
     duration: f64,
@@ -42,9 +43,14 @@ pub struct ModalMotion<'m> {
 impl<'m> ModalMotion<'m> {
     /// The motion of a model's blocks.
     pub fn new(model: &'m Model) -> Self {
+        Self::of(Cow::Borrowed(model))
+    }
+
+    /// The motion of the blocks of a model that is kept.
+    pub fn of(model: Cow<'m, Model>) -> Self {
         Self {
-            model,
             exponentials: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
+            model,
             duration: 0.0,
         }
     }
@@ -64,7 +70,7 @@ impl<'m> ModalMotion<'m> {
             out
         };
         ModalSeries {
-            model: self.model,
+            model: &self.model,
             exponentials: &self.exponentials,
             window: *window,
             by_force: (window.contact.touching()).then(|| respond(&padded(window.force))),
@@ -203,6 +209,7 @@ mod tests {
             friction: vec![0.1, 0.2, -0.17, 0.3],
             friction_lever: vec![0.0; n],
             residual_flexibility: 0.0,
+            bearings: Vec::new(),
         };
         let drive = Drive {
             half_gap: 10e-6,

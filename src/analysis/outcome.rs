@@ -2,8 +2,7 @@
 //! files hold.
 
 use crate::propagate::Stop;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// How the work on a point ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -158,6 +157,10 @@ pub struct NvhOutcome {
     pub flights: DurationOutcome,
     /// Contacts between two flights.
     pub contacts: DurationOutcome,
+    /// Mean force of the shafts on every bearing and direction \[N\]; empty where not asked for.
+    pub bearing_mean: Vec<f64>,
+    /// Root mean square about the mean \[N\].
+    pub bearing_rms: Vec<f64>,
     /// Fraction of time in drive contact, free flight, coast contact.
     pub fractions: [f64; 3],
     /// Standard errors; none for a motion that repeats and for short records.
@@ -194,6 +197,8 @@ pub struct NvhErrors {
     pub flight_median: f64,
     pub contact_mean: f64,
     pub contact_median: f64,
+    pub bearing_mean: Vec<f64>,
+    pub bearing_rms: Vec<f64>,
     pub fractions: [f64; 3],
 }
 
@@ -208,23 +213,11 @@ pub struct SpectrumLine {
     pub amplitude: f64,
 }
 
-/// Name of a signal. An alias, because serde would borrow a plain `&'static str`.
-type SignalName = &'static str;
-
-fn signal_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<SignalName, D::Error> {
-    let name = String::deserialize(deserializer)?;
-    ["deflection", "force"]
-        .into_iter()
-        .find(|known| *known == name)
-        .ok_or_else(|| D::Error::custom(format!("no signal is named `{name}`")))
-}
-
 /// A spectrum of one signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
-    /// `deflection` \[m\] or `force` \[N\].
-    #[serde(deserialize_with = "signal_name")]
-    pub signal: SignalName,
+    /// `deflection` \[m\], `force` \[N\] or `bearing …` \[N\].
+    pub signal: String,
     /// Its lines, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
 }

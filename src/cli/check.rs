@@ -197,7 +197,8 @@ fn analyses(point: &PointSpec) -> String {
         .map(|poincare| format!("poincare ({} samples)", poincare.samples));
     let nvh = analyses.nvh.map(|nvh| {
         let spectra = if nvh.spectrum { ", spectra" } else { "" };
-        format!("nvh ({} harmonics{spectra})", nvh.harmonics)
+        let bearings = if nvh.bearings { ", bearings" } else { "" };
+        format!("nvh ({} harmonics{spectra}{bearings})", nvh.harmonics)
     });
     let multistability = analyses.multistability.map(|asked| {
         format!(

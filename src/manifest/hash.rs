@@ -10,7 +10,7 @@ use super::spec::{
     ShaftName, StiffnessSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
-use crate::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
+use crate::shaft::{Bearing, BearingGain, FlexibleDrive, ModalStructure, Shaft};
 
 /// Changes whenever the meaning of the hashed bytes does.
 const FORMAT: &str = "atlas job 1";
@@ -194,6 +194,7 @@ impl JobHash {
             friction,
             friction_lever,
             residual_flexibility,
+            bearings,
         } = structure;
         self.integer(u64::from(*teeth));
         self.optional(wheel_teeth.as_ref(), |hash, &teeth| {
@@ -215,6 +216,11 @@ impl JobHash {
             self.optional(column.as_ref(), |hash, column| hash.numbers(column));
         }
         self.number(*residual_flexibility);
+        // Named rather than counted: files without any keep the hash they had before.
+        for BearingGain { name, gain } in bearings {
+            self.text(name);
+            self.numbers(gain);
+        }
     }
 
     fn mesh(&mut self, mesh: &MeshSpec) {
@@ -345,9 +351,13 @@ impl JobHash {
             let NvhSpec {
                 harmonics,
                 spectrum,
+                bearings,
             } = *nvh;
             hash.integer(harmonics as u64);
             hash.flag(spectrum);
+            if bearings {
+                hash.text("bearings");
+            }
         });
         // Named rather than flagged: jobs that do not ask keep the hash they had before.
         if let Some(multistability) = multistability {

@@ -249,6 +249,8 @@ pub struct NvhSpec {
     pub harmonics: usize,
     /// Whether Welch spectra of deflection and force are stored.
     pub spectrum: bool,
+    /// Whether bearing forces are rebuilt from the modes.
+    pub bearings: bool,
 }
 
 /// Probes for coexisting attractors.

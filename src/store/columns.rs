@@ -10,6 +10,7 @@ use crate::analysis::{
     SpectrumLine,
 };
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// One axis of the grid as a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,12 +62,12 @@ pub struct PoincareRow {
 }
 
 /// A row of `spectra.parquet`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumRow {
     /// The point.
     pub point_id: u64,
-    /// `deflection` or `force`.
-    pub signal: &'static str,
+    /// `deflection`, `force` or `bearing …`; one text for all lines.
+    pub signal: Arc<str>,
     /// The line.
     pub line: SpectrumLine,
 }
@@ -332,8 +333,8 @@ pub fn spectra_table() -> Table<SpectrumRow> {
         Column::new(
             "signal",
             "",
-            "deflection or force",
-            Value::Text(Box::new(|row: &SpectrumRow| Some(row.signal))),
+            "deflection, force, or bearing with shaft, number and direction",
+            Value::Text(Box::new(|row: &SpectrumRow| Some(&*row.signal))),
         ),
         Column::new(
             "frequency",
@@ -350,7 +351,7 @@ pub fn spectra_table() -> Table<SpectrumRow> {
         Column::new(
             "amplitude",
             "m (deflection) or N (force)",
-            "Peak value of an equivalent sine, in the unit of the signal",
+            "Peak value of an equivalent sine, in the unit of the signal; bearings are forces",
             Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.amplitude))),
         ),
     ])

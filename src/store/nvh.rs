@@ -17,6 +17,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         force_columns(),
         impact_columns(),
         duration_columns(),
+        bearing_columns(),
     ]
     .into_iter()
     .flatten()
@@ -276,4 +277,27 @@ fn duration_columns() -> Vec<Column<PointRow>> {
         |error| error.contact_median,
     ));
     columns
+}
+
+fn bearing_columns() -> Vec<Column<PointRow>> {
+    const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (line of centres, across, axial) that have a stiffness, or of the modal file";
+    [
+        known_list(
+            "bearing_mean",
+            "N",
+            &format!("Mean force of the shaft on each bearing, {ORDER}"),
+            |found| &found.bearing_mean,
+            |error| &error.bearing_mean,
+        ),
+        known_list(
+            "bearing_rms",
+            "N",
+            &format!("Root mean square of each bearing force about its mean, {ORDER}"),
+            |found| &found.bearing_rms,
+            |error| &error.bearing_rms,
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }

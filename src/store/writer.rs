@@ -6,6 +6,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path};
 use super::reorder::Reorder;
@@ -28,6 +29,8 @@ impl Row for PointRow {
                 &found.harmonics,
                 &found.suborders,
                 &found.impact_velocity_quantiles,
+                &found.bearing_mean,
+                &found.bearing_rms,
             ];
             2 * lists.iter().map(|list| list.len()).sum::<usize>()
         });
@@ -247,10 +250,11 @@ impl ResultWriter {
         }
         if let Some(file) = &mut self.spectra {
             for spectrum in spectra {
+                let signal: Arc<str> = spectrum.signal.into();
                 for line in spectrum.lines {
                     file.push(SpectrumRow {
                         point_id,
-                        signal: spectrum.signal,
+                        signal: Arc::clone(&signal),
                         line,
                     })?;
                 }

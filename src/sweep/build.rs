@@ -154,6 +154,7 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
         nvh: analyses.nvh.map(|n| NvhQuestion {
             harmonics: n.harmonics,
             spectrum: n.spectrum,
+            bearings: n.bearings,
         }),
     }
 }

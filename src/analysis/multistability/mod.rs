@@ -145,6 +145,7 @@ pub fn probe_basins<K: Kernel>(
         nvh: Some(NvhQuestion {
             harmonics: 0,
             spectrum: false,
+            bearings: false,
         }),
     };
     let mut known: Vec<Attractor> = Vec::new();

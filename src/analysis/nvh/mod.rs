@@ -13,7 +13,7 @@
 mod contacts;
 mod fourier;
 mod rule;
-mod stretches;
+pub(super) mod stretches;
 mod sums;
 
 use super::modal_series::{TERMS, padded};

@@ -18,7 +18,6 @@ use super::classify::{Evidence, classify};
 use super::energy::EnergyAudit;
 use super::lyapunov::agree;
 use super::norm::EnergyNorm;
-use super::nvh::Nvh;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::Poincare;
 use super::questions::Questions;
@@ -273,6 +272,7 @@ impl<K: Kernel> March<'_, K> {
                     Watch {
                         nvh: None,
                         welch: None,
+                        bearings: None,
                     },
                 );
                 let result = self.cycle(instruments, &mut watch);
@@ -351,7 +351,7 @@ impl<K: Kernel> March<'_, K> {
             reason,
             class,
             lyapunov: lyapunov.filter(|l| l.stderr.is_finite()),
-            nvh: instruments.watch.nvh.as_ref().and_then(Nvh::outcome),
+            nvh: instruments.watch.statistics(),
             spectra: instruments
                 .watch
                 .welch

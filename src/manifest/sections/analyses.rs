@@ -34,9 +34,11 @@ pub(super) fn read(
     let nvh = optional(section, issues, "nvh", |table, issues| {
         let harmonics = table.count_or(issues, "harmonics", DEFAULT_HARMONICS);
         let spectrum = table.boolean_or(issues, "spectrum", false);
+        let bearings = table.boolean_or(issues, "bearings", false);
         Some(NvhSpec {
             harmonics: harmonics?,
             spectrum: spectrum?,
+            bearings: bearings?,
         })
     });
     let multistability = optional(section, issues, "multistability", |table, issues| {

@@ -220,8 +220,8 @@ fn averages(canvas: &mut Canvas, found: &Found) {
         let Some([n, mean, spread]) = points.last() else {
             continue;
         };
-        let share = number(100.0 * spread / mean.abs());
-        let text = format!("{name}: {share} % of {} N over {n} cycles", number(*mean));
+        let share = 100.0 * spread / mean.abs();
+        let text = format!("{name}: {share:.1} % of {mean:.0} N over {n} cycles");
         let at = [panel.right - 10.0, line];
         canvas.text(at, &text, TICK_SIZE, colour, Anchor::End);
         line += 18.0;
@@ -229,7 +229,7 @@ fn averages(canvas: &mut Canvas, found: &Found) {
     let fitted = found.exponent.map_or(String::new(), |exponent| {
         format!(" (fitted {})", format!("{exponent:.2}").replace('-', "−"))
     });
-    let note = format!("dashes: powers −1/2{fitted} and −1 of the cycles");
+    let note = format!("dashes: powers −1/2{fitted} and −1");
     let at = [panel.left, TOP - 8.0];
     canvas.text(at, &note, TICK_SIZE, SOFT, Anchor::Start);
 }

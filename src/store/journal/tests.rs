@@ -36,7 +36,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             }),
             spectra: ["deflection", "force"]
                 .map(|signal| Spectrum {
-                    signal,
+                    signal: signal.to_owned(),
                     lines: vec![SpectrumLine {
                         frequency: number(0),
                         order: number(1),
@@ -156,7 +156,7 @@ proptest! {
                 prop_assert_eq!(a.to_bits(), b.to_bits());
             }
             prop_assert_eq!(&row.outcome.reason, &back.outcome.reason);
-            prop_assert_eq!(row.outcome.spectra[1].signal, back.outcome.spectra[1].signal);
+            prop_assert_eq!(&row.outcome.spectra[1].signal, &back.outcome.spectra[1].signal);
         }
     }
 }

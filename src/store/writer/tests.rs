@@ -65,6 +65,8 @@ fn full(point_id: u64) -> PointRow {
                 impacts: [20, 21],
                 impact_velocity_quantiles: vec![0.1, 0.2, 0.3],
                 impact_velocity_max: Some(0.4),
+                bearing_mean: vec![-30.0, 31.0],
+                bearing_rms: vec![32.0, 33.0],
                 flights: DurationOutcome {
                     count: 22,
                     mean: Some(5e-5),
@@ -84,7 +86,7 @@ fn full(point_id: u64) -> PointRow {
                 }),
             }),
             spectra: vec![Spectrum {
-                signal: "force",
+                signal: "force".to_owned(),
                 lines: vec![
                     SpectrumLine {
                         frequency: 100.0,
