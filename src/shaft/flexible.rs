@@ -245,6 +245,10 @@ impl FlexibleDrive {
         // Zero by construction; only round-off of the rotation is removed.
         mesh[0] = 0.0;
         torque[0] = 0.0;
+        // Shafts turn in their bearings; the neutral rotation grows without bound.
+        for bearing in &mut bearings {
+            bearing.gain[..RIGID_MODES].fill(0.0);
+        }
 
         ModalStructure {
             teeth: self.gears.teeth[0],
