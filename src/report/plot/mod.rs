@@ -228,6 +228,10 @@ impl Folder {
         match what {
             What::Trace => self.recording.is_some(),
             What::Phase => true,
+            // Few jobs ask for it: no word where none did.
+            What::Horizon => (self.results.as_ref()).is_some_and(|results| {
+                results.folder.join(TableKind::Horizon.file_name()).exists()
+            }),
             _ => self.results.is_some(),
         }
     }
