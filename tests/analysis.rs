@@ -136,6 +136,7 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
         impact_rate: impacts as f64 / time,
         impact_velocity: record.impacts.iter().sum::<f64>() / impacts.max(1) as f64,
         fractions,
+        ..NvhOutcome::default()
     }
 }
 
@@ -288,6 +289,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
         nvh: Some(NvhQuestion {
             harmonics: 4,
             spectrum: true,
+            bearings: false,
         }),
     }
 }

@@ -351,3 +351,80 @@ fn quiet_says_nothing() {
     assert!(pictures.join("lambda.svg").is_file());
     assert!(!pictures.join("lambda.png").exists());
 }
+
+/// One rigid rotation that rattles chaotically.
+const RATTLE: &str = r#"
+[job]
+name = "case"
+[model]
+kind = "modal"
+file = "rotation.modal.toml"
+[mesh]
+half_gap = "10 um"
+stiffness = "piecewise"
+mean_stiffness = "4e8 N/m"
+contact_ratio = 1.6
+single_pair_drop = 0.25
+contact_damping = "1483 N*s/m"
+[excitation]
+transmission_error = [{ harmonic = 1, amplitude = "5 um" }]
+[run]
+transient = 300
+cycles = 1200
+settle = false
+[analyses]
+lyapunov = { twin = false }
+nvh = { bearings = true, spectrum = true }
+horizon = { twins = 8, cycles = 40, averages = 50 }
+[grid]
+load = 0.05
+speed = 1200
+"#;
+
+#[test]
+fn a_horizon_is_drawn_with_what_it_says() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("m.toml"), RATTLE).unwrap();
+    let structure = r#"
+teeth = 20
+rated_force = 1330.0
+frequency = [0.0]
+damping = [0.0]
+mesh = [1.3]
+torque = [1.3]
+[[bearing]]
+name = "somewhere"
+gain = [0.0]
+"#;
+    fs::write(folder.path().join("rotation.modal.toml"), structure).unwrap();
+    let output = atlas(folder.path(), &["run", "m.toml", "--quiet"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let (files, notes) = plotted(
+        folder.path(),
+        "results/case",
+        &["--what", "horizon", "--format", "svg"],
+    );
+    assert_eq!(files, ["horizon-point0.svg"]);
+    assert!(notes.is_empty(), "{notes:?}");
+    let labels = labels(folder.path(), "horizon-point0.svg");
+    holds(
+        &labels,
+        &[
+            "separation of twins [half gaps]",
+            "time [mesh cycles]",
+            "standard error of a mean force",
+            "dashes: λ = 0.",
+            "horizon 1",
+            "unrelated states:",
+            "contact force:",
+            "mesh force:",
+        ],
+    );
+}
+
+#[test]
+fn a_job_without_twins_has_no_horizon() {
+    let folder = finished("load = 0.1\nspeed = 1200", "");
+    let said = refused(folder.path(), &["results/case", "--what", "horizon"]);
+    assert!(said.contains("ask for `horizon`"), "{said}");
+}

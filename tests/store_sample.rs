@@ -74,7 +74,7 @@ fn row(point_id: u64) -> PointRow {
                 ..NvhOutcome::default()
             }),
             spectra: vec![Spectrum {
-                signal: "deflection",
+                signal: "deflection".to_owned(),
                 lines: vec![SpectrumLine {
                     frequency: 100.0,
                     order: 0.5,
@@ -99,6 +99,7 @@ fn row(point_id: u64) -> PointRow {
         point_id,
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
+        horizon: None,
         multistability: (point_id != 13).then(|| probes(point_id)),
         orbits: None,
         chain: None,
@@ -197,6 +198,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         orbits: false,
         chains: None,
         basins: Some(["mode 1".into(), "mode 2".into()]),
+        horizon: false,
         shard,
     };
     let all = 0..LOADS * SPEEDS;

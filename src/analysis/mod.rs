@@ -1,8 +1,10 @@
 //! One file per question asked of a trajectory: numbers in, numbers out; no files, and no
 //! threads but those of the pool that probes find themselves in.
 
+mod bearings;
 mod classify;
 mod energy;
+mod horizon;
 mod lyapunov;
 mod modal_series;
 mod multistability;
@@ -19,6 +21,9 @@ mod trace;
 mod twin;
 
 pub use energy::EnergyAudit;
+pub use horizon::{
+    HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
+};
 pub use lyapunov::TangentGrowth;
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,

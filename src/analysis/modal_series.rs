@@ -14,6 +14,7 @@ use crate::model::{Block, Model};
 use crate::numerics::convolution::convolution16;
 use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series};
 use crate::propagate::Window;
+use std::borrow::Cow;
 
 /// Terms of a window's series; kernels carry no more.
 pub const TERMS: usize = 16;
@@ -33,7 +34,7 @@ type Exponential = [Complex; KERNEL_TERMS];
 /// Modal motion of a model, window after window.
 #[derive(Debug, Clone)]
 pub struct ModalMotion<'m> {
-    model: &'m Model,
+    model: Cow<'m, Model>,
     /// Exponentials of all blocks on windows of two lengths: one that came twice running, which
     /// is the kernel's own and will come again, and that of the last other window, a cut.
     own: Exponentials,
@@ -50,6 +51,11 @@ struct Exponentials {
 impl<'m> ModalMotion<'m> {
     /// The motion of a model's blocks.
     pub fn new(model: &'m Model) -> Self {
+        Self::of(Cow::Borrowed(model))
+    }
+
+    /// The motion of the blocks of a model that is kept.
+    pub fn of(model: Cow<'m, Model>) -> Self {
         let none = Exponentials {
             duration: 0.0,
             blocks: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
@@ -82,7 +88,7 @@ impl<'m> ModalMotion<'m> {
             out
         };
         ModalSeries {
-            model: self.model,
+            model: &self.model,
             exponentials,
             window: *window,
             by_force: (window.contact.touching()).then(|| respond(&padded(window.force))),
@@ -221,6 +227,7 @@ mod tests {
             friction: vec![0.1, 0.2, -0.17, 0.3],
             friction_lever: vec![0.0; n],
             residual_flexibility: 0.0,
+            bearings: Vec::new(),
         };
         let drive = Drive {
             half_gap: 10e-6,

@@ -2,8 +2,7 @@
 //! files hold.
 
 use crate::propagate::Stop;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// How the work on a point ended.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -117,6 +116,9 @@ impl LyapunovMethod {
 
 /// NVH statistics over the measured cycles; integrals are taken from the windows'
 /// polynomials.
+///
+/// Those of a motion that repeats are exact. Of any other, extremes are the largest seen and
+/// grow with the record; everything else has a standard error.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NvhOutcome {
     /// Mean mesh deflection δ \[m\].
@@ -131,17 +133,72 @@ pub struct NvhOutcome {
     pub dte_kurtosis: f64,
     /// Amplitudes of δ at mesh orders 1, 2, … \[m\].
     pub harmonics: Vec<f64>,
+    /// Amplitudes of δ at mesh orders 1/4, 1/3, 1/2, 2/3, 3/4 \[m\]; of a motion that does
+    /// not repeat, root mean squares over windows of 24 mesh cycles. Empty where not asked
+    /// for or before one window.
+    pub suborders: Vec<f64>,
     /// Mean mesh force \[N\].
     pub force_mean: f64,
     /// Standard deviation of the mesh force \[N\].
     pub force_std: f64,
     /// Largest |mesh force| \[N\].
     pub force_peak: f64,
-    /// Impacts (entries into contact) a second \[1/s\].
+    /// Impacts (entries into contact) on the drive and on the coast flank.
+    pub impacts: [u64; 2],
+    /// Impacts a second \[1/s\].
     pub impact_rate: f64,
     /// Mean |δ'| at entry into contact \[m/s\].
     pub impact_velocity: f64,
+    /// Its median, 90 % and 99 % quantiles \[m/s\]; empty without impacts.
+    pub impact_velocity_quantiles: Vec<f64>,
+    /// Its largest value \[m/s\].
+    pub impact_velocity_max: Option<f64>,
+    /// Flights between two contacts.
+    pub flights: DurationOutcome,
+    /// Contacts between two flights.
+    pub contacts: DurationOutcome,
+    /// Mean force of the shafts on every bearing and direction \[N\]; empty where not asked for.
+    pub bearing_mean: Vec<f64>,
+    /// Root mean square about the mean \[N\].
+    pub bearing_rms: Vec<f64>,
     /// Fraction of time in drive contact, free flight, coast contact.
+    pub fractions: [f64; 3],
+    /// Standard errors; none for a motion that repeats and for short records.
+    pub stderr: Option<NvhErrors>,
+}
+
+/// How long stays in one state last.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct DurationOutcome {
+    /// Stays that began and ended while measured.
+    pub count: u64,
+    /// Mean length \[s\].
+    pub mean: Option<f64>,
+    /// Median length \[s\].
+    pub median: Option<f64>,
+}
+
+/// Standard errors of NVH statistics, each in the unit of the statistic of its name;
+/// infinite where too little was seen.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "named and described as in NvhOutcome")]
+pub struct NvhErrors {
+    pub dte_mean: f64,
+    pub dte_rms: f64,
+    pub dte_kurtosis: f64,
+    pub harmonics: Vec<f64>,
+    pub suborders: Vec<f64>,
+    pub force_mean: f64,
+    pub force_std: f64,
+    pub impact_rate: f64,
+    pub impact_velocity: f64,
+    pub impact_velocity_quantiles: Vec<f64>,
+    pub flight_mean: f64,
+    pub flight_median: f64,
+    pub contact_mean: f64,
+    pub contact_median: f64,
+    pub bearing_mean: Vec<f64>,
+    pub bearing_rms: Vec<f64>,
     pub fractions: [f64; 3],
 }
 
@@ -156,23 +213,11 @@ pub struct SpectrumLine {
     pub amplitude: f64,
 }
 
-/// Name of a signal. An alias, because serde would borrow a plain `&'static str`.
-type SignalName = &'static str;
-
-fn signal_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<SignalName, D::Error> {
-    let name = String::deserialize(deserializer)?;
-    ["deflection", "force"]
-        .into_iter()
-        .find(|known| *known == name)
-        .ok_or_else(|| D::Error::custom(format!("no signal is named `{name}`")))
-}
-
 /// A spectrum of one signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
-    /// `deflection` \[m\] or `force` \[N\].
-    #[serde(deserialize_with = "signal_name")]
-    pub signal: SignalName,
+    /// `deflection` \[m\], `force` \[N\] or `bearing …` \[N\].
+    pub signal: String,
     /// Its lines, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
 }

@@ -62,4 +62,6 @@ pub struct NvhQuestion {
     pub harmonics: usize,
     /// Whether spectra are formed.
     pub spectrum: bool,
+    /// Whether bearing forces are rebuilt from the modes, which costs more than the march.
+    pub bearings: bool,
 }

@@ -166,6 +166,7 @@ mod tests {
             friction: vec![0.0],
             friction_lever: vec![0.0],
             residual_flexibility: 0.0,
+            bearings: Vec::new(),
         };
         let drive = Drive {
             half_gap: 1.0,

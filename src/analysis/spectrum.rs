@@ -1,14 +1,16 @@
-//! Which frequencies does the motion hold? Welch spectra of deflection and force.
+//! Which frequencies does the motion hold? Welch spectra of deflection, force and bearing
+//! forces.
 //!
 //! The windows' polynomials are read at [`SAMPLES_PER_CYCLE`] instants a mesh cycle.
 //! Segments of [`CYCLES_PER_SEGMENT`] mesh cycles, overlapping by half, carry a Hann window;
 //! their power is averaged (Welch 1967). A line's amplitude is the peak value of the sine
 //! that would give it.
 
+use super::modal_series::Series;
 use super::outcome::{Spectrum, SpectrumLine};
 use crate::model::Model;
 use crate::numerics::legendre::evaluate;
-use crate::propagate::{Event, Observer, Window};
+use crate::propagate::Window;
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::TAU;
@@ -27,23 +29,24 @@ const SEGMENT: usize = SAMPLES_PER_CYCLE * CYCLES_PER_SEGMENT;
 pub struct Welch {
     period: f64,
     next_sample: usize,
-    signals: [Signal; 2],
+    /// Deflection, force, bearings.
+    signals: Vec<Signal>,
     transform: Arc<dyn RealToComplex<f64>>,
     hann: Vec<f64>,
 }
 
 /// One signal's pending samples and averaged power.
 struct Signal {
-    name: &'static str,
+    name: String,
     samples: Vec<f64>,
     power: Vec<f64>,
     segments: u32,
 }
 
 impl Signal {
-    fn new(name: &'static str) -> Self {
+    fn new(name: &str) -> Self {
         Self {
-            name,
+            name: name.to_owned(),
             samples: Vec::with_capacity(SEGMENT),
             power: vec![0.0; SEGMENT / 2 + 1],
             segments: 0,
@@ -52,12 +55,16 @@ impl Signal {
 }
 
 impl Welch {
-    /// Spectra of deflection and force of a model.
-    pub fn new(model: &Model) -> Self {
+    /// Spectra of deflection and force of a model, and of its bearing forces where `bearings`.
+    pub fn new(model: &Model, bearings: bool) -> Self {
+        let mut signals = vec![Signal::new("deflection"), Signal::new("force")];
+        for bearing in model.bearings.iter().filter(|_| bearings) {
+            signals.push(Signal::new(&format!("bearing {}", bearing.name)));
+        }
         Self {
             period: model.period(),
             next_sample: 0,
-            signals: [Signal::new("deflection"), Signal::new("force")],
+            signals,
             transform: RealFftPlanner::new().plan_fft_forward(SEGMENT),
             hann: (0..SEGMENT)
                 .map(|i| 0.5 - 0.5 * (TAU * i as f64 / SEGMENT as f64).cos())
@@ -75,7 +82,7 @@ impl Welch {
     }
 
     /// Instants of this cycle before a time \[s\] are read from one polynomial.
-    fn take(&mut self, window: &Window<'_>) {
+    fn take(&mut self, window: &Window<'_>, bearings: &[Series]) {
         let end = window.start + window.duration;
         while self.next_sample < SAMPLES_PER_CYCLE {
             let time = self.period * self.next_sample as f64 / SAMPLES_PER_CYCLE as f64;
@@ -85,6 +92,9 @@ impl Welch {
             let x = (2.0 * (time - window.start) / window.duration - 1.0).clamp(-1.0, 1.0);
             self.signals[0].samples.push(evaluate(window.deflection, x));
             self.signals[1].samples.push(evaluate(window.force, x));
+            for (signal, force) in self.signals[2..].iter_mut().zip(bearings) {
+                signal.samples.push(evaluate(force, x));
+            }
             self.next_sample += 1;
             if self.signals[0].samples.len() == SEGMENT {
                 self.transform_segments();
@@ -113,6 +123,14 @@ impl Welch {
         }
     }
 
+    /// Takes a window in, with the series of its bearing forces.
+    pub fn window(&mut self, window: &Window<'_>, bearings: &[Series]) {
+        if window.start == 0.0 {
+            self.next_sample = 0;
+        }
+        self.take(window, bearings);
+    }
+
     /// The spectra; empty before one whole segment.
     pub fn spectra(&self) -> Vec<Spectrum> {
         let gain: f64 = 0.5 * self.hann.iter().sum::<f64>();
@@ -120,7 +138,7 @@ impl Welch {
             .iter()
             .filter(|s| s.segments > 0)
             .map(|signal| Spectrum {
-                signal: signal.name,
+                signal: signal.name.clone(),
                 lines: signal
                     .power
                     .iter()
@@ -137,19 +155,6 @@ impl Welch {
             })
             .collect()
     }
-}
-
-impl Observer for Welch {
-    const WINDOWS: bool = true;
-
-    fn window(&mut self, window: &Window<'_>) {
-        if window.start == 0.0 {
-            self.next_sample = 0;
-        }
-        self.take(window);
-    }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 #[cfg(test)]
@@ -173,6 +178,7 @@ mod tests {
             friction: vec![0.0],
             friction_lever: vec![0.0],
             residual_flexibility: 0.0,
+            bearings: Vec::new(),
         };
         let drive = crate::model::Drive {
             half_gap: 1.0,
@@ -187,7 +193,7 @@ mod tests {
             speed: TAU,
         };
         let model = Model::new(&structure, &drive, point).unwrap();
-        let mut welch = Welch::new(&model);
+        let mut welch = Welch::new(&model, false);
         let segment = Segment {
             first: 0,
             length: 1,
@@ -203,7 +209,7 @@ mod tests {
                 crate::numerics::exponential::legendre_series((0.0, 2.0 * TAU), tau, &mut c);
                 let (sin, cos) = (2.0 * TAU * start).sin_cos();
                 let deflection = c.map(|u| 0.3 * (cos * u.0 - sin * u.1));
-                welch.window(&Window {
+                let shown = Window {
                     cycle,
                     start,
                     duration: tau,
@@ -213,7 +219,8 @@ mod tests {
                     force: &[0.0],
                     first: &[],
                     second: &[],
-                });
+                };
+                welch.window(&shown, &[]);
             }
         }
         let spectra = welch.spectra();

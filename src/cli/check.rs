@@ -233,7 +233,8 @@ fn analyses(point: &PointSpec) -> String {
     });
     let nvh = analyses.nvh.map(|nvh| {
         let spectra = if nvh.spectrum { ", spectra" } else { "" };
-        format!("nvh ({} harmonics{spectra})", nvh.harmonics)
+        let bearings = if nvh.bearings { ", bearings" } else { "" };
+        format!("nvh ({} harmonics{spectra}{bearings})", nvh.harmonics)
     });
     let multistability = analyses.multistability.map(|asked| {
         let slice = asked.slice.map_or_else(String::new, |slice| {
@@ -256,7 +257,13 @@ fn analyses(point: &PointSpec) -> String {
             asked.guesses
         )
     });
-    let all: Vec<String> = [lyapunov, poincare, nvh, multistability, orbits]
+    let horizon = analyses.horizon.map(|asked| {
+        format!(
+            "horizon ({} twins over {} cycles, averages up to {} cycles)",
+            asked.twins, asked.cycles, asked.averages
+        )
+    });
+    let all: Vec<String> = [lyapunov, poincare, nvh, multistability, orbits, horizon]
         .into_iter()
         .flatten()
         .collect();
@@ -340,6 +347,7 @@ fn job_json(name: &str, job: &Job) -> Value {
                 ("poincare", p.analyses.poincare.is_some()),
                 ("nvh", p.analyses.nvh.is_some()),
                 ("multistability", p.analyses.multistability.is_some()),
+                ("horizon", p.analyses.horizon.is_some()),
             ];
             names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()
         }),

@@ -64,6 +64,7 @@ impl ValueEnum for What {
             Self::Shares => "Basin shares over one axis, a colour a branch of attractors",
             Self::Basins => "Slices of initial states, a colour an attractor",
             Self::Spectrum => "Deflection and force of a point over mesh orders",
+            Self::Horizon => "How twins of a point part, and how its averages settle",
             Self::Phase => "Phase portrait of a trace, or strobe samples of a point",
             Self::Trace => "Deflection, force and contact of a trace over time",
         };

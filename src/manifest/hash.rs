@@ -5,13 +5,13 @@
 
 use super::sections::Resolved;
 use super::spec::{
-    AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, InitialSpec, KernelSpec,
+    AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
     LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec,
     RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource, TorqueRipple,
     TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
-use crate::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
+use crate::shaft::{Bearing, BearingGain, FlexibleDrive, ModalStructure, Shaft};
 
 /// Changes whenever the meaning of the hashed bytes does.
 const FORMAT: &str = "atlas job 1";
@@ -209,6 +209,7 @@ impl JobHash {
             friction,
             friction_lever,
             residual_flexibility,
+            bearings,
         } = structure;
         self.integer(u64::from(*teeth));
         self.optional(wheel_teeth.as_ref(), |hash, &teeth| {
@@ -230,6 +231,11 @@ impl JobHash {
             self.optional(column.as_ref(), |hash, column| hash.numbers(column));
         }
         self.number(*residual_flexibility);
+        // Named rather than counted: files without any keep the hash they had before.
+        for BearingGain { name, gain } in bearings {
+            self.text(name);
+            self.numbers(gain);
+        }
     }
 
     fn mesh(&mut self, mesh: &MeshSpec) {
@@ -340,6 +346,7 @@ impl JobHash {
             nvh,
             multistability,
             orbits,
+            horizon,
         } = analyses;
         self.optional(lyapunov.as_ref(), |hash, lyapunov| {
             let LyapunovSpec {
@@ -381,9 +388,13 @@ impl JobHash {
             let NvhSpec {
                 harmonics,
                 spectrum,
+                bearings,
             } = *nvh;
             hash.integer(harmonics as u64);
             hash.flag(spectrum);
+            if bearings {
+                hash.text("bearings");
+            }
         });
         // Named rather than flagged: jobs that do not ask keep the hash they had before.
         if let Some(multistability) = multistability {
@@ -428,6 +439,19 @@ impl JobHash {
             self.integer(u64::from(*guesses));
             self.integer(u64::from(*cycles));
             self.flag(*floquet);
+        }
+        if let Some(horizon) = horizon {
+            let HorizonSpec {
+                twins,
+                separation,
+                cycles,
+                averages,
+            } = *horizon;
+            self.text("horizon");
+            self.integer(u64::from(twins));
+            self.number(separation);
+            self.integer(cycles);
+            self.integer(averages);
         }
     }
 }

@@ -6,7 +6,7 @@ use super::reader::{Section, entries};
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
 use super::{tree, unknown};
-use crate::shaft::ModalStructure;
+use crate::shaft::{BearingGain, ModalStructure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -75,6 +75,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let friction_lever = optional(root, issues, "friction_lever", modes);
     let pinion_torque = optional(root, issues, "torque_pinion", modes);
     let wheel_torque = optional(root, issues, "torque_wheel", modes);
+    let bearings = bearings(root, issues, modes);
     let frequency = frequency?;
     check_frequencies(root, issues, &frequency)?;
     let zeros = vec![0.0; frequency.len()];
@@ -95,7 +96,27 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         friction: friction?.unwrap_or_else(|| zeros.clone()),
         friction_lever: friction_lever?.unwrap_or(zeros),
         residual_flexibility: 0.0,
+        bearings: bearings?,
     })
+}
+
+/// The tables `[[bearing]]`; none where there are none.
+fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option<Vec<BearingGain>> {
+    if !root.has("bearing") {
+        return Some(Vec::new());
+    }
+    let tables = root.tables(issues, "bearing")?;
+    let all: Vec<Option<BearingGain>> = (tables.iter())
+        .map(|table| {
+            let name = table.text(issues, "name");
+            let gain = column(table, issues, "gain", modes);
+            Some(BearingGain {
+                name: name?.to_owned(),
+                gain: gain?,
+            })
+        })
+        .collect();
+    all.into_iter().collect()
 }
 
 /// A column with one entry a mode.

@@ -282,6 +282,8 @@ pub struct AnalysesSpec {
     pub multistability: Option<MultistabilitySpec>,
     /// Periodic orbits, stable or not.
     pub orbits: Option<OrbitsSpec>,
+    /// Predictability of chaotic motion.
+    pub horizon: Option<HorizonSpec>,
 }
 
 /// Periodic orbits sought by Newton's method from near returns of the trajectory.
@@ -345,6 +347,8 @@ pub struct NvhSpec {
     pub harmonics: usize,
     /// Whether Welch spectra of deflection and force are stored.
     pub spectrum: bool,
+    /// Whether bearing forces are rebuilt from the modes.
+    pub bearings: bool,
 }
 
 /// Probes for coexisting attractors.
@@ -374,4 +378,17 @@ pub struct SliceSpec {
     pub extent: f64,
     /// Cells along each side.
     pub count: u32,
+}
+
+/// Predictability: twins that part, and averages over longer and longer stretches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HorizonSpec {
+    /// Twins a point; ≥ 2.
+    pub twins: u32,
+    /// Distance at which they start, in half gaps.
+    pub separation: f64,
+    /// Mesh cycles each is followed.
+    pub cycles: u64,
+    /// Mesh cycles in the longest averages.
+    pub averages: u64,
 }

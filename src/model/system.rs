@@ -1,7 +1,7 @@
 //! The model of one operating point, built from a structure and a mesh.
 
 use super::{Block, Contact, MeshCycle, Ripple, Segment, TransmissionErrorHarmonic};
-use crate::shaft::ModalStructure;
+use crate::shaft::{BearingGain, ModalStructure};
 use std::f64::consts::TAU;
 
 /// Mesh and excitation of a drive, without its operating point.
@@ -104,6 +104,8 @@ pub struct Model {
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
     /// Harmonics of the torques.
     pub ripple: Vec<Ripple>,
+    /// What the bearings feel: forces per unit first component of each block.
+    pub bearings: Vec<BearingGain>,
     /// Rows: this model's rigid blocks in the structure's rigid modes (orthogonal).
     rigid_basis: Vec<Vec<f64>>,
     /// Indices of the structure's rigid modes.
@@ -211,6 +213,12 @@ impl Model {
             .iter()
             .map(|r| ripple(structure, r, period, rotate))
             .collect::<Result<_, _>>()?;
+        let bearings = (structure.bearings.iter())
+            .map(|bearing| BearingGain {
+                name: bearing.name.clone(),
+                gain: rotate(&bearing.gain),
+            })
+            .collect();
         Ok(Self {
             blocks,
             neutral,
@@ -218,6 +226,7 @@ impl Model {
             half_gap: drive.half_gap,
             transmission_error,
             ripple,
+            bearings,
             rigid_basis,
             rigid,
         })

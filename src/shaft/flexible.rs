@@ -24,7 +24,7 @@ use super::assembly::{AssembledMatrices, Assembly, Disc, Freedom};
 use super::beam::{Material, Section};
 use super::drive::{Bearing, FlexibleDrive, Shaft};
 use super::error::{ShaftError, non_negative, positive};
-use super::modal::ModalStructure;
+use super::modal::{BearingGain, ModalStructure};
 use super::modes::Modes;
 
 /// The neutral and the relative rotation.
@@ -37,6 +37,8 @@ struct ShaftNodes {
     end: usize,
     /// The gear body.
     gear: usize,
+    /// Both bearings.
+    bearings: [usize; 2],
 }
 
 impl FlexibleDrive {
@@ -148,6 +150,7 @@ impl FlexibleDrive {
         Ok(ShaftNodes {
             end: first,
             gear: first + gear,
+            bearings: [first + first_bearing, first + second_bearing],
         })
     }
 
@@ -211,6 +214,8 @@ impl FlexibleDrive {
         let mut pinion_torque = participation(&[(nodes[0].end, RotationZ, 1.0)]);
         let mut wheel_torque = participation(&[(nodes[1].end, RotationZ, 1.0)]);
 
+        let mut bearings = self.bearing_gains(matrices, nodes, solution);
+
         let signs = orientation(&mesh[RIGID_MODES..], solution);
         let [w_1, w_2] = [mesh[0], mesh[1]];
         let norm = w_1.hypot(w_2);
@@ -223,7 +228,10 @@ impl FlexibleDrive {
             &mut friction_lever,
             &mut pinion_torque,
             &mut wheel_torque,
-        ] {
+        ]
+        .into_iter()
+        .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
+        {
             let [a, b] = [column[0], column[1]];
             column[0] = forward * (w_2 * a - w_1 * b) / norm;
             column[1] = (w_1 * a + w_2 * b) / norm;
@@ -237,6 +245,10 @@ impl FlexibleDrive {
         // Zero by construction; only round-off of the rotation is removed.
         mesh[0] = 0.0;
         torque[0] = 0.0;
+        // Shafts turn in their bearings; the neutral rotation grows without bound.
+        for bearing in &mut bearings {
+            bearing.gain[..RIGID_MODES].fill(0.0);
+        }
 
         ModalStructure {
             teeth: self.gears.teeth[0],
@@ -252,7 +264,37 @@ impl FlexibleDrive {
             friction,
             friction_lever,
             residual_flexibility: 0.0,
+            bearings,
         }
+    }
+
+    /// Gains of every bearing with a stiffness: along the line of centres, across it, axially.
+    fn bearing_gains(
+        &self,
+        matrices: &AssembledMatrices,
+        nodes: [ShaftNodes; 2],
+        solution: &Modes,
+    ) -> Vec<BearingGain> {
+        let mut gains = Vec::new();
+        for ((name, shaft), nodes) in ["pinion", "wheel"].iter().zip(&self.shafts).zip(nodes) {
+            for ((number, bearing), node) in (1..).zip(&shaft.bearings).zip(nodes.bearings) {
+                let directions = [
+                    ("line", Freedom::X, bearing.line_of_centres),
+                    ("across", Freedom::Y, bearing.across),
+                    ("axial", Freedom::Z, bearing.axial),
+                ];
+                for (direction, freedom, stiffness) in directions {
+                    if stiffness > 0.0 {
+                        let force = matrices.functional(&[(node, freedom, stiffness)]);
+                        gains.push(BearingGain {
+                            name: format!("{name} {number} {direction}"),
+                            gain: solution.participation(&force),
+                        });
+                    }
+                }
+            }
+        }
+        gains
     }
 }
 

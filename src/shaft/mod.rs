@@ -12,5 +12,5 @@ pub use assembly::{AssembledMatrices, Assembly, Disc, Freedom, NODE_FREEDOMS};
 pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
 pub use drive::{Bearing, FlexibleDrive, Shaft};
 pub use error::ShaftError;
-pub use modal::ModalStructure;
+pub use modal::{BearingGain, ModalStructure};
 pub use modes::Modes;

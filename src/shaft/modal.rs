@@ -37,6 +37,18 @@ pub struct ModalStructure {
     /// Static flexibility of the modes left out, `Σ mesh²/ω²` \[m/N\]; 0 when none is
     /// left out or when it is to be ignored (no modal-truncation augmentation).
     pub residual_flexibility: f64,
+    /// What the bearings feel of the modes, where known.
+    pub bearings: Vec<BearingGain>,
+}
+
+/// The force that a shaft exerts on one bearing in one direction, `Σ gain·q` \[N\]: stiffness
+/// times displacement. Damping is modal and has no place of its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BearingGain {
+    /// Shaft, bearing and direction, such as `pinion 1 line`.
+    pub name: String,
+    /// Force per unit modal displacement \[N/(m √kg)\], one entry a mode.
+    pub gain: Vec<f64>,
 }
 
 impl ModalStructure {
@@ -93,6 +105,12 @@ impl ModalStructure {
             friction: keep(&self.friction),
             friction_lever: keep(&self.friction_lever),
             residual_flexibility,
+            bearings: (self.bearings.iter())
+                .map(|bearing| BearingGain {
+                    name: bearing.name.clone(),
+                    gain: keep(&bearing.gain),
+                })
+                .collect(),
         })
     }
 }
@@ -117,6 +135,7 @@ mod tests {
             friction: column(5.0),
             friction_lever: column(6.0),
             residual_flexibility: 0.25,
+            bearings: Vec::new(),
         }
     }
 

@@ -3,12 +3,15 @@
 
 use super::StoreError;
 use super::chains::{ChainColumns, ChainPart, direction_column};
+use super::horizon::horizon_columns;
+use super::nvh::nvh_columns;
 use super::table::{Column, Table, Value};
 use crate::analysis::{
-    Class, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, OrbitSurvey, PoincareSample,
+    Class, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey, PoincareSample,
     PointOutcome, SpectrumLine,
 };
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// One axis of the grid as a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,6 +49,8 @@ pub struct PointRow {
     pub orbits: Option<OrbitSurvey>,
     /// Its part in a chain, where the state is carried from point to point.
     pub chain: Option<Box<ChainPart>>,
+    /// How far ahead it can be foretold, where asked for and chaotic.
+    pub horizon: Option<HorizonOutcome>,
     /// Name of the kernel that marched it.
     pub kernel: String,
     /// Where and for how long.
@@ -62,12 +67,12 @@ pub struct PoincareRow {
 }
 
 /// A row of `spectra.parquet`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumRow {
     /// The point.
     pub point_id: u64,
-    /// `deflection` or `force`.
-    pub signal: &'static str,
+    /// `deflection`, `force` or `bearing …`; one text for all lines.
+    pub signal: Arc<str>,
     /// The line.
     pub line: SpectrumLine,
 }
@@ -105,6 +110,7 @@ pub fn points_table(
     columns.extend(ending_columns());
     columns.extend(lyapunov_columns());
     columns.extend(motion_columns());
+    columns.extend(horizon_columns());
     columns.extend(nvh_columns());
     columns.extend(work_columns());
     for axis in axes {
@@ -238,103 +244,6 @@ fn motion_columns() -> Vec<Column<PointRow>> {
     ]
 }
 
-fn nvh_columns() -> Vec<Column<PointRow>> {
-    fn number(
-        name: &str,
-        unit: &str,
-        description: &str,
-        get: fn(&NvhOutcome) -> f64,
-    ) -> Column<PointRow> {
-        let value = move |row: &PointRow| row.outcome.nvh.as_ref().map(get);
-        Column::new(name, unit, description, Value::F64(Box::new(value)))
-    }
-    vec![
-        number(
-            "fraction_drive",
-            "1",
-            "Fraction of time in contact on the drive flank",
-            |found| found.fractions[0],
-        ),
-        number(
-            "fraction_free",
-            "1",
-            "Fraction of time out of contact",
-            |found| found.fractions[1],
-        ),
-        number(
-            "fraction_coast",
-            "1",
-            "Fraction of time in contact on the coast flank",
-            |found| found.fractions[2],
-        ),
-        number(
-            "dte_mean",
-            "m",
-            "Mean dynamic transmission error (mesh deflection)",
-            |found| found.dte_mean,
-        ),
-        number(
-            "dte_rms",
-            "m",
-            "Root mean square of the deflection about its mean",
-            |found| found.dte_rms,
-        ),
-        number(
-            "dte_pp",
-            "m",
-            "Largest minus smallest deflection",
-            |found| found.dte_pp,
-        ),
-        number(
-            "dte_crest",
-            "1",
-            "Largest |deflection - mean| over dte_rms",
-            |found| found.dte_crest,
-        ),
-        number(
-            "dte_kurtosis",
-            "1",
-            "Fourth central moment over squared variance",
-            |found| found.dte_kurtosis,
-        ),
-        Column::new(
-            "harmonics",
-            "m",
-            "Amplitude of the deflection at mesh orders 1, 2, ...",
-            Value::List(Box::new(|row: &PointRow| {
-                row.outcome
-                    .nvh
-                    .as_ref()
-                    .map(|found| found.harmonics.as_slice())
-            })),
-        ),
-        number("force_mean", "N", "Mean mesh force", |found| {
-            found.force_mean
-        }),
-        number(
-            "force_std",
-            "N",
-            "Standard deviation of the mesh force",
-            |found| found.force_std,
-        ),
-        number("force_peak", "N", "Largest |mesh force|", |found| {
-            found.force_peak
-        }),
-        number(
-            "impact_rate",
-            "1/s",
-            "Entries into contact a second",
-            |found| found.impact_rate,
-        ),
-        number(
-            "impact_velocity",
-            "m/s",
-            "Mean |deflection rate| on entry into contact",
-            |found| found.impact_velocity,
-        ),
-    ]
-}
-
 fn work_columns() -> Vec<Column<PointRow>> {
     fn count(
         name: &str,
@@ -451,8 +360,8 @@ pub fn spectra_table() -> Table<SpectrumRow> {
         Column::new(
             "signal",
             "",
-            "deflection or force",
-            Value::Text(Box::new(|row: &SpectrumRow| Some(row.signal))),
+            "deflection, force, or bearing with shaft, number and direction",
+            Value::Text(Box::new(|row: &SpectrumRow| Some(&*row.signal))),
         ),
         Column::new(
             "frequency",
@@ -469,7 +378,7 @@ pub fn spectra_table() -> Table<SpectrumRow> {
         Column::new(
             "amplitude",
             "m (deflection) or N (force)",
-            "Peak value of an equivalent sine, in the unit of the signal",
+            "Peak value of an equivalent sine, in the unit of the signal; bearings are forces",
             Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.amplitude))),
         ),
     ])

@@ -51,6 +51,8 @@ pub enum TableKind {
     Attractors,
     /// One row a cell of a slice of initial states.
     Basins,
+    /// One row a quantity over a number of mesh cycles.
+    Horizon,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -69,6 +71,7 @@ impl TableKind {
             Self::Transitions => "transitions.parquet",
             Self::Attractors => "attractors.parquet",
             Self::Basins => "basins.parquet",
+            Self::Horizon => "horizon.parquet",
             Self::Trace => "trace.parquet",
             Self::Events => "events.parquet",
         }

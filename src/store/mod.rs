@@ -2,7 +2,8 @@
 //!
 //! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
 //! `spectra.parquet`, `probes.parquet` with `attractors.parquet`, `basins.parquet`,
-//! `orbits.parquet` and `transitions.parquet`, then `run.json`. Files appear under their final
+//! `orbits.parquet`, `transitions.parquet` and `horizon.parquet`, then `run.json`. Files appear
+//! under their final
 //! name only when they are whole; until then a journal keeps what is finished. The shards
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
 //! the table's name, which every Parquet reader takes as one data set.
@@ -16,7 +17,9 @@ mod clock;
 mod columns;
 mod error;
 mod file;
+mod horizon;
 mod journal;
+mod nvh;
 mod orbits;
 mod probes;
 mod read;
@@ -36,6 +39,7 @@ pub use columns::{
 };
 pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
+pub use horizon::{HorizonRow, horizon_table};
 pub use journal::{Journal, SYNC_INTERVAL, journal_path};
 pub use orbits::{OrbitRow, orbits_table};
 pub use probes::{ProbeRow, probes_table};

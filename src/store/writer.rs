@@ -6,14 +6,17 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path};
 use super::reorder::Reorder;
 use super::run::run_path;
+use super::table::Table;
 use super::{
-    AttractorRow, AxisColumn, CellRow, ChainColumns, OrbitRow, PoincareRow, PointRow, ProbeRow,
-    SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table, orbits_table,
-    poincare_table, points_table, probes_table, spectra_table, transitions_table,
+    AttractorRow, AxisColumn, CellRow, ChainColumns, HorizonRow, OrbitRow, PoincareRow, PointRow,
+    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
+    horizon_table, orbits_table, poincare_table, points_table, probes_table, spectra_table,
+    transitions_table,
 };
 
 impl Row for PointRow {
@@ -23,12 +26,18 @@ impl Row for PointRow {
             .lyapunov
             .as_ref()
             .map_or(0, |found| found.exponents.len());
-        let harmonics = self
-            .outcome
-            .nvh
-            .as_ref()
-            .map_or(0, |found| found.harmonics.len());
-        size_of::<f64>() * (exponents + harmonics) + self.outcome.reason.len()
+        let nvh = self.outcome.nvh.as_ref().map_or(0, |found| {
+            // With their standard errors.
+            let lists = [
+                &found.harmonics,
+                &found.suborders,
+                &found.impact_velocity_quantiles,
+                &found.bearing_mean,
+                &found.bearing_rms,
+            ];
+            2 * lists.iter().map(|list| list.len()).sum::<usize>()
+        });
+        size_of::<f64>() * (exponents + nvh) + self.outcome.reason.len()
     }
 }
 
@@ -41,6 +50,7 @@ impl Row for OrbitRow {
         size_of::<f64>() * 2 * self.orbit.multipliers.len()
     }
 }
+impl Row for HorizonRow {}
 
 impl Row for ProbeRow {
     fn list_bytes(&self) -> usize {
@@ -73,6 +83,8 @@ pub struct ResultLayout {
     pub chains: Option<ChainColumns>,
     /// Names of the axes of the slices in `basins.parquet`, where it is written.
     pub basins: Option<[String; 2]>,
+    /// Whether `horizon.parquet` is written.
+    pub horizon: bool,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -96,6 +108,8 @@ pub struct Written {
     pub attractors: u64,
     /// Of `basins.parquet`.
     pub basins: u64,
+    /// Of `horizon.parquet`.
+    pub horizon: u64,
     /// Points expected that never came (an interrupted run).
     pub missing: u64,
 }
@@ -119,12 +133,27 @@ pub struct ResultWriter {
     transitions: Option<TransitionFile>,
     attractors: Option<TableFile<AttractorRow>>,
     basins: Option<TableFile<CellRow>>,
+    horizon: Option<TableFile<HorizonRow>>,
 }
 
 /// `transitions.parquet` on its way, and the name of the swept axis.
 struct TransitionFile {
     axis: String,
     file: TableFile<TransitionRow>,
+}
+
+impl Destination {
+    /// Starts a table's file where it is wanted.
+    fn start<R: Row>(
+        &self,
+        wanted: bool,
+        kind: TableKind,
+        table: fn() -> Table<R>,
+    ) -> Result<Option<TableFile<R>>, StoreError> {
+        wanted
+            .then(|| TableFile::create(&self.folder, kind, self.shard, table(), &[]))
+            .transpose()
+    }
 }
 
 impl ResultWriter {
@@ -148,69 +177,46 @@ impl ResultWriter {
         }
         let shard = layout.shard;
         let points = points_table(&layout.axes, layout.chains.as_ref())?;
+        let destination = Destination {
+            folder: folder.to_path_buf(),
+            shard,
+        };
+        let transitions = layout
+            .chains
+            .as_ref()
+            .filter(|chains| chains.transitions)
+            .map(|chains| {
+                let table = transitions_table(&chains.axis);
+                Ok::<_, StoreError>(TransitionFile {
+                    axis: chains.axis.name.clone(),
+                    file: TableFile::create(folder, TableKind::Transitions, shard, table, &[])?,
+                })
+            })
+            .transpose()?;
+        let basins = layout
+            .basins
+            .as_ref()
+            .map(|names| {
+                let metadata = [("slice", serde_json::json!(names).to_string())];
+                TableFile::create(folder, TableKind::Basins, shard, basins_table(), &metadata)
+            })
+            .transpose()?;
         Ok(Self {
-            destination: Destination {
-                folder: folder.to_path_buf(),
-                shard,
-            },
             order: Reorder::new(expected.into_iter()),
             points: TableFile::create(folder, TableKind::Points, shard, points, &metadata)?,
-            poincare: layout
-                .poincare
-                .then(|| {
-                    let table = poincare_table();
-                    TableFile::create(folder, TableKind::Poincare, shard, table, &[])
-                })
-                .transpose()?,
-            spectra: layout
-                .spectra
-                .then(|| {
-                    let table = spectra_table();
-                    TableFile::create(folder, TableKind::Spectra, shard, table, &[])
-                })
-                .transpose()?,
-            probes: layout
-                .probes
-                .then(|| {
-                    let table = probes_table();
-                    TableFile::create(folder, TableKind::Probes, shard, table, &[])
-                })
-                .transpose()?,
-            orbits: layout
-                .orbits
-                .then(|| {
-                    let table = orbits_table();
-                    TableFile::create(folder, TableKind::Orbits, shard, table, &[])
-                })
-                .transpose()?,
-            transitions: layout
-                .chains
-                .as_ref()
-                .filter(|chains| chains.transitions)
-                .map(|chains| {
-                    let table = transitions_table(&chains.axis);
-                    Ok::<_, StoreError>(TransitionFile {
-                        axis: chains.axis.name.clone(),
-                        file: TableFile::create(folder, TableKind::Transitions, shard, table, &[])?,
-                    })
-                })
-                .transpose()?,
-            attractors: layout
-                .probes
-                .then(|| {
-                    let table = attractors_table();
-                    TableFile::create(folder, TableKind::Attractors, shard, table, &[])
-                })
-                .transpose()?,
-            basins: layout
-                .basins
-                .as_ref()
-                .map(|names| {
-                    let table = basins_table();
-                    let metadata = [("slice", serde_json::json!(names).to_string())];
-                    TableFile::create(folder, TableKind::Basins, shard, table, &metadata)
-                })
-                .transpose()?,
+            poincare: destination.start(layout.poincare, TableKind::Poincare, poincare_table)?,
+            spectra: destination.start(layout.spectra, TableKind::Spectra, spectra_table)?,
+            probes: destination.start(layout.probes, TableKind::Probes, probes_table)?,
+            attractors: destination.start(
+                layout.probes,
+                TableKind::Attractors,
+                attractors_table,
+            )?,
+            basins,
+            orbits: destination.start(layout.orbits, TableKind::Orbits, orbits_table)?,
+            transitions,
+            horizon: destination.start(layout.horizon, TableKind::Horizon, horizon_table)?,
+            destination,
         })
     }
 
@@ -253,6 +259,7 @@ impl ResultWriter {
         let orbits = self.orbits.map_or(Ok(0), TableFile::finish)?;
         let basins = self.basins.map_or(Ok(0), TableFile::finish)?;
         let attractors = self.attractors.map_or(Ok(0), TableFile::finish)?;
+        let horizon = self.horizon.map_or(Ok(0), TableFile::finish)?;
         let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
         let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
         let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
@@ -266,6 +273,7 @@ impl ResultWriter {
             transitions,
             attractors,
             basins,
+            horizon,
             missing,
         })
     }
@@ -293,6 +301,9 @@ impl ResultWriter {
         }
         if self.transitions.is_none() {
             old.push(table_path(folder, TableKind::Transitions, *shard));
+        }
+        if self.horizon.is_none() {
+            old.push(table_path(folder, TableKind::Horizon, *shard));
         }
         for path in old {
             match fs::remove_file(&path) {
@@ -323,10 +334,11 @@ impl ResultWriter {
         }
         if let Some(file) = &mut self.spectra {
             for spectrum in spectra {
+                let signal: Arc<str> = spectrum.signal.into();
                 for line in spectrum.lines {
                     file.push(SpectrumRow {
                         point_id,
-                        signal: spectrum.signal,
+                        signal: Arc::clone(&signal),
                         line,
                     })?;
                 }
@@ -363,6 +375,11 @@ impl ResultWriter {
                 upwards: chain.upwards,
                 transition,
             })?;
+        }
+        if let (Some(file), Some(found)) = (&mut self.horizon, &mut row.horizon) {
+            for measure in std::mem::take(&mut found.measures) {
+                file.push(HorizonRow { point_id, measure })?;
+            }
         }
         self.admit_what_is_not_finite(&mut row);
         self.points.push(row)

@@ -1,8 +1,8 @@
 //! From a point's specification to the system that kernels march.
 
 use crate::analysis::{
-    GrowthNorm, LyapunovQuestion, MultistabilityQuestion, NvhQuestion, OrbitQuestion, Plane,
-    Questions, Section, SliceError, SliceOf, SliceQuestion,
+    GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
+    OrbitQuestion, Plane, Questions, Section, SliceError, SliceOf, SliceQuestion,
 };
 use crate::manifest::{
     DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName, SliceSpec,
@@ -168,6 +168,7 @@ pub fn questions(point: &PointSpec, seed: u64) -> Questions {
         nvh: analyses.nvh.map(|n| NvhQuestion {
             harmonics: n.harmonics,
             spectrum: n.spectrum,
+            bearings: n.bearings,
         }),
     }
 }
@@ -217,6 +218,19 @@ pub fn orbits(point: &PointSpec) -> Option<OrbitQuestion> {
         guesses: asked.guesses,
         cycles: asked.cycles,
         floquet: asked.floquet,
+    })
+}
+
+/// The predictability asked of a point.
+pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
+    let asked = point.analyses.horizon?;
+    Some(HorizonQuestion {
+        seed,
+        point_id: point.point_id,
+        twins: asked.twins,
+        separation: asked.separation,
+        cycles: asked.cycles,
+        averages: asked.averages,
     })
 }
 

@@ -1,11 +1,12 @@
 //! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
 use super::build::{
-    BuildError, StructureCache, affordable, initial, model, orbits, probes, questions,
+    BuildError, StructureCache, affordable, horizon, initial, model, orbits, probes, questions,
 };
 use crate::analysis::{
-    CalledOff, MultistabilityOutcome, MultistabilityQuestion, OrbitQuestion, OrbitSurvey,
-    PointOutcome, Questions, Status, investigate_onward, probe_basins, survey_orbits,
+    CalledOff, Class, HorizonError, HorizonOutcome, HorizonQuestion, MultistabilityOutcome,
+    MultistabilityQuestion, OrbitQuestion, OrbitSurvey, PointOutcome, Questions, Status,
+    investigate_onward, predictability, probe_basins, survey_orbits,
 };
 use crate::manifest::{KernelSpec, PointSpec};
 use crate::model::{Model, TrajectoryState};
@@ -31,6 +32,7 @@ pub(super) struct Answer {
     pub outcome: PointOutcome,
     pub multistability: Option<MultistabilityOutcome>,
     pub orbits: Option<OrbitSurvey>,
+    pub horizon: Option<HorizonOutcome>,
     /// Where the march ended; none where it diverged or was never begun.
     pub end: Option<ChainEnd>,
 }
@@ -41,6 +43,7 @@ impl Answer {
             outcome: PointOutcome::unanswered(Status::Failed, reason),
             multistability: None,
             orbits: None,
+            horizon: None,
             end: None,
         }
     }
@@ -86,6 +89,7 @@ pub(super) fn row(
         multistability: answer.multistability,
         orbits: answer.orbits,
         chain: None,
+        horizon: answer.horizon,
         kernel: kernel_name(&point.run.kernel).to_owned(),
         placement: Placement {
             worker: worker.index,
@@ -122,6 +126,7 @@ fn answer(
         questions: questions(point, seed),
         probes: probes(&model, point, seed)?,
         orbits: orbits(point),
+        horizon: horizon(point, seed),
     };
     let limit = point.run.event_limit;
     Ok(match point.run.kernel {
@@ -141,10 +146,11 @@ struct Asked {
     questions: Questions,
     probes: Option<MultistabilityQuestion>,
     orbits: Option<OrbitQuestion>,
+    horizon: Option<HorizonQuestion>,
 }
 
-/// All questions to a point, then its orbits and its probes, which start about `run.initial` even where the
-/// point does not.
+/// All questions to a point, then its probes (which start about `run.initial` even where the
+/// point does not), its orbits and its horizon.
 fn ask<K: Kernel + Sync>(
     model: &Model,
     kernel: &K,
@@ -172,10 +178,24 @@ fn ask<K: Kernel + Sync>(
         }
         _ => None,
     };
+    let chaotic = outcome.class == Some(Class::Chaotic);
+    let horizon = match asked.horizon.filter(|_| chaotic) {
+        None => None,
+        Some(question) => match predictability(model, kernel, &trajectory, &question, called_off) {
+            Ok(found) => Some(found),
+            Err(HorizonError::CalledOff(called_off)) => return Err(called_off),
+            Err(HorizonError::Stop(stop)) => {
+                outcome.reason.push_str(&format!(" (no horizon: {stop})"));
+                None
+            }
+        },
+    };
+    outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
     Ok(Answer {
         outcome,
         multistability,
         orbits,
+        horizon,
         end: whole.then_some(ChainEnd {
             state: trajectory.state,
             cycle: trajectory.cycle,

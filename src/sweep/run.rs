@@ -332,6 +332,7 @@ fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .iter()
             .find_map(|p| p.analyses.multistability?.slice)
             .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.velocity))),
+        horizon: any(|a| a.horizon.is_some()),
         shard,
     }
 }

@@ -44,6 +44,8 @@ pub enum Dimension {
     /// Participation by length, or modal force of a unit torque \[1/(m √kg)\]; bare
     /// numbers only.
     ParticipationByLength,
+    /// Force per unit modal displacement \[N/(m √kg)\]; bare numbers only.
+    ForceByDisplacement,
     /// Mass-normalised modal displacement \[m √kg\]; bare numbers only.
     ModalDisplacement,
     /// Mass-normalised modal velocity \[m √kg/s\]; bare numbers only.
@@ -86,6 +88,7 @@ impl Dimension {
             Self::Ratio => "a ratio",
             Self::Participation => "a modal participation",
             Self::ParticipationByLength => "a modal participation by length",
+            Self::ForceByDisplacement => "a force by modal displacement",
             Self::ModalDisplacement => "a modal displacement",
             Self::ModalVelocity => "a modal velocity",
         }
@@ -109,6 +112,7 @@ impl Dimension {
             Self::Ratio => "1",
             Self::Participation => "1/sqrt(kg)",
             Self::ParticipationByLength => "1/(m sqrt(kg))",
+            Self::ForceByDisplacement => "N/(m sqrt(kg))",
             Self::ModalDisplacement => "m sqrt(kg)",
             Self::ModalVelocity => "m sqrt(kg)/s",
         }
@@ -132,6 +136,7 @@ impl Dimension {
             Self::Ratio => "%",
             Self::Participation
             | Self::ParticipationByLength
+            | Self::ForceByDisplacement
             | Self::ModalDisplacement
             | Self::ModalVelocity => "",
         }

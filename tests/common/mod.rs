@@ -53,6 +53,7 @@ pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) ->
         friction: vec![0.0; n],
         friction_lever: vec![0.0; n],
         residual_flexibility: 0.0,
+        bearings: Vec::new(),
     }
 }
 

@@ -102,6 +102,7 @@ impl MultistabilityQuestion {
             nvh: Some(NvhQuestion {
                 harmonics: 0,
                 spectrum: false,
+                bearings: false,
             }),
         }
     }

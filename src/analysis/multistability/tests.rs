@@ -34,6 +34,7 @@ pub(super) fn model() -> Model {
         friction: vec![0.0; 4],
         friction_lever: vec![0.0; 4],
         residual_flexibility: 0.0,
+        bearings: Vec::new(),
     };
     let drive = Drive {
         half_gap: 1.0,

@@ -1,8 +1,10 @@
 //! What is measured beside a trajectory.
 
+use crate::analysis::bearings::BearingForces;
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::nvh::Nvh;
+use crate::analysis::outcome::NvhOutcome;
 use crate::analysis::poincare::Poincare;
 use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::Recurrence;
@@ -27,6 +29,24 @@ pub(super) struct Watch {
     pub(super) nvh: Option<Nvh>,
     pub(super) welch: Option<Welch>,
     pub(super) poincare: Poincare,
+    pub(super) bearings: Option<BearingForces>,
+}
+
+impl Watch {
+    /// The statistics of what was watched.
+    pub(super) fn statistics(&self) -> Option<NvhOutcome> {
+        let mut found = self.nvh.as_ref()?.outcome()?;
+        if let Some(bearings) = &self.bearings {
+            let [values, errors] = bearings.statistics();
+            found.bearing_mean = values.mean;
+            found.bearing_rms = values.rms;
+            if let Some(stderr) = &mut found.stderr {
+                stderr.bearing_mean = errors.mean;
+                stderr.bearing_rms = errors.rms;
+            }
+        }
+        Some(found)
+    }
 }
 
 impl Observer for Watch {
@@ -36,8 +56,15 @@ impl Observer for Watch {
         if let Some(nvh) = &mut self.nvh {
             nvh.window(window);
         }
+        if let Some(bearings) = &mut self.bearings {
+            bearings.window(window);
+        }
         if let Some(welch) = &mut self.welch {
-            welch.window(window);
+            let forces = self
+                .bearings
+                .as_ref()
+                .map_or(&[][..], BearingForces::series);
+            welch.window(window, forces);
         }
         self.poincare.window(window);
     }
@@ -72,7 +99,9 @@ impl Instruments {
                 .map(|_| Twin::new(model, norm, trajectory, &mut stream(1))),
             watch: Watch {
                 nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
-                welch: q.nvh.filter(|n| n.spectrum).map(|_| Welch::new(model)),
+                welch: (q.nvh.filter(|n| n.spectrum)).map(|n| Welch::new(model, n.bearings)),
+                bearings: (q.nvh.filter(|n| n.bearings && !model.bearings.is_empty()))
+                    .map(|_| BearingForces::new(model)),
                 poincare: Poincare::new(model, q.section, q.poincare_samples),
             },
             recurrence: Recurrence::new(model),
@@ -96,6 +125,9 @@ impl Instruments {
             welch.restart();
         }
         self.watch.poincare.restart();
+        if let Some(bearings) = &mut self.watch.bearings {
+            bearings.restart();
+        }
         self.measured = 0;
         self.events_before = counters.events;
     }

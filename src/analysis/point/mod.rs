@@ -19,7 +19,6 @@ use super::classify::{Evidence, classify};
 use super::energy::EnergyAudit;
 use super::lyapunov::agree;
 use super::norm::EnergyNorm;
-use super::nvh::Nvh;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::{Poincare, Section};
 use super::questions::{GrowthNorm, Questions};
@@ -296,6 +295,7 @@ impl<K: Kernel> March<'_, K> {
                         nvh: None,
                         welch: None,
                         poincare: Poincare::new(self.model, Section::default(), 0),
+                        bearings: None,
                     },
                 );
                 let result = self.cycle(instruments, &mut watch);
@@ -376,7 +376,7 @@ impl<K: Kernel> March<'_, K> {
             reason,
             class,
             lyapunov: lyapunov.filter(|l| l.stderr.is_finite()),
-            nvh: instruments.watch.nvh.as_ref().and_then(Nvh::outcome),
+            nvh: instruments.watch.statistics(),
             spectra: instruments
                 .watch
                 .welch

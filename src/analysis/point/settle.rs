@@ -168,6 +168,9 @@ impl<K: Kernel> March<'_, K> {
             None => k,
         };
         self.measure(&mut instruments, wanted.div_ceil(k) * k)?;
+        if let Some(nvh) = &mut instruments.watch.nvh {
+            nvh.repeats(period);
+        }
         let events = self.counters.events - instruments.events_before;
         let class = if events == 0 && self.trajectory.contact.touching() {
             Class::Locked

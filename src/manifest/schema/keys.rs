@@ -3,8 +3,9 @@
 use super::{Bounds, Key, Kind};
 use crate::units::Dimension;
 use Dimension::{
-    Angle, AngularSpeed, Density, Force, Inertia, Length, ModalDisplacement, ModalVelocity,
-    Participation, ParticipationByLength, Pressure, Ratio, Stiffness, TiltStiffness, Torque,
+    Angle, AngularSpeed, Density, Force, ForceByDisplacement, Inertia, Length, ModalDisplacement,
+    ModalVelocity, Participation, ParticipationByLength, Pressure, Ratio, Stiffness, TiltStiffness,
+    Torque,
 };
 use Kind::{Boolean, Choice, List, Text};
 use std::f64::consts::FRAC_PI_4;
@@ -178,6 +179,7 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     table("analyses.nvh"),
     integer("analyses.nvh.harmonics", 0.0, 1000.0, "10"),
     key("analyses.nvh.spectrum", Boolean, ANY, "true"),
+    key("analyses.nvh.bearings", Boolean, ANY, "true"),
     table("analyses.multistability"),
     integer("analyses.multistability.initial_conditions", 1.0, 1e6, "32"),
     quantity("analyses.multistability.decades", Ratio, bounds(0.0, false, 12.0, false), "4"),
@@ -195,6 +197,11 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     integer("analyses.orbits.guesses", 1.0, 10_000.0, "16"),
     integer("analyses.orbits.cycles", 1.0, 1e6, "400"),
     key("analyses.orbits.floquet", Boolean, ANY, "true"),
+    table("analyses.horizon"),
+    integer("analyses.horizon.twins", 2.0, 10_000.0, "16"),
+    quantity("analyses.horizon.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-6"),
+    integer("analyses.horizon.cycles", 1.0, 100_000.0, "60"),
+    integer("analyses.horizon.averages", 1.0, 1e6, "400"),
 ];
 
 /// The keys of a modal file.
@@ -221,4 +228,9 @@ pub(in crate::manifest) static MODAL_FILE: &[Key] = &[
     quantity("torque_pinion.*", ParticipationByLength, ANY, "13.8"),
     key("torque_wheel", List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[-9.2, 7.6, -5.5]"),
     quantity("torque_wheel.*", ParticipationByLength, ANY, "-9.2"),
+    key("bearing", List("tables"), ANY, r#"[{ name = "pinion 1 line", gain = [0.0, 2.1e7, -4.4e6] }]"#),
+    table("bearing.*"),
+    key("bearing.*.name", Text, ANY, r#""pinion 1 line""#),
+    key("bearing.*.gain", List("numbers in N/(m sqrt(kg)), one a mode"), ANY, "[0.0, 2.1e7, -4.4e6]"),
+    quantity("bearing.*.gain.*", ForceByDisplacement, ANY, "2.1e7"),
 ];

@@ -5,8 +5,8 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{
-    AnalysesSpec, LyapunovSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec, SectionSpec,
-    SliceSpec,
+    AnalysesSpec, HorizonSpec, LyapunovSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec,
+    SectionSpec, SliceSpec,
 };
 
 const DEFAULT_EXPONENTS: usize = 1;
@@ -16,6 +16,10 @@ const DEFAULT_HARMONICS: usize = 10;
 const DEFAULT_INITIAL_CONDITIONS: u64 = 32;
 const DEFAULT_DECADES: f64 = 4.0;
 const DEFAULT_CELLS: u64 = 48;
+const DEFAULT_TWINS: u64 = 16;
+const DEFAULT_SEPARATION: f64 = 1e-6;
+const DEFAULT_FOLLOWED: u64 = 60;
+const DEFAULT_AVERAGES: u64 = 400;
 
 pub(super) fn read(
     section: &Section,
@@ -34,21 +38,39 @@ pub(super) fn read(
     let nvh = optional(section, issues, "nvh", |table, issues| {
         let harmonics = table.count_or(issues, "harmonics", DEFAULT_HARMONICS);
         let spectrum = table.boolean_or(issues, "spectrum", false);
+        let bearings = table.boolean_or(issues, "bearings", false);
         Some(NvhSpec {
             harmonics: harmonics?,
             spectrum: spectrum?,
+            bearings: bearings?,
         })
     });
     let multistability = optional(section, issues, "multistability", |table, issues| {
         multistability(table, issues, retained, run)
     });
     let orbits = optional(section, issues, "orbits", orbits::read);
+    let horizon = optional(section, issues, "horizon", horizon);
+    if section.has("horizon") && !section.has("lyapunov") {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("horizon"),
+                "analyses.horizon",
+                "`analyses.horizon` is measured where the motion is chaotic, which only an exponent tells"
+                    .to_owned(),
+            )
+            .label("needs `analyses.lyapunov`")
+            .remedy("add `lyapunov = {}` to [analyses]"),
+        );
+        return None;
+    }
     Some(AnalysesSpec {
         lyapunov: lyapunov?,
         poincare: poincare?,
         nvh: nvh?,
         multistability: multistability?,
         orbits: orbits?,
+        horizon: horizon?,
     })
 }
 
@@ -101,6 +123,19 @@ fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Op
         align: align?,
         twin: twin?,
         raw_norm: norm? == "raw",
+    })
+}
+
+fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonSpec> {
+    let twins = table.integer_or(issues, "twins", DEFAULT_TWINS);
+    let separation = table.quantity_or(issues, "separation", DEFAULT_SEPARATION);
+    let cycles = table.integer_or(issues, "cycles", DEFAULT_FOLLOWED);
+    let averages = table.integer_or(issues, "averages", DEFAULT_AVERAGES);
+    Some(HorizonSpec {
+        twins: u32::try_from(twins?).ok()?,
+        separation: separation?,
+        cycles: cycles?,
+        averages: averages?,
     })
 }
 

@@ -20,6 +20,7 @@ fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
         friction: vec![0.0; n],
         friction_lever: vec![0.0; n],
         residual_flexibility: 0.0,
+        bearings: Vec::new(),
     }
 }
 

@@ -17,6 +17,7 @@ fn structure() -> ModalStructure {
         friction: vec![0.0; 2],
         friction_lever: vec![0.0; 2],
         residual_flexibility: 0.0,
+        bearings: Vec::new(),
     }
 }
 

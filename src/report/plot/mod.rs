@@ -11,6 +11,7 @@ mod cells;
 mod class_rows;
 mod draw;
 mod error;
+mod horizon;
 mod lambda_curve;
 mod lambda_map;
 mod motion;
@@ -49,6 +50,8 @@ pub enum What {
     Basins,
     /// Spectra of one point.
     Spectrum,
+    /// Predictability of one point.
+    Horizon,
     /// Phase portrait of a trace, or strobe samples of one point.
     Phase,
     /// A trace over time.
@@ -57,13 +60,14 @@ pub enum What {
 
 impl What {
     /// All kinds.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Lambda,
         Self::Classes,
         Self::Bifurcation,
         Self::Shares,
         Self::Basins,
         Self::Spectrum,
+        Self::Horizon,
         Self::Phase,
         Self::Trace,
     ];
@@ -77,6 +81,7 @@ impl What {
             Self::Shares => "shares",
             Self::Basins => "basins",
             Self::Spectrum => "spectrum",
+            Self::Horizon => "horizon",
             Self::Phase => "phase",
             Self::Trace => "trace",
         }
@@ -239,6 +244,10 @@ impl Folder {
             // Only where they were asked for: most results have neither.
             What::Shares => self.holds(TableKind::Attractors),
             What::Basins => self.holds(TableKind::Basins),
+            // Few jobs ask for it: no word where none did.
+            What::Horizon => (self.results.as_ref()).is_some_and(|results| {
+                results.folder.join(TableKind::Horizon.file_name()).exists()
+            }),
             _ => self.results.is_some(),
         }
     }
@@ -289,6 +298,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Shares => shares::draw(results, results.along(what, over)?),
         What::Basins => basins::draw(results, request),
         What::Spectrum => spectrum::draw(results, request),
+        What::Horizon => horizon::draw(results, request),
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("a folder from `atlas trace` is needed")),
     }

@@ -91,6 +91,7 @@ fn write(folder: &Path, lengths: &[usize], missing: &[u64], outcome: impl Fn(u64
                 multistability: None,
                 orbits: None,
                 chain: None,
+                horizon: None,
                 kernel,
                 placement,
             })

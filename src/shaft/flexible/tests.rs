@@ -220,3 +220,47 @@ fn unphysical_drives_are_refused() {
         ));
     }
 }
+
+/// Held by its bearings alone, each shaft passes the mesh force on to them: their sum is the
+/// force on the gear, `−F n` on the pinion and `+F n` on the wheel, whatever the torques do.
+#[test]
+fn bearing_forces_balance_the_mesh_force() {
+    let drive = drive();
+    let all = 2 * 9 * 6;
+    let structure = drive.modes(all, all, true).unwrap();
+    // Static equilibrium under a unit load: ω² q = torque − mesh.
+    let displacement = |i: usize| {
+        let omega = structure.frequency[i];
+        (structure.torque[i] - structure.mesh[i]) / (omega * omega)
+    };
+    let force =
+        |gain: &[f64]| -> f64 { (RIGID_MODES..all).map(|i| gain[i] * displacement(i)).sum() };
+    let names: Vec<&str> = structure.bearings.iter().map(|b| b.name.as_str()).collect();
+    assert_eq!(
+        names[..4],
+        [
+            "pinion 1 line",
+            "pinion 1 across",
+            "pinion 1 axial",
+            "pinion 2 line"
+        ]
+    );
+    // Only the first bearing locates a shaft.
+    assert_eq!(names.len(), 10);
+    let (sin, cos) = drive.gears.pressure_angle.sin_cos();
+    for (shaft, sign) in [("pinion", -1.0), ("wheel", 1.0)] {
+        for (direction, exact) in [("line", sin), ("across", cos), ("axial", 0.0)] {
+            let felt = structure.bearings.iter().filter(|bearing| {
+                bearing.name.starts_with(shaft) && bearing.name.ends_with(direction)
+            });
+            let sum: f64 = felt.map(|bearing| force(&bearing.gain)).sum();
+            assert!(
+                (sum - sign * exact).abs() < 1e-7,
+                "{shaft} {direction}: {sum}"
+            );
+        }
+    }
+    for bearing in &structure.bearings {
+        assert_eq!(bearing.gain[..RIGID_MODES], [0.0, 0.0]);
+    }
+}

@@ -6,6 +6,7 @@ use crate::analysis::{
     MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
     Spectrum, SpectrumLine, Status,
 };
+use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
 use proptest::prelude::*;
 
@@ -36,7 +37,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             }),
             spectra: ["deflection", "force"]
                 .map(|signal| Spectrum {
-                    signal,
+                    signal: signal.to_owned(),
                     lines: vec![SpectrumLine {
                         frequency: number(0),
                         order: number(1),
@@ -57,6 +58,20 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             cycles: u64::MAX,
             measured_cycles: 0,
         },
+        horizon: Some(HorizonOutcome {
+            horizon: Some(17.0),
+            stderr: None,
+            saturation: 1.5,
+            averaging_exponent: None,
+            cycles: 960,
+            measures: vec![HorizonMeasure {
+                quantity: HorizonQuantity::Separation,
+                cycles: 1,
+                value: 2e-6,
+                spread: 0.7,
+                samples: 16,
+            }],
+        }),
         multistability: Some(MultistabilityOutcome {
             attractors: vec![AttractorOutcome {
                 class: Class::QuasiPeriodic,
@@ -167,7 +182,7 @@ proptest! {
                 prop_assert_eq!(a.to_bits(), b.to_bits());
             }
             prop_assert_eq!(&row.outcome.reason, &back.outcome.reason);
-            prop_assert_eq!(row.outcome.spectra[1].signal, back.outcome.spectra[1].signal);
+            prop_assert_eq!(&row.outcome.spectra[1].signal, &back.outcome.spectra[1].signal);
         }
     }
 }

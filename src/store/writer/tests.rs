@@ -5,9 +5,10 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
-    MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    Spectrum, SpectrumLine, Status,
+    AttractorOutcome, BasinShare, CellOutcome, Class, DurationOutcome, HorizonMeasure,
+    HorizonOutcome, HorizonQuantity, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome,
+    NvhErrors, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum,
+    SpectrumLine, Status,
 };
 use crate::store::{Placement, ResultTable, Table};
 
@@ -28,6 +29,7 @@ fn layout() -> ResultLayout {
         orbits: false,
         chains: None,
         basins: Some(["of mode 1".into(), "of mode 2".into()]),
+        horizon: true,
         shard: None,
     }
 }
@@ -63,9 +65,32 @@ fn full(point_id: u64) -> PointRow {
                 impact_rate: 11.0,
                 impact_velocity: 12.0,
                 fractions: [0.5, 0.3, 0.2],
+                suborders: vec![1e-7; 5],
+                impacts: [20, 21],
+                impact_velocity_quantiles: vec![0.1, 0.2, 0.3],
+                impact_velocity_max: Some(0.4),
+                bearing_mean: vec![-30.0, 31.0],
+                bearing_rms: vec![32.0, 33.0],
+                flights: DurationOutcome {
+                    count: 22,
+                    mean: Some(5e-5),
+                    median: Some(6e-5),
+                },
+                contacts: DurationOutcome {
+                    count: 23,
+                    mean: Some(7e-5),
+                    median: Some(8e-5),
+                },
+                stderr: Some(NvhErrors {
+                    dte_rms: 1e-8,
+                    harmonics: vec![1e-9, 2e-9],
+                    // Too few flights for an error bar.
+                    flight_median: f64::INFINITY,
+                    ..NvhErrors::default()
+                }),
             }),
             spectra: vec![Spectrum {
-                signal: "force",
+                signal: "force".to_owned(),
                 lines: vec![
                     SpectrumLine {
                         frequency: 100.0,
@@ -92,6 +117,20 @@ fn full(point_id: u64) -> PointRow {
             cycles: 14,
             measured_cycles: 15,
         },
+        horizon: Some(HorizonOutcome {
+            horizon: Some(17.0),
+            stderr: Some(0.5),
+            saturation: 1.5,
+            averaging_exponent: None,
+            cycles: 960,
+            measures: vec![HorizonMeasure {
+                quantity: HorizonQuantity::Separation,
+                cycles: 1,
+                value: 2e-6,
+                spread: 0.7,
+                samples: 16,
+            }],
+        }),
         multistability: Some(MultistabilityOutcome {
             attractors: vec![attractor()],
             probes: vec![probe(0, Some(0)), probe(1, None)],
@@ -183,6 +222,7 @@ fn failed(point_id: u64) -> PointRow {
         measured_cycles: 0,
     };
     row.multistability = None;
+    row.horizon = None;
     row.placement.numa_node = None;
     row
 }
@@ -248,6 +288,7 @@ fn every_column_comes_back() {
             transitions: 0,
             attractors: 1,
             basins: 2,
+            horizon: 1,
             missing: 0
         }
     );
@@ -485,7 +526,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        6,
+        7,
         "{partial:?}"
     );
     assert!(
@@ -500,6 +541,7 @@ fn a_file_has_its_name_only_when_whole() {
         [
             "attractors.parquet",
             "basins.parquet",
+            "horizon.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",
@@ -571,6 +613,7 @@ fn a_hundred_thousand_points_stream() {
         probes: false,
         orbits: false,
         basins: None,
+        horizon: false,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();
@@ -607,6 +650,7 @@ fn shards_read_as_one_table() {
         [
             "attractors.parquet",
             "basins.parquet",
+            "horizon.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",

@@ -1,0 +1,104 @@
+//! From series along a trajectory to spreads, decays and crossings.
+
+use super::HorizonMeasure;
+use crate::numerics::statistics::mean;
+
+/// Averages are taken to follow a power law from this length on; shorter ones remember.
+const FROM: u64 = 10;
+
+/// Lengths 1, 2, 5, 10, 20, 50, … up to and including `longest`.
+pub(super) fn ladder(longest: u64) -> Vec<u64> {
+    let mut rungs = Vec::new();
+    let mut power = 1;
+    while power <= longest {
+        rungs.extend([power, 2 * power, 5 * power]);
+        power *= 10;
+    }
+    rungs.retain(|n| *n < longest);
+    rungs.push(longest);
+    rungs
+}
+
+/// Mean of a series, and standard deviation of its averages over successive stretches of n.
+pub(super) fn spread(values: &[f64], n: usize) -> (f64, f64) {
+    let averages: Vec<f64> = values.chunks_exact(n).map(mean).collect();
+    let centre = mean(&averages);
+    let square: f64 = averages.iter().map(|a| (a - centre).powi(2)).sum();
+    let freedom = averages.len().saturating_sub(1).max(1) as f64;
+    (centre, (square / freedom).sqrt())
+}
+
+/// `e` to the mean of some logarithms.
+pub(super) fn mean_logarithms(logarithms: &[f64]) -> f64 {
+    mean(logarithms).exp()
+}
+
+/// Slope of `ln spread` over `ln cycles`, by least squares weighted with the samples (the
+/// variance of `ln spread` is about `1/2(samples − 1)`); none from fewer than three lengths.
+pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> Option<f64> {
+    let points: Vec<[f64; 3]> = measures
+        .filter(|m| m.cycles >= FROM && m.samples > 2 && m.spread > 0.0)
+        .map(|m| {
+            [
+                (m.samples - 1) as f64,
+                (m.cycles as f64).ln(),
+                m.spread.ln(),
+            ]
+        })
+        .collect();
+    if points.len() < 3 {
+        return None;
+    }
+    let total: f64 = points.iter().map(|[w, _, _]| w).sum();
+    let x0 = points.iter().map(|[w, x, _]| w * x).sum::<f64>() / total;
+    let y0 = points.iter().map(|[w, _, y]| w * y).sum::<f64>() / total;
+    let up: f64 = points.iter().map(|[w, x, y]| w * (x - x0) * (y - y0)).sum();
+    let across: f64 = points.iter().map(|[w, x, _]| w * (x - x0).powi(2)).sum();
+    Some(up / across)
+}
+
+/// Where the mean of some curves first reaches a level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Crossing {
+    /// In steps of the curves; none where the mean stays below.
+    pub place: Option<f64>,
+    /// Its standard error by the jackknife; none where it stays below without one curve.
+    pub stderr: Option<f64>,
+}
+
+impl Crossing {
+    /// Of two or more curves of equal length.
+    pub(super) fn of(curves: &[Vec<f64>], level: f64) -> Self {
+        let steps = curves.iter().map(Vec::len).min().unwrap_or(0);
+        let sums: Vec<f64> = (0..steps)
+            .map(|n| curves.iter().map(|c| c[n]).sum())
+            .collect();
+        let count = curves.len() as f64;
+        let whole: Vec<f64> = sums.iter().map(|s| s / count).collect();
+        let without: Option<Vec<f64>> = (curves.iter())
+            .map(|curve| {
+                let others = sums.iter().zip(curve).map(|(s, c)| (s - c) / (count - 1.0));
+                first_reached(&others.collect::<Vec<_>>(), level)
+            })
+            .collect();
+        let stderr = without.filter(|w| w.len() > 1).map(|without| {
+            let centre = mean(&without);
+            let square: f64 = without.iter().map(|h| (h - centre).powi(2)).sum();
+            ((count - 1.0) / count * square).sqrt()
+        });
+        let place = first_reached(&whole, level);
+        Self {
+            place,
+            stderr: place.and(stderr),
+        }
+    }
+}
+
+/// Where a curve first reaches a level, linear between its points.
+fn first_reached(curve: &[f64], level: f64) -> Option<f64> {
+    let n = curve.iter().position(|value| *value >= level)?;
+    let Some(before) = n.checked_sub(1) else {
+        return Some(0.0);
+    };
+    Some(before as f64 + (level - curve[before]) / (curve[n] - curve[before]))
+}

@@ -1,0 +1,365 @@
+//! How far ahead can a chaotic motion be foretold, and how well are its averages known?
+//!
+//! The trajectory is marched on. From points along it, one after the other, twins start a
+//! small distance away in random directions; the mean logarithm of their distance grows with
+//! the largest exponent and levels off where nothing is left of the common start. The
+//! *saturation* is that level, the mean logarithm of the distance of unrelated points of the
+//! motion; the *horizon* is when the separation reaches a tenth of it.
+//!
+//! Along the same trajectory the growth of a tangent over n cycles gives the spread of
+//! finite-time exponents, and averages of force and deflection over n cycles give the
+//! standard error of an average of that length. Distances are energy norms in half gaps.
+
+mod measure;
+#[cfg(test)]
+mod tests;
+
+use super::lyapunov::random_direction;
+use super::norm::EnergyNorm;
+use super::point::CalledOff;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::random::Stream;
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use measure::{Crossing, decay, ladder, mean_logarithms, spread};
+use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Streams of a point from this number on belong to its twins; those below to its own
+/// tangents and to its probes.
+const FIRST_STREAM: u64 = 1 << 33;
+
+/// Cycles in which the tangent turns into the direction of growth, discarded.
+const ALIGN: u64 = 100;
+
+/// Share of the saturation at which the horizon lies: late, but where separations still
+/// grow with the exponent. Above it slow modes of the structure part at their own pace.
+const HORIZON_SHARE: f64 = 0.1;
+
+/// Averages of the longest kind from which their spread is taken.
+const LONGEST_AVERAGES: u64 = 16;
+
+/// Most strobe states kept to measure the size of the motion.
+const MOST_STATES: u64 = 256;
+
+/// How predictability is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HorizonQuestion {
+    /// Root seed of the random streams.
+    pub seed: u64,
+    /// The point, as the streams know it.
+    pub point_id: u64,
+    /// Twins, at least 2.
+    pub twins: u32,
+    /// Distance at which they start, in half gaps.
+    pub separation: f64,
+    /// Mesh cycles each is followed.
+    pub cycles: u64,
+    /// Mesh cycles in the longest averages.
+    pub averages: u64,
+}
+
+/// What is measured over a number of cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum HorizonQuantity {
+    /// Distance of twins, by its mean logarithm \[half gaps\]; spread of the logarithm.
+    Separation,
+    /// Growth of a tangent per cycle \[1/cycle\].
+    Exponent,
+    /// Average of the mesh force \[N\]. Momentum ties it to the load, so that its error
+    /// falls with n, not with √n.
+    Force,
+    /// Average of the force that presses flanks together, on either side \[N\].
+    ContactForce,
+    /// Average of the mesh deflection \[m\].
+    Deflection,
+}
+
+impl HorizonQuantity {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Separation => "separation",
+            Self::Exponent => "exponent",
+            Self::Force => "force",
+            Self::ContactForce => "contact_force",
+            Self::Deflection => "deflection",
+        }
+    }
+}
+
+/// A quantity over a number of mesh cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HorizonMeasure {
+    /// What.
+    pub quantity: HorizonQuantity,
+    /// Over how many cycles.
+    pub cycles: u64,
+    /// Its mean.
+    pub value: f64,
+    /// Standard deviation of one sample.
+    pub spread: f64,
+    /// Samples.
+    pub samples: u64,
+}
+
+/// What is known of a point's predictability.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HorizonOutcome {
+    /// Mesh cycles until the separation is a tenth of the saturation; none where it stays below.
+    pub horizon: Option<f64>,
+    /// Its standard error, by leaving out one twin at a time.
+    pub stderr: Option<f64>,
+    /// Where the separation levels off \[half gaps\].
+    pub saturation: f64,
+    /// Power of n with which the standard error of a mean contact force over n cycles changes.
+    pub averaging_exponent: Option<f64>,
+    /// Mesh cycles marched, those of the twins included.
+    pub cycles: u64,
+    /// Everything measured.
+    pub measures: Vec<HorizonMeasure>,
+}
+
+/// Why predictability could not be measured.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum HorizonError {
+    /// The work was called off.
+    #[error(transparent)]
+    CalledOff(#[from] CalledOff),
+    /// The trajectory or a twin cannot be marched on.
+    #[error(transparent)]
+    Stop(#[from] Stop),
+}
+
+/// Measures the predictability of a chaotic motion from a state on it.
+///
+/// # Errors
+/// [`HorizonError`] when `called_off` was raised or a march ended early.
+pub fn predictability<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    start: &TrajectoryState,
+    question: &HorizonQuestion,
+    called_off: &AtomicBool,
+) -> Result<HorizonOutcome, HorizonError> {
+    let mut record = Record::new(model, kernel, start, question, called_off);
+    for _ in 0..ALIGN {
+        record.cycle()?;
+    }
+    record.restart();
+    let followed = u64::from(question.twins) * question.cycles;
+    let stride = followed.div_ceil(MOST_STATES);
+    let mut separations = Vec::with_capacity(question.twins as usize);
+    let mut states: Vec<(u64, Vec<f64>)> = Vec::new();
+    for id in 0..question.twins {
+        let mut twin = record.twin(id);
+        let mut logarithms = vec![question.separation.ln()];
+        for _ in 0..question.cycles {
+            if record.means.len().is_multiple_of(stride as usize) {
+                let place = record.means.len() as u64;
+                states.push((place, record.trajectory.state.clone()));
+            }
+            record.cycle()?;
+            record.march_twin(&mut twin)?;
+            logarithms.push(record.distance(&twin.state, &record.trajectory.state).ln());
+        }
+        separations.push(logarithms);
+    }
+    while (record.means.len() as u64) < LONGEST_AVERAGES * question.averages {
+        record.cycle()?;
+    }
+    let saturation = record.saturation(&states, question.cycles);
+    Ok(outcome(&record, &separations, saturation, question))
+}
+
+fn outcome<K: Kernel>(
+    record: &Record<'_, K>,
+    separations: &[Vec<f64>],
+    saturation: f64,
+    question: &HorizonQuestion,
+) -> HorizonOutcome {
+    let mut measures: Vec<HorizonMeasure> = (0..=question.cycles)
+        .map(|n| {
+            let at: Vec<f64> = separations.iter().map(|s| s[n as usize]).collect();
+            let (mean, deviation) = spread(&at, 1);
+            HorizonMeasure {
+                quantity: HorizonQuantity::Separation,
+                cycles: n,
+                value: mean.exp(),
+                spread: deviation,
+                samples: at.len() as u64,
+            }
+        })
+        .collect();
+    let averages = question.averages;
+    let series = [
+        (HorizonQuantity::Exponent, &record.growth, question.cycles),
+        (HorizonQuantity::Force, &record.means_of(1), averages),
+        (HorizonQuantity::ContactForce, &record.means_of(2), averages),
+        (HorizonQuantity::Deflection, &record.means_of(0), averages),
+    ];
+    for (quantity, values, longest) in series {
+        for n in ladder(longest) {
+            let (value, spread) = spread(values, n as usize);
+            measures.push(HorizonMeasure {
+                quantity,
+                cycles: n,
+                value,
+                spread,
+                samples: values.len() as u64 / n,
+            });
+        }
+    }
+    let level = (HORIZON_SHARE * saturation).ln();
+    let crossing = Crossing::of(separations, level);
+    let force = measures
+        .iter()
+        .filter(|m| m.quantity == HorizonQuantity::ContactForce);
+    HorizonOutcome {
+        horizon: crossing.place,
+        stderr: crossing.stderr,
+        saturation,
+        averaging_exponent: decay(force),
+        cycles: record.counters.cycles,
+        measures,
+    }
+}
+
+/// The trajectory marched on, and what is read off it every cycle.
+struct Record<'a, K: Kernel> {
+    model: &'a Model,
+    kernel: &'a K,
+    question: &'a HorizonQuestion,
+    called_off: &'a AtomicBool,
+    norm: EnergyNorm,
+    workspace: K::Workspace,
+    trajectory: TrajectoryState,
+    tangents: Tangents,
+    counters: Counters,
+    /// Logarithmic growth of the tangent in every cycle.
+    growth: Vec<f64>,
+    /// Mean deflection \[m\], force and contact force \[N\] of every cycle.
+    means: Vec<[f64; 3]>,
+}
+
+impl<'a, K: Kernel> Record<'a, K> {
+    fn new(
+        model: &'a Model,
+        kernel: &'a K,
+        start: &TrajectoryState,
+        question: &'a HorizonQuestion,
+        called_off: &'a AtomicBool,
+    ) -> Self {
+        let norm = EnergyNorm::new(model);
+        let mut tangents = Tangents::zeros(model.modes(), 1);
+        let mut stream = Stream::new(question.seed, question.point_id, FIRST_STREAM);
+        random_direction(&norm, &mut stream, tangents.vector_mut(0));
+        Self {
+            model,
+            kernel,
+            question,
+            called_off,
+            norm,
+            workspace: kernel.workspace(),
+            trajectory: start.clone(),
+            tangents,
+            counters: Counters::default(),
+            growth: Vec::new(),
+            means: Vec::new(),
+        }
+    }
+
+    fn restart(&mut self) {
+        self.growth.clear();
+        self.means.clear();
+    }
+
+    /// One cycle of the trajectory and its tangent.
+    fn cycle(&mut self) -> Result<(), HorizonError> {
+        self.look_up()?;
+        let mut means = CycleMeans([0.0; 3]);
+        self.kernel.march(
+            &mut self.trajectory,
+            &mut self.tangents,
+            &mut self.workspace,
+            &mut means,
+            &mut self.counters,
+        )?;
+        self.means
+            .push(means.0.map(|sum| sum / self.model.period()));
+        let tangent = self.tangents.vector_mut(0);
+        self.norm.project(tangent);
+        let length = self.norm.length(tangent);
+        tangent.iter_mut().for_each(|x| *x /= length);
+        self.growth.push(length.ln());
+        Ok(())
+    }
+
+    fn look_up(&self) -> Result<(), CalledOff> {
+        if self.called_off.load(Ordering::Relaxed) {
+            Err(CalledOff)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// A twin at the trajectory's present place.
+    fn twin(&self, id: u32) -> TrajectoryState {
+        let stream = FIRST_STREAM + 1 + u64::from(id);
+        let mut stream = Stream::new(self.question.seed, self.question.point_id, stream);
+        let mut direction = vec![0.0; self.trajectory.state.len()];
+        random_direction(&self.norm, &mut stream, &mut direction);
+        let scale = self.question.separation * self.norm.unit() / self.norm.length(&direction);
+        let state = (self.trajectory.state.iter().zip(&direction))
+            .map(|(x, d)| x + scale * d)
+            .collect();
+        TrajectoryState::new(self.model, state, self.trajectory.cycle)
+    }
+
+    fn march_twin(&mut self, twin: &mut TrajectoryState) -> Result<(), Stop> {
+        self.kernel.march(
+            twin,
+            &mut Tangents::none(),
+            &mut self.workspace,
+            &mut (),
+            &mut self.counters,
+        )
+    }
+
+    /// Distance in half gaps; trajectories that merged to the last bit are round-off apart.
+    fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
+        (self.norm.distance(a, b) / self.norm.unit()).max(f64::EPSILON)
+    }
+
+    /// Mean logarithmic distance of states at least `apart` cycles apart, as a distance.
+    fn saturation(&self, states: &[(u64, Vec<f64>)], apart: u64) -> f64 {
+        let mut logarithms = Vec::new();
+        for (i, (late, a)) in states.iter().enumerate() {
+            let unrelated = states[..i]
+                .iter()
+                .filter(|(early, _)| late - early >= apart);
+            logarithms.extend(unrelated.map(|(_, b)| self.distance(a, b).ln()));
+        }
+        mean_logarithms(&logarithms)
+    }
+
+    /// One of the means of every cycle.
+    fn means_of(&self, index: usize) -> Vec<f64> {
+        self.means.iter().map(|means| means[index]).collect()
+    }
+}
+
+/// Time integrals of deflection, force and contact force over a cycle: `∫ P_n = 0` for n > 0.
+struct CycleMeans([f64; 3]);
+
+impl Observer for CycleMeans {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let first = |series: &[f64]| series.first().copied().unwrap_or(0.0);
+        self.0[0] += window.duration * first(window.deflection);
+        self.0[1] += window.duration * first(window.force);
+        self.0[2] += window.duration * window.contact.sign() * first(window.force);
+    }
+
+    fn event(&mut self, _: &Event) {}
+}

@@ -1,0 +1,165 @@
+//! How hard do flanks meet, and how long do they touch and fly?
+
+use super::sums::Sums;
+use crate::model::Contact;
+use crate::numerics::statistics::quantile;
+use crate::propagate::Event;
+
+/// Most values kept of a kind; an even number.
+const MOST_VALUES: usize = 1 << 16;
+
+/// A sample in time: every value up to [`MOST_VALUES`] of them, then every second, every
+/// fourth …, evenly over the whole record.
+#[derive(Debug, Clone)]
+struct Sample {
+    values: Vec<f64>,
+    stride: u64,
+    skipped: u64,
+}
+
+impl Sample {
+    fn new() -> Self {
+        Self {
+            values: Vec::new(),
+            stride: 1,
+            skipped: 0,
+        }
+    }
+
+    fn restart(&mut self) {
+        *self = Self::new();
+    }
+
+    fn push(&mut self, value: f64) {
+        if self.skipped > 0 {
+            self.skipped -= 1;
+            return;
+        }
+        if self.values.len() == MOST_VALUES {
+            let mut even = false;
+            self.values.retain(|_| {
+                even = !even;
+                even
+            });
+            self.stride *= 2;
+        }
+        self.values.push(value);
+        self.skipped = self.stride - 1;
+    }
+}
+
+/// An instant: mesh cycle and time within it \[s\].
+type Instant = (u64, f64);
+
+/// Changes of contact while statistics are taken.
+#[derive(Debug, Clone)]
+pub(super) struct Contacts {
+    period: f64,
+    first: Option<Instant>,
+    last: Option<(Instant, Contact)>,
+    speeds: Sample,
+    flights: Sample,
+    touches: Sample,
+    fastest: f64,
+}
+
+impl Contacts {
+    pub(super) fn new(period: f64) -> Self {
+        Self {
+            period,
+            first: None,
+            last: None,
+            speeds: Sample::new(),
+            flights: Sample::new(),
+            touches: Sample::new(),
+            fastest: 0.0,
+        }
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.first = None;
+        self.last = None;
+        self.speeds.restart();
+        self.flights.restart();
+        self.touches.restart();
+        self.fastest = 0.0;
+    }
+
+    /// A change of contact; `sums` are those of the present stretch.
+    pub(super) fn event(&mut self, event: &Event, sums: &mut Sums) {
+        let now = (event.cycle, event.time);
+        if let Some((then, state)) = self.last {
+            self.stay(state, self.between(then, now), sums);
+        }
+        self.first.get_or_insert(now);
+        self.last = Some((now, event.to));
+        if event.to.touching() {
+            let speed = event.rate.abs();
+            sums.impacts[usize::from(event.to == Contact::Coast)] += 1.0;
+            sums.impact_speed += speed;
+            self.fastest = self.fastest.max(speed);
+            self.speeds.push(speed);
+        }
+    }
+
+    fn stay(&mut self, state: Contact, duration: f64, sums: &mut Sums) {
+        let (sum, sample) = if state.touching() {
+            (&mut sums.touches, &mut self.touches)
+        } else {
+            (&mut sums.flights, &mut self.flights)
+        };
+        sum[0] += 1.0;
+        sum[1] += duration;
+        sample.push(duration);
+    }
+
+    fn between(&self, then: Instant, now: Instant) -> f64 {
+        (now.0 - then.0) as f64 * self.period + (now.1 - then.1)
+    }
+
+    /// Of a motion that repeats, what is left of the last stay goes on where the first one
+    /// was met: the two make one, from cycle `begin` to the start of cycle `end`.
+    pub(super) fn close_circle(&mut self, begin: u64, end: u64, sums: &mut Sums) {
+        if let (Some(first), Some((last, state))) = (self.first, self.last) {
+            let duration = self.between((begin, 0.0), first) + self.between(last, (end, 0.0));
+            self.stay(state, duration, sums);
+        }
+    }
+
+    /// Largest speed of an impact \[m/s\]; `None` without impacts.
+    pub(super) fn fastest(&self) -> Option<f64> {
+        (!self.speeds.values.is_empty()).then_some(self.fastest)
+    }
+
+    /// A quantile of the impact speeds \[m/s\] and its standard error.
+    pub(super) fn speed(&self, share: f64) -> Option<(f64, f64)> {
+        quantile(&self.speeds.values, share)
+    }
+
+    /// Medians of flights and touches \[s\], each with its standard error.
+    pub(super) fn medians(&self) -> [Option<(f64, f64)>; 2] {
+        [&self.flights, &self.touches].map(|sample| quantile(&sample.values, 0.5))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_sample_is_thinned_evenly() {
+        let mut sample = Sample::new();
+        let count = 5 * MOST_VALUES / 2;
+        for i in 0..count {
+            sample.push(i as f64);
+        }
+        assert_eq!(sample.stride, 4);
+        assert!(sample.values.len() > MOST_VALUES / 2);
+        let even = sample.values.iter().enumerate();
+        assert!(
+            even.clone()
+                .all(|(place, value)| *value == 4.0 * place as f64)
+        );
+        assert!(count - 4 * sample.values.len() < 4);
+    }
+}

@@ -1,0 +1,85 @@
+//! Values of a window's series at the nodes of a Gauss rule, and its extremes from there.
+
+use crate::analysis::modal_series::TERMS;
+use crate::numerics::legendre::{derivative, evaluate, polynomials};
+use crate::numerics::quadrature::GaussLegendre;
+
+/// Nodes of the rule for third and fourth powers: exact to degree 63 ≥ 4·15.
+pub(super) const NODES: usize = 32;
+
+/// Legendre polynomials at the nodes, and the weights, which add up to 1.
+#[derive(Debug, Clone)]
+pub(super) struct Rule {
+    polynomials: Box<[[f64; NODES]; TERMS]>,
+    pub(super) weights: Box<[f64; NODES]>,
+}
+
+impl Rule {
+    pub(super) fn new() -> Self {
+        let gauss = GaussLegendre::new(NODES);
+        let mut table = Box::new([[0.0; NODES]; TERMS]);
+        let mut weights = Box::new([0.0; NODES]);
+        let mut at_node = [0.0; TERMS];
+        for j in 0..NODES {
+            polynomials(gauss.nodes[j], &mut at_node);
+            for (row, value) in table.iter_mut().zip(at_node) {
+                row[j] = value;
+            }
+            weights[j] = 0.5 * gauss.weights[j];
+        }
+        Self {
+            polynomials: table,
+            weights,
+        }
+    }
+
+    /// Node j, in (−1, 1).
+    pub(super) fn place(&self, j: usize) -> f64 {
+        self.polynomials[1][j]
+    }
+
+    /// Values of a series at the nodes: the nodes are the lanes.
+    pub(super) fn values(&self, series: &[f64; TERMS]) -> [f64; NODES] {
+        let mut values = [0.0; NODES];
+        for (a, row) in series.iter().zip(self.polynomials.iter()) {
+            for (value, p) in values.iter_mut().zip(row) {
+                *value += a * p;
+            }
+        }
+        values
+    }
+
+    /// Largest value of a series, from its `values` at the nodes.
+    pub(super) fn maximum(&self, series: &[f64; TERMS], values: &[f64; NODES]) -> f64 {
+        let mut best = 0;
+        for j in 1..NODES {
+            if values[j] > values[best] {
+                best = j;
+            }
+        }
+        maximum(series, self.place(best))
+    }
+
+    /// Smallest value of a series, from its `values` at the nodes.
+    pub(super) fn minimum(&self, series: &[f64; TERMS], values: &[f64; NODES]) -> f64 {
+        -self.maximum(&series.map(|a| -a), &values.map(|v| -v))
+    }
+}
+
+/// Largest of a series' values at its ends and at the stationary point next to x.
+fn maximum(series: &[f64; TERMS], mut x: f64) -> f64 {
+    let slope = derivative(series);
+    let curvature = derivative(&slope);
+    let mut best = evaluate(series, x)
+        .max(evaluate(series, -1.0))
+        .max(evaluate(series, 1.0));
+    for _ in 0..4 {
+        let c = evaluate(&curvature, x);
+        if c >= 0.0 {
+            break;
+        }
+        x = (x - evaluate(&slope, x) / c).clamp(-1.0, 1.0);
+        best = best.max(evaluate(series, x));
+    }
+    best
+}

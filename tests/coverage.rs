@@ -1,0 +1,132 @@
+//! Do 95 % intervals hold the truth 95 times of a hundred? A small chaotic drive from a
+//! hundred initial states, against a run a hundred times as long.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use atlas::analysis::{
+    GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, investigate,
+};
+use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::numerics::random::Stream;
+use common::march::volterra;
+use std::sync::atomic::AtomicBool;
+
+const SEEDS: u64 = 100;
+const CYCLES: u64 = 1280;
+/// Cycles of the run that stands for the truth, in four parts from four initial states.
+const LONG: u64 = 4 * 64_000;
+
+/// What is known of a run: value and standard error of λ and of the RMS.
+type Known = [(f64, f64); 2];
+
+fn ask(model: &Model, seed: u64, cycles: u64, stop_at_stderr: Option<f64>) -> PointOutcome {
+    let questions = Questions {
+        seed,
+        point_id: 0,
+        transient: 300,
+        cycles,
+        settle: false,
+        audit_cycles: 0,
+        lyapunov: Some(LyapunovQuestion {
+            exponents: 1,
+            stop_at_stderr,
+            align: 50,
+            twin: false,
+            norm: GrowthNorm::Energy,
+        }),
+        poincare_samples: 0,
+        section: Section::default(),
+        nvh: Some(NvhQuestion {
+            harmonics: 0,
+            spectrum: false,
+            bearings: false,
+        }),
+    };
+    // A start of its own, some half gaps away from the equilibrium.
+    let mut stream = Stream::new(seed, 1, 2);
+    let mut start = model.start(&InitialState::Static);
+    for x in &mut start.state {
+        *x *= 1.0 + 0.1 * stream.normal();
+    }
+    let start = TrajectoryState::new(model, start.state, 0);
+    investigate(
+        model,
+        &volterra(model),
+        start,
+        &questions,
+        &AtomicBool::new(false),
+    )
+    .unwrap()
+}
+
+fn known(outcome: &PointOutcome) -> Known {
+    let lyapunov = outcome.lyapunov.as_ref().unwrap();
+    let nvh = outcome.nvh.as_ref().unwrap();
+    let stderr = nvh.stderr.as_ref().unwrap();
+    [
+        (lyapunov.exponents[0], lyapunov.stderr),
+        (nvh.dte_rms, stderr.dte_rms),
+    ]
+}
+
+/// Answers for some seeds, over the two cores that every machine has.
+fn answers<T: Send>(seeds: std::ops::Range<u64>, answer: impl Fn(u64) -> T + Sync) -> Vec<T> {
+    let middle = seeds.start + (seeds.end - seeds.start) / 2;
+    let (early, late) = (seeds.start..middle, middle..seeds.end);
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| late.map(&answer).collect::<Vec<T>>());
+        let mut all: Vec<T> = early.map(&answer).collect();
+        all.extend(other.join().unwrap());
+        all
+    })
+}
+
+fn chaotic() -> Model {
+    common::model(&common::one_degree())
+}
+
+/// Long-run values of λ and of the RMS.
+fn truth(model: &Model) -> [f64; 2] {
+    let parts = answers(1000..1004, |seed| known(&ask(model, seed, LONG / 4, None)));
+    // Equal parts; the RMS of each is about its own mean, which they share.
+    [
+        parts.iter().map(|p| p[0].0).sum::<f64>() / 4.0,
+        (parts.iter().map(|p| p[1].0.powi(2)).sum::<f64>() / 4.0).sqrt(),
+    ]
+}
+
+/// Of a hundred, how many intervals hold the truth; and the mean bar over the deviation.
+fn coverage(found: &[Known], truth: [f64; 2]) -> [(usize, f64); 2] {
+    [0, 1].map(|i| {
+        let count = found.len() as f64;
+        let square: f64 = found.iter().map(|k| (k[i].0 - truth[i]).powi(2)).sum();
+        let bar = found.iter().map(|k| k[i].1).sum::<f64>() / count;
+        let held = |k: &&Known| (k[i].0 - truth[i]).abs() < 1.96 * k[i].1;
+        let hits = found.iter().filter(held).count();
+        (hits, bar / (square / count).sqrt())
+    })
+}
+
+#[test]
+fn intervals_of_a_chaotic_motion_hold_the_long_run_value() {
+    let model = chaotic();
+    let truth = truth(&model);
+    let fixed = answers(0..SEEDS, |seed| known(&ask(&model, seed, CYCLES, None)));
+    let fixed = coverage(&fixed, truth);
+    // Stopped where the error bar is short enough, which it was asked to be by chance.
+    let target = 0.015;
+    let stopped = answers(200..200 + SEEDS, |seed| {
+        let found = ask(&model, seed, 8 * CYCLES, Some(target));
+        (known(&found), found.measured_cycles)
+    });
+    let cycles = stopped.iter().map(|s| s.1).sum::<u64>() / SEEDS;
+    println!("stopped after {cycles} cycles on average");
+    let stopped: Vec<Known> = stopped.into_iter().map(|s| s.0).collect();
+    let stopped = coverage(&stopped, truth);
+    println!("hits and bar over deviation of λ, RMS: {fixed:.2?}, stopped {stopped:.2?}");
+    for (hits, _) in fixed.into_iter().chain(stopped) {
+        assert!((90..=99).contains(&hits), "{hits} of {SEEDS}");
+    }
+}
