@@ -3,7 +3,7 @@
 //! Every integral is taken from the windows' polynomials, none from samples:
 //!
 //! ```text
-//! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule exact for degree 63
+//! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule exact for degree 95
 //! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel series of the exponential)
 //! ```
 //!
@@ -18,8 +18,8 @@ use crate::numerics::legendre::{derivative, evaluate, polynomials, variation};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{Event, Observer, Window};
 
-/// Nodes of the rule for third and fourth powers: exact to degree 63 ≥ 4·15.
-const NODES: usize = 32;
+/// Nodes of the rule for third and fourth powers: exact to degree 95 ≥ 4·23.
+const NODES: usize = 48;
 
 /// Accumulates statistics while a trajectory is marched.
 #[derive(Debug, Clone)]
@@ -180,7 +180,7 @@ impl Nvh {
 }
 
 /// Half turn \[rad\] of the highest harmonic over a window up to which the Gauss rule, exact
-/// to degree 63, integrates it with 15th-degree deflections to round-off.
+/// to degree 95, integrates it with 23rd-degree deflections to round-off.
 const WIDEST_TURN: f64 = 8.0;
 
 /// Adds a window's harmonics from its series and the integrals of the terms.
@@ -224,7 +224,7 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
     }
 }
 
-/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 16; windows longer than the exponential series
+/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 24; windows longer than the exponential series
 /// allows are integrated by halves of the Gauss rule's reach.
 fn window_integrals(omega: f64, tau: f64, out: &mut [Complex; TERMS]) {
     use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;

@@ -30,11 +30,12 @@
 //! vectors); the block index is the lane in D, E and the partial windows (chunks of 8).
 //! At N = 40 the tables are 40 KB + 2 KB a distinct stiffness and stay in the inner caches.
 
+mod feedback;
 mod lanes;
+mod length;
 mod march;
 mod partial;
 mod tables;
-mod window;
 
 pub use lanes::InstructionSet;
 
@@ -42,7 +43,7 @@ use crate::model::Model;
 use tables::Tables;
 
 /// Terms of every series on a window.
-pub const TERMS: usize = 16;
+pub const TERMS: usize = 24;
 
 /// The structured kernel for one model.
 #[derive(Debug)]
@@ -82,13 +83,13 @@ impl<'m> Volterra<'m> {
     /// Upper bound of the rates \[rad/s\] of a model in any contact state, excitation
     /// included; windows are chosen by it.
     pub fn fastest_rate(model: &Model) -> f64 {
-        tables::fastest_rate(model)
+        length::fastest_rate(model)
     }
 
     /// Windows a mesh cycle that the kernel would need for a model: a stiff mesh, a strong
     /// damper or a slow speed can ask for more than anyone wants to wait for.
     pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
-        tables::windows_needed(model, tolerance)
+        length::windows_needed(model, tolerance)
     }
 
     /// Windows a mesh cycle without events.
