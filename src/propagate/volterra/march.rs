@@ -146,9 +146,15 @@ impl Volterra<'_> {
         );
         counters.windows += 1;
         let solution = &workspace.solution;
-        let size = solution.deflection[0].abs() + solution.variation;
-        if size.is_nan() || size > FARTHEST * self.model.half_gap {
-            return Err(Stop::Diverged { cycle: clock.cycle });
+        let farthest = FARTHEST * self.model.half_gap;
+        let bound = solution.deflection[0].abs() + solution.variation;
+        // The series may run far beyond an event that ends the window long before; where the
+        // window starts is where the trajectory is.
+        if bound.is_nan() || bound > farthest {
+            let start = legendre::at_start(&solution.deflection).abs();
+            if !bound.is_finite() || start > farthest {
+                return Err(Stop::Diverged { cycle: clock.cycle });
+            }
         }
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
         let crossed = clock.crossed.take();
