@@ -69,7 +69,7 @@ impl<'m> Volterra<'m> {
     ///
     /// * `tolerance`: relative size of the first Legendre coefficient left out of a window,
     ///   for the fastest motion the model has; 2⁻⁵² for round-off. It sets the window length,
-    ///   which the exponential series bound: above some 3·10⁻¹³ windows grow no longer.
+    ///   which the exponential series bound: above some 5·10⁻¹⁴ windows grow no longer.
     /// * `event_limit`: most events in a mesh cycle before marching stops.
     pub fn new(model: &'m Model, tolerance: f64, event_limit: u32) -> Self {
         Self::with_instructions(model, tolerance, event_limit, InstructionSet::best())
