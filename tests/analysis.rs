@@ -65,7 +65,7 @@ fn value(series: &[f64], x: f64) -> f64 {
 }
 
 /// Samples a window is read at, even: Simpson's rule converges with the fourth power.
-const SAMPLES: usize = 1000;
+const SAMPLES: usize = 3000;
 
 /// One sample with its weight in Simpson's rule.
 struct Sample {

@@ -342,7 +342,7 @@ fn event_on_an_edge() {
         assert_eq!(model.cycle.segments.len(), divisions as usize);
         let t = model.period();
         let cells = volterra(&model).windows_per_cycle();
-        for cell in [1, cells / 2, cells] {
+        for cell in [1, cells.div_ceil(2), cells] {
             for shift in -3..=3 {
                 let edge = t * cell as f64 / cells as f64;
                 let edge = edge * (1.0 + f64::from(shift) * f64::EPSILON);

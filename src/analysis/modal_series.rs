@@ -11,13 +11,13 @@
 //! its state on, so that the two check each other.
 
 use crate::model::{Block, Model};
-use crate::numerics::convolution::convolution16;
+use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series};
 use crate::propagate::Window;
 use std::borrow::Cow;
 
 /// Terms of a window's series; kernels carry no more.
-pub const TERMS: usize = 16;
+pub const TERMS: usize = 24;
 
 /// Terms of the exponentials.
 const KERNEL_TERMS: usize = 32;
@@ -84,7 +84,7 @@ impl<'m> ModalMotion<'m> {
         };
         let respond = |series: &[f64]| {
             let mut out = [[0.0; TERMS]; KERNEL_TERMS];
-            convolution16().responses(series, tau, &mut out);
+            convolution24().responses(series, tau, &mut out);
             out
         };
         ModalSeries {

@@ -11,7 +11,7 @@
 use super::modal_series::padded;
 use super::outcome::{PoincareSample, SampleKind};
 use crate::model::{Contact, Model, TrajectoryState};
-use crate::numerics::legendre::{at_end, derivative, evaluate, transforms16};
+use crate::numerics::legendre::{at_end, derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
 
@@ -39,9 +39,9 @@ impl Default for Section {
 /// A joint of windows is known to a few units in the last place of the mesh period.
 const JOINT: f64 = 8.0 * f64::EPSILON;
 
-/// Round-off of the derivative of a 16-term series, in units of the sum of its terms'
+/// Round-off of the derivative of a 24-term series, in units of the sum of its terms'
 /// sizes: differentiation weighs the last term with about a hundred.
-const SLOPE_NOISE: f64 = 512.0 * f64::EPSILON;
+const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 
 /// Samples that room is made for before any has come.
 const ROOM: usize = 4096;
@@ -158,7 +158,7 @@ impl Poincare {
         let noise = SLOPE_NOISE * (size + self.half_gap);
         let mut rising = self.rising;
         sign_changes(
-            transforms16(),
+            transforms24(),
             &derivative(&series),
             noise,
             &mut rising,

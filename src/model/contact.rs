@@ -56,6 +56,15 @@ impl Contact {
         }
     }
 
+    /// Distance \[m\] by which a deflection lies inside this state; negative outside.
+    pub fn clearance(self, deflection: f64, half_gap: f64) -> f64 {
+        match self {
+            Self::Drive => deflection - half_gap,
+            Self::Free => half_gap - deflection.abs(),
+            Self::Coast => -deflection - half_gap,
+        }
+    }
+
     /// The state on the other side of a surface.
     pub fn across(self, surface: Surface) -> Self {
         match (self, surface) {

@@ -49,8 +49,7 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
             }
             for k in 0..K {
                 for m in 0..P {
-                    // Outside these orders the exact coefficient is zero.
-                    for n in k.abs_diff(m).saturating_sub(1)..P.min(k + m + 2) {
+                    for n in Self::orders(k, m) {
                         table[k][m][n] += projections[n] * values[k][m];
                     }
                 }
@@ -59,15 +58,34 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
         Self { table }
     }
 
+    /// Output terms that kernel term k makes of input term m; all others are zero.
+    fn orders(k: usize, m: usize) -> std::ops::Range<usize> {
+        let last = P.min(k + m + 2);
+        k.abs_diff(m).saturating_sub(1).min(last)..last
+    }
+
     /// Columns of the Volterra operator with kernel `Σ kernel[k] P_k` on a window of length
     /// Δ: `out[m][n]` is output coefficient n of input term m.
     pub fn operator(&self, kernel: &[f64; K], delta: f64) -> [[f64; P]; P] {
         let mut out = [[0.0; P]; P];
-        for (h, plane) in kernel.iter().zip(&self.table) {
-            for (column, source) in out.iter_mut().zip(plane) {
-                for (o, c) in column.iter_mut().zip(source) {
-                    *o += h * delta * c;
+        for (k, (h, plane)) in kernel.iter().zip(&self.table).enumerate() {
+            let scale = h * delta;
+            for (m, (column, source)) in out.iter_mut().zip(plane).enumerate() {
+                let orders = Self::orders(k, m);
+                for (o, c) in column[orders.clone()].iter_mut().zip(&source[orders]) {
+                    *o += scale * c;
                 }
+            }
+        }
+        out
+    }
+
+    /// Output coefficients of the constant input 1: the first column of the operator.
+    pub fn step(&self, kernel: &[f64; K], delta: f64) -> [f64; P] {
+        let mut out = [0.0; P];
+        for (h, plane) in kernel.iter().zip(&self.table) {
+            for (o, c) in out.iter_mut().zip(&plane[0]) {
+                *o += h * delta * c;
             }
         }
         out
@@ -87,9 +105,9 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
     }
 }
 
-/// The convolution of 16-term inputs with 32-term kernels.
-pub fn convolution16() -> &'static Convolution<32, 16> {
-    static TABLE: OnceLock<Convolution<32, 16>> = OnceLock::new();
+/// The convolution of 24-term inputs with 32-term kernels.
+pub fn convolution24() -> &'static Convolution<32, 24> {
+    static TABLE: OnceLock<Convolution<32, 24>> = OnceLock::new();
     TABLE.get_or_init(Convolution::new)
 }
 
@@ -103,7 +121,7 @@ mod tests {
         // Kernel 1, input P_0 + P_1 on a window of length 3: ∫₀ᵗ (1 + ξ) ds = t + t²/3 − t.
         let mut kernel = [0.0; 32];
         kernel[0] = 1.0;
-        let columns = convolution16().operator(&kernel, 3.0);
+        let columns = convolution24().operator(&kernel, 3.0);
         for t in [0.0, 0.7, 2.0, 3.0] {
             let x = 2.0 * t / 3.0 - 1.0;
             let sum = evaluate(&columns[0], x) + evaluate(&columns[1], x);
@@ -125,15 +143,15 @@ mod tests {
                 }
             }
         };
-        let (mut kernel, mut input) = ([0.0; 32], [0.0; 16]);
+        let (mut kernel, mut input) = ([0.0; 32], [0.0; 24]);
         series(f64::sin, &mut kernel);
         series(f64::cos, &mut input);
-        let mut parts = [[f64::NAN; 16]; 32];
-        convolution16().responses(&input, 2.0, &mut parts);
-        let columns = convolution16().operator(&kernel, 2.0);
+        let mut parts = [[f64::NAN; 24]; 32];
+        convolution24().responses(&input, 2.0, &mut parts);
+        let columns = convolution24().operator(&kernel, 2.0);
         for t in [0.1, 0.9, 1.7, 2.0] {
             let exact = 0.5 * t * f64::sin(t);
-            let by_operator: f64 = (0..16)
+            let by_operator: f64 = (0..24)
                 .map(|m| input[m] * evaluate(&columns[m], t - 1.0))
                 .sum();
             let by_parts: f64 = (0..32)

@@ -18,7 +18,7 @@
 pub const RIGID_PHASE: f64 = 1e-9;
 
 /// Largest |λ| τ/2 for which the series below are converged to round-off.
-pub const LARGEST_HALF_ARGUMENT: f64 = 2.0;
+pub const LARGEST_HALF_ARGUMENT: f64 = 5.0;
 
 /// A complex number as (re, im).
 pub type Complex = (f64, f64);
@@ -63,13 +63,19 @@ pub fn legendre_series(lambda: Complex, tau: f64, out: &mut [Complex]) -> Comple
     (full * cos, full * sin)
 }
 
-/// Terms of the power series of `c_n`: enough for |z|²/2 ≤ 2 from n = 1 on.
-const BESSEL_TERMS: usize = 14;
+/// Terms of the power series of `c_n` that are enough for |z| ≤ 5: fewer the higher n.
+fn bessel_terms(n: usize) -> usize {
+    match n {
+        0..=11 => 20,
+        12..=22 => 14,
+        _ => 12,
+    }
+}
 
 /// `c_n = Σ (z²/2)^k / (k! (2n+3)(2n+5)…(2n+2k+1))` (A&S 10.2.5), given z².
 fn scaled_bessel(n: usize, square: Complex) -> Complex {
     let mut sum = (1.0, 0.0);
-    for k in (1..=BESSEL_TERMS).rev() {
+    for k in (1..=bessel_terms(n)).rev() {
         let factor = 0.5 / (k * (2 * n + 2 * k + 1)) as f64;
         let product = multiply(square, sum);
         sum = (1.0 + factor * product.0, factor * product.1);
@@ -83,7 +89,7 @@ mod tests {
     use super::*;
 
     fn check(lambda: Complex, tau: f64) {
-        let mut out = [(f64::NAN, f64::NAN); 24];
+        let mut out = [(f64::NAN, f64::NAN); 32];
         let end = legendre_series(lambda, tau, &mut out);
         let re: Vec<f64> = out.iter().map(|c| c.0).collect();
         let im: Vec<f64> = out.iter().map(|c| c.1).collect();
@@ -106,6 +112,8 @@ mod tests {
             (-0.3, 3.9),
             (-4.0, 0.1),
             (-0.01, 1.0),
+            (-0.1, 9.9),
+            (-9.9, 0.5),
             (0.0, 0.0),
         ] {
             check((re, im), 1.0);

@@ -18,6 +18,48 @@ pub fn evaluate(series: &[f64], x: f64) -> f64 {
     b1
 }
 
+/// Factors of Clenshaw's recurrence, `(2n+1)/(n+1)` and `(n+1)/(n+2)`: divisions would take
+/// longer than all the rest.
+const fn clenshaw<const P: usize>() -> [[f64; 2]; P] {
+    let mut factors = [[0.0; 2]; P];
+    let mut n = 0;
+    while n < P {
+        let k = n as f64;
+        factors[n] = [(2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0)];
+        n += 1;
+    }
+    factors
+}
+
+/// `a b + c`, fused where the processor is known to do so.
+#[inline(always)]
+fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Value of the series at x with its first two derivatives by x.
+#[inline(always)]
+pub fn evaluate_with_derivatives<const P: usize, const FUSED: bool>(
+    series: &[f64; P],
+    x: f64,
+) -> [f64; 3] {
+    let factors = const { clenshaw::<P>() };
+    let (mut b, mut b_next) = ([0.0; 3], [0.0; 3]);
+    for n in (0..P).rev() {
+        let [up, down] = factors[n];
+        let step = up * x;
+        // What is known early is added first: the chain of waiting stays short.
+        let new = [
+            multiply_add::<FUSED>(step, b[0], series[n] - down * b_next[0]),
+            multiply_add::<FUSED>(step, b[1], up * b[0] - down * b_next[1]),
+            multiply_add::<FUSED>(step, b[2], 2.0 * up * b[1] - down * b_next[2]),
+        ];
+        b_next = b;
+        b = new;
+    }
+    b
+}
+
 /// Writes `P_0(x) … P_{n−1}(x)` to `out`.
 pub fn polynomials(x: f64, out: &mut [f64]) {
     for n in 0..out.len() {
@@ -33,6 +75,7 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
 }
 
 /// Coefficients of the derivative by x: `d[n] = (2n+1) Σ a[j]` over j = n+1, n+3, ….
+#[inline(always)]
 pub fn derivative<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let mut out = [0.0; P];
     let (mut even, mut odd) = (0.0, 0.0);
@@ -45,40 +88,83 @@ pub fn derivative<const P: usize>(series: &[f64; P]) -> [f64; P] {
 }
 
 /// Value at x = −1.
+#[inline(always)]
 pub fn at_start(series: &[f64]) -> f64 {
-    let sign = |n: usize| if n.is_multiple_of(2) { 1.0 } else { -1.0 };
-    series.iter().enumerate().map(|(n, a)| sign(n) * a).sum()
+    let [even, odd] = parts(series);
+    even - odd
 }
 
 /// Value at x = +1.
+#[inline(always)]
 pub fn at_end(series: &[f64]) -> f64 {
-    series.iter().sum()
+    let [even, odd] = parts(series);
+    even + odd
+}
+
+/// Sums of the even and of the odd coefficients, each in two: one sum would wait for every
+/// addition.
+#[inline(always)]
+fn parts(series: &[f64]) -> [f64; 2] {
+    let mut sums = [0.0; 4];
+    for group in series.chunks(4) {
+        for (sum, a) in sums.iter_mut().zip(group) {
+            *sum += a;
+        }
+    }
+    [sums[0] + sums[2], sums[1] + sums[3]]
 }
 
 /// `Σ_{n≥1} |a[n]|`: the most by which the series can leave `a[0]`.
+#[inline(always)]
 pub fn variation(series: &[f64]) -> f64 {
-    series[1..].iter().map(|a| a.abs()).sum()
+    // Four sums in flight: one would wait for every addition.
+    let mut sums = [0.0; 4];
+    for group in series[1..].chunks(4) {
+        for (sum, a) in sums.iter_mut().zip(group) {
+            *sum += a.abs();
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
 /// The quotient `q` of `series / (1 + x)`, the value at x = −1 being taken as zero.
 ///
 /// Used to remove a root known to lie at a window's start. Backward recurrence of
 /// `(1 + x) q = g` with `x P_n = ((n+1) P_{n+1} + n P_{n−1})/(2n+1)`.
-pub fn divide_out_start<const P: usize>(series: &[f64; P]) -> [f64; P] {
+#[inline(always)]
+pub fn divide_out_start<const P: usize, const FUSED: bool>(series: &[f64; P]) -> [f64; P] {
+    let factors = const { division::<P>() };
     let mut q = [0.0; P];
+    let mut next = 0.0;
     for n in (1..P).rev() {
-        let k = n as f64;
-        let next = if n + 1 < P { q[n + 1] } else { 0.0 };
-        q[n - 1] = (2.0 * k - 1.0) / k * (series[n] - q[n] - (k + 1.0) / (2.0 * k + 3.0) * next);
+        let [of_series, of_next] = factors[n];
+        // What is known early is added first: the chain of waiting stays short.
+        let early = of_series * series[n] - of_next * next;
+        q[n - 1] = multiply_add::<FUSED>(-of_series, q[n], early);
+        next = q[n];
     }
     q
+}
+
+/// Factors of the recurrence: `(2n−1)/n` and the same times `(n+1)/(2n+3)`.
+const fn division<const P: usize>() -> [[f64; 2]; P] {
+    let mut factors = [[0.0; 2]; P];
+    let mut n = 1;
+    while n < P {
+        let k = n as f64;
+        let factor = (2.0 * k - 1.0) / k;
+        factors[n] = [factor, factor * ((k + 1.0) / (2.0 * k + 3.0))];
+        n += 1;
+    }
+    factors
 }
 
 /// Constant transforms of series with P coefficients.
 #[derive(Debug)]
 pub struct Transforms<const P: usize> {
-    /// Gauss nodes with P points.
+    /// Gauss nodes with P points, and their weights.
     nodes: [f64; P],
+    weights: [f64; P],
     /// `to_series[j][n]`: contribution of the value at node j to coefficient n.
     to_series: [[f64; P]; P],
     /// `halves[side][n][m]`: contribution of coefficient n to coefficient m on the left or
@@ -90,7 +176,9 @@ impl<const P: usize> Transforms<P> {
     fn new() -> Self {
         let rule = GaussLegendre::new(P);
         let mut nodes = [0.0; P];
+        let mut weights = [0.0; P];
         nodes.copy_from_slice(&rule.nodes);
+        weights.copy_from_slice(&rule.weights);
         let mut to_series = [[0.0; P]; P];
         for (j, row) in to_series.iter_mut().enumerate() {
             polynomials(nodes[j], row);
@@ -100,6 +188,7 @@ impl<const P: usize> Transforms<P> {
         }
         let mut transforms = Self {
             nodes,
+            weights,
             to_series,
             halves: [Box::new([[0.0; P]; P]), Box::new([[0.0; P]; P])],
         };
@@ -122,10 +211,10 @@ impl<const P: usize> Transforms<P> {
             x[j] = 0.5 * ((hi - lo) * self.nodes[j] + (hi + lo));
         }
         // Clenshaw at all nodes at once: the nodes are the lanes.
+        let factors = const { clenshaw::<P>() };
         let (mut b1, mut b2) = ([0.0; P], [0.0; P]);
         for n in (0..P).rev() {
-            let k = n as f64;
-            let (up, down) = ((2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0));
+            let [up, down] = factors[n];
             for j in 0..P {
                 let b0 = series[n] + up * x[j] * b1[j] - down * b2[j];
                 b2[j] = b1[j];
@@ -151,7 +240,13 @@ impl<const P: usize> Transforms<P> {
         &self.nodes
     }
 
+    /// The weights of these nodes.
+    pub fn weights(&self) -> &[f64; P] {
+        &self.weights
+    }
+
     /// The series on the left (`side = 0`) or right (`side = 1`) half.
+    #[inline(always)]
     pub fn half(&self, series: &[f64; P], side: usize) -> [f64; P] {
         let mut out = [0.0; P];
         for (a, row) in series.iter().zip(self.halves[side].iter()) {
@@ -163,9 +258,9 @@ impl<const P: usize> Transforms<P> {
     }
 }
 
-/// The transforms of 16-term series.
-pub fn transforms16() -> &'static Transforms<16> {
-    static TABLE: OnceLock<Transforms<16>> = OnceLock::new();
+/// The transforms of 24-term series.
+pub fn transforms24() -> &'static Transforms<24> {
+    static TABLE: OnceLock<Transforms<24>> = OnceLock::new();
     TABLE.get_or_init(Transforms::new)
 }
 
@@ -173,7 +268,7 @@ pub fn transforms16() -> &'static Transforms<16> {
 mod tests {
     use super::*;
 
-    fn sample() -> [f64; 16] {
+    fn sample() -> [f64; 24] {
         std::array::from_fn(|n| ((n * n) as f64 * 0.7).sin() / (1.0 + n as f64))
     }
 
@@ -183,6 +278,23 @@ mod tests {
         let d = derivative(&a);
         let difference = (evaluate(&a, x + h) - evaluate(&a, x - h)) / (2.0 * h);
         assert!((evaluate(&d, x) - difference).abs() < 1e-7);
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_series() {
+        let a = sample();
+        let slope = derivative(&a);
+        for x in [-1.0, -0.3, 0.6, 1.0] {
+            let exact = [
+                evaluate(&a, x),
+                evaluate(&slope, x),
+                evaluate(&derivative(&slope), x),
+            ];
+            let found = evaluate_with_derivatives::<_, false>(&a, x);
+            for (found, exact) in found.into_iter().zip(exact) {
+                assert!((found - exact).abs() < 1e-12 * exact.abs().max(1.0));
+            }
+        }
     }
 
     #[test]
@@ -198,7 +310,7 @@ mod tests {
 
     #[test]
     fn restriction_is_the_same_polynomial() {
-        let (a, t) = (sample(), transforms16());
+        let (a, t) = (sample(), transforms24());
         let part = t.restrict(&a, -0.4, 0.9);
         for u in [-1.0, -0.3, 0.5, 1.0] {
             let x = 0.5 * (1.3 * u + 0.5);
@@ -212,7 +324,7 @@ mod tests {
     fn division_removes_a_root_at_the_start() {
         let mut a = sample();
         a[0] -= at_start(&a);
-        let q = divide_out_start(&a);
+        let q = divide_out_start::<_, false>(&a);
         for x in [-0.999, -0.2, 0.7, 1.0] {
             assert!((evaluate(&q, x) * (1.0 + x) - evaluate(&a, x)).abs() < 1e-13);
         }
@@ -223,7 +335,7 @@ mod tests {
     #[test]
     fn polynomials_agree_with_clenshaw() {
         let a = sample();
-        let mut p = [f64::NAN; 16];
+        let mut p = [f64::NAN; 24];
         polynomials(0.37, &mut p);
         let sum: f64 = a.iter().zip(&p).map(|(a, p)| a * p).sum();
         assert!((sum - evaluate(&a, 0.37)).abs() < 1e-14);

@@ -1,13 +1,46 @@
 //! Small dense algebra: inverse, linear solve, eigenvalues, the leading eigenvector.
 
-use faer::linalg::solvers::{DenseSolveCore, PartialPivLu, Solve};
+use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 
 /// Inverse of the matrix given by columns, `columns[j][i] = A_ij`; columns of the inverse.
+/// Gauss–Jordan elimination in place with partial pivoting: for a matrix this small a general
+/// solver's preparations would take longer.
 pub fn invert<const P: usize>(columns: &[[f64; P]; P]) -> [[f64; P]; P] {
-    let matrix = Mat::from_fn(P, P, |i, j| columns[j][i]);
-    let inverse = PartialPivLu::new(matrix.as_ref()).inverse();
-    std::array::from_fn(|j| std::array::from_fn(|i| inverse[(i, j)]))
+    // Columns of A are rows of its transpose, and so are those of the inverse.
+    let mut a = *columns;
+    let mut pivots = [0; P];
+    for k in 0..P {
+        let mut pivot = k;
+        for i in k + 1..P {
+            if a[i][k].abs() > a[pivot][k].abs() {
+                pivot = i;
+            }
+        }
+        pivots[k] = pivot;
+        a.swap(k, pivot);
+        let inverse = 1.0 / a[k][k];
+        a[k][k] = 1.0;
+        for value in &mut a[k] {
+            *value *= inverse;
+        }
+        let row = a[k];
+        for (i, other) in a.iter_mut().enumerate() {
+            if i != k {
+                let factor = other[k];
+                other[k] = 0.0;
+                for (o, r) in other.iter_mut().zip(&row) {
+                    *o -= factor * r;
+                }
+            }
+        }
+    }
+    for k in (0..P).rev() {
+        for row in &mut a {
+            row.swap(k, pivots[k]);
+        }
+    }
+    a
 }
 
 /// Solution of `A x = b` by partial pivoting.
@@ -73,6 +106,19 @@ mod tests {
         let x = solve(a.as_ref(), &[1.0, -2.0, 0.5]);
         let back: f64 = (0..3).map(|k| columns[k][1] * x[k]).sum();
         assert!((back + 2.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn inverse_of_a_permutation_and_of_a_small_first_pivot() {
+        let p = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(
+            invert(&p),
+            [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
+        );
+        let inverse = invert(&[[1e-20, 1.0], [1.0, 1.0]]);
+        for (found, exact) in inverse.as_flattened().iter().zip([-1.0, 1.0, 1.0, -1e-20]) {
+            assert!((found - exact).abs() < 1e-15);
+        }
     }
 
     #[test]

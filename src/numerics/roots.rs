@@ -27,11 +27,12 @@ pub struct Search {
 const DEEPEST: u32 = 50;
 
 /// Finds the earliest x in \[−1, `limit`\] at which `margin` passes from non-negative to
-/// negative. Values within `noise` of zero are round-off.
+/// negative, with fused multiply-adds where asked for. Values within `noise` of zero are round-off.
 ///
 /// A margin that is negative at the very start (beyond `noise`, or within it and falling)
 /// exits at x = −1.
-pub fn earliest_exit<const P: usize>(
+#[inline(always)]
+pub fn earliest_exit<const P: usize, const FUSED: bool>(
     transforms: &Transforms<P>,
     margin: &[f64; P],
     limit: f64,
@@ -52,38 +53,124 @@ pub fn earliest_exit<const P: usize>(
         search.exit = Some(-1.0);
         return search;
     }
-    let mut pending = Stack::new();
-    pending.push(*margin, -1.0, 1.0, 0);
-    while let Some((series, lo, hi, depth)) = pending.pop() {
-        if lo >= limit {
-            break;
-        }
-        let variation = legendre::variation(&series);
-        if series[0] > variation + noise {
-            continue;
-        }
-        let slope = legendre::derivative(&series);
-        if slope[0].abs() > legendre::variation(&slope) {
-            if slope[0] < 0.0 && legendre::at_end(&series) < 0.0 {
-                let x = bracketed_root(&series, &slope, &mut search.newton_steps);
-                let root = lo + 0.5 * (hi - lo) * (x + 1.0);
-                if root <= limit {
-                    search.exit = Some(root);
+    match examine::<P, FUSED>(margin, noise, 0, &mut search) {
+        Verdict::Clear => {}
+        Verdict::Exit(x) => search.exit = Some(x),
+        Verdict::Undecided => {
+            let whole = Interval {
+                start: -1.0,
+                length: 2.0,
+                depth: 0,
+            };
+            search.bisections += 1;
+            for side in 0..2 {
+                let part = whole.half(side);
+                let series = transforms.half(margin, side);
+                search.exit = match examine::<P, FUSED>(&series, noise, 1, &mut search) {
+                    Verdict::Clear => None,
+                    Verdict::Exit(x) => Some(part.place(x)),
+                    Verdict::Undecided => {
+                        halve(transforms, &series, part, limit, noise, &mut search)
+                    }
+                };
+                if search.exit.is_some() {
+                    break;
                 }
-                return search;
             }
-            continue;
         }
-        if series[0].abs() + variation <= noise || depth == DEEPEST {
-            search.grazings += 1;
-            continue;
-        }
-        search.bisections += 1;
-        let middle = 0.5 * (lo + hi);
-        pending.push(transforms.half(&series, 1), middle, hi, depth + 1);
-        pending.push(transforms.half(&series, 0), lo, middle, depth + 1);
     }
+    search.exit = search.exit.filter(|x| *x <= limit);
     search
+}
+
+/// A part of \[−1, 1\].
+#[derive(Debug, Clone, Copy)]
+struct Interval {
+    start: f64,
+    length: f64,
+    depth: u32,
+}
+
+impl Interval {
+    fn half(self, side: usize) -> Self {
+        let length = 0.5 * self.length;
+        Self {
+            start: self.start + side as f64 * length,
+            length,
+            depth: self.depth + 1,
+        }
+    }
+
+    /// Where x ∈ \[−1, 1\] of the part's own series lies.
+    fn place(self, x: f64) -> f64 {
+        self.start + 0.5 * self.length * (x + 1.0)
+    }
+}
+
+/// What a series says about its own interval.
+enum Verdict {
+    /// No exit.
+    Clear,
+    /// Exit at this place of the interval.
+    Exit(f64),
+    /// Neither can be certified.
+    Undecided,
+}
+
+#[inline(always)]
+fn examine<const P: usize, const FUSED: bool>(
+    series: &[f64; P],
+    noise: f64,
+    depth: u32,
+    search: &mut Search,
+) -> Verdict {
+    let variation = legendre::variation(series);
+    if series[0] > variation + noise {
+        return Verdict::Clear;
+    }
+    let slope = legendre::derivative(series);
+    if slope[0].abs() > legendre::variation(&slope) {
+        return if slope[0] < 0.0 && legendre::at_end(series) < 0.0 {
+            Verdict::Exit(bracketed_root::<P, FUSED>(series, &mut search.newton_steps))
+        } else {
+            Verdict::Clear
+        };
+    }
+    if series[0].abs() + variation <= noise || depth == DEEPEST {
+        search.grazings += 1;
+        return Verdict::Clear;
+    }
+    Verdict::Undecided
+}
+
+/// Examines the halves of an undecided part, left half first. Rarely gets here, so that
+/// one compilation serves every processor.
+#[cold]
+fn halve<const P: usize>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+    whole: Interval,
+    limit: f64,
+    noise: f64,
+    search: &mut Search,
+) -> Option<f64> {
+    search.bisections += 1;
+    for side in 0..2 {
+        let part = whole.half(side);
+        if part.start >= limit {
+            return None;
+        }
+        let series = transforms.half(series, side);
+        let exit = match examine::<P, false>(&series, noise, part.depth, search) {
+            Verdict::Clear => None,
+            Verdict::Exit(x) => Some(part.place(x)),
+            Verdict::Undecided => halve(transforms, &series, part, limit, noise, search),
+        };
+        if exit.is_some() {
+            return exit;
+        }
+    }
+    None
 }
 
 /// Every place in \[−1, 1\] where a series changes its sign, in ascending order, handed to
@@ -107,40 +194,56 @@ pub fn sign_changes<const P: usize>(
             }
         }
     };
-    let mut pending = Stack::new();
-    pending.push(*series, -1.0, 1.0, 0);
-    while let Some((series, lo, hi, depth)) = pending.pop() {
-        let variation = legendre::variation(&series);
-        if series[0].abs() > variation + noise {
-            meet(series[0], lo);
-            continue;
-        }
-        let slope = legendre::derivative(&series);
-        if slope[0].abs() > legendre::variation(&slope) {
-            let (start, end) = (legendre::at_start(&series), legendre::at_end(&series));
-            meet(start, lo);
-            let x = if start * end < 0.0 {
-                let falling = if slope[0] < 0.0 { 1.0 } else { -1.0 };
-                let [series, slope] = [series, slope].map(|s| s.map(|a| falling * a));
-                bracketed_root(&series, &slope, &mut 0)
-            } else {
-                -1.0
-            };
-            meet(end, lo + 0.5 * (hi - lo) * (x + 1.0));
-            continue;
-        }
-        if series[0].abs() + variation <= noise || depth == DEEPEST {
-            continue;
-        }
-        let middle = 0.5 * (lo + hi);
-        pending.push(transforms.half(&series, 1), middle, hi, depth + 1);
-        pending.push(transforms.half(&series, 0), lo, middle, depth + 1);
+    let whole = Interval {
+        start: -1.0,
+        length: 2.0,
+        depth: 0,
+    };
+    meet_signs(transforms, series, whole, noise, &mut meet);
+}
+
+/// Meets every sign that a series has on a part, left to right.
+fn meet_signs<const P: usize>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+    part: Interval,
+    noise: f64,
+    meet: &mut impl FnMut(f64, f64),
+) {
+    let variation = legendre::variation(series);
+    if series[0].abs() > variation + noise {
+        meet(series[0], part.start);
+        return;
+    }
+    let slope = legendre::derivative(series);
+    if slope[0].abs() > legendre::variation(&slope) {
+        let (start, end) = (legendre::at_start(series), legendre::at_end(series));
+        meet(start, part.start);
+        let x = if start * end < 0.0 {
+            let falling = if slope[0] < 0.0 { 1.0 } else { -1.0 };
+            bracketed_root::<P, false>(&series.map(|a| falling * a), &mut 0)
+        } else {
+            -1.0
+        };
+        meet(end, part.place(x));
+        return;
+    }
+    if series[0].abs() + variation <= noise || part.depth == DEEPEST {
+        return;
+    }
+    for side in 0..2 {
+        let half = transforms.half(series, side);
+        meet_signs(transforms, &half, part.half(side), noise, meet);
     }
 }
 
 /// The root of a falling series with a non-positive value at its end; −1 where it is
 /// already negative at its start (by round-off).
-fn bracketed_root<const P: usize>(series: &[f64; P], slope: &[f64; P], steps: &mut u32) -> f64 {
+///
+/// Halley's iteration, kept within its bracket. A step that curvature hardly bends leaves an
+/// error far below round-off, so that none is spent on seeing the iteration stand still.
+#[inline(always)]
+fn bracketed_root<const P: usize, const FUSED: bool>(series: &[f64; P], steps: &mut u32) -> f64 {
     let (start, end) = (legendre::at_start(series), legendre::at_end(series));
     if start <= 0.0 {
         return -1.0;
@@ -149,15 +252,19 @@ fn bracketed_root<const P: usize>(series: &[f64; P], slope: &[f64; P], steps: &m
     let mut x = -1.0 + 2.0 * start / (start - end);
     for _ in 0..60 {
         *steps += 1;
-        let value = legendre::evaluate(series, x);
+        let [value, slope, curvature] = legendre::evaluate_with_derivatives::<P, FUSED>(series, x);
         if value > 0.0 {
             lo = x;
         } else {
             hi = x;
         }
-        let mut next = x - value / legendre::evaluate(slope, x);
+        let newton = value / slope;
+        let bend = 0.5 * newton * curvature / slope;
+        let mut next = x - newton / (1.0 - bend);
         if !(next >= lo && next <= hi) {
             next = 0.5 * (lo + hi);
+        } else if newton.abs() < SMALL_STEP && bend.abs() < SMALL_STEP {
+            return next;
         }
         if (next - x).abs() <= f64::EPSILON {
             return next;
@@ -167,30 +274,9 @@ fn bracketed_root<const P: usize>(series: &[f64; P], slope: &[f64; P], steps: &m
     x
 }
 
-/// Pending sub-intervals; halving keeps at most one per level.
-struct Stack<const P: usize> {
-    items: [([f64; P], f64, f64, u32); DEEPEST as usize + 2],
-    len: usize,
-}
-
-impl<const P: usize> Stack<P> {
-    fn new() -> Self {
-        Self {
-            items: [([0.0; P], 0.0, 0.0, 0); DEEPEST as usize + 2],
-            len: 0,
-        }
-    }
-
-    fn push(&mut self, series: [f64; P], lo: f64, hi: f64, depth: u32) {
-        self.items[self.len] = (series, lo, hi, depth);
-        self.len += 1;
-    }
-
-    fn pop(&mut self) -> Option<([f64; P], f64, f64, u32)> {
-        self.len = self.len.checked_sub(1)?;
-        Some(self.items[self.len])
-    }
-}
+/// Halley's error is of third order: after a step this small, and as little bent, a
+/// thousandth of round-off.
+const SMALL_STEP: f64 = 1e-6;
 
 #[cfg(test)]
 mod tests;

@@ -23,9 +23,10 @@ pub struct Crossing {
 const DEFLATION_NOISE: f64 = 64.0;
 
 /// The first crossing on `[−1, limit]` of a window whose deflection is the Legendre series
-/// `deflection` \[m\]; `crossed` is the surface that the window starts on, if it starts on
+/// `deflection` \[m\], with fused multiply-adds where asked for; `crossed` is the surface that the window starts on, if it starts on
 /// one just crossed, and `noise` the round-off of the series \[m\].
-pub fn first_crossing<const P: usize>(
+#[inline(always)]
+pub fn first_crossing<const P: usize, const FUSED: bool>(
     transforms: &Transforms<P>,
     deflection: &[f64; P],
     contact: Contact,
@@ -44,15 +45,18 @@ pub fn first_crossing<const P: usize>(
     let mut certified = true;
     for &surface in surfaces {
         let inside = if contact.touching() { 1.0 } else { -1.0 };
-        let mut margin = deflection.map(|a| inside * surface.sign() * a);
+        let mut margin = *deflection;
+        for a in &mut margin {
+            *a *= inside * surface.sign();
+        }
         margin[0] -= inside * half_gap;
         let mut noise = noise;
         if crossed == Some(surface) {
-            margin = legendre::divide_out_start(&margin);
+            margin = legendre::divide_out_start::<P, FUSED>(&margin);
             noise *= DEFLATION_NOISE;
         }
         let limit = first.map_or(limit, |c| c.x);
-        let search = earliest_exit(transforms, &margin, limit, noise);
+        let search = earliest_exit::<P, FUSED>(transforms, &margin, limit, noise);
         certified &= search.certified;
         counters.bisections += u64::from(search.bisections);
         counters.newton_steps += u64::from(search.newton_steps);
@@ -68,18 +72,27 @@ pub fn first_crossing<const P: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::legendre::transforms16;
+    use crate::numerics::legendre::transforms24;
 
     fn cross(
         f: impl Fn(f64) -> f64,
         contact: Contact,
         crossed: Option<Surface>,
     ) -> (Option<Crossing>, Counters) {
-        let t = transforms16();
+        let t = transforms24();
         let nodes = *t.nodes();
         let series = t.interpolate(&std::array::from_fn(|j| f(nodes[j])));
         let mut counters = Counters::default();
-        let found = first_crossing(t, &series, contact, 1.0, crossed, 1.0, 1e-14, &mut counters);
+        let found = first_crossing::<_, false>(
+            t,
+            &series,
+            contact,
+            1.0,
+            crossed,
+            1.0,
+            1e-14,
+            &mut counters,
+        );
         (found, counters)
     }
 

@@ -13,7 +13,7 @@ use crate::propagate::Window;
 use std::f64::consts::TAU;
 
 /// Half turn \[rad\] of the highest harmonic over a window up to which the Gauss rule, exact
-/// to degree 63, integrates it with 15th-degree deflections to round-off.
+/// to degree 95, integrates it with 23rd-degree deflections to round-off.
 const WIDEST_TURN: f64 = 8.0;
 
 /// Sub-orders looked at, in twelfths of the mesh frequency: 1/4, 1/3, 1/2, 2/3, 3/4.
@@ -261,7 +261,7 @@ fn turn(phase: f64) -> Complex {
     (cos, -sin)
 }
 
-/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 16; windows longer than the exponential series
+/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 24; windows longer than the exponential series
 /// allows are integrated by a Gauss rule with enough nodes.
 fn window_integrals(omega: f64, tau: f64, out: &mut [Complex; TERMS]) {
     if 0.5 * omega * tau <= LARGEST_HALF_ARGUMENT {

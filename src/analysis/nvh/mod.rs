@@ -3,7 +3,7 @@
 //! Every integral is taken from the windows' polynomials, none from samples:
 //!
 //! ```text
-//! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule exact for degree 63
+//! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule exact for degree 95
 //! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel series of the exponential)
 //! ```
 //!

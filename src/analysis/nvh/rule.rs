@@ -4,8 +4,8 @@ use crate::analysis::modal_series::TERMS;
 use crate::numerics::legendre::{derivative, evaluate, polynomials};
 use crate::numerics::quadrature::GaussLegendre;
 
-/// Nodes of the rule for third and fourth powers: exact to degree 63 ≥ 4·15.
-pub(super) const NODES: usize = 32;
+/// Nodes of the rule for third and fourth powers: exact to degree 95 ≥ 4·23.
+pub(super) const NODES: usize = 48;
 
 /// Legendre polynomials at the nodes, and the weights, which add up to 1.
 #[derive(Debug, Clone)]

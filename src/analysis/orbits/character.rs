@@ -4,7 +4,7 @@ use super::shooting::PeriodicOrbit;
 use crate::analysis::modal_series::padded;
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::legendre::{derivative, evaluate, transforms16};
+use crate::numerics::legendre::{derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use faer::Mat;
@@ -19,8 +19,8 @@ const MOST_ITERATIONS: usize = 200;
 /// Turn of the direction, per iteration, at which it stands still.
 const STILL: f64 = 1e-10;
 
-/// Round-off of the derivative of a 16-term series, in units of the sum of its terms' sizes.
-const SLOPE_NOISE: f64 = 512.0 * f64::EPSILON;
+/// Round-off of the derivative of a 24-term series, in units of the sum of its terms' sizes.
+const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 
 /// What its leading multiplier crosses the unit circle as, where it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -190,7 +190,7 @@ impl Observer for Extremes {
         let noise = SLOPE_NOISE * (size + self.half_gap);
         let mut rising = self.rising;
         sign_changes(
-            transforms16(),
+            transforms24(),
             &derivative(&series),
             noise,
             &mut rising,

@@ -1,15 +1,15 @@
 use super::*;
-use crate::numerics::legendre::transforms16;
+use crate::numerics::legendre::transforms24;
 
-/// Series of a polynomial of degree < 16 given as a function.
-fn series(f: impl Fn(f64) -> f64) -> [f64; 16] {
-    let t = transforms16();
+/// Series of a polynomial of degree < 24 given as a function.
+fn series(f: impl Fn(f64) -> f64) -> [f64; 24] {
+    let t = transforms24();
     let nodes = *t.nodes();
     t.interpolate(&std::array::from_fn(|j| f(nodes[j])))
 }
 
 fn find(f: impl Fn(f64) -> f64) -> Search {
-    earliest_exit(transforms16(), &series(f), 1.0, 1e-14)
+    earliest_exit::<_, false>(transforms24(), &series(f), 1.0, 1e-14)
 }
 
 #[test]
@@ -59,10 +59,17 @@ fn a_start_outside_exits_at_once_and_a_start_on_the_surface_by_its_slope() {
 #[test]
 fn roots_beyond_the_limit_are_not_reported() {
     let f = series(|x| 0.5 - x);
-    let t = transforms16();
-    assert_eq!(earliest_exit(t, &f, 0.4999, 1e-16).exit, None);
-    assert!((earliest_exit(t, &f, 0.5001, 1e-16).exit.unwrap() - 0.5).abs() < 1e-15);
-    assert!(earliest_exit(t, &f, 1.0, 1e-16).exit.is_some());
+    let t = transforms24();
+    assert_eq!(earliest_exit::<_, false>(t, &f, 0.4999, 1e-16).exit, None);
+    assert!(
+        (earliest_exit::<_, false>(t, &f, 0.5001, 1e-16)
+            .exit
+            .unwrap()
+            - 0.5)
+            .abs()
+            < 1e-15
+    );
+    assert!(earliest_exit::<_, false>(t, &f, 1.0, 1e-16).exit.is_some());
 }
 
 #[test]
@@ -75,7 +82,7 @@ fn a_root_at_the_very_end_is_found_here_or_at_the_next_start() {
 
 fn changes(f: impl Fn(f64) -> f64, positive: &mut Option<bool>) -> Vec<(f64, bool)> {
     let mut found = Vec::new();
-    sign_changes(transforms16(), &series(f), 1e-14, positive, |x, rises| {
+    sign_changes(transforms24(), &series(f), 1e-14, positive, |x, rises| {
         found.push((x, rises));
     });
     found

@@ -1,17 +1,38 @@
 //! The inner loops, compiled for several instruction sets and chosen at run time.
 //!
-//! Every loop is written once over arrays of lanes; with the target features switched on
-//! the compiler turns it into the machine's vectors (closures would not inherit the
-//! features, so there are none). Results differ between instruction
-//! sets within rounding (fused or separate multiply-add), never between runs on one.
+//! Every loop is written once over arrays of lanes ([`window`] for whole windows, [`cut`] for
+//! those cut short); with the target features switched on the compiler turns it into the
+//! machine's vectors (closures would not inherit the features, so there are none). A call
+//! does all that one window needs, so that the choice of the set costs little. Results
+//! differ between instruction sets within rounding (fused or separate multiply-add), never
+//! between runs on one.
+
+mod cut;
+mod window;
+
+pub use cut::{Basis, ExponentialChunk};
+pub use window::{Solution, Windows};
 
 use super::TERMS;
+use super::feedback::Feedback;
+use super::tables::{BlockChunk, Row, Series};
+use crate::model::{Contact, Surface};
+use crate::numerics::legendre::transforms24;
+use crate::propagate::Counters;
+use crate::propagate::events::{self, Crossing};
 
 /// Blocks carried side by side.
 pub const LANES: usize = 8;
 
-/// One lane group.
-pub type Lanes = [f64; LANES];
+/// One lane group, on a cache line of its own: a vector load never straddles two.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Lanes(pub [f64; LANES]);
+
+impl Lanes {
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; LANES]);
+}
 
 /// Instruction set of the inner loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,8 +84,17 @@ impl InstructionSet {
     }
 }
 
-/// Defines a function for every instruction set from one body that is generic over fused
-/// multiply-add.
+/// What a body may use: no fused multiply-add.
+const PLAIN: u8 = 0;
+/// Fused multiply-add.
+#[cfg(target_arch = "x86_64")]
+const FUSED: u8 = 1;
+/// Fused multiply-add and vectors of 8.
+#[cfg(target_arch = "x86_64")]
+const WIDE: u8 = 2;
+
+/// Defines a function for every instruction set from one body that is generic over what it
+/// may use.
 macro_rules! for_each_set {
     ($(#[$doc:meta])* fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $ret:ty)? = $body:ident) => {
         $(#[$doc])*
@@ -73,12 +103,12 @@ macro_rules! for_each_set {
         pub fn $name(set: InstructionSet, $($arg: $type),*) $(-> $ret)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
-            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<true>($($arg),*) }
+            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<FUSED>($($arg),*) }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-            fn avx512($($arg: $type),*) $(-> $ret)? { $body::<true>($($arg),*) }
+            fn avx512($($arg: $type),*) $(-> $ret)? { $body::<WIDE>($($arg),*) }
             match set.0 {
-                Level::Portable => $body::<false>($($arg),*),
+                Level::Portable => $body::<PLAIN>($($arg),*),
                 // SAFETY: a set beyond the portable one is only ever made by
                 // `InstructionSet::available`, after the processor was asked for it.
                 #[cfg(target_arch = "x86_64")]
@@ -92,291 +122,192 @@ macro_rules! for_each_set {
 }
 
 #[inline(always)]
-fn fma<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
-}
-
-for_each_set! {
-    /// `Σ weights[i] rows[i]`; both lengths are the same multiple of 4.
-    fn combine(rows: &[[f64; TERMS]], weights: &[f64]) -> [f64; TERMS] = combine_body
-}
-
-#[inline(always)]
-fn combine_body<const FUSED: bool>(rows: &[[f64; TERMS]], weights: &[f64]) -> [f64; TERMS] {
-    // Four sums in flight hide the latency of the multiply-add.
-    let mut sums = [[0.0; TERMS]; 4];
-    for (row, weight) in rows.chunks_exact(4).zip(weights.chunks_exact(4)) {
-        for u in 0..4 {
-            for j in 0..TERMS {
-                sums[u][j] = fma::<FUSED>(row[u][j], weight[u], sums[u][j]);
-            }
-        }
-    }
-    std::array::from_fn(|j| (sums[0][j] + sums[1][j]) + (sums[2][j] + sums[3][j]))
-}
-
-/// Tables of a full window for one chunk of blocks.
-#[derive(Debug, Clone, Copy)]
-pub struct WindowChunk {
-    /// `e^{AΔ}`, row by row.
-    pub propagator: [Lanes; 4],
-    /// Response to a unit force series term, for both components.
-    pub response: [[Lanes; 2]; TERMS],
-}
-
-for_each_set! {
-    /// `out = D x + E f` for a full window; `x` and `out` hold first components, then second
-    /// components; `force = None` in free flight.
-    fn advance(chunks: &[WindowChunk], force: Option<&[f64; TERMS]>, x: &[f64], out: &mut [f64])
-        = advance_body
-}
-
-#[inline(always)]
-fn advance_body<const FUSED: bool>(
-    chunks: &[WindowChunk],
-    force: Option<&[f64; TERMS]>,
-    x: &[f64],
-    out: &mut [f64],
-) {
-    let (x1, x2) = x.split_at(chunks.len() * LANES);
-    let (y1, y2) = out.split_at_mut(chunks.len() * LANES);
-    let first = x1.chunks_exact(LANES).zip(x2.chunks_exact(LANES));
-    let second = y1.chunks_exact_mut(LANES).zip(y2.chunks_exact_mut(LANES));
-    for ((chunk, (a, b)), (ya, yb)) in chunks.iter().zip(first).zip(second) {
-        let d = &chunk.propagator;
-        let (mut u, mut v) = ([0.0; LANES], [0.0; LANES]);
-        for l in 0..LANES {
-            u[l] = fma::<FUSED>(d[0][l], a[l], d[1][l] * b[l]);
-            v[l] = fma::<FUSED>(d[2][l], a[l], d[3][l] * b[l]);
-        }
-        if let Some(force) = force {
-            for (e, f) in chunk.response.iter().zip(force) {
-                for l in 0..LANES {
-                    u[l] = fma::<FUSED>(e[0][l], *f, u[l]);
-                    v[l] = fma::<FUSED>(e[1][l], *f, v[l]);
-                }
-            }
-        }
-        ya.copy_from_slice(&u);
-        yb.copy_from_slice(&v);
+fn fma<const SET: u8>(a: f64, b: f64, c: f64) -> f64 {
+    if SET == PLAIN {
+        a * b + c
+    } else {
+        a.mul_add(b, c)
     }
 }
 
-/// Eigenvalues and gains of one chunk of blocks.
-#[derive(Debug, Clone, Copy)]
-pub struct BlockChunk {
-    /// Growth rate μ \[1/s\].
-    pub growth: Lanes,
-    /// Damped frequency ν \[rad/s\], never zero.
-    pub frequency: Lanes,
-    /// 1/ν \[s\].
-    pub inverse_frequency: Lanes,
-    /// Traceless part M, row by row.
-    pub traceless: [Lanes; 4],
-    /// Gain g of the mesh force.
-    pub mesh_input: [Lanes; 2],
-    /// Constant input of the mean torques.
-    pub static_input: [Lanes; 2],
+/// `Σ_j rows[k][j] weights[j]` for every k.
+#[inline(always)]
+#[allow(unsafe_code)]
+fn products_of_rows<const SET: u8>(rows: &[Row; TERMS], weights: &Row) -> Series {
+    #[cfg(target_arch = "x86_64")]
+    if SET == WIDE {
+        // SAFETY: a body with this constant runs only inside a function compiled for AVX-512
+        // and reached after the processor was asked for it.
+        return unsafe { products_of_rows_avx512(rows, weights) };
+    }
+    let mut out = [0.0; TERMS];
+    for (out, row) in out.iter_mut().zip(rows) {
+        let mut sums = [0.0; LANES];
+        for (v, w) in row.0.chunks_exact(LANES).zip(weights.0.chunks_exact(LANES)) {
+            for l in 0..LANES {
+                sums[l] = fma::<SET>(v[l], w[l], sums[l]);
+            }
+        }
+        *out = ((sums[0] + sums[4]) + (sums[2] + sums[6]))
+            + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+    }
+    out
 }
 
-/// Legendre series of `e^{μt} cos νt` and `e^{μt} sin νt / ν` of one chunk on a window.
-#[derive(Debug, Clone, Copy)]
-pub struct ExponentialChunk {
-    /// Coefficients of `e^{μt} cos νt`.
-    pub cosine: [Lanes; TERMS],
-    /// Coefficients of `e^{μt} sin νt / ν`.
-    pub sine: [Lanes; TERMS],
-    /// Both at the window's end.
-    pub end: [Lanes; 2],
-}
-
-impl ExponentialChunk {
-    /// All zero.
-    pub const ZERO: Self = Self {
-        cosine: [[0.0; LANES]; TERMS],
-        sine: [[0.0; LANES]; TERMS],
-        end: [[0.0; LANES]; 2],
+/// Sums along a vector by folding two rows into one until one is left: the compiler would
+/// rather gather columns.
+#[cfg(target_arch = "x86_64")]
+#[inline]
+#[target_feature(enable = "avx512f")]
+#[allow(unsafe_code)]
+fn products_of_rows_avx512(rows: &[Row; TERMS], weights: &Row) -> Series {
+    use std::arch::x86_64::{
+        __m512d, _mm512_add_pd, _mm512_fmadd_pd, _mm512_load_pd, _mm512_mul_pd,
+        _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_unpackhi_pd, _mm512_unpacklo_pd,
     };
+    let load = |row: &Row, group: usize| -> __m512d {
+        let lanes = &row.0[group * LANES..(group + 1) * LANES];
+        // SAFETY: 8 doubles of a row, which starts at a multiple of 64 bytes.
+        unsafe { _mm512_load_pd(lanes.as_ptr()) }
+    };
+    let w: [__m512d; TERMS / LANES] = std::array::from_fn(|group| load(weights, group));
+    let dot = |row: &Row| {
+        let mut sum = _mm512_mul_pd(load(row, 0), w[0]);
+        for (group, w) in w.iter().enumerate().skip(1) {
+            sum = _mm512_fmadd_pd(load(row, group), *w, sum);
+        }
+        sum
+    };
+    let fold4 = |a: __m512d, b: __m512d| {
+        let low = _mm512_shuffle_f64x2::<0x44>(a, b);
+        _mm512_add_pd(low, _mm512_shuffle_f64x2::<0xEE>(a, b))
+    };
+    let fold2 = |a: __m512d, b: __m512d| {
+        let low = _mm512_shuffle_f64x2::<0x88>(a, b);
+        _mm512_add_pd(low, _mm512_shuffle_f64x2::<0xDD>(a, b))
+    };
+    let mut out = [0.0; TERMS];
+    for (out, r) in out.chunks_exact_mut(LANES).zip(rows.chunks_exact(LANES)) {
+        let quarter = |i: usize| fold4(dot(&r[i]), dot(&r[i + 4]));
+        let even = fold2(quarter(0), quarter(2));
+        let odd = fold2(quarter(1), quarter(3));
+        let (low, high) = (_mm512_unpacklo_pd(even, odd), _mm512_unpackhi_pd(even, odd));
+        let sums = _mm512_add_pd(low, high);
+        let sums = _mm512_shuffle_f64x2::<0xD8>(sums, sums);
+        // SAFETY: `out` is a group of 8 doubles.
+        unsafe { _mm512_storeu_pd(out.as_mut_ptr(), sums) };
+    }
+    out
 }
 
 for_each_set! {
-    /// The exponential series of all blocks on a window of length τ; the method of
-    /// [`crate::numerics::exponential`], lane by lane.
-    fn exponentials(blocks: &[BlockChunk], tau: f64, out: &mut [ExponentialChunk])
-        = exponentials_body
-}
-
-/// Terms of the Taylor series of `e^z` for |z| ≤ 2: 2²⁶/26! is below 2⁻⁵².
-const TAYLOR_TERMS: usize = 26;
-
-/// Terms of the power series of the highest Bessel functions for |z|²/2 ≤ 2.
-const BESSEL_TERMS: usize = 8;
-
-#[inline(always)]
-fn times<const FUSED: bool>(a: (Lanes, Lanes), b: (Lanes, Lanes)) -> (Lanes, Lanes) {
-    let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
-    for l in 0..LANES {
-        re[l] = fma::<FUSED>(a.0[l], b.0[l], -(a.1[l] * b.1[l]));
-        im[l] = fma::<FUSED>(a.0[l], b.1[l], a.1[l] * b.0[l]);
-    }
-    (re, im)
-}
-
-/// `1 + factor a b`.
-#[inline(always)]
-fn one_plus<const FUSED: bool>(
-    factor: f64,
-    a: (Lanes, Lanes),
-    b: (Lanes, Lanes),
-) -> (Lanes, Lanes) {
-    let (mut re, mut im) = times::<FUSED>(a, b);
-    for l in 0..LANES {
-        re[l] = fma::<FUSED>(factor, re[l], 1.0);
-        im[l] *= factor;
-    }
-    (re, im)
-}
-
-/// `c_n` of the highest orders by its power series.
-#[inline(always)]
-fn scaled_bessel<const FUSED: bool>(n: usize, square: (Lanes, Lanes)) -> (Lanes, Lanes) {
-    let mut sum = ([1.0; LANES], [0.0; LANES]);
-    for k in (1..=BESSEL_TERMS).rev() {
-        sum = one_plus::<FUSED>(0.5 / (k * (2 * n + 2 * k + 1)) as f64, square, sum);
-    }
-    sum
-}
-
-#[inline(always)]
-fn exponentials_body<const FUSED: bool>(
-    blocks: &[BlockChunk],
-    tau: f64,
-    out: &mut [ExponentialChunk],
-) {
-    for (block, target) in blocks.iter().zip(out) {
-        let mut z = ([0.0; LANES], [0.0; LANES]);
-        for l in 0..LANES {
-            z.0[l] = 0.5 * tau * block.growth[l];
-            z.1[l] = 0.5 * tau * block.frequency[l];
-        }
-        let square = times::<FUSED>(z, z);
-        let one = ([1.0; LANES], [0.0; LANES]);
-        // e^z by Horner's rule.
-        let mut half = one;
-        for k in (1..=TAYLOR_TERMS).rev() {
-            half = one_plus::<FUSED>(1.0 / k as f64, z, half);
-        }
-        let end = times::<FUSED>(half, half);
-        // c_n from the top: two power series, then the backward recurrence.
-        let mut above = scaled_bessel::<FUSED>(TERMS, square);
-        let mut current = scaled_bessel::<FUSED>(TERMS - 1, square);
-        let mut scaled = [one; TERMS];
-        scaled[TERMS - 1] = current;
-        for k in (1..TERMS).rev() {
-            let factor = 1.0 / ((2 * k + 1) * (2 * k + 3)) as f64;
-            let term = times::<FUSED>(square, above);
-            above = current;
-            for l in 0..LANES {
-                current.0[l] = fma::<FUSED>(factor, term.0[l], current.0[l]);
-                current.1[l] = fma::<FUSED>(factor, term.1[l], current.1[l]);
-            }
-            scaled[k - 1] = current;
-        }
-        // e^z zⁿ/(2n−1)!! from the bottom.
-        let mut power = half;
-        for k in 0..TERMS {
-            let value = times::<FUSED>(scaled[k], power);
-            target.cosine[k] = value.0;
-            for l in 0..LANES {
-                target.sine[k][l] = value.1[l] * block.inverse_frequency[l];
-            }
-            power = times::<FUSED>(power, z);
-            let next = 1.0 / (2 * k + 1) as f64;
-            for l in 0..LANES {
-                power.0[l] *= next;
-                power.1[l] *= next;
-            }
-        }
-        target.end[0] = end.0;
-        for l in 0..LANES {
-            target.end[1][l] = end.1[l] * block.inverse_frequency[l];
-        }
-    }
+    /// Deflection (and in contact force) of a full window from the extended state `x`; the
+    /// side's gap s b [m] comes with the contact.
+    fn solve(rows: &[Row], x: &[f64], contact: Option<(&Feedback, f64)>, out: &mut Solution)
+        = solve_body
 }
 
 for_each_set! {
-    /// The state at the end of a cut window, in place: `x = e^{Aτ} x − ∫ e^{A(τ−s)} g F ds`
-    /// (+ the mean torques where `with_static`). `moments[n]` is `(−1)ⁿ τ/(2n+1)` times
-    /// coefficient n of the force on the cut window.
+    /// The force series of a tangent vector on a window in contact.
+    fn respond(rows: &[Row], x: &[f64], feedback: &Feedback) -> Series = respond_body
+}
+
+for_each_set! {
+    /// `out = D x + E f + …` for a full window: `force` none in free flight, `inputs` the
+    /// weights of the constant and harmonic inputs (none for a tangent).
+    fn advance(
+        windows: &Windows,
+        force: Option<&Series>,
+        inputs: &[f64],
+        x: &[f64],
+        out: &mut [f64],
+    ) = advance_body
+}
+
+for_each_set! {
+    /// Legendre polynomials of the full window at the nodes and the end of its part up to
+    /// `end` ∈ (−1, 1].
+    fn basis(nodes: &Series, weights: &Series, end: f64, delta: f64, out: &mut Basis)
+        = basis_body
+}
+
+for_each_set! {
+    /// Values of a full window's series at the nodes of the part.
+    fn at_nodes(basis: &Basis, series: &Series) -> Series = at_nodes_body
+}
+
+for_each_set! {
+    /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, F a series on the full window.
+    fn moments(basis: &Basis, series: &Series) -> Series = moments_body
+}
+
+for_each_set! {
+    /// `e^{μτ} cos ντ` and `e^{μτ} sin ντ / ν` of all blocks at the part's end.
+    fn ends(basis: &Basis, exponentials: &[ExponentialChunk], out: &mut [[Lanes; 2]])
+        = ends_body
+}
+
+for_each_set! {
+    /// The state at the end of a part, in place: `x = e^{Aτ} x − Σ force[k] ê_k g
+    /// + Σ constant[k] ê_k s`.
     fn cut(
         blocks: &[BlockChunk],
         exponentials: &[ExponentialChunk],
-        tau: f64,
-        moments: Option<&[f64; TERMS]>,
-        with_static: bool,
+        ends: &[[Lanes; 2]],
+        force: Option<&Series>,
+        constant: Option<&Series>,
         x: &mut [f64],
     ) = cut_body
 }
 
-/// `sum + (c I + s M) u`.
-#[inline(always)]
-fn add_applied<const FUSED: bool>(
-    c: f64,
-    s: f64,
-    m: [f64; 4],
-    u: [f64; 2],
-    sum: [f64; 2],
-) -> [f64; 2] {
-    let mu = fma::<FUSED>(m[0], u[0], m[1] * u[1]);
-    let mv = fma::<FUSED>(m[2], u[0], m[3] * u[1]);
-    [
-        fma::<FUSED>(c, u[0], fma::<FUSED>(s, mu, sum[0])),
-        fma::<FUSED>(c, u[1], fma::<FUSED>(s, mv, sum[1])),
-    ]
+for_each_set! {
+    /// `x += Σ weights[k] ê_k input` for an input with its own gains.
+    fn push(
+        blocks: &[BlockChunk],
+        exponentials: &[ExponentialChunk],
+        input: &[[Lanes; 2]],
+        weights: &Series,
+        x: &mut [f64],
+    ) = push_body
+}
+
+for_each_set! {
+    /// [`crate::propagate::events::first_crossing`].
+    fn first_crossing(
+        deflection: &Series,
+        contact: Contact,
+        half_gap: f64,
+        crossed: Option<Surface>,
+        limit: f64,
+        noise: f64,
+        counters: &mut Counters,
+    ) -> Option<Crossing> = first_crossing_body
 }
 
 #[inline(always)]
-fn cut_body<const FUSED: bool>(
-    blocks: &[BlockChunk],
-    exponentials: &[ExponentialChunk],
-    tau: f64,
-    moments: Option<&[f64; TERMS]>,
-    with_static: bool,
-    x: &mut [f64],
-) {
-    let (x1, x2) = x.split_at_mut(blocks.len() * LANES);
-    let states = x1.chunks_exact_mut(LANES).zip(x2.chunks_exact_mut(LANES));
-    for ((block, exponential), (a, b)) in blocks.iter().zip(exponentials).zip(states) {
-        let m = &block.traceless;
-        let (mut cosine, mut sine) = ([0.0; LANES], [0.0; LANES]);
-        if let Some(moments) = moments {
-            for n in 0..TERMS {
-                for l in 0..LANES {
-                    cosine[l] = fma::<FUSED>(exponential.cosine[n][l], moments[n], cosine[l]);
-                    sine[l] = fma::<FUSED>(exponential.sine[n][l], moments[n], sine[l]);
-                }
-            }
-        }
-        let still = if with_static { tau } else { 0.0 };
-        for l in 0..LANES {
-            let m = [m[0][l], m[1][l], m[2][l], m[3][l]];
-            let g = [block.mesh_input[0][l], block.mesh_input[1][l]];
-            let t = [block.static_input[0][l], block.static_input[1][l]];
-            let mut sum = add_applied::<FUSED>(-cosine[l], -sine[l], m, g, [0.0; 2]);
-            let (c0, s0) = (exponential.cosine[0][l], exponential.sine[0][l]);
-            sum = add_applied::<FUSED>(still * c0, still * s0, m, t, sum);
-            sum = add_applied::<FUSED>(
-                exponential.end[0][l],
-                exponential.end[1][l],
-                m,
-                [a[l], b[l]],
-                sum,
-            );
-            a[l] = sum[0];
-            b[l] = sum[1];
-        }
+fn first_crossing_body<const SET: u8>(
+    deflection: &Series,
+    contact: Contact,
+    half_gap: f64,
+    crossed: Option<Surface>,
+    limit: f64,
+    noise: f64,
+    counters: &mut Counters,
+) -> Option<Crossing> {
+    let transforms = transforms24();
+    if SET == PLAIN {
+        events::first_crossing::<_, false>(
+            transforms, deflection, contact, half_gap, crossed, limit, noise, counters,
+        )
+    } else {
+        events::first_crossing::<_, true>(
+            transforms, deflection, contact, half_gap, crossed, limit, noise, counters,
+        )
     }
 }
+
+use cut::{at_nodes_body, basis_body, cut_body, ends_body, moments_body, push_body};
+use window::{advance_body, respond_body, solve_body};
 
 #[cfg(test)]
 mod tests;

@@ -5,28 +5,34 @@
 //! grid, windows of full length follow one another until one would pass such a
 //! breakpoint; that one is cut there, and the march is aligned again.
 
+use super::feedback::Feedback;
+use super::lanes::{self, Solution};
 use super::partial::Cut;
 use super::tables::Series;
-use super::window::{Phases, Solution};
 use super::{TERMS, Volterra};
 use crate::model::{Contact, Surface, TrajectoryState};
-use crate::numerics::legendre::{self, transforms16};
-use crate::propagate::events::first_crossing;
+use crate::numerics::legendre;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window, saltation};
 
 /// Deflections beyond this many half gaps count as divergence.
 const FARTHEST: f64 = 1e9;
 
+/// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
+const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+
 /// Scratch memory of the structured kernel.
 #[derive(Debug)]
 pub struct Workspace {
+    /// First components, second components, inputs.
     state: Vec<f64>,
     next: Vec<f64>,
     /// Room for tangents; what one march made room for, later ones use.
     tangents: Vec<Vec<f64>>,
     /// Tangents in this march, the first of `tangents`.
     tangent_count: usize,
-    phases: Phases,
+    /// The next state of a tangent.
+    tangent_next: Vec<f64>,
+    solution: Solution,
     cut: Cut,
 }
 
@@ -49,14 +55,12 @@ impl Kernel for Volterra<'_> {
     fn workspace(&self) -> Workspace {
         let t = &self.tables;
         Workspace {
-            state: vec![0.0; 2 * t.padded],
-            next: vec![0.0; 2 * t.padded],
+            state: vec![0.0; 2 * t.padded + t.inputs],
+            next: vec![0.0; 2 * t.padded + t.inputs],
             tangents: Vec::new(),
             tangent_count: 0,
-            phases: Phases {
-                transmission_error: vec![(1.0, 0.0); t.transmission_error.len()],
-                ripple: vec![(1.0, 0.0); t.ripple.len()],
-            },
+            tangent_next: vec![0.0; 2 * t.padded],
+            solution: Solution::ZERO,
             cut: Cut::new(t.blocks.len()),
         }
     }
@@ -130,37 +134,58 @@ impl Volterra<'_> {
             2.0 * (stop - clock.time) / t.delta - 1.0
         };
 
-        self.set_phases(clock.cycle, clock.time, &mut workspace.phases);
-        let feedback = contact.touching().then(|| &t.feedback[segment]);
-        let solution = self.solve(
+        self.set_inputs(clock, &mut workspace.state);
+        let gap = contact.sign() * self.model.half_gap;
+        let closed = contact.touching().then(|| (self.feedback(segment), gap));
+        lanes::solve(
+            self.instructions,
+            &t.rows,
             &workspace.state,
-            &workspace.phases,
-            feedback.map(|f| (f, contact.sign())),
+            closed,
+            &mut workspace.solution,
         );
         counters.windows += 1;
-        let size: f64 = solution.deflection.iter().map(|a| a.abs()).sum();
-        if size.is_nan() || size > FARTHEST * self.model.half_gap {
-            return Err(Stop::Diverged { cycle: clock.cycle });
+        let solution = &workspace.solution;
+        let farthest = FARTHEST * self.model.half_gap;
+        let bound = solution.deflection[0].abs() + solution.variation;
+        // The series may run far beyond an event that ends the window long before; where the
+        // window starts is where the trajectory is.
+        if bound.is_nan() || bound > farthest {
+            let start = legendre::at_start(&solution.deflection).abs();
+            if !bound.is_finite() || start > farthest {
+                return Err(Stop::Diverged { cycle: clock.cycle });
+            }
         }
-        let crossing = first_crossing(
-            transforms16(),
-            &solution.deflection,
-            *contact,
-            self.model.half_gap,
-            clock.crossed.take(),
-            limit,
-            solution.noise,
-            counters,
-        );
-        match crossing {
-            Some(c) => {
+        let noise = ROUND_OFF * (solution.size + self.model.half_gap);
+        let crossed = clock.crossed.take();
+        let bound = solution.variation + noise;
+        if crossed.is_none()
+            && contact.clearance(solution.deflection[0], self.model.half_gap) > bound
+        {
+            counters.certified += 1;
+        } else {
+            let crossing = lanes::first_crossing(
+                self.instructions,
+                &solution.deflection,
+                *contact,
+                self.model.half_gap,
+                crossed,
+                limit,
+                noise,
+                counters,
+            );
+            if let Some(c) = crossing {
+                let series = solution.deflection;
+                let [deflection, slope, _] =
+                    legendre::evaluate_with_derivatives::<_, false>(&series, c.x);
+                // A start beyond the surface (a trajectory given in the wrong contact state)
+                // is no root that may be divided out.
+                let beyond = deflection - c.surface.sign() * self.model.half_gap;
+                let on_surface = c.x > -1.0 || beyond.abs() <= noise;
                 if c.x > -1.0 {
-                    self.move_to_cut(
-                        c.x, clock, *contact, &solution, workspace, observer, counters,
-                    );
+                    self.move_to_cut(c.x, clock, segment, *contact, workspace, observer, counters);
                     clock.aligned = None;
                 }
-                let slope = legendre::derivative(&solution.deflection);
                 let to = contact.across(c.surface);
                 observer.event(&Event {
                     cycle: clock.cycle,
@@ -168,30 +193,54 @@ impl Volterra<'_> {
                     from: *contact,
                     to,
                     surface: c.surface,
-                    rate: 2.0 / t.delta * legendre::evaluate(&slope, c.x),
+                    rate: 2.0 / t.delta * slope,
                 });
                 counters.events += 1;
-                // A start beyond the surface (a trajectory given in the wrong contact state)
-                // is no root that may be divided out.
-                let side = c.surface.sign() * self.model.half_gap;
-                let beyond = legendre::at_start(&solution.deflection) - side;
-                let on_surface = c.x > -1.0 || beyond.abs() <= solution.noise;
-                self.salt(self.segment(clock), to.touching(), workspace);
+                if workspace.tangent_count > 0 {
+                    self.salt(self.segment(clock), to.touching(), workspace);
+                }
                 *contact = to;
                 clock.crossed = on_surface.then_some(c.surface);
-            }
-            None if fits => {
-                self.move_full(clock, *contact, &solution, workspace, observer, counters)
-            }
-            None => {
-                self.move_to_cut(
-                    limit, clock, *contact, &solution, workspace, observer, counters,
-                );
-                clock.time = stop;
-                clock.aligned = Some(stop_cell);
+                return Ok(());
             }
         }
+        if fits {
+            self.move_full(clock, segment, *contact, workspace, observer, counters);
+        } else {
+            self.move_to_cut(
+                limit, clock, segment, *contact, workspace, observer, counters,
+            );
+            clock.time = stop;
+            clock.aligned = Some(stop_cell);
+        }
         Ok(())
+    }
+
+    /// The solution operator of a mesh segment.
+    fn feedback(&self, segment: usize) -> &Feedback {
+        &self.tables.feedback[self.tables.feedback_of_segment[segment]]
+    }
+
+    /// Writes the inputs' values at the clock into the extended state.
+    fn set_inputs(&self, clock: &Clock, state: &mut [f64]) {
+        let t = &self.tables;
+        let (constant, harmonics) = state[2 * t.padded..].split_at_mut(1);
+        constant[0] = 1.0;
+        let (ripples, rest) = harmonics.split_at_mut(2 * t.ripple.len());
+        let errors = &mut rest[..2 * self.model.transmission_error.len()];
+        for (pair, r) in ripples.chunks_exact_mut(2).zip(&self.model.ripple) {
+            let (sin, cos) = r.phase_at(clock.cycle, clock.time).sin_cos();
+            pair.copy_from_slice(&[cos, sin]);
+        }
+        if let Some(cell) = clock.aligned {
+            errors.copy_from_slice(&t.cell_phases[cell * errors.len()..][..errors.len()]);
+            return;
+        }
+        let harmonics = &self.model.transmission_error;
+        for (pair, h) in errors.chunks_exact_mut(2).zip(harmonics) {
+            let (sin, cos) = (h.angular_frequency * clock.time).sin_cos();
+            pair.copy_from_slice(&[cos, sin]);
+        }
     }
 
     /// Mesh segment in force at the clock.
@@ -210,36 +259,35 @@ impl Volterra<'_> {
     fn move_full<O: Observer>(
         &self,
         clock: &mut Clock,
+        segment: usize,
         contact: Contact,
-        solution: &Solution,
         workspace: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
     ) {
-        let t = &self.tables;
+        let (t, set) = (&self.tables, self.instructions);
         if O::WINDOWS {
-            let (d, f) = (solution.deflection, solution.force);
-            self.show(clock, contact, t.delta, &d, &f, workspace, observer);
+            let force = match contact.touching() {
+                true => workspace.solution.force,
+                false => [0.0; TERMS],
+            };
+            let series = [workspace.solution.deflection, force];
+            self.show(
+                clock, segment, contact, t.delta, &series, workspace, observer,
+            );
         }
-        let segment = self.segment(clock);
-        let feedback = contact.touching().then(|| &t.feedback[segment]);
-        let set = self.instructions;
-        for x in &mut workspace.tangents[..workspace.tangent_count] {
-            let force = feedback.map(|f| self.solve_tangent(x, f));
-            super::lanes::advance(set, &t.windows, force.as_ref(), x, &mut workspace.next);
-            std::mem::swap(x, &mut workspace.next);
+        let w = workspace;
+        for x in &mut w.tangents[..w.tangent_count] {
+            let force = self.tangent_force(x, segment, contact);
+            lanes::advance(set, &t.windows, force.as_ref(), &[], x, &mut w.tangent_next);
+            std::mem::swap(x, &mut w.tangent_next);
             counters.tangent_windows += 1;
         }
-        let force = contact.touching().then_some(&solution.force);
-        super::lanes::advance(
-            set,
-            &t.windows,
-            force,
-            &workspace.state,
-            &mut workspace.next,
-        );
-        std::mem::swap(&mut workspace.state, &mut workspace.next);
-        self.add_inputs(&workspace.phases, &mut workspace.state);
+        let force = contact.touching().then_some(&w.solution.force);
+        let (x, inputs) = w.state.split_at(2 * t.padded);
+        let inputs = &inputs[..t.acting_inputs()];
+        lanes::advance(set, &t.windows, force, inputs, x, &mut w.next);
+        std::mem::swap(&mut w.state, &mut w.next);
         match &mut clock.aligned {
             Some(cell) => {
                 *cell += 1;
@@ -254,8 +302,8 @@ impl Volterra<'_> {
         &self,
         end: f64,
         clock: &mut Clock,
+        segment: usize,
         contact: Contact,
-        solution: &Solution,
         workspace: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
@@ -263,34 +311,35 @@ impl Volterra<'_> {
         let tau = self.prepare_cut(end, &mut workspace.cut);
         counters.partial_windows += 1;
         if O::WINDOWS {
-            let (d, f) = self.cut_series(&workspace.cut, solution);
-            self.show(clock, contact, tau, &d, &f, workspace, observer);
+            let series = self.cut_series(&workspace.cut, &workspace.solution, contact.touching());
+            self.show(clock, segment, contact, tau, &series, workspace, observer);
         }
-        let segment = self.segment(clock);
-        let feedback = contact.touching().then(|| &self.tables.feedback[segment]);
-        for i in 0..workspace.tangent_count {
-            let x = &mut workspace.tangents[i];
-            let force = feedback.map(|f| self.solve_tangent(x, f));
-            self.cut_tangent(&workspace.cut, force.as_ref(), x);
+        let w = workspace;
+        for x in &mut w.tangents[..w.tangent_count] {
+            let force = self.tangent_force(x, segment, contact);
+            self.cut_tangent(&w.cut, force.as_ref(), x);
             counters.tangent_windows += 1;
         }
-        let force = contact.touching().then_some(&solution.force);
-        self.cut_trajectory(
-            &workspace.cut,
-            force,
-            &workspace.phases,
-            &mut workspace.state,
-        );
+        let force = contact.touching().then_some(&w.solution.force);
+        self.cut_trajectory(&w.cut, force, &mut w.state);
         clock.time += tau;
+    }
+
+    /// The force series of a tangent vector; none in free flight.
+    fn tangent_force(&self, x: &[f64], segment: usize, contact: Contact) -> Option<Series> {
+        let rows = &self.tables.rows[..2 * self.tables.padded];
+        contact
+            .touching()
+            .then(|| lanes::respond(self.instructions, rows, x, self.feedback(segment)))
     }
 
     fn show<O: Observer>(
         &self,
         clock: &Clock,
+        segment: usize,
         contact: Contact,
         duration: f64,
-        deflection: &Series,
-        force: &[f64; TERMS],
+        [deflection, force]: &[Series; 2],
         workspace: &Workspace,
         observer: &mut O,
     ) {
@@ -299,7 +348,7 @@ impl Volterra<'_> {
             cycle: clock.cycle,
             start: clock.time,
             duration,
-            segment: &self.model.cycle.segments[self.segment(clock)],
+            segment: &self.model.cycle.segments[segment],
             contact,
             deflection,
             force,
@@ -310,7 +359,7 @@ impl Volterra<'_> {
 
     /// Applies the saltation matrix of an event to all tangents.
     fn salt(&self, segment: usize, entering: bool, workspace: &mut Workspace) {
-        let damping = self.tables.feedback[segment].damping;
+        let damping = self.feedback(segment).damping;
         for x in &mut workspace.tangents[..workspace.tangent_count] {
             let (first, second) = x.split_at_mut(self.tables.padded);
             saltation::apply(&self.model.blocks, damping, entering, first, second);

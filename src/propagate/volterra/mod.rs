@@ -8,33 +8,44 @@
 //! ```
 //!
 //! is a scalar Volterra equation of the second kind. All functions of a window are carried
-//! as Legendre series with P = 16 terms (Galerkin projection), so that the same numbers
-//! serve the solution and the event certificates:
+//! as Legendre series with P = 24 terms (Galerkin projection), so that the same numbers
+//! serve the solution and the event certificates. With 𝒟 the derivative of a series,
 //!
 //! ```text
-//! d = R x + …                    free deflection (and R' x its rate)
-//! f = S (k d + c d' − k s b e₀),  S = (I + k B + c B')⁻¹, one per distinct (k, c)
-//! δ = d − B f
-//! x⁺ = D x + E f + …
+//! d = R x                         free deflection; x holds the blocks and the inputs
+//! f = S̃ d − s b k S e₀,           S = (I + k B + c B')⁻¹,  S̃ = S (k I + c 𝒟)
+//! δ = Q̃ d + s b k B S e₀,         Q̃ = I − B S̃
+//! x⁺ = D x + E f + …              … what torques and ripple add
 //! ```
 //!
-//! R, R', E, B follow in closed form from the Legendre series of the block exponentials
+//! R, E, B follow in closed form from the Legendre series of the block exponentials
 //! ([`crate::numerics::exponential`]) and a universal convolution table
 //! ([`crate::numerics::convolution`]). They depend on (Ω, Δ) only: loads, contact states
-//! and segments share them. In free flight F = 0 and the mesh is not looked at.
+//! and segments share them; S̃ and Q̃ are kept once a distinct (k, c). In free flight F = 0
+//! and the mesh is not looked at. Mean torques, ripple and transmission error are further
+//! rows of R, weighted by 1 and the (cos, sin) of their phases.
 //!
-//! A window may start anywhere. It is cut short at an event or at a breakpoint by
-//! evaluating the state there from the same force series ([`partial`]).
+//! A window may start anywhere. It is cut short at an event or at a breakpoint: weights
+//! that depend on the cut and the force, not on the blocks, recombine the exponential series
+//! of the full window ([`partial`]).
 //!
-//! Layout: the series index is the SIMD lane in R, R', B and S (16 doubles, two or four
-//! vectors); the block index is the lane in D, E and the partial windows (chunks of 8).
-//! At N = 40 the tables are 40 KB + 2 KB a distinct stiffness and stay in the inner caches.
+//! 24 terms and not 16: a term costs work in proportion, but the length that P terms resolve
+//! to round-off grows from κ = 1.26 to 4.0 (κ: fastest rate times half a window), so that a
+//! cycle takes a third of the windows.
+//!
+//! Layout. The series index is the SIMD lane in R, S̃ and Q̃ (24 doubles: three vectors of
+//! AVX-512, six of AVX2), one row an entry of the state; the block index is the lane in D, E
+//! and the exponentials (chunks of 8), chunk after chunk in the order in which a window reads
+//! them. Rows and lane groups start on cache lines. At N = 40 that is 16 KB for R, 17 KB for
+//! D and E, 9 KB a distinct stiffness, and 15 KB that only cuts read. The instruction set is
+//! chosen once a window's solution, once a move: each is one call ([`lanes`]).
 
+mod feedback;
 mod lanes;
+mod length;
 mod march;
 mod partial;
 mod tables;
-mod window;
 
 pub use lanes::InstructionSet;
 
@@ -42,7 +53,7 @@ use crate::model::Model;
 use tables::Tables;
 
 /// Terms of every series on a window.
-pub const TERMS: usize = 16;
+pub const TERMS: usize = 24;
 
 /// The structured kernel for one model.
 #[derive(Debug)]
@@ -58,7 +69,7 @@ impl<'m> Volterra<'m> {
     ///
     /// * `tolerance`: relative size of the first Legendre coefficient left out of a window,
     ///   for the fastest motion the model has; 2⁻⁵² for round-off. It sets the window length,
-    ///   which the exponential series bound: above some 3·10⁻¹³ windows grow no longer.
+    ///   which the exponential series bound: above some 5·10⁻¹⁴ windows grow no longer.
     /// * `event_limit`: most events in a mesh cycle before marching stops.
     pub fn new(model: &'m Model, tolerance: f64, event_limit: u32) -> Self {
         Self::with_instructions(model, tolerance, event_limit, InstructionSet::best())
@@ -82,13 +93,13 @@ impl<'m> Volterra<'m> {
     /// Upper bound of the rates \[rad/s\] of a model in any contact state, excitation
     /// included; windows are chosen by it.
     pub fn fastest_rate(model: &Model) -> f64 {
-        tables::fastest_rate(model)
+        length::fastest_rate(model)
     }
 
     /// Windows a mesh cycle that the kernel would need for a model: a stiff mesh, a strong
     /// damper or a slow speed can ask for more than anyone wants to wait for.
     pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
-        tables::windows_needed(model, tolerance)
+        length::windows_needed(model, tolerance)
     }
 
     /// Windows a mesh cycle without events.

@@ -1,43 +1,43 @@
 //! Everything a kernel computes once for an operating point.
 
 use super::TERMS;
-use super::lanes::{BlockChunk, LANES, Lanes, WindowChunk};
+use super::feedback::Feedback;
+
+use super::lanes::{ExponentialChunk, LANES, Lanes, Windows};
+use super::length::windows_needed;
 use crate::model::{Block, Model};
-use crate::numerics::convolution::convolution16;
-use crate::numerics::exponential::{
-    Complex, LARGEST_HALF_ARGUMENT, RIGID_PHASE, legendre_series, multiply,
-};
-use crate::numerics::linalg::invert;
+use crate::numerics::convolution::convolution24;
+use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series, multiply};
 
 /// A series on a window.
 pub type Series = [f64; TERMS];
 
+/// A series of a table, on cache lines of its own.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Row(pub Series);
+
 /// Terms of the series of response kernels; the convolution table's first size.
 const KERNEL_TERMS: usize = 32;
 
-/// The solution operator of one distinct segment.
-#[derive(Debug)]
-pub struct Feedback {
-    /// Mesh stiffness k \[N/m\].
-    pub stiffness: f64,
-    /// Contact damping c \[N s/m\].
-    pub damping: f64,
-    /// Columns of `S = (I + k B + c B')⁻¹`.
-    pub solution: [Series; TERMS],
+/// What a chunk of blocks is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct BlockChunk {
+    /// Traceless part M, row by row.
+    pub traceless: [Lanes; 4],
+    /// Gain −g of the mesh force.
+    pub mesh_pull: [Lanes; 2],
+    /// Constant input of the mean torques.
+    pub static_input: [Lanes; 2],
 }
 
-/// A harmonic input on full windows that start at its phase 0, as complex amplitudes.
+/// A torque ripple.
 #[derive(Debug)]
-pub struct Harmonic {
-    /// Angular frequency \[rad/s\].
-    pub angular_frequency: f64,
-    /// Contribution to δ.
-    pub deflection: [Complex; TERMS],
-    /// Contribution to δ'.
-    pub rate: [Complex; TERMS],
-    /// Contribution to the state at the window's end, padded first then second
-    /// components; empty for the transmission error.
-    pub state: Vec<Complex>,
+pub struct RippleTable {
+    /// Input of every chunk of blocks.
+    pub input: Vec<[Lanes; 2]>,
+    /// Series of `e^{iωt}` on a full window.
+    pub series: [Complex; TERMS],
 }
 
 /// Tables of the structured kernel.
@@ -49,34 +49,32 @@ pub struct Tables {
     pub delta: f64,
     /// Blocks rounded up to whole chunks.
     pub padded: usize,
-    /// Eigenvalues and gains of the blocks.
+    /// Gains of the blocks.
     pub blocks: Vec<BlockChunk>,
-    /// D and E.
-    pub windows: Vec<WindowChunk>,
-    /// Rows of R: one series a state component, first components then second.
-    pub deflection: Vec<Series>,
-    /// Rows of R'.
-    pub rate: Vec<Series>,
-    /// Columns of B.
-    pub response: [Series; TERMS],
-    /// δ of the mean torques on a window.
-    pub static_deflection: Series,
-    /// δ' of the mean torques on a window.
-    pub static_rate: Series,
-    /// State that the mean torques add over a window, padded.
-    pub static_state: Vec<f64>,
-    /// One a mesh segment.
+    /// Exponential series of the blocks on a full window.
+    pub exponentials: Vec<ExponentialChunk>,
+    /// D and E, and the inputs' responses.
+    pub windows: Windows,
+    /// Rows of R: one series an entry of the extended state (first components, second
+    /// components, inputs).
+    pub rows: Vec<Row>,
+    /// Inputs: the constant 1, (cos, sin) of every ripple, then of every harmonic of the
+    /// transmission error; rounded up to a multiple of 4.
+    pub inputs: usize,
+    /// Solution operators, one a distinct (k, c).
     pub feedback: Vec<Feedback>,
+    /// Operator of every mesh segment.
+    pub feedback_of_segment: Vec<usize>,
     /// Segment of every cell.
     pub segment_of_cell: Vec<usize>,
     /// First cell after each segment.
     pub segment_end_cell: Vec<usize>,
     /// Start of every cell \[s\], and the period.
     pub cell_time: Vec<f64>,
-    /// Transmission error: δ and δ' of `−e`, amplitude and phase included.
-    pub transmission_error: Vec<Harmonic>,
-    /// Torque ripple, phase left out.
-    pub ripple: Vec<Harmonic>,
+    /// (cos, sin) of the transmission error's harmonics at the start of every cell.
+    pub cell_phases: Vec<f64>,
+    /// Torque ripples.
+    pub ripple: Vec<RippleTable>,
 }
 
 impl Tables {
@@ -87,26 +85,27 @@ impl Tables {
         let delta = cycle.period / cells as f64;
         let cell = |division: usize| division * cells / cycle.divisions;
 
-        let padded = model.modes().div_ceil(LANES) * LANES;
+        let chunks = model.modes().div_ceil(LANES);
+        let padded = chunks * LANES;
+        let acting = 1 + 2 * model.ripple.len();
+        let inputs = (acting + 2 * model.transmission_error.len()).next_multiple_of(4);
         let mut tables = Self {
             cells,
             delta,
             padded,
-            blocks: block_chunks(model, delta),
-            windows: Vec::new(),
-            deflection: vec![[0.0; TERMS]; 2 * padded],
-            rate: vec![[0.0; TERMS]; 2 * padded],
-            response: [[0.0; TERMS]; TERMS],
-            static_deflection: [0.0; TERMS],
-            static_rate: [0.0; TERMS],
-            static_state: vec![0.0; 2 * padded],
+            blocks: block_chunks(model),
+            exponentials: vec![ExponentialChunk::ZERO; chunks],
+            windows: Windows::new(chunks, acting),
+            rows: vec![Row([0.0; TERMS]); 2 * padded + inputs],
+            inputs,
             feedback: Vec::new(),
+            feedback_of_segment: Vec::new(),
             segment_of_cell: vec![0; cells],
             segment_end_cell: Vec::new(),
             cell_time: (0..=cells)
                 .map(|c| cycle.period * c as f64 / cells as f64)
                 .collect(),
-            transmission_error: Vec::new(),
+            cell_phases: Vec::new(),
             ripple: Vec::new(),
         };
         for (index, segment) in cycle.segments.iter().enumerate() {
@@ -114,197 +113,142 @@ impl Tables {
             tables.segment_of_cell[first..end].fill(index);
             tables.segment_end_cell.push(end);
         }
-        tables.fill_linear(model);
-        tables.fill_excitation(model);
+        let exponentials: Vec<_> = model
+            .blocks
+            .iter()
+            .map(|block| BlockExponential::new(block, delta))
+            .collect();
+        tables.fill_structure(model, &exponentials);
+        tables.fill_feedback(model, &exponentials);
+        tables.fill_ripple(model, &exponentials);
+        tables.fill_transmission_error(model);
         tables
     }
 
-    /// Series of the block exponentials and all that follows from them: R, R', D, E, B, S and
-    /// the mean torques.
-    fn fill_linear(&mut self, model: &Model) {
+    /// Inputs that act on the blocks, the first of all inputs.
+    pub fn acting_inputs(&self) -> usize {
+        1 + 2 * self.ripple.len()
+    }
+
+    /// R, D, E and the mean torques' effect on the state.
+    fn fill_structure(&mut self, model: &Model, exponentials: &[BlockExponential]) {
         let delta = self.delta;
-        let zero = [0.0; LANES];
-        self.windows = vec![
-            WindowChunk {
-                propagator: [zero; 4],
-                response: [[zero; 2]; TERMS],
-            };
-            self.padded / LANES
-        ];
-        let mut impulse = Kernels::default();
-        let mut torque = Kernels::default();
-        for (i, block) in model.blocks.iter().enumerate() {
-            let exponential = BlockExponential::new(block, delta);
+        for (i, (block, exponential)) in model.blocks.iter().zip(exponentials).enumerate() {
             let (chunk, lane) = (i / LANES, i % LANES);
-            let rate = block.rate();
             for n in 0..TERMS {
                 let e = exponential.matrix(n);
                 for j in 0..2 {
-                    let row = j * self.padded + i;
-                    self.deflection[row][n] =
+                    self.rows[j * self.padded + i].0[n] =
                         block.deflection[0] * e[0][j] + block.deflection[1] * e[1][j];
-                    self.rate[row][n] = rate[0] * e[0][j] + rate[1] * e[1][j];
                 }
-                let moment = moment(n, delta);
                 let g = apply(e, block.mesh_input);
-                self.windows[chunk].response[n][0][lane] = -moment * g[0];
-                self.windows[chunk].response[n][1][lane] = -moment * g[1];
+                let moment = -moment(n, delta);
+                self.windows
+                    .set_response(i, n, [moment * g[0], moment * g[1]]);
+                let target = &mut self.exponentials[chunk].0[n];
+                target[0].0[lane] = exponential.cosine[n];
+                target[1].0[lane] = exponential.sine[n];
             }
-            let d = exponential.end();
-            for (k, value) in [d[0][0], d[0][1], d[1][0], d[1][1]].into_iter().enumerate() {
-                self.windows[chunk].propagator[k][lane] = value;
-            }
+            self.windows.set_propagator(i, exponential.end());
             let s = apply(exponential.matrix(0), block.static_input);
-            self.static_state[i] = delta * s[0];
-            self.static_state[self.padded + i] = delta * s[1];
-            impulse.add(block, &exponential, block.mesh_input);
-            torque.add(block, &exponential, block.static_input);
+            self.windows
+                .set_response(i, TERMS, [delta * s[0], delta * s[1]]);
         }
-        let convolution = convolution16();
-        self.response = convolution.operator(&impulse.deflection, delta);
-        let response_rate = convolution.operator(&impulse.rate, delta);
-        self.static_deflection = convolution.operator(&torque.deflection, delta)[0];
-        self.static_rate = convolution.operator(&torque.rate, delta)[0];
-        self.feedback = model
-            .cycle
-            .segments
-            .iter()
-            .map(|segment| {
-                let (k, c) = (segment.stiffness, segment.damping);
-                let columns = std::array::from_fn(|j| {
-                    std::array::from_fn(|i| {
-                        f64::from(u8::from(i == j))
-                            + k * self.response[j][i]
-                            + c * response_rate[j][i]
-                    })
-                });
-                Feedback {
-                    stiffness: k,
-                    damping: c,
-                    solution: invert(&columns),
-                }
-            })
-            .collect();
     }
 
-    /// Transmission error and torque ripple on full windows.
-    fn fill_excitation(&mut self, model: &Model) {
-        let delta = self.delta;
-        for h in &model.transmission_error {
-            let mut series = [(0.0, 0.0); TERMS];
-            legendre_series((0.0, h.angular_frequency), delta, &mut series);
-            let amplitude = (-h.amplitude * h.phase.cos(), -h.amplitude * h.phase.sin());
-            let deflection = series.map(|u| multiply(amplitude, u));
-            self.transmission_error.push(Harmonic {
-                angular_frequency: h.angular_frequency,
-                deflection,
-                rate: deflection.map(|u| multiply((0.0, h.angular_frequency), u)),
-                state: Vec::new(),
-            });
+    /// S̃ and Q̃ of every distinct (k, c), and the mean torques' effect on δ.
+    fn fill_feedback(&mut self, model: &Model, exponentials: &[BlockExponential]) {
+        let mut impulse = Kernels::default();
+        let mut torque = Kernels::default();
+        for (block, exponential) in model.blocks.iter().zip(exponentials) {
+            impulse.add(block, exponential, block.mesh_input);
+            torque.add(block, exponential, block.static_input);
         }
-        for ripple in &model.ripple {
+        let convolution = convolution24();
+        let response = convolution.operator(&impulse.deflection, self.delta);
+        let response_rate = convolution.operator(&impulse.rate, self.delta);
+        self.rows[2 * self.padded].0 = convolution.step(&torque.deflection, self.delta);
+        for segment in &model.cycle.segments {
+            let pair = (segment.stiffness, segment.damping);
+            let known = self
+                .feedback
+                .iter()
+                .position(|f| (f.stiffness, f.damping) == pair);
+            let index = known.unwrap_or(self.feedback.len());
+            if index == self.feedback.len() {
+                let feedback = Feedback::new(pair, &response, &response_rate, self.delta);
+                self.feedback.push(feedback);
+            }
+            self.feedback_of_segment.push(index);
+        }
+    }
+
+    /// Torque ripples: their effect on state and δ, phase left out.
+    fn fill_ripple(&mut self, model: &Model, exponentials: &[BlockExponential]) {
+        let delta = self.delta;
+        for (index, ripple) in model.ripple.iter().enumerate() {
+            let column = TERMS + 1 + 2 * index;
             let mut series = [(0.0, 0.0); TERMS];
             legendre_series((0.0, ripple.angular_frequency), delta, &mut series);
             let mut kernels = Kernels::default();
-            let mut state = vec![(0.0, 0.0); 2 * self.padded];
-            for (i, (block, input)) in model.blocks.iter().zip(&ripple.input).enumerate() {
-                let exponential = BlockExponential::new(block, delta);
-                kernels.add(block, &exponential, *input);
+            let mut input = vec![[Lanes::ZERO; 2]; self.blocks.len()];
+            let blocks = model.blocks.iter().zip(exponentials).zip(&ripple.input);
+            for (i, ((block, exponential), gain)) in blocks.enumerate() {
+                kernels.add(block, exponential, *gain);
+                let mut state = [(0.0, 0.0); 2];
                 for (n, u) in series.iter().enumerate() {
-                    let e = apply(exponential.matrix(n), *input);
+                    let e = apply(exponential.matrix(n), *gain);
                     let moment = moment(n, delta);
-                    for (j, e) in e.into_iter().enumerate() {
-                        let target = &mut state[j * self.padded + i];
+                    for (target, e) in state.iter_mut().zip(e) {
                         target.0 += moment * e * u.0;
                         target.1 += moment * e * u.1;
                     }
                 }
-            }
-            let combine = |kernel: &[f64; KERNEL_TERMS]| {
-                let columns = convolution16().operator(kernel, delta);
-                let mut out = [(0.0, 0.0); TERMS];
-                for (column, u) in columns.iter().zip(&series) {
-                    for (o, c) in out.iter_mut().zip(column) {
-                        o.0 += c * u.0;
-                        o.1 += c * u.1;
-                    }
+                self.windows.set_response(i, column, state.map(|s| s.0));
+                self.windows
+                    .set_response(i, column + 1, state.map(|s| -s.1));
+                for j in 0..2 {
+                    input[i / LANES][j].0[i % LANES] = gain[j];
                 }
-                out
-            };
-            self.ripple.push(Harmonic {
-                angular_frequency: ripple.angular_frequency,
-                deflection: combine(&kernels.deflection),
-                rate: combine(&kernels.rate),
-                state,
-            });
+            }
+            let columns = convolution24().operator(&kernels.deflection, delta);
+            let rows = &mut self.rows[2 * self.padded + 1 + 2 * index..][..2];
+            for (column, u) in columns.iter().zip(&series) {
+                for n in 0..TERMS {
+                    rows[0].0[n] += column[n] * u.0;
+                    rows[1].0[n] -= column[n] * u.1;
+                }
+            }
+            self.ripple.push(RippleTable { input, series });
+        }
+    }
+
+    /// The transmission error's effect on δ, `−e`, amplitude and phase included.
+    fn fill_transmission_error(&mut self, model: &Model) {
+        for time in &self.cell_time {
+            for h in &model.transmission_error {
+                let (sin, cos) = (h.angular_frequency * time).sin_cos();
+                self.cell_phases.extend([cos, sin]);
+            }
+        }
+        let first = 2 * self.padded + self.acting_inputs();
+        for (index, h) in model.transmission_error.iter().enumerate() {
+            let mut series = [(0.0, 0.0); TERMS];
+            legendre_series((0.0, h.angular_frequency), self.delta, &mut series);
+            let amplitude = (-h.amplitude * h.phase.cos(), -h.amplitude * h.phase.sin());
+            for (n, u) in series.iter().enumerate() {
+                let value = multiply(amplitude, *u);
+                self.rows[first + 2 * index].0[n] = value.0;
+                self.rows[first + 2 * index + 1].0[n] = -value.1;
+            }
         }
     }
 }
 
-/// Windows a mesh cycle: the fewest that fit the segments and are short enough for the
-/// tolerance.
-pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
-    let cycle = &model.cycle;
-    let grid = cycle
-        .segments
-        .iter()
-        .fold(cycle.divisions, |g, s| gcd(g, s.length));
-    let base = (cycle.divisions / grid) as f64;
-    let half_argument = 0.5 * fastest_rate(model) * cycle.period;
-    base * (half_argument / (base * largest_half_argument(tolerance)))
-        .ceil()
-        .max(1.0)
-}
-
-/// `∫₀^τ P_n(2s/τ − 1) e^{A(τ−s)} ds` is this factor times coefficient n of `e^{At}`.
-pub fn moment(n: usize, tau: f64) -> f64 {
+/// `∫₀^Δ P_n(2s/Δ − 1) e^{A(Δ−s)} ds` is this factor times coefficient n of `e^{At}`.
+fn moment(n: usize, delta: f64) -> f64 {
     let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
-    sign * tau / (2 * n + 1) as f64
-}
-
-/// Upper bound of the rates \[1/s\] in any contact state and of the excitation: with the
-/// spring closed an eigenvalue moves by at most the norm of what is added.
-pub fn fastest_rate(model: &Model) -> f64 {
-    let mut open: f64 = 0.0;
-    let (mut stiffening, mut damping) = (0.0, 0.0);
-    for block in &model.blocks {
-        open = open.max(block.natural_frequency());
-        let [w1, w2] = block.deflection;
-        let [r1, r2] = block.rate();
-        let [g1, g2] = block.mesh_input;
-        stiffening += (r1 * g1 + r2 * g2).abs();
-        damping += (r1 * g1 + r2 * g2).abs() + (w1 * g1 + w2 * g2).abs();
-    }
-    let k = model.cycle.largest_stiffness();
-    let c = model
-        .cycle
-        .segments
-        .iter()
-        .map(|s| s.damping)
-        .fold(0.0, f64::max);
-    let closed = (open * open + k * stiffening).sqrt() + c * damping;
-    let excitation = model
-        .transmission_error
-        .iter()
-        .map(|h| h.angular_frequency)
-        .chain(model.ripple.iter().map(|r| r.angular_frequency));
-    excitation.fold(closed, f64::max)
-}
-
-/// Tolerances below mean this one: windows thirty times shorter than round-off asks for.
-const SMALLEST_TOLERANCE: f64 = 1e-40;
-
-/// The half argument κ at which the first coefficient left out, about
-/// `(2P+1) κ^P / (2P+1)!!`, reaches the tolerance.
-fn largest_half_argument(tolerance: f64) -> f64 {
-    let tolerance = tolerance.max(SMALLEST_TOLERANCE);
-    let double_factorial: f64 = (1..=TERMS).map(|n| (2 * n + 1) as f64).product();
-    let power = tolerance * double_factorial / (2 * TERMS + 1) as f64;
-    power.powf(1.0 / TERMS as f64).min(LARGEST_HALF_ARGUMENT)
-}
-
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
+    sign * delta / (2 * n + 1) as f64
 }
 
 /// μ, ν of a block; a rigid rotation gets the ν of [`RIGID_PHASE`].
@@ -313,33 +257,23 @@ fn eigenvalue(block: &Block, delta: f64) -> (f64, f64) {
     (block.growth(), nu.max(RIGID_PHASE / delta))
 }
 
-fn block_chunks(model: &Model, delta: f64) -> Vec<BlockChunk> {
-    let zero: Lanes = [0.0; LANES];
+fn block_chunks(model: &Model) -> Vec<BlockChunk> {
     model
         .blocks
         .chunks(LANES)
         .map(|group| {
             let mut chunk = BlockChunk {
-                growth: zero,
-                // Padding lanes: any harmless frequency.
-                frequency: [RIGID_PHASE / delta; LANES],
-                inverse_frequency: zero,
-                traceless: [zero; 4],
-                mesh_input: [zero; 2],
-                static_input: [zero; 2],
+                traceless: [Lanes::ZERO; 4],
+                mesh_pull: [Lanes::ZERO; 2],
+                static_input: [Lanes::ZERO; 2],
             };
             for (l, block) in group.iter().enumerate() {
-                let (mu, nu) = eigenvalue(block, delta);
-                chunk.growth[l] = mu;
-                chunk.frequency[l] = nu;
-                chunk.inverse_frequency[l] = 1.0 / nu;
-                let m = block.traceless();
-                for (k, value) in [m[0][0], m[0][1], m[1][0], m[1][1]].into_iter().enumerate() {
-                    chunk.traceless[k][l] = value;
+                for (k, value) in block.traceless().as_flattened().iter().enumerate() {
+                    chunk.traceless[k].0[l] = *value;
                 }
                 for j in 0..2 {
-                    chunk.mesh_input[j][l] = block.mesh_input[j];
-                    chunk.static_input[j][l] = block.static_input[j];
+                    chunk.mesh_pull[j].0[l] = -block.mesh_input[j];
+                    chunk.static_input[j].0[l] = block.static_input[j];
                 }
             }
             chunk

@@ -1,0 +1,66 @@
+//! How long is a window?
+
+use super::TERMS;
+use crate::model::Model;
+use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
+
+/// Windows a mesh cycle: the fewest that fit the segments and are short enough for the
+/// tolerance.
+pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
+    let cycle = &model.cycle;
+    let grid = cycle
+        .segments
+        .iter()
+        .fold(cycle.divisions, |g, s| gcd(g, s.length));
+    let base = (cycle.divisions / grid) as f64;
+    let half_argument = 0.5 * fastest_rate(model) * cycle.period;
+    base * (half_argument / (base * largest_half_argument(tolerance)))
+        .ceil()
+        .max(1.0)
+}
+
+/// Upper bound of the rates \[1/s\] in any contact state and of the excitation: with the
+/// spring closed an eigenvalue moves by at most the norm of what is added.
+pub fn fastest_rate(model: &Model) -> f64 {
+    let mut open: f64 = 0.0;
+    let (mut stiffening, mut damping) = (0.0, 0.0);
+    for block in &model.blocks {
+        open = open.max(block.natural_frequency());
+        let [w1, w2] = block.deflection;
+        let [r1, r2] = block.rate();
+        let [g1, g2] = block.mesh_input;
+        stiffening += (r1 * g1 + r2 * g2).abs();
+        damping += (r1 * g1 + r2 * g2).abs() + (w1 * g1 + w2 * g2).abs();
+    }
+    let k = model.cycle.largest_stiffness();
+    let c = model
+        .cycle
+        .segments
+        .iter()
+        .map(|s| s.damping)
+        .fold(0.0, f64::max);
+    let closed = (open * open + k * stiffening).sqrt() + c * damping;
+    let excitation = model
+        .transmission_error
+        .iter()
+        .map(|h| h.angular_frequency)
+        .chain(model.ripple.iter().map(|r| r.angular_frequency));
+    excitation.fold(closed, f64::max)
+}
+
+/// Tolerances below mean this one: windows some hundred times shorter than round-off asks
+/// for.
+const SMALLEST_TOLERANCE: f64 = 1e-64;
+
+/// The half argument κ at which the first coefficient left out, about
+/// `(2P+1) κ^P / (2P+1)!!`, reaches the tolerance.
+fn largest_half_argument(tolerance: f64) -> f64 {
+    let tolerance = tolerance.max(SMALLEST_TOLERANCE);
+    let double_factorial: f64 = (1..=TERMS).map(|n| (2 * n + 1) as f64).product();
+    let power = tolerance * double_factorial / (2 * TERMS + 1) as f64;
+    power.powf(1.0 / TERMS as f64).min(LARGEST_HALF_ARGUMENT)
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
