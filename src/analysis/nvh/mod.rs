@@ -23,8 +23,8 @@ use crate::numerics::legendre::variation;
 use crate::numerics::statistics::{FEWEST_BLOCKS, standard_error};
 use crate::propagate::{Event, Observer, Window};
 use contacts::Contacts;
-use fourier::{Harmonics, Suborders};
-use rule::{NODES, Rule};
+use fourier::Fourier;
+use rule::{NODES, Rule, powers};
 use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
 
@@ -47,8 +47,8 @@ pub struct Nvh {
     largest: f64,
     force_peak: f64,
     contacts: Contacts,
-    harmonics: Harmonics,
-    suborders: Option<Suborders>,
+    /// None where no orders were asked for.
+    fourier: Option<Fourier>,
     repeats: Option<u32>,
 }
 
@@ -70,8 +70,7 @@ impl Nvh {
             largest: f64::NEG_INFINITY,
             force_peak: 0.0,
             contacts: Contacts::new(model.period()),
-            harmonics: Harmonics::new(mesh_frequency, harmonics),
-            suborders: (harmonics > 0).then(|| Suborders::new(mesh_frequency)),
+            fourier: (harmonics > 0).then(|| Fourier::new(mesh_frequency, harmonics)),
             repeats: None,
         }
     }
@@ -84,8 +83,8 @@ impl Nvh {
         self.largest = f64::NEG_INFINITY;
         self.force_peak = 0.0;
         self.contacts.restart();
-        if let Some(suborders) = &mut self.suborders {
-            suborders.restart();
+        if let Some(fourier) = &mut self.fourier {
+            fourier.suborders.restart();
         }
         self.repeats = None;
     }
@@ -127,7 +126,7 @@ impl Nvh {
         found.contacts = stay(total.touches, medians[1]);
 
         let mut suborder_errors = Vec::new();
-        if let Some(suborders) = &closed.suborders {
+        if let Some(Fourier { suborders, .. }) = &closed.fourier {
             found.suborders = match self.repeats {
                 Some(period) => suborders.of_periodic(period, total.time),
                 None => {
@@ -157,8 +156,8 @@ impl Nvh {
     /// A mesh cycle is over.
     fn advance(&mut self) {
         self.stretches.advance();
-        if let Some(suborders) = &mut self.suborders {
-            suborders.advance(self.period);
+        if let Some(fourier) = &mut self.fourier {
+            fourier.suborders.advance(self.period);
         }
     }
 
@@ -208,14 +207,7 @@ impl Observer for Nvh {
         let sums = self.stretches.open();
         sums.time += tau;
         sums.times[window.contact.index()] += tau;
-        let mut powers = [0.0; 4];
-        for (value, w) in values.iter().zip(self.rule.weights.iter()) {
-            let u = (value - centre[0]) / half_gap;
-            powers[0] += w * u;
-            powers[1] += w * u * u;
-            powers[2] += w * u * u * u;
-            powers[3] += w * u * u * u * u;
-        }
+        let powers = powers(&values, &self.rule.weights, centre[0], half_gap);
         for (moment, power) in sums.moments.iter_mut().zip(powers) {
             *moment += tau * power;
         }
@@ -225,12 +217,18 @@ impl Observer for Nvh {
         for (n, f) in about.iter().enumerate() {
             sums.force[1] += tau * f * f / (2 * n + 1) as f64;
         }
-        if !sums.harmonics.is_empty() {
-            let harmonics = &mut sums.harmonics;
-            (self.harmonics).add(window, &deflection, &self.rule, &values, harmonics);
-        }
-        if let Some(suborders) = &mut self.suborders {
-            suborders.add(window, &deflection);
+        if let Some(fourier) = &mut self.fourier {
+            let mut weighted = values;
+            for (value, w) in weighted.iter_mut().zip(self.rule.weights.iter()) {
+                *value *= w;
+            }
+            fourier.add(
+                window,
+                &deflection,
+                &self.rule,
+                &weighted,
+                &mut sums.harmonics,
+            );
         }
     }
 

@@ -12,6 +12,8 @@ pub(super) const NODES: usize = 48;
 pub(super) struct Rule {
     polynomials: Box<[[f64; NODES]; TERMS]>,
     pub(super) weights: Box<[f64; NODES]>,
+    /// The nodes, in (−1, 1).
+    pub(super) places: Box<[f64; NODES]>,
 }
 
 impl Rule {
@@ -28,24 +30,16 @@ impl Rule {
             weights[j] = 0.5 * gauss.weights[j];
         }
         Self {
+            places: Box::new(table[1]),
             polynomials: table,
             weights,
         }
     }
 
-    /// Node j, in (−1, 1).
-    pub(super) fn place(&self, j: usize) -> f64 {
-        self.polynomials[1][j]
-    }
-
     /// Values of a series at the nodes: the nodes are the lanes.
     pub(super) fn values(&self, series: &[f64; TERMS]) -> [f64; NODES] {
         let mut values = [0.0; NODES];
-        for (a, row) in series.iter().zip(self.polynomials.iter()) {
-            for (value, p) in values.iter_mut().zip(row) {
-                *value += a * p;
-            }
-        }
+        combine(series, &self.polynomials, &mut values);
         values
     }
 
@@ -57,13 +51,48 @@ impl Rule {
                 best = j;
             }
         }
-        maximum(series, self.place(best))
+        maximum(series, self.places[best])
     }
 
     /// Smallest value of a series, from its `values` at the nodes.
     pub(super) fn minimum(&self, series: &[f64; TERMS], values: &[f64; NODES]) -> f64 {
         -self.maximum(&series.map(|a| -a), &values.map(|v| -v))
     }
+}
+
+/// `Σ series[n] rows[n]`. The same on every instruction set: nothing is fused.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn combine(series: &[f64; TERMS], rows: &[[f64; NODES]; TERMS], values: &mut [f64; NODES]) {
+    for (a, row) in series.iter().zip(rows) {
+        for (value, p) in values.iter_mut().zip(row) {
+            *value += a * p;
+        }
+    }
+}
+
+/// Powers 1 … 4 of `(values − centre)/unit`, weighted and added up. The same on every
+/// instruction set: nothing is fused.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(super) fn powers(
+    values: &[f64; NODES],
+    weights: &[f64; NODES],
+    centre: f64,
+    unit: f64,
+) -> [f64; 4] {
+    const LANES: usize = 8;
+    let scale = 1.0 / unit;
+    let mut sums = [[0.0; LANES]; 4];
+    for base in (0..NODES).step_by(LANES) {
+        for i in 0..LANES {
+            let u = scale * (values[base + i] - centre);
+            let mut power = weights[base + i];
+            for sum in &mut sums {
+                power *= u;
+                sum[i] += power;
+            }
+        }
+    }
+    sums.map(|lanes| lanes.iter().sum())
 }
 
 /// Largest of a series' values at its ends and at the stationary point next to x.
