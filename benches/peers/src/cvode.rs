@@ -3,6 +3,7 @@
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
 use crate::sundials as c;
+use crate::vectors;
 use atlas::model::{Contact, Surface};
 use std::ffi::{c_char, c_int};
 use std::ptr::null_mut;
@@ -42,6 +43,8 @@ impl Cvode {
             let state = c::N_VNew_Serial(n, context);
             let absolute = c::N_VNew_Serial(n, context);
             assert!(!state.is_null() && !absolute.is_null(), "no vectors");
+            vectors::accelerate(state);
+            vectors::accelerate(absolute);
             vector(state, dimension).fill(0.0);
             for (a, s) in vector(absolute, dimension).iter_mut().zip(scale) {
                 *a = tolerance * s;

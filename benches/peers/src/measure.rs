@@ -19,14 +19,14 @@ const STRETCHES: usize = 4;
 /// Cycles marched before the first one.
 const TRANSIENT: u64 = 200;
 
-/// A solver is run again until this time \[s\] is spent,
-const PATIENCE: f64 = 0.3;
+/// In one sweep a solver is run again until this time \[s\] is spent,
+const PATIENCE: f64 = 0.07;
 
 /// at least so often,
-const FEWEST: usize = 5;
+const FEWEST: usize = 2;
 
 /// and at most so often.
-const MOST: usize = 300;
+const MOST: usize = 100;
 
 /// A rattling drive, where its stretches start and where they truly end.
 pub struct Problem {
@@ -218,6 +218,15 @@ impl Outcome {
 }
 
 impl Sample {
+    /// Adds the repetitions of another sweep.
+    pub fn merge(&mut self, again: Self) {
+        assert!(self.solver == again.solver && self.setting == again.setting);
+        if let (Ok(own), Ok(more)) = (&mut self.outcome, again.outcome) {
+            own.times.extend(more.times);
+            own.times.sort_by(f64::total_cmp);
+        }
+    }
+
     /// One line for a person who waits.
     pub fn line(&self) -> String {
         let what = format!("{:<16} {:>8.0e}", self.solver, self.setting);

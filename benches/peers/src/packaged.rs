@@ -45,7 +45,7 @@ impl Packaged {
         for _ in 0..10 {
             // One step whatever its error: the step it shortens was accepted.
             let mut single = ExplicitRungeKutta::dop853().rtol(1e30).atol(1e30).h0(tau);
-            let there = (single.init(&Equations(field), time, time + tau, previous))
+            let there = (single.init(&Equations(field), time, time + 2.0 * tau, previous))
                 .and_then(|_| single.step(&Equations(field)));
             there.map_err(|e| failed(&e))?;
             state.copy_from_slice(single.y());
@@ -92,7 +92,7 @@ impl SmoothSolver for Packaged {
             .rtol(self.tolerance)
             .atol(self.absolute.clone())
             .max_steps(1_000_000)
-            .h0(self.step.min(end - start));
+            .h0(self.step.min(0.5 * (end - start)));
         solver
             .init(&equations, start, end, &state.to_vec())
             .map_err(|e| failed(&e))?;

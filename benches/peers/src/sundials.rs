@@ -31,6 +31,7 @@ unsafe extern "C" {
 
     pub fn N_VNew_Serial(length: i64, context: Opaque) -> Opaque;
     pub fn N_VGetArrayPointer(vector: Opaque) -> *mut f64;
+    pub fn N_VGetLength(vector: Opaque) -> i64;
     pub fn N_VDestroy(vector: Opaque);
 
     pub fn SUNDenseMatrix(rows: i64, columns: i64, context: Opaque) -> Opaque;
