@@ -3,7 +3,7 @@
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
 use crate::sundials as c;
-use crate::vectors;
+use crate::vectors::accelerate;
 use atlas::model::{Contact, Surface};
 use std::ffi::{c_char, c_int};
 use std::ptr::null_mut;
@@ -15,6 +15,15 @@ pub enum Method {
     Adams,
     /// Backward differentiation, Newton's method with the analytic dense Jacobian.
     Bdf,
+}
+
+/// Whose vector operations CVODE uses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Vectors {
+    /// Those of the package, compiled for any processor.
+    Packaged,
+    /// Those of `vectors`, compiled for this one.
+    Compiled,
 }
 
 /// A CVODE integrator, created once and reinitialised at every event.
@@ -32,7 +41,13 @@ pub struct Cvode {
 impl Cvode {
     /// An integrator with relative tolerance `tolerance` and absolute tolerances
     /// `tolerance · scale`.
-    pub fn new(method: Method, field: &Field, tolerance: f64, scale: &[f64]) -> Self {
+    pub fn new(
+        method: Method,
+        vectors: Vectors,
+        field: &Field,
+        tolerance: f64,
+        scale: &[f64],
+    ) -> Self {
         let dimension = field.dimension();
         let n = dimension as i64;
         let mut context = null_mut();
@@ -43,8 +58,10 @@ impl Cvode {
             let state = c::N_VNew_Serial(n, context);
             let absolute = c::N_VNew_Serial(n, context);
             assert!(!state.is_null() && !absolute.is_null(), "no vectors");
-            vectors::accelerate(state);
-            vectors::accelerate(absolute);
+            if vectors == Vectors::Compiled {
+                accelerate(state);
+                accelerate(absolute);
+            }
             vector(state, dimension).fill(0.0);
             for (a, s) in vector(absolute, dimension).iter_mut().zip(scale) {
                 *a = tolerance * s;

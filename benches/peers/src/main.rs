@@ -25,7 +25,7 @@ mod vectors;
 
 use atlas::propagate::{Stepping, Volterra};
 use atlas::reference::Reference;
-use cvode::{Cvode, Method};
+use cvode::{Cvode, Method, Vectors};
 use events::Failure;
 use field::Field;
 use measure::{CYCLES, Problem, Sample};
@@ -81,8 +81,12 @@ fn adaptive(problem: &Problem) -> Vec<Sample> {
         let mut add = |name: &str, solver: &mut dyn FnMut(usize) -> Result<Vec<f64>, Failure>| {
             samples.push(problem.measure(name, tolerance, solver));
         };
-        for (name, method) in [("CVODE Adams", Method::Adams), ("CVODE BDF", Method::Bdf)] {
-            let mut solver = Cvode::new(method, &field, tolerance, &scale);
+        for (name, method, vectors) in [
+            ("CVODE Adams", Method::Adams, Vectors::Compiled),
+            ("CVODE Adams (Debian)", Method::Adams, Vectors::Packaged),
+            ("CVODE BDF", Method::Bdf, Vectors::Compiled),
+        ] {
+            let mut solver = Cvode::new(method, vectors, &field, tolerance, &scale);
             add(name, &mut |i| problem.adaptive(&mut solver, i));
         }
         let mut solver = RungeKutta::dop853(tolerance, &scale);

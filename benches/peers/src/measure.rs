@@ -22,10 +22,7 @@ const TRANSIENT: u64 = 200;
 /// In one sweep a solver is run again until this time \[s\] is spent,
 const PATIENCE: f64 = 0.07;
 
-/// at least so often,
-const FEWEST: usize = 2;
-
-/// and at most so often.
+/// at least once and at most so often.
 const MOST: usize = 100;
 
 /// A rattling drive, where its stretches start and where they truly end.
@@ -181,8 +178,12 @@ impl Problem {
     ) -> Result<Outcome, Failure> {
         let mut errors = Vec::new();
         self.evaluations.set(0);
+        let mut marching = 0.0;
         for (i, exact) in self.exact.iter().enumerate() {
-            let error = self.norm.length(&exact.difference(&solver(i)?)) / self.norm.unit();
+            let start = clock::now();
+            let state = solver(i)?;
+            marching += clock::now() - start;
+            let error = self.norm.length(&exact.difference(&state)) / self.norm.unit();
             if !error.is_finite() {
                 return Err(Failure("the state is not finite".into()));
             }
@@ -193,8 +194,15 @@ impl Problem {
         let cycles = STRETCHES as f64 * CYCLES as f64;
         let evaluations = self.evaluations.get() as f64 / cycles;
         let begin = clock::now();
-        let mut times = Vec::new();
-        while times.len() < FEWEST || (clock::now() - begin < PATIENCE && times.len() < MOST) {
+        // What takes so long needs no warming up.
+        let mut times = if marching > PATIENCE {
+            vec![marching / cycles]
+        } else {
+            Vec::new()
+        };
+        while times.is_empty()
+            || (marching <= PATIENCE && clock::now() - begin < PATIENCE && times.len() < MOST)
+        {
             let start = clock::now();
             for i in 0..STRETCHES {
                 std::hint::black_box(solver(std::hint::black_box(i))?);

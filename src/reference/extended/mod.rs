@@ -120,7 +120,11 @@ impl<'m> Extended<'m> {
             cycle: start.cycle,
             contact: start.contact,
             crossed: None,
-            state: start.state.iter().map(|&x| DoubleDouble::exact(x)).collect(),
+            state: start
+                .state
+                .iter()
+                .map(|&x| DoubleDouble::exact(x))
+                .collect(),
             crossings: Vec::new(),
         };
         for _ in 0..cycles {
@@ -195,10 +199,13 @@ impl March<'_> {
             segment: &extended.model.cycle.segments[segment],
             contact: self.contact,
         };
-        let series =
-            extended
-                .structure
-                .expand(extended.model, &instant, &self.state, length, extended.order);
+        let series = extended.structure.expand(
+            extended.model,
+            &instant,
+            &self.state,
+            length,
+            extended.order,
+        );
         if !series.deflection.iter().all(|d| d.value().is_finite()) {
             return Err(ReferenceError::NonFinite { cycle: self.cycle });
         }
