@@ -199,8 +199,8 @@ def main() -> None:
         "",
         "Time of one mesh cycle at equal error, interpolated between settings: the error is that of",
         f"the state after {record['cycles']} rattling cycles (energy norm, half gaps; the largest of",
-        f"{record['problems'][0]['stretches']} stretches) against the extended-precision run, which is",
-        f"certain within {power(worst)}. A dash: not reached at any setting tried.",
+        f"{record['problems'][0]['stretches']} stretches) against the extended-precision run, which is certain within {power(worst)}.",
+        "A dash: not reached at any setting tried.",
         "",
     ]
     for problem in record["problems"]:
@@ -212,8 +212,8 @@ def main() -> None:
         "are compiled for this processor; `CVODE Adams (Debian)` is the package with its own, otherwise",
         "the same. Adams runs with fixed-point iteration, BDF with the analytic dense Jacobian, both",
         "with CVODE's root finding. `DOP853 (crate)` is that of the `differential-equations` crate;",
-        "`DOP853` is the same method without its allocations. `volterra` is the default kernel of atlas, `stepping` its fixed-step oracle,",
-        "`reference` its Gauss integrator.",
+        "`DOP853` is the same method without its allocations. `volterra` is the default kernel of atlas,",
+        "`stepping` its fixed-step oracle, `reference` its Gauss integrator.",
         "",
         "![Work and precision](work-precision.png)",
         "",
