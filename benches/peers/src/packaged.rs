@@ -1,7 +1,7 @@
 //! DOP853 as the `differential-equations` crate ships it, with its own steps and step control.
 //!
-//! Its interpolant is of third order only (version 0.7.0 swaps s and 1 − s in the terms of higher
-//! order), so events are located by Newton's method on steps of the crate, as in `runge_kutta`.
+//! Its interpolant is right up to the cubic part only (version 0.7.0 swaps s and 1 − s in the terms
+//! of higher degree), so events are located by Newton's method on steps of the crate, as in `runge_kutta`.
 
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
