@@ -8,7 +8,7 @@ use crate::model::{Contact, Model, Segment, Surface, TrajectoryState};
 const STAGES: usize = 8;
 
 /// Most changes of contact state in one mesh cycle before the march is given up.
-const CROSSING_LIMIT: u32 = 10_000;
+pub(super) const CROSSING_LIMIT: u32 = 10_000;
 
 /// A change of contact state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +50,12 @@ pub enum ReferenceError {
         cycle: u64,
         /// The limit that was passed.
         limit: u32,
+    },
+    /// A surface is touched so closely that no arithmetic at hand tells a touch from a crossing.
+    #[error("a surface is touched within the last digit in mesh cycle {cycle}")]
+    Touch {
+        /// The mesh cycle.
+        cycle: u64,
     },
 }
 
@@ -110,7 +116,7 @@ impl<'m> Reference<'m> {
 
 /// A rate \[1/s\] that bounds how fast anything in the model moves: natural frequencies with
 /// the mesh spring and damper on top, decay, excitation.
-fn fastest_rate(model: &Model) -> f64 {
+pub(super) fn fastest_rate(model: &Model) -> f64 {
     let mut natural = 0.0f64;
     let mut decay = 0.0f64;
     // Σ |w·g| and Σ |w A·g|: what force does to the deflection's rate and acceleration.

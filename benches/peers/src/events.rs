@@ -1,0 +1,70 @@
+//! How a solver of smooth equations is led over breakpoints and events: it restarts at each.
+
+use crate::field::Field;
+use atlas::model::{Model, Surface, TrajectoryState};
+
+/// A solver that cannot go on.
+#[derive(Debug)]
+pub struct Failure(pub String);
+
+/// A solver of smooth initial-value problems that stops at an event.
+pub trait SmoothSolver {
+    /// Marches `state` from `start` to `end`, or to the first event, whose time and surface
+    /// are given. The equations changed since the last call.
+    fn piece(
+        &mut self,
+        field: &Field,
+        start: f64,
+        end: f64,
+        state: &mut [f64],
+    ) -> Result<Option<(f64, Surface)>, Failure>;
+}
+
+/// Marches whole mesh cycles; gives the state and how many derivatives it took.
+///
+/// In flight the mesh stiffness does not matter, so breakpoints are passed without a restart.
+pub fn march(
+    solver: &mut impl SmoothSolver,
+    model: &Model,
+    start: &TrajectoryState,
+    cycles: u64,
+) -> Result<(Vec<f64>, u64), Failure> {
+    let cycle = &model.cycle;
+    let segments = cycle.segments.len();
+    let mut field = Field::new(model, start.cycle);
+    let mut state = start.state.clone();
+    let mut contact = start.contact;
+    let stop = cycle.period * cycles as f64;
+    // Segments are counted through all cycles.
+    let end_of = |place: usize| {
+        let (whole, index) = (place / segments, place % segments);
+        let s = &cycle.segments[index];
+        let divisions = (whole * cycle.divisions + s.first + s.length) as f64;
+        cycle.period * divisions / cycle.divisions as f64
+    };
+    let (mut time, mut place, mut events) = (0.0, 0, 0);
+    while time < stop {
+        while end_of(place) <= time {
+            place += 1;
+        }
+        let segment = &cycle.segments[place % segments];
+        field.switch(contact, segment.stiffness, segment.damping);
+        let end = if contact.touching() {
+            end_of(place)
+        } else {
+            stop
+        };
+        match solver.piece(&field, time, end, &mut state)? {
+            Some((reached, surface)) => {
+                time = reached;
+                contact = contact.across(surface);
+                events += 1;
+            }
+            None => time = end,
+        }
+        if events > 100 * cycles {
+            return Err(Failure("more than 100 events a cycle".into()));
+        }
+    }
+    Ok((state, field.evaluations()))
+}
