@@ -20,6 +20,7 @@ fn one_degree(stiffness: f64, damping: f64, error: Vec<(u32, f64, f64)>) -> Mode
         friction: vec![0.0],
         friction_lever: vec![0.0],
         residual_flexibility: 0.0,
+        bearings: Vec::new(),
     };
     let drive = Drive {
         half_gap: 1.0,
