@@ -124,6 +124,31 @@ fn shooting_and_marching_agree() {
     }
 }
 
+/// The map of a cycle in constant contact is affine: its fixed point needs no transient.
+#[test]
+fn constant_contact_is_solved_before_anything_is_marched() {
+    for (name, model) in [
+        ("one degree", one_degree(3.0, 300.0)),
+        ("forty modes", forty_modes(4.0, 250.0)),
+    ] {
+        let quick = ask(&model, true, 2000);
+        let slow = ask(&model, false, 2000);
+        assert_eq!(
+            (quick.class, slow.class),
+            (Some(Class::Locked), Some(Class::Locked))
+        );
+        assert!(
+            quick.reason.contains("after 0 cycles"),
+            "{name}: {}",
+            quick.reason
+        );
+        let [a, b] = [&quick, &slow].map(|o| o.lyapunov.as_ref().unwrap().exponents[0]);
+        println!("{name}: {} against {} cycles", quick.cycles, slow.cycles);
+        assert!((a - b).abs() < 1e-9, "{name}: {a} {b}");
+        assert!(10 * quick.cycles < slow.cycles, "{name}");
+    }
+}
+
 #[test]
 fn chaos_is_not_settled_away() {
     for model in [one_degree(0.05, 1200.0), forty_modes(0.05, 1200.0)] {

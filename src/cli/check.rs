@@ -68,7 +68,7 @@ fn summary(name: &str, job: &Job) -> String {
         .map_or(Vec::new(), |first| describe(job, first));
     let mut text = format!("{name}: sound\n\n");
     for (head, line) in lines {
-        text += format!("{head:<12}{line}").trim_end();
+        text += format!("{head:<11} {line}").trim_end();
         text.push('\n');
     }
     text

@@ -1,8 +1,8 @@
 //! All questions to one operating point, in one march.
 //!
-//! 1. the transient is marched and discarded; at doubling counts of cycles an attracting
-//!    periodic orbit is sought by Newton's method, which ends the transient when it is found
-//!    and seen to be approached;
+//! 1. the transient is marched and discarded; before it where motion starts in lasting
+//!    contact, then at doubling counts of cycles, an attracting periodic orbit is sought by
+//!    Newton's method, which ends the transient when it is found and seen to be approached;
 //! 2. an orbit that was found is confirmed by its multipliers, measured over one period, and
 //!    done;
 //! 3. otherwise the energy balance is audited over a stretch, tangents and twin are aligned,
@@ -168,6 +168,12 @@ impl<K: Kernel> March<'_, K> {
         searches: &mut Option<Searches>,
     ) -> Result<Option<(u32, String)>, Halt> {
         let mut recurrence = Recurrence::new(self.model);
+        if searches.is_some()
+            && let Some(period) = self.starts_locked(&recurrence)
+            && let Some(orbit) = self.seek_orbit(&[period])?
+        {
+            return Ok(Some(orbit));
+        }
         while self.counters.cycles < self.questions.transient {
             self.plain(1)?;
             if searches.is_none() {

@@ -7,10 +7,11 @@ use crate::analysis::orbits::shooting::{approaches, shoot, shortest};
 use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use crate::analysis::questions::Questions;
+use crate::analysis::recurrence::Recurrence;
 use crate::analysis::spectrum::CYCLES_PER_SEGMENT;
 use crate::model::TrajectoryState;
 use crate::numerics::linalg::eigenvalues;
-use crate::propagate::{Counters, Kernel};
+use crate::propagate::{Counters, Kernel, Tangents};
 use faer::Mat;
 
 /// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
@@ -47,7 +48,33 @@ impl Searches {
     }
 }
 
+/// Longest period of an excitation, in mesh cycles, over which contact is watched.
+const LONGEST_LOOK: u32 = 64;
+
 impl<K: Kernel> March<'_, K> {
+    /// The excitation's period, where the trajectory stays in contact over the first: the map
+    /// of a period is then affine, and its fixed point needs no transient.
+    pub(super) fn starts_locked(&mut self, recurrence: &Recurrence) -> Option<u32> {
+        let period = recurrence
+            .excitation()
+            .filter(|period| *period <= LONGEST_LOOK)?;
+        let mut ahead = self.trajectory.clone();
+        let mut counters = Counters::default();
+        for _ in 0..period {
+            let marched = self.kernel.march(
+                &mut ahead,
+                &mut Tangents::none(),
+                &mut self.workspace,
+                &mut (),
+                &mut counters,
+            );
+            if marched.is_err() || counters.events > 0 || !ahead.contact.touching() {
+                return None;
+            }
+        }
+        Some(period)
+    }
+
     /// Seeks an attracting orbit next to the trajectory. Where one is found and the
     /// trajectory is seen to approach it, the trajectory is put on it; returned are its
     /// period and how it was found.
