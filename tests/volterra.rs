@@ -421,6 +421,7 @@ mod random_drives {
                     damping,
                     friction,
                     transmission_error: error,
+                    transitions: Vec::new(),
                     torque_ripple: ripple
                         .into_iter()
                         .map(|(order, amplitude, phase)| RippleInput {

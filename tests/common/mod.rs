@@ -67,6 +67,7 @@ pub fn two_level_mesh(half_gap: f64) -> Drive {
         damping: 1483.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, 0.0)],
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     }
 }
