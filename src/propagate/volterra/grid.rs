@@ -8,7 +8,11 @@ const MOST_LENGTHS: usize = 4;
 
 /// Windows on equal parts of the whole cycle share one table; they may be this many times
 /// as many as windows that fit each segment by itself.
-const WORTH_SHARING: f64 = 1.5;
+const WORTH_SHARING: f64 = 1.25;
+
+/// Fewest cells a cycle, before they are fitted: the deflection turns several times on a longer
+/// one, and halving its series to find the events costs more than another window.
+const FEWEST: f64 = 4.0;
 
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
@@ -68,7 +72,7 @@ impl Grid {
 /// integers.
 pub fn cells_of_segments(model: &Model, tolerance: f64) -> Vec<f64> {
     let cycle = &model.cycle;
-    let fewest = fewest_windows(model, tolerance);
+    let fewest = fewest_windows(model, tolerance).max(FEWEST);
     let share = |count: f64| -> Vec<f64> {
         (cycle.segments.iter())
             .map(|s| (count * (s.end - s.start)).ceil().max(1.0))
