@@ -53,6 +53,7 @@ impl Oscillator {
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
+            transitions: Vec::new(),
             torque_ripple: ripple
                 .iter()
                 .map(|&(order, amplitude, phase)| RippleInput {
@@ -332,6 +333,7 @@ fn event_on_an_edge() {
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
+            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

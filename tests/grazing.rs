@@ -57,6 +57,7 @@ impl Oscillator {
             damping: 480.0,
             friction: 0.0,
             transmission_error: Vec::new(),
+            transitions: Vec::new(),
             torque_ripple: vec![RippleInput {
                 shaft: RippleShaft::Pinion,
                 order: 20.0,

@@ -376,6 +376,34 @@ fn the_hash_ignores_how_it_is_written() {
 }
 
 #[test]
+fn a_continuous_law_keeps_its_transition_and_its_mean() {
+    let continuous = |ratio: &str| {
+        let law =
+            format!("stiffness = \"continuous\"\ncontact_ratio = {ratio}\nsingle_pair_drop = 0.25");
+        let job = job_with("stiffness = \"constant\"", &law);
+        match &job.points[0].mesh.stiffness {
+            StiffnessSpec::Continuous(levels) => *levels,
+            other => panic!("{other:?}"),
+        }
+    };
+    let levels = continuous("1.63");
+    assert!((levels.transition - 0.63).abs() < 1e-15);
+    assert!((levels.mean() / 4e8 - 1.0).abs() < 1e-15);
+    assert!((levels.single_pair / levels.double_pair - 0.75).abs() < 1e-15);
+    let (stiffness, transitions) = levels.divisions();
+    assert_eq!(stiffness, [levels.double_pair, levels.single_pair]);
+    assert_eq!(transitions, [levels.transition]);
+    // Next to an end of the cycle one level is left.
+    for (ratio, level) in [("1.0000000000001", 0), ("1.9999999999999", 1), ("2", 1)] {
+        let levels = continuous(ratio);
+        let (stiffness, transitions) = levels.divisions();
+        assert_eq!(stiffness, [[levels.single_pair, levels.double_pair][level]]);
+        assert!(transitions.is_empty());
+        assert!((stiffness[0] / 4e8 - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn the_hash_sees_every_change_that_matters() {
     let changes = [
         ("half_gap = \"15 um\"", "half_gap = \"15.000001 um\""),
@@ -386,6 +414,18 @@ fn the_hash_sees_every_change_that_matters() {
         (
             "stiffness = \"constant\"\nmean_stiffness = \"4e8 N/m\"",
             "stiffness = \"piecewise\"\nvalues = [4e8]",
+        ),
+        (
+            "stiffness = \"constant\"",
+            "stiffness = \"continuous\"\ncontact_ratio = 1.6\nsingle_pair_drop = 0.25",
+        ),
+        (
+            "stiffness = \"constant\"",
+            "stiffness = \"continuous\"\ncontact_ratio = 1.63\nsingle_pair_drop = 0.25",
+        ),
+        (
+            "stiffness = \"constant\"",
+            "stiffness = \"continuous\"\ncontact_ratio = 1.63\nsingle_pair_drop = 0.2",
         ),
         ("contact_damping = 0.05", "contact_damping = 0.06"),
         ("contact_damping = 0.05", "contact_damping = \"0.05 N*s/m\""),
@@ -678,7 +718,7 @@ fn points_share_what_they_have_in_common() {
     let first = &job.points[0];
     let stiffness = |point: &PointSpec| match &point.mesh.stiffness {
         StiffnessSpec::Piecewise(values) => values.clone(),
-        StiffnessSpec::Constant(_) => panic!("not piecewise"),
+        StiffnessSpec::Constant(_) | StiffnessSpec::Continuous(_) => panic!("not piecewise"),
     };
     for point in &job.points {
         assert!(Arc::ptr_eq(&stiffness(point), &stiffness(first)));

@@ -74,6 +74,7 @@ impl Shaken {
             friction: 0.0,
             transmission_error: Vec::new(),
             // Order 20 of a shaft with 20 teeth: the mesh frequency.
+            transitions: Vec::new(),
             torque_ripple: vec![RippleInput {
                 shaft: RippleShaft::Pinion,
                 order: 20.0,
@@ -110,6 +111,7 @@ fn loaded(load: f64, speed: f64) -> Model {
         damping: 1483.0,
         friction: 0.0,
         transmission_error: vec![(1, 1e-6, 0.0)],
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
@@ -332,6 +334,7 @@ fn a_continuum_is_one() {
         damping: 480.0,
         friction: 0.0,
         transmission_error: Vec::new(),
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     let point = OperatingPoint {

@@ -19,8 +19,8 @@ struct Signal(f64, Vec<(f64, f64, f64)>);
 /// Shows a signal as deflection over some mesh cycles, its force a thousand N/m of it.
 fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u64>) {
     let segment = Segment {
-        first: 0,
-        length: 1,
+        start: 0.0,
+        end: 1.0,
         stiffness: 1.0,
         damping: 0.0,
     };

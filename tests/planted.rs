@@ -37,6 +37,7 @@ fn drive(elastic: &[f64], load: f64, speed: f64, error: f64) -> Model {
         } else {
             Vec::new()
         },
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
@@ -384,6 +385,7 @@ fn shaken(phase: f64) -> Model {
         friction: 0.0,
         transmission_error: Vec::new(),
         // Order 20 of a shaft with 20 teeth: the mesh frequency.
+        transitions: Vec::new(),
         torque_ripple: vec![RippleInput {
             shaft: RippleShaft::Pinion,
             order: 20.0,

@@ -17,6 +17,7 @@ fn plain(stiffness: f64, damping: f64, half_gap: f64) -> Drive {
         damping,
         friction: 0.0,
         transmission_error: Vec::new(),
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     }
 }

@@ -505,6 +505,7 @@ fn rattling(phase: f64) -> Model {
         damping: 1483.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, std::f64::consts::TAU * phase)],
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, common::strong_rattle()).unwrap()

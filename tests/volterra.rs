@@ -10,7 +10,7 @@ use atlas::model::{InitialState, Model, TrajectoryState};
 use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
 use atlas::reference::{Passage, Reference};
 use common::march::{Events, ROUND_OFF, march, march_with, settled, volterra};
-use common::{drives, relative_difference};
+use common::{drives, relative_difference, state_difference};
 
 /// How two marches of one stretch differ.
 #[derive(Debug, Clone, Copy, Default)]
@@ -31,27 +31,6 @@ impl Difference {
             events: self.events + other.events,
         }
     }
-}
-
-/// Largest difference of two states: positions against the largest one or the half gap,
-/// velocities against the largest one or half a gap a mesh radian, so that a state at rest
-/// has a scale too.
-fn state_difference(model: &Model, a: &[f64], b: &[f64]) -> f64 {
-    let n = model.modes();
-    let floors = [
-        model.half_gap,
-        model.half_gap * std::f64::consts::TAU / model.period(),
-    ];
-    let mut worst = 0.0f64;
-    for (part, floor) in [0..n, n..2 * n].into_iter().zip(floors) {
-        let scale = b[part.clone()].iter().fold(floor, |m, v| m.max(v.abs()));
-        for i in part {
-            let difference = (a[i] - b[i]).abs() / scale;
-            assert!(difference.is_finite(), "a state is not finite");
-            worst = worst.max(difference);
-        }
-    }
-    worst
 }
 
 /// Marches the kernel beside the reference; none where the sequences of events differ.
@@ -421,6 +400,7 @@ mod random_drives {
                     damping,
                     friction,
                     transmission_error: error,
+                    transitions: Vec::new(),
                     torque_ripple: ripple
                         .into_iter()
                         .map(|(order, amplitude, phase)| RippleInput {

@@ -180,6 +180,7 @@ mod tests {
             damping: 1483.0,
             friction: 0.0,
             transmission_error: vec![(1, 5e-6, 0.0)],
+            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

@@ -237,6 +237,7 @@ mod tests {
             damping: 1483.0,
             friction: 0.1,
             transmission_error: vec![(1, 5e-6, 0.0)],
+            transitions: Vec::new(),
             torque_ripple: vec![RippleInput {
                 shaft: RippleShaft::Pinion,
                 order: 2.0,

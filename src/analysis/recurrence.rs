@@ -174,6 +174,7 @@ mod tests {
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
+            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

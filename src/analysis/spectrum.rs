@@ -186,6 +186,7 @@ mod tests {
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
+            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = crate::model::OperatingPoint {
@@ -195,8 +196,8 @@ mod tests {
         let model = Model::new(&structure, &drive, point).unwrap();
         let mut welch = Welch::new(&model, false);
         let segment = Segment {
-            first: 0,
-            length: 1,
+            start: 0.0,
+            end: 1.0,
             stiffness: 1.0,
             damping: 0.0,
         };

@@ -7,6 +7,7 @@ use crate::manifest::{
 };
 use clap::Args;
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -160,8 +161,9 @@ fn mesh(job: &Job) -> String {
     let mut segments = (f64::INFINITY, f64::NEG_INFINITY);
     for point in &job.points {
         let values = match &point.mesh.stiffness {
-            StiffnessSpec::Constant(value) => std::slice::from_ref(value),
-            StiffnessSpec::Piecewise(values) => values,
+            StiffnessSpec::Constant(value) => Cow::Borrowed(std::slice::from_ref(value)),
+            StiffnessSpec::Piecewise(values) => Cow::Borrowed(&values[..]),
+            StiffnessSpec::Continuous(levels) => Cow::Owned(levels.divisions().0),
         };
         let (low, high) = range(values.iter().copied());
         stiffness = (stiffness.0.min(low), stiffness.1.max(high));

@@ -8,7 +8,7 @@ use super::spec::{
     AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
     LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec,
     RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource, TorqueRipple,
-    TransmissionErrorHarmonic,
+    TransmissionErrorHarmonic, TwoLevels,
 };
 use crate::gear::GearPair;
 use crate::shaft::{Bearing, BearingGain, FlexibleDrive, ModalStructure, Shaft};
@@ -254,6 +254,14 @@ impl JobHash {
             StiffnessSpec::Piecewise(values) => {
                 self.text("piecewise");
                 self.numbers(values);
+            }
+            StiffnessSpec::Continuous(TwoLevels {
+                double_pair,
+                single_pair,
+                transition,
+            }) => {
+                self.text("continuous");
+                self.numbers(&[*double_pair, *single_pair, *transition]);
             }
         }
         match damping {

@@ -164,6 +164,35 @@ pub enum StiffnessSpec {
     /// this: double-pair level over the first `contact_ratio − 1` of the cycle, the
     /// single-pair level `(1 − drop)` times it over the rest, with the given mean.
     Piecewise(Arc<[f64]>),
+    /// The same law, its transition where it is and not on a segment's border.
+    Continuous(TwoLevels),
+}
+
+/// Stiffness with two pairs of teeth in mesh, then with one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TwoLevels {
+    /// Stiffness before the transition \[N/m\].
+    pub double_pair: f64,
+    /// Stiffness after it \[N/m\].
+    pub single_pair: f64,
+    /// Mesh phase of the transition, in cycles, in \[0, 1\].
+    pub transition: f64,
+}
+
+impl TwoLevels {
+    /// Mean over the mesh cycle \[N/m\].
+    pub fn mean(&self) -> f64 {
+        self.transition * self.double_pair + (1.0 - self.transition) * self.single_pair
+    }
+
+    /// Stiffness of the divisions of the cycle \[N/m\] and the phases between them.
+    pub fn divisions(&self) -> (Vec<f64>, Vec<f64>) {
+        match self.transition {
+            0.0 => (vec![self.single_pair], Vec::new()),
+            1.0 => (vec![self.double_pair], Vec::new()),
+            phase => (vec![self.double_pair, self.single_pair], vec![phase]),
+        }
+    }
 }
 
 /// Contact damping.

@@ -9,8 +9,10 @@ use std::f64::consts::TAU;
 pub struct Drive {
     /// Backlash half gap b \[m\], > 0.
     pub half_gap: f64,
-    /// Mesh stiffness \[N/m\] of equal divisions of the mesh cycle.
+    /// Mesh stiffness \[N/m\] of the divisions of the mesh cycle, in order.
     pub stiffness: Vec<f64>,
+    /// Mesh phases between the divisions, in cycles; none where all are equally long.
+    pub transitions: Vec<f64>,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
     /// Coulomb friction coefficient μ, constant direction.
@@ -157,6 +159,19 @@ impl Model {
             .copied()
             .fold(f64::INFINITY, f64::min);
         positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+        let mut before = 0.0;
+        for &phase in &drive.transitions {
+            let inside = before < phase && phase < 1.0;
+            positive("mesh transition", phase, inside, "between its neighbours")?;
+            before = phase;
+        }
+        let divisions = drive.stiffness.len() as f64;
+        positive(
+            "number of mesh stiffnesses",
+            divisions,
+            drive.transitions.is_empty() || divisions == drive.transitions.len() as f64 + 1.0,
+            "one more than mesh transitions",
+        )?;
 
         let rigid: Vec<usize> = (0..structure.modes())
             .filter(|&i| structure.frequency[i] == 0.0)
@@ -222,7 +237,7 @@ impl Model {
         Ok(Self {
             blocks,
             neutral,
-            cycle: MeshCycle::new(period, &stiffness, drive.damping),
+            cycle: MeshCycle::new(period, &stiffness, &drive.transitions, drive.damping),
             half_gap: drive.half_gap,
             transmission_error,
             ripple,

@@ -82,11 +82,15 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
 /// # Errors
 /// A value that the model refuses.
 pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, ModelError> {
-    let stiffness = match &point.mesh.stiffness {
-        StiffnessSpec::Constant(k) => vec![*k],
-        StiffnessSpec::Piecewise(values) => values.to_vec(),
+    let (stiffness, transitions) = match &point.mesh.stiffness {
+        StiffnessSpec::Constant(k) => (vec![*k], Vec::new()),
+        StiffnessSpec::Piecewise(values) => (values.to_vec(), Vec::new()),
+        StiffnessSpec::Continuous(levels) => levels.divisions(),
     };
-    let mean = stiffness.iter().sum::<f64>() / stiffness.len() as f64;
+    let mean = match &point.mesh.stiffness {
+        StiffnessSpec::Continuous(levels) => levels.mean(),
+        _ => stiffness.iter().sum::<f64>() / stiffness.len() as f64,
+    };
     let drive = Drive {
         half_gap: point.mesh.half_gap,
         damping: match point.mesh.damping {
@@ -94,6 +98,7 @@ pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, Mod
             DampingSpec::Ratio(ratio) => Model::damping_from_ratio(structure, ratio, mean),
         },
         stiffness,
+        transitions,
         friction: point.mesh.friction,
         transmission_error: point
             .excitation

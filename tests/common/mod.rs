@@ -67,6 +67,7 @@ pub fn two_level_mesh(half_gap: f64) -> Drive {
         damping: 1483.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, 0.0)],
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     }
 }
@@ -197,4 +198,25 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     };
     assert_eq!(a.len(), b.len());
     part(&a[..n], &b[..n]).max(part(&a[n..], &b[n..]))
+}
+
+/// Largest difference of two states: positions against the largest one or the half gap,
+/// velocities against the largest one or half a gap a mesh radian, so that a state at rest
+/// has a scale too.
+pub fn state_difference(model: &Model, a: &[f64], b: &[f64]) -> f64 {
+    let n = model.modes();
+    let floors = [
+        model.half_gap,
+        model.half_gap * std::f64::consts::TAU / model.period(),
+    ];
+    let mut worst = 0.0f64;
+    for (part, floor) in [0..n, n..2 * n].into_iter().zip(floors) {
+        let scale = b[part.clone()].iter().fold(floor, |m, v| m.max(v.abs()));
+        for i in part {
+            let difference = (a[i] - b[i]).abs() / scale;
+            assert!(difference.is_finite(), "a state is not finite");
+            worst = worst.max(difference);
+        }
+    }
+    worst
 }

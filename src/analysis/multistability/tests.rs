@@ -42,6 +42,7 @@ pub(super) fn model() -> Model {
         damping: 0.0,
         friction: 0.0,
         transmission_error: Vec::new(),
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     let point = OperatingPoint {

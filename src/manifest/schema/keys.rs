@@ -123,7 +123,7 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("shafts.<shaft>.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#),
     table("mesh"),
     quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#),
-    key("mesh.stiffness", Choice(&["piecewise", "constant"]), ANY, r#""piecewise""#),
+    key("mesh.stiffness", Choice(&["piecewise", "continuous", "constant"]), ANY, r#""piecewise""#),
     quantity("mesh.mean_stiffness", Stiffness, POSITIVE, r#""4e8 N/m""#),
     quantity("mesh.contact_ratio", Ratio, bounds(1.0, true, 2.0, false), "1.6"),
     quantity("mesh.single_pair_drop", Ratio, BELOW_ONE, "0.25"),

@@ -2,22 +2,16 @@
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section, not_available};
-use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec};
+use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};
 use crate::manifest::tree::Value;
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
 /// Stiffness laws of the file format that this version does not have.
-const LATER_LAWS: [(&str, &str); 2] = [
-    (
-        "table",
-        "stiffness = \"piecewise\" with the segment means of the table in mesh.values",
-    ),
-    (
-        "continuous",
-        "stiffness = \"piecewise\" with enough segments",
-    ),
-];
+const LATER_LAWS: [(&str, &str); 1] = [(
+    "table",
+    "stiffness = \"piecewise\" with the segment means of the table in mesh.values",
+)];
 
 /// Keys of the two-level law.
 const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
@@ -32,6 +26,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<MeshSpec> {
     let half_gap = section.quantity(issues, "half_gap");
     let stiffness = match section.choice(issues, "stiffness", None, &LATER_LAWS) {
         Some("constant") => constant(section, issues),
+        Some("continuous") => continuous(section, issues),
         Some(_) => piecewise(section, issues),
         None => None,
     };
@@ -94,34 +89,59 @@ fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
         }
         return Some(StiffnessSpec::Piecewise(values.into()));
     }
+    let law = two_levels(section, issues);
+    let segments = section.integer_or(issues, "segments", DEFAULT_SEGMENTS);
+    Some(StiffnessSpec::Piecewise(on_segments(law?, segments?)))
+}
+
+fn continuous(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+    section.without_effect(
+        issues,
+        &["segments", "values"],
+        "with stiffness = \"continuous\"",
+        "remove it, or set stiffness = \"piecewise\"",
+    );
+    let mut law = two_levels(section, issues)?;
+    if let Some(end) = on_border(law.transition) {
+        law.transition = end;
+    }
+    Some(StiffnessSpec::Continuous(law))
+}
+
+/// The two-level law: `k_d` over the first `ε − 1` of the cycle and `(1 − drop) k_d` over the
+/// rest, with the given mean.
+fn two_levels(section: &Section, issues: &mut Issues) -> Option<TwoLevels> {
     let mean = section.quantity(issues, "mean_stiffness");
     let contact_ratio = section.quantity(issues, "contact_ratio");
     let drop = section.quantity(issues, "single_pair_drop");
-    let segments = section.integer_or(issues, "segments", DEFAULT_SEGMENTS);
-    Some(StiffnessSpec::Piecewise(two_levels(
-        mean?,
-        contact_ratio?,
-        drop?,
-        segments?,
-    )))
+    Some(levels(mean?, contact_ratio?, drop?))
 }
 
-/// The two-level law on equal segments: `k_d` over the first `ε − 1` of the cycle and
-/// `(1 − drop) k_d` over the rest, with the given mean; a segment that straddles the
-/// transition has the average over its width.
-fn two_levels(mean: f64, contact_ratio: f64, drop: f64, segments: u64) -> Arc<[f64]> {
-    let double_share = contact_ratio - 1.0;
-    let double_pair = mean / (double_share + (1.0 - drop) * (1.0 - double_share));
-    let exact = double_share * segments as f64;
-    let transition = if (exact - exact.round()).abs() < ON_BORDER {
-        exact.round()
-    } else {
-        exact
-    };
+fn levels(mean: f64, contact_ratio: f64, drop: f64) -> TwoLevels {
+    let transition = contact_ratio - 1.0;
+    let double_pair = mean / (transition + (1.0 - drop) * (1.0 - transition));
+    TwoLevels {
+        double_pair,
+        single_pair: (1.0 - drop) * double_pair,
+        transition,
+    }
+}
+
+/// The border of a segment on which a place, in segments, stands.
+fn on_border(place: f64) -> Option<f64> {
+    let border = place.round();
+    ((place - border).abs() < ON_BORDER).then_some(border)
+}
+
+/// The two-level law on equal segments; one that straddles the transition has the average
+/// over its width.
+fn on_segments(law: TwoLevels, segments: u64) -> Arc<[f64]> {
+    let exact = law.transition * segments as f64;
+    let transition = on_border(exact).unwrap_or(exact);
     (0..segments)
         .map(|segment| {
             let double = (transition - segment as f64).clamp(0.0, 1.0);
-            double_pair * (1.0 - drop * (1.0 - double))
+            double * law.double_pair + (1.0 - double) * law.single_pair
         })
         .collect()
 }
@@ -171,11 +191,11 @@ fn contact_damping(section: &Section, issues: &mut Issues) -> Option<DampingSpec
 
 #[cfg(test)]
 mod tests {
-    use super::two_levels;
+    use super::{levels, on_segments};
 
     #[test]
     fn default_levels_are_the_drawing_s() {
-        let values = two_levels(4e8, 1.6, 0.25, 60);
+        let values = on_segments(levels(4e8, 1.6, 0.25), 60);
         assert_eq!(values.len(), 60);
         for (i, value) in values.iter().enumerate() {
             let level = if i < 36 { 4e8 / 0.9 } else { 3e8 / 0.9 };
@@ -189,7 +209,7 @@ mod tests {
     #[test]
     fn a_straddling_segment_keeps_the_mean() {
         // 0.63 · 7 = 4.41: the fifth segment has 0.41 of the higher level.
-        let values = two_levels(4e8, 1.63, 0.25, 7);
+        let values = on_segments(levels(4e8, 1.63, 0.25), 7);
         let (high, low) = (values[0], values[6]);
         assert!((low / high - 0.75).abs() < 1e-15);
         assert!((values[4] - (0.41 * high + 0.59 * low)).abs() < 1e-6);

@@ -31,6 +31,7 @@ fn drive() -> Drive {
         damping: 1000.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, 0.3)],
+        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     }
 }

@@ -23,6 +23,9 @@ use rotation::Rotation;
 /// A deflection of so many half gaps is no longer a gear mesh.
 const RANGE: f64 = 1e6;
 
+/// Most equal parts of the cycle on which segment boundaries are sought.
+const MOST_PARTS: usize = 10_000;
+
 /// The fixed-small-step kernel of one model.
 #[derive(Debug, Clone)]
 pub struct Stepping {
@@ -67,16 +70,12 @@ struct Sight {
 
 impl Stepping {
     /// The kernel with at least `steps` steps a mesh cycle: rounded up so that every
-    /// segment boundary falls on a step boundary. A cycle with more than `event_limit`
-    /// events is given up.
+    /// segment boundary falls on a step boundary. A boundary that no grid of at most 10 000
+    /// parts meets is moved to the nearest step, an error of order 1. A cycle with more than
+    /// `event_limit` events is given up.
     pub fn new(model: &Model, steps: u32, event_limit: u32) -> Self {
         let cycle = model.cycle.clone();
-        // Boundaries lie at multiples of this many divisions.
-        let common = cycle
-            .segments
-            .iter()
-            .fold(cycle.divisions, |d, s| greatest_common_divisor(d, s.first));
-        let parts = cycle.divisions / common;
+        let parts = cycle.equal_parts(MOST_PARTS).unwrap_or(1);
         let per_part = (steps.max(1) as usize).div_ceil(parts);
         let steps = per_part * parts;
         let step = cycle.period / steps as f64;
@@ -104,8 +103,8 @@ impl Stepping {
             .collect();
         let mut segment = Vec::with_capacity(steps);
         for (index, s) in cycle.segments.iter().enumerate() {
-            let count = s.length / common * per_part;
-            segment.extend(std::iter::repeat_n(index as u32, count));
+            let end = (s.end * steps as f64).round() as usize;
+            segment.resize(end, index as u32);
         }
         let transmission_error = (0..=2 * steps)
             .map(|i| model.transmission_error_at(0.5 * step * i as f64).into())
@@ -411,14 +410,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 fn add_scaled(to: &mut [f64], scale: f64, by: &[f64]) {
     for (value, b) in to.iter_mut().zip(by) {
         *value += scale * b;
-    }
-}
-
-fn greatest_common_divisor(a: usize, b: usize) -> usize {
-    if b == 0 {
-        a
-    } else {
-        greatest_common_divisor(b, a % b)
     }
 }
 

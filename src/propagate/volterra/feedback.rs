@@ -14,8 +14,6 @@ use crate::numerics::linalg::invert;
 /// ```
 #[derive(Debug)]
 pub struct Feedback {
-    /// Mesh stiffness k \[N/m\].
-    pub stiffness: f64,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
     /// Columns of S̃ and Q̃.
@@ -54,7 +52,6 @@ impl Feedback {
         }
         let gap = solution[0].map(|s| -k * s);
         Self {
-            stiffness,
             damping,
             columns,
             gap: [Row(gap), Row(after_force(response, &gap, -1.0))],

@@ -4,19 +4,9 @@ use super::TERMS;
 use crate::model::Model;
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
-/// Windows a mesh cycle: the fewest that fit the segments and are short enough for the
-/// tolerance.
-pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
-    let cycle = &model.cycle;
-    let grid = cycle
-        .segments
-        .iter()
-        .fold(cycle.divisions, |g, s| gcd(g, s.length));
-    let base = (cycle.divisions / grid) as f64;
-    let half_argument = 0.5 * fastest_rate(model) * cycle.period;
-    base * (half_argument / (base * largest_half_argument(tolerance)))
-        .ceil()
-        .max(1.0)
+/// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
+pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
+    0.5 * fastest_rate(model) * model.cycle.period / largest_half_argument(tolerance)
 }
 
 /// Upper bound of the rates \[1/s\] in any contact state and of the excitation: with the
@@ -59,8 +49,4 @@ fn largest_half_argument(tolerance: f64) -> f64 {
     let double_factorial: f64 = (1..=TERMS).map(|n| (2 * n + 1) as f64).product();
     let power = tolerance * double_factorial / (2 * TERMS + 1) as f64;
     power.powf(1.0 / TERMS as f64).min(LARGEST_HALF_ARGUMENT)
-}
-
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
 }

@@ -5,7 +5,6 @@
 //! grid, windows of full length follow one another until one would pass such a
 //! breakpoint; that one is cut there, and the march is aligned again.
 
-use super::feedback::Feedback;
 use super::lanes::{self, Solution};
 use super::partial::Cut;
 use super::tables::Series;
@@ -55,11 +54,11 @@ impl Kernel for Volterra<'_> {
     fn workspace(&self) -> Workspace {
         let t = &self.tables;
         Workspace {
-            state: vec![0.0; 2 * t.padded + t.inputs],
-            next: vec![0.0; 2 * t.padded + t.inputs],
+            state: vec![0.0; 2 * t.layout.padded + t.layout.inputs],
+            next: vec![0.0; 2 * t.layout.padded + t.layout.inputs],
             tangents: Vec::new(),
             tangent_count: 0,
-            tangent_next: vec![0.0; 2 * t.padded],
+            tangent_next: vec![0.0; 2 * t.layout.padded],
             solution: Solution::ZERO,
             cut: Cut::new(t.blocks.len()),
         }
@@ -74,7 +73,7 @@ impl Kernel for Volterra<'_> {
         counters: &mut Counters,
     ) -> Result<(), Stop> {
         self.load(trajectory, tangents, workspace);
-        let cells = self.tables.cells;
+        let cells = self.tables.grid.cells();
         let mut clock = Clock {
             cycle: trajectory.cycle,
             time: 0.0,
@@ -114,32 +113,35 @@ impl Volterra<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let t = &self.tables;
+        let grid = &self.tables.grid;
         let segment = self.segment(clock);
+        let table = self.tables.window(segment);
         let stop_cell = if contact.touching() {
-            t.segment_end_cell[segment]
+            grid.segment_end_cell[segment]
         } else {
-            t.cells
+            grid.cells()
         };
-        let stop = t.cell_time[stop_cell];
+        let stop = grid.time[stop_cell];
         if clock.aligned.is_none() && clock.time >= stop {
             clock.time = stop;
             clock.aligned = Some(stop_cell);
             return Ok(());
         }
-        let fits = clock.aligned.is_some() || clock.time + t.delta <= stop;
+        let fits = clock.aligned.is_some() || clock.time + table.delta <= stop;
         let limit = if fits {
             1.0
         } else {
-            2.0 * (stop - clock.time) / t.delta - 1.0
+            2.0 * (stop - clock.time) / table.delta - 1.0
         };
 
         self.set_inputs(clock, &mut workspace.state);
         let gap = contact.sign() * self.model.half_gap;
-        let closed = contact.touching().then(|| (self.feedback(segment), gap));
+        let closed = contact
+            .touching()
+            .then(|| (self.tables.feedback(segment), gap));
         lanes::solve(
             self.instructions,
-            &t.rows,
+            &table.rows,
             &workspace.state,
             closed,
             &mut workspace.solution,
@@ -193,7 +195,7 @@ impl Volterra<'_> {
                     from: *contact,
                     to,
                     surface: c.surface,
-                    rate: 2.0 / t.delta * slope,
+                    rate: 2.0 / table.delta * slope,
                 });
                 counters.events += 1;
                 if workspace.tangent_count > 0 {
@@ -216,15 +218,10 @@ impl Volterra<'_> {
         Ok(())
     }
 
-    /// The solution operator of a mesh segment.
-    fn feedback(&self, segment: usize) -> &Feedback {
-        &self.tables.feedback[self.tables.feedback_of_segment[segment]]
-    }
-
     /// Writes the inputs' values at the clock into the extended state.
     fn set_inputs(&self, clock: &Clock, state: &mut [f64]) {
         let t = &self.tables;
-        let (constant, harmonics) = state[2 * t.padded..].split_at_mut(1);
+        let (constant, harmonics) = state[2 * t.layout.padded..].split_at_mut(1);
         constant[0] = 1.0;
         let (ripples, rest) = harmonics.split_at_mut(2 * t.ripple.len());
         let errors = &mut rest[..2 * self.model.transmission_error.len()];
@@ -246,10 +243,10 @@ impl Volterra<'_> {
     /// Mesh segment in force at the clock.
     fn segment(&self, clock: &Clock) -> usize {
         match clock.aligned {
-            Some(cell) => self.tables.segment_of_cell[cell],
+            Some(cell) => self.tables.grid.segment_of_cell[cell],
             None => {
-                let ends = &self.tables.segment_end_cell;
-                let inside = |end: &usize| clock.time < self.tables.cell_time[*end];
+                let ends = &self.tables.grid.segment_end_cell;
+                let inside = |end: &usize| clock.time < self.tables.grid.time[*end];
                 ends.iter().position(inside).unwrap_or(ends.len() - 1)
             }
         }
@@ -265,7 +262,7 @@ impl Volterra<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) {
-        let (t, set) = (&self.tables, self.instructions);
+        let (table, set) = (self.tables.window(segment), self.instructions);
         if O::WINDOWS {
             let force = match contact.touching() {
                 true => workspace.solution.force,
@@ -273,27 +270,40 @@ impl Volterra<'_> {
             };
             let series = [workspace.solution.deflection, force];
             self.show(
-                clock, segment, contact, t.delta, &series, workspace, observer,
+                clock,
+                segment,
+                contact,
+                table.delta,
+                &series,
+                workspace,
+                observer,
             );
         }
         let w = workspace;
         for x in &mut w.tangents[..w.tangent_count] {
             let force = self.tangent_force(x, segment, contact);
-            lanes::advance(set, &t.windows, force.as_ref(), &[], x, &mut w.tangent_next);
+            lanes::advance(
+                set,
+                &table.moves,
+                force.as_ref(),
+                &[],
+                x,
+                &mut w.tangent_next,
+            );
             std::mem::swap(x, &mut w.tangent_next);
             counters.tangent_windows += 1;
         }
         let force = contact.touching().then_some(&w.solution.force);
-        let (x, inputs) = w.state.split_at(2 * t.padded);
-        let inputs = &inputs[..t.acting_inputs()];
-        lanes::advance(set, &t.windows, force, inputs, x, &mut w.next);
+        let (x, inputs) = w.state.split_at(2 * self.tables.layout.padded);
+        let inputs = &inputs[..self.tables.layout.acting];
+        lanes::advance(set, &table.moves, force, inputs, x, &mut w.next);
         std::mem::swap(&mut w.state, &mut w.next);
         match &mut clock.aligned {
             Some(cell) => {
                 *cell += 1;
-                clock.time = t.cell_time[*cell];
+                clock.time = self.tables.grid.time[*cell];
             }
-            None => clock.time += t.delta,
+            None => clock.time += table.delta,
         }
     }
 
@@ -308,7 +318,8 @@ impl Volterra<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) {
-        let tau = self.prepare_cut(end, &mut workspace.cut);
+        let table = self.tables.window(segment);
+        let tau = self.prepare_cut(table, end, &mut workspace.cut);
         counters.partial_windows += 1;
         if O::WINDOWS {
             let series = self.cut_series(&workspace.cut, &workspace.solution, contact.touching());
@@ -317,20 +328,20 @@ impl Volterra<'_> {
         let w = workspace;
         for x in &mut w.tangents[..w.tangent_count] {
             let force = self.tangent_force(x, segment, contact);
-            self.cut_tangent(&w.cut, force.as_ref(), x);
+            self.cut_tangent(table, &w.cut, force.as_ref(), x);
             counters.tangent_windows += 1;
         }
         let force = contact.touching().then_some(&w.solution.force);
-        self.cut_trajectory(&w.cut, force, &mut w.state);
+        self.cut_trajectory(table, &w.cut, force, &mut w.state);
         clock.time += tau;
     }
 
     /// The force series of a tangent vector; none in free flight.
     fn tangent_force(&self, x: &[f64], segment: usize, contact: Contact) -> Option<Series> {
-        let rows = &self.tables.rows[..2 * self.tables.padded];
+        let rows = &self.tables.window(segment).rows[..2 * self.tables.layout.padded];
         contact
             .touching()
-            .then(|| lanes::respond(self.instructions, rows, x, self.feedback(segment)))
+            .then(|| lanes::respond(self.instructions, rows, x, self.tables.feedback(segment)))
     }
 
     fn show<O: Observer>(
@@ -343,7 +354,7 @@ impl Volterra<'_> {
         workspace: &Workspace,
         observer: &mut O,
     ) {
-        let (n, padded) = (self.model.modes(), self.tables.padded);
+        let (n, padded) = (self.model.modes(), self.tables.layout.padded);
         observer.window(&Window {
             cycle: clock.cycle,
             start: clock.time,
@@ -359,16 +370,16 @@ impl Volterra<'_> {
 
     /// Applies the saltation matrix of an event to all tangents.
     fn salt(&self, segment: usize, entering: bool, workspace: &mut Workspace) {
-        let damping = self.feedback(segment).damping;
+        let damping = self.tables.feedback(segment).damping;
         for x in &mut workspace.tangents[..workspace.tangent_count] {
-            let (first, second) = x.split_at_mut(self.tables.padded);
+            let (first, second) = x.split_at_mut(self.tables.layout.padded);
             saltation::apply(&self.model.blocks, damping, entering, first, second);
         }
     }
 
     /// Copies trajectory and tangents into the padded layout.
     fn load(&self, trajectory: &TrajectoryState, tangents: &Tangents, workspace: &mut Workspace) {
-        let (n, padded) = (self.model.modes(), self.tables.padded);
+        let (n, padded) = (self.model.modes(), self.tables.layout.padded);
         let pad = |from: &[f64], to: &mut [f64]| {
             to[..n].copy_from_slice(&from[..n]);
             to[padded..padded + n].copy_from_slice(&from[n..]);
@@ -392,7 +403,7 @@ impl Volterra<'_> {
         tangents: &mut Tangents,
         workspace: &Workspace,
     ) {
-        let (n, padded) = (self.model.modes(), self.tables.padded);
+        let (n, padded) = (self.model.modes(), self.tables.layout.padded);
         let unpad = |from: &[f64], to: &mut [f64]| {
             to[..n].copy_from_slice(&from[..n]);
             to[n..].copy_from_slice(&from[padded..padded + n]);

@@ -25,7 +25,9 @@
 //! and the mesh is not looked at. Mean torques, ripple and transmission error are further
 //! rows of R, weighted by 1 and the (cos, sin) of their phases.
 //!
-//! A window may start anywhere. It is cut short at an event or at a breakpoint: weights
+//! A mesh segment is cut into equal windows; segments of different lengths may have windows
+//! of different lengths Δ, each with tables of its own, so that a segment may end anywhere
+//! ([`grid`]). A window may start anywhere. It is cut short at an event or at a breakpoint: weights
 //! that depend on the cut and the force, not on the blocks, recombine the exponential series
 //! of the full window ([`partial`]).
 //!
@@ -41,11 +43,13 @@
 //! chosen once a window's solution, once a move: each is one call ([`lanes`]).
 
 mod feedback;
+mod grid;
 mod lanes;
 mod length;
 mod march;
 mod partial;
 mod tables;
+mod window_table;
 
 pub use lanes::InstructionSet;
 
@@ -99,11 +103,11 @@ impl<'m> Volterra<'m> {
     /// Windows a mesh cycle that the kernel would need for a model: a stiff mesh, a strong
     /// damper or a slow speed can ask for more than anyone wants to wait for.
     pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
-        length::windows_needed(model, tolerance)
+        grid::cells_of_segments(model, tolerance).iter().sum()
     }
 
     /// Windows a mesh cycle without events.
     pub fn windows_per_cycle(&self) -> usize {
-        self.tables.cells
+        self.tables.grid.cells()
     }
 }

@@ -12,6 +12,7 @@
 
 use super::lanes::{self, Basis, Lanes, Solution};
 use super::tables::Series;
+use super::window_table::WindowTable;
 use super::{TERMS, Volterra};
 use crate::numerics::exponential::multiply;
 use crate::numerics::legendre::transforms24;
@@ -36,52 +37,64 @@ impl Cut {
 
 impl Volterra<'_> {
     /// Prepares a cut at the place `end` ∈ (−1, 1\] of a full window; returns τ \[s\].
-    pub(super) fn prepare_cut(&self, end: f64, cut: &mut Cut) -> f64 {
-        let (t, set) = (&self.tables, self.instructions);
+    pub(super) fn prepare_cut(&self, table: &WindowTable, end: f64, cut: &mut Cut) -> f64 {
+        let set = self.instructions;
         let rule = transforms24();
         lanes::basis(
             set,
             rule.nodes(),
             rule.weights(),
             end,
-            t.delta,
+            table.delta,
             &mut cut.basis,
         );
-        lanes::ends(set, &cut.basis, &t.exponentials, &mut cut.ends);
-        0.5 * (end + 1.0) * t.delta
+        lanes::ends(set, &cut.basis, &table.exponentials, &mut cut.ends);
+        0.5 * (end + 1.0) * table.delta
     }
 
     /// Moves the trajectory's extended state to the cut. `force` is the series on the full
     /// window, none in free flight.
-    pub(super) fn cut_trajectory(&self, cut: &Cut, force: Option<&Series>, x: &mut [f64]) {
+    pub(super) fn cut_trajectory(
+        &self,
+        table: &WindowTable,
+        cut: &Cut,
+        force: Option<&Series>,
+        x: &mut [f64],
+    ) {
         let (t, set) = (&self.tables, self.instructions);
         let moments = force.map(|f| lanes::moments(set, &cut.basis, f));
         lanes::cut(
             set,
             &t.blocks,
-            &t.exponentials,
+            &table.exponentials,
             &cut.ends,
             moments.as_ref(),
             Some(&cut.basis.constant),
             x,
         );
-        for (index, ripple) in t.ripple.iter().enumerate() {
-            let at = 2 * t.padded + 1 + 2 * index;
+        for (index, (input, series)) in t.ripple.iter().zip(&table.ripple).enumerate() {
+            let at = 2 * t.layout.padded + 1 + 2 * index;
             let phase = (x[at], x[at + 1]);
-            let series = ripple.series.map(|u| multiply(phase, u).0);
+            let series = series.map(|u| multiply(phase, u).0);
             let moments = lanes::moments(set, &cut.basis, &series);
-            lanes::push(set, &t.blocks, &t.exponentials, &ripple.input, &moments, x);
+            lanes::push(set, &t.blocks, &table.exponentials, input, &moments, x);
         }
     }
 
     /// Moves a tangent vector to the cut.
-    pub(super) fn cut_tangent(&self, cut: &Cut, force: Option<&Series>, x: &mut [f64]) {
+    pub(super) fn cut_tangent(
+        &self,
+        table: &WindowTable,
+        cut: &Cut,
+        force: Option<&Series>,
+        x: &mut [f64],
+    ) {
         let (t, set) = (&self.tables, self.instructions);
         let moments = force.map(|f| lanes::moments(set, &cut.basis, f));
         lanes::cut(
             set,
             &t.blocks,
-            &t.exponentials,
+            &table.exponentials,
             &cut.ends,
             moments.as_ref(),
             None,

@@ -1,0 +1,237 @@
+//! Everything that depends on the length of a window.
+
+use super::TERMS;
+use super::feedback::Feedback;
+use super::lanes::{ExponentialChunk, LANES, Windows};
+use super::tables::{Layout, Row};
+use crate::model::{Block, Model};
+use crate::numerics::convolution::convolution24;
+use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series, multiply};
+
+/// Terms of the series of response kernels; the convolution table's first size.
+const KERNEL_TERMS: usize = 32;
+
+/// Tables of the windows of one length.
+#[derive(Debug)]
+pub struct WindowTable {
+    /// Window length Δ \[s\].
+    pub delta: f64,
+    /// Exponential series of the blocks on a full window.
+    pub exponentials: Vec<ExponentialChunk>,
+    /// D and E, and the inputs' responses.
+    pub moves: Windows,
+    /// Rows of R: one series an entry of the extended state (first components, second
+    /// components, inputs).
+    pub rows: Vec<Row>,
+    /// Solution operators, one a distinct (k, c).
+    pub feedback: Vec<Feedback>,
+    /// Series of every torque ripple's `e^{iωt}` on a full window.
+    pub ripple: Vec<[Complex; TERMS]>,
+}
+
+impl WindowTable {
+    /// Tables of windows of length `delta` \[s\] for a model, whose mesh has the `pairs`
+    /// (k, c) on such windows.
+    pub fn new(model: &Model, layout: Layout, delta: f64, pairs: &[(f64, f64)]) -> Self {
+        let chunks = layout.padded / LANES;
+        let mut table = Self {
+            delta,
+            exponentials: vec![ExponentialChunk::ZERO; chunks],
+            moves: Windows::new(chunks, layout.acting),
+            rows: vec![Row([0.0; TERMS]); 2 * layout.padded + layout.inputs],
+            feedback: Vec::new(),
+            ripple: Vec::new(),
+        };
+        let exponentials: Vec<_> = model
+            .blocks
+            .iter()
+            .map(|block| BlockExponential::new(block, delta))
+            .collect();
+        table.fill_structure(model, layout, &exponentials);
+        table.fill_feedback(model, layout, pairs, &exponentials);
+        table.fill_ripple(model, layout, &exponentials);
+        table.fill_transmission_error(model, layout);
+        table
+    }
+
+    /// R, D, E and the mean torques' effect on the state.
+    fn fill_structure(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
+        let delta = self.delta;
+        for (i, (block, exponential)) in model.blocks.iter().zip(exponentials).enumerate() {
+            let (chunk, lane) = (i / LANES, i % LANES);
+            for n in 0..TERMS {
+                let e = exponential.matrix(n);
+                for j in 0..2 {
+                    self.rows[j * layout.padded + i].0[n] =
+                        block.deflection[0] * e[0][j] + block.deflection[1] * e[1][j];
+                }
+                let g = apply(e, block.mesh_input);
+                let moment = -moment(n, delta);
+                self.moves
+                    .set_response(i, n, [moment * g[0], moment * g[1]]);
+                let target = &mut self.exponentials[chunk].0[n];
+                target[0].0[lane] = exponential.cosine[n];
+                target[1].0[lane] = exponential.sine[n];
+            }
+            self.moves.set_propagator(i, exponential.end());
+            let s = apply(exponential.matrix(0), block.static_input);
+            self.moves
+                .set_response(i, TERMS, [delta * s[0], delta * s[1]]);
+        }
+    }
+
+    /// S̃ and Q̃ of every pair (k, c), and the mean torques' effect on δ.
+    fn fill_feedback(
+        &mut self,
+        model: &Model,
+        layout: Layout,
+        pairs: &[(f64, f64)],
+        exponentials: &[BlockExponential],
+    ) {
+        let mut impulse = Kernels::default();
+        let mut torque = Kernels::default();
+        for (block, exponential) in model.blocks.iter().zip(exponentials) {
+            impulse.add(block, exponential, block.mesh_input);
+            torque.add(block, exponential, block.static_input);
+        }
+        let convolution = convolution24();
+        let response = convolution.operator(&impulse.deflection, self.delta);
+        let response_rate = convolution.operator(&impulse.rate, self.delta);
+        self.rows[2 * layout.padded].0 = convolution.step(&torque.deflection, self.delta);
+        self.feedback = (pairs.iter())
+            .map(|&pair| Feedback::new(pair, &response, &response_rate, self.delta))
+            .collect();
+    }
+
+    /// Torque ripples: their effect on state and δ, phase left out.
+    fn fill_ripple(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
+        let delta = self.delta;
+        for (index, ripple) in model.ripple.iter().enumerate() {
+            let column = TERMS + 1 + 2 * index;
+            let mut series = [(0.0, 0.0); TERMS];
+            legendre_series((0.0, ripple.angular_frequency), delta, &mut series);
+            let mut kernels = Kernels::default();
+            let blocks = model.blocks.iter().zip(exponentials).zip(&ripple.input);
+            for (i, ((block, exponential), gain)) in blocks.enumerate() {
+                kernels.add(block, exponential, *gain);
+                let mut state = [(0.0, 0.0); 2];
+                for (n, u) in series.iter().enumerate() {
+                    let e = apply(exponential.matrix(n), *gain);
+                    let moment = moment(n, delta);
+                    for (target, e) in state.iter_mut().zip(e) {
+                        target.0 += moment * e * u.0;
+                        target.1 += moment * e * u.1;
+                    }
+                }
+                self.moves.set_response(i, column, state.map(|s| s.0));
+                self.moves.set_response(i, column + 1, state.map(|s| -s.1));
+            }
+            let columns = convolution24().operator(&kernels.deflection, delta);
+            let rows = &mut self.rows[2 * layout.padded + 1 + 2 * index..][..2];
+            for (column, u) in columns.iter().zip(&series) {
+                for n in 0..TERMS {
+                    rows[0].0[n] += column[n] * u.0;
+                    rows[1].0[n] -= column[n] * u.1;
+                }
+            }
+            self.ripple.push(series);
+        }
+    }
+
+    /// The transmission error's effect on δ, `−e`, amplitude and phase included.
+    fn fill_transmission_error(&mut self, model: &Model, layout: Layout) {
+        let first = 2 * layout.padded + layout.acting;
+        for (index, h) in model.transmission_error.iter().enumerate() {
+            let mut series = [(0.0, 0.0); TERMS];
+            legendre_series((0.0, h.angular_frequency), self.delta, &mut series);
+            let amplitude = (-h.amplitude * h.phase.cos(), -h.amplitude * h.phase.sin());
+            for (n, u) in series.iter().enumerate() {
+                let value = multiply(amplitude, *u);
+                self.rows[first + 2 * index].0[n] = value.0;
+                self.rows[first + 2 * index + 1].0[n] = -value.1;
+            }
+        }
+    }
+}
+
+/// `∫₀^Δ P_n(2s/Δ − 1) e^{A(Δ−s)} ds` is this factor times coefficient n of `e^{At}`.
+fn moment(n: usize, delta: f64) -> f64 {
+    let sign = if n.is_multiple_of(2) { 1.0 } else { -1.0 };
+    sign * delta / (2 * n + 1) as f64
+}
+
+/// μ, ν of a block; a rigid rotation gets the ν of [`RIGID_PHASE`].
+fn eigenvalue(block: &Block, delta: f64) -> (f64, f64) {
+    let nu = block.damped_frequency().unwrap_or(0.0);
+    (block.growth(), nu.max(RIGID_PHASE / delta))
+}
+
+/// Legendre series of one block's `e^{At}` on a window.
+struct BlockExponential {
+    cosine: [f64; KERNEL_TERMS],
+    sine: [f64; KERNEL_TERMS],
+    end: [f64; 2],
+    traceless: [[f64; 2]; 2],
+}
+
+impl BlockExponential {
+    fn new(block: &Block, delta: f64) -> Self {
+        let (mu, nu) = eigenvalue(block, delta);
+        let mut series = [(0.0, 0.0); KERNEL_TERMS];
+        let end = legendre_series((mu, nu), delta, &mut series);
+        Self {
+            cosine: series.map(|c| c.0),
+            sine: series.map(|c| c.1 / nu),
+            end: [end.0, end.1 / nu],
+            traceless: block.traceless(),
+        }
+    }
+
+    fn combine(&self, cosine: f64, sine: f64) -> [[f64; 2]; 2] {
+        let m = &self.traceless;
+        [
+            [cosine + sine * m[0][0], sine * m[0][1]],
+            [sine * m[1][0], cosine + sine * m[1][1]],
+        ]
+    }
+
+    /// Coefficient n.
+    fn matrix(&self, n: usize) -> [[f64; 2]; 2] {
+        self.combine(self.cosine[n], self.sine[n])
+    }
+
+    /// `e^{AΔ}`.
+    fn end(&self) -> [[f64; 2]; 2] {
+        self.combine(self.end[0], self.end[1])
+    }
+}
+
+fn apply(m: [[f64; 2]; 2], v: [f64; 2]) -> [f64; 2] {
+    m.map(|row| row[0] * v[0] + row[1] * v[1])
+}
+
+/// Series of the scalar responses of δ and δ' to an impulse of some input.
+struct Kernels {
+    deflection: [f64; KERNEL_TERMS],
+    rate: [f64; KERNEL_TERMS],
+}
+
+impl Default for Kernels {
+    fn default() -> Self {
+        Self {
+            deflection: [0.0; KERNEL_TERMS],
+            rate: [0.0; KERNEL_TERMS],
+        }
+    }
+}
+
+impl Kernels {
+    fn add(&mut self, block: &Block, exponential: &BlockExponential, input: [f64; 2]) {
+        let (w, r) = (block.deflection, block.rate());
+        for n in 0..KERNEL_TERMS {
+            let x = apply(exponential.matrix(n), input);
+            self.deflection[n] += w[0] * x[0] + w[1] * x[1];
+            self.rate[n] += r[0] * x[0] + r[1] * x[1];
+        }
+    }
+}
