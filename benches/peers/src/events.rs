@@ -38,9 +38,7 @@ pub fn march(
     // Segments are counted through all cycles.
     let end_of = |place: usize| {
         let (whole, index) = (place / segments, place % segments);
-        let s = &cycle.segments[index];
-        let divisions = (whole * cycle.divisions + s.first + s.length) as f64;
-        cycle.period * divisions / cycle.divisions as f64
+        cycle.period * (whole as f64 + cycle.segments[index].end)
     };
     let (mut time, mut place, mut events) = (0.0, 0, 0);
     while time < stop {

@@ -153,14 +153,11 @@ struct March<'e> {
 impl March<'_> {
     fn one_cycle(&mut self) -> Result<(), ReferenceError> {
         let cycle = &self.extended.model.cycle;
-        let boundary = |division: usize| {
-            DoubleDouble::product(cycle.period, division as f64)
-                / DoubleDouble::exact(cycle.divisions as f64)
-        };
+        let boundary = |phase: f64| DoubleDouble::product(cycle.period, phase);
         let mut met = 0;
         for (index, segment) in cycle.segments.iter().enumerate() {
-            let mut time = boundary(segment.first);
-            let end = boundary(segment.first + segment.length);
+            let mut time = boundary(segment.start);
+            let end = boundary(segment.end);
             while time < end {
                 let rest = end - time;
                 let steps = (rest.value() / self.extended.step).ceil().max(1.0);

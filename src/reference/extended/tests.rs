@@ -25,6 +25,7 @@ fn one_degree(stiffness: f64, damping: f64, error: Vec<(u32, f64, f64)>) -> Mode
     let drive = Drive {
         half_gap: 1.0,
         stiffness: vec![stiffness; 7],
+        transitions: Vec::new(),
         damping,
         friction: 0.0,
         transmission_error: error,
