@@ -1,86 +1,40 @@
 //! Time of one mesh cycle of the default drive, rattling or in constant contact, by kernel,
-//! number of modes and number of tangents.
+//! number of modes, load, speed, number of tangents and instruction set; the work it takes;
+//! and what the machine could do at best.
 //!
 //! ```text
 //! scripts/bench            runs this and records it under benches/runs/
 //! ```
 //!
 //! All kernels run in one process, so ratios between them hold. Every bench marches a
-//! settled trajectory on and checks that it still rattles, or that it does not where it
-//! should not.
+//! settled trajectory on.
 
 // Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
 #![allow(missing_docs, clippy::unwrap_used)]
 
+#[path = "cycle/ceilings.rs"]
+mod ceilings;
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "cycle/scenes.rs"]
+mod scenes;
 
-use atlas::model::{InitialState, Model, OperatingPoint, TrajectoryState};
-use atlas::propagate::{Counters, Kernel, Stepping, Tangents, Volterra};
+use atlas::model::Model;
+use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
 use atlas::reference::Reference;
 use common::Case;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use scenes::{drive, quiet, settled, volterra};
+use serde_json::{Map, Value, json};
 use std::hint::black_box;
+use std::path::Path;
+use std::time::Duration;
 
-/// Cycles marched before the clock starts.
-const TRANSIENT: u32 = 200;
+const MODES: [usize; 9] = [2, 6, 12, 20, 40, 81, 160, 320, 640];
+const LOADS: [f64; 2] = [0.05, 0.30];
+const SPEEDS: [f64; 6] = [600.0, 900.0, 1100.0, 1200.0, 1500.0, 2400.0];
 
-/// The default drive with its `modes` lowest modes; beyond 40, its elastic modes again,
-/// slightly detuned and felt little by the mesh.
-fn drive(modes: usize, load: f64) -> Case {
-    let (mut structure, mesh, point) = common::forty_modes();
-    let known = structure.frequency.len();
-    for i in known..modes {
-        let like = 2 + i % (known - 2);
-        let detuning = 1.0 - 5e-4 * (i / known) as f64;
-        structure
-            .frequency
-            .push(detuning * structure.frequency[like]);
-        structure.damping.push(structure.damping[like]);
-        structure.mesh.push(0.05 * structure.mesh[like]);
-        for column in [
-            &mut structure.mesh_tilt,
-            &mut structure.torque,
-            &mut structure.friction,
-            &mut structure.friction_lever,
-        ] {
-            column.push(0.0);
-        }
-    }
-    for column in [
-        &mut structure.frequency,
-        &mut structure.damping,
-        &mut structure.mesh,
-        &mut structure.mesh_tilt,
-        &mut structure.torque,
-        &mut structure.friction,
-        &mut structure.friction_lever,
-    ] {
-        column.truncate(modes);
-    }
-    (structure, mesh, OperatingPoint { load, ..point })
-}
-
-/// A trajectory past its transient.
-fn settled(model: &Model) -> TrajectoryState {
-    let kernel = Volterra::new(model, f64::EPSILON, 1000);
-    let mut workspace = kernel.workspace();
-    let mut trajectory = model.start(&InitialState::Static);
-    let mut counters = Counters::default();
-    for _ in 0..TRANSIENT {
-        kernel
-            .march(
-                &mut trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
-            .expect("the default drive does not diverge");
-    }
-    trajectory
-}
-
+/// Marches a settled trajectory on, cycle after cycle.
 fn march<K: Kernel>(
     bench: &mut criterion::Bencher<'_>,
     kernel: &K,
@@ -88,7 +42,6 @@ fn march<K: Kernel>(
     tangents: usize,
 ) {
     let mut trajectory = settled(model);
-    let rattles = !model.transmission_error.is_empty();
     let mut tangent = Tangents::zeros(model.modes(), tangents);
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
@@ -106,67 +59,141 @@ fn march<K: Kernel>(
             )
             .expect("the default drive does not diverge");
     });
-    if rattles {
-        assert!(counters.events > counters.cycles, "no rattle");
-    } else {
-        assert_eq!(counters.events, 0, "leaves contact");
-    }
 }
 
-fn by_modes(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("cycle");
-    for modes in [2, 6, 12, 20, 40, 81, 160, 320, 640] {
-        let case = drive(modes, 0.05);
-        let model = common::model(&case);
-        let volterra = Volterra::new(&model, f64::EPSILON, 1000);
-        group.bench_function(BenchmarkId::new("volterra", modes), |b| {
-            march(b, &volterra, &model, 0);
-        });
-        if modes > 40 {
-            continue;
+/// Every scene's name and drive.
+fn scenes() -> Vec<(String, Case)> {
+    let mut scenes = Vec::new();
+    for modes in MODES {
+        for load in LOADS {
+            scenes.push((format!("load-{load}/{modes}"), drive(modes, load, 1200.0)));
         }
+        scenes.push((format!("constant-contact/{modes}"), quiet(modes)));
+    }
+    for speed in SPEEDS {
+        for load in LOADS {
+            scenes.push((format!("speed-{speed}/{load}"), drive(40, load, speed)));
+        }
+    }
+    for ratio in [1.6, 1.63] {
+        let mut case = drive(40, 0.05, 1200.0);
+        case.1.stiffness = vec![4.444e8, 3.333e8];
+        case.1.transitions = vec![ratio - 1.0];
+        scenes.push((format!("continuous/{ratio}"), case));
+    }
+    scenes
+}
+
+fn cycles(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("cycle");
+    for (name, case) in scenes() {
+        let model = common::model(&case);
+        let (kind, parameter) = name.split_once('/').unwrap();
+        group.bench_function(BenchmarkId::new(kind, parameter), |b| {
+            march(b, &volterra(&model), &model, 0);
+        });
+    }
+    group.finish();
+}
+
+fn tangents(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("tangents");
+    for modes in MODES {
+        let model = common::model(&drive(modes, 0.05, 1200.0));
+        for count in [1, 8] {
+            group.bench_function(BenchmarkId::new(count.to_string(), modes), |b| {
+                march(b, &volterra(&model), &model, count);
+            });
+        }
+    }
+    group.finish();
+}
+
+fn set_up(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("set-up");
+    for modes in MODES {
+        let model = common::model(&drive(modes, 0.05, 1200.0));
+        group.bench_function(BenchmarkId::new("tables", modes), |b| {
+            b.iter(|| volterra(black_box(&model)));
+        });
+    }
+    group.finish();
+}
+
+fn instruction_sets(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("set");
+    for set in InstructionSet::available() {
+        for (scene, case) in [("load-0.05", drive(40, 0.05, 1200.0)), ("quiet", quiet(40))] {
+            let model = common::model(&case);
+            let kernel = Volterra::with_instructions(&model, f64::EPSILON, 1000, set);
+            group.bench_function(BenchmarkId::new(set.name(), scene), |b| {
+                march(b, &kernel, &model, 0);
+            });
+        }
+    }
+    group.finish();
+}
+
+fn others(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("others");
+    group.sample_size(10);
+    for modes in [2, 6, 12, 20, 40] {
+        let model = common::model(&drive(modes, 0.05, 1200.0));
         // Steps of 100 ns, as published for small-step integration of this class of drive.
         let stepping = Stepping::new(&model, (model.period() / 100e-9) as u32, 1000);
         group.bench_function(BenchmarkId::new("stepping-100ns", modes), |b| {
             march(b, &stepping, &model, 0);
         });
-    }
-    group.finish();
-}
-
-fn forty_modes(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("forty-modes");
-    for load in [0.05, 0.30] {
-        let case = drive(40, load);
-        let model = common::model(&case);
-        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
-        for tangents in [0, 1, 4, 8] {
-            let name = format!("volterra-{tangents}-tangents");
-            group.bench_function(BenchmarkId::new(name, load), |b| {
-                march(b, &kernel, &model, tangents);
-            });
-        }
-        group.bench_function(BenchmarkId::new("set-up", load), |b| {
-            b.iter(|| Volterra::new(black_box(&model), f64::EPSILON, 1000));
+        let reference = Reference::new(&model);
+        let start = settled(&model);
+        group.bench_function(BenchmarkId::new("reference", modes), |b| {
+            b.iter(|| reference.march(black_box(&start), 1).expect("it marches"));
         });
     }
-    // Full load and no transmission error: the mesh never opens.
-    let mut case = drive(40, 1.0);
-    case.1.transmission_error.clear();
-    let model = common::model(&case);
-    let kernel = Volterra::new(&model, f64::EPSILON, 1000);
-    group.bench_function("constant-contact", |b| march(b, &kernel, &model, 0));
-
-    let case = drive(40, 0.05);
-    let model = common::model(&case);
-    let reference = Reference::new(&model);
-    let start = settled(&model);
-    group.sample_size(20);
-    group.bench_function(BenchmarkId::new("reference", 0.05), |b| {
-        b.iter(|| reference.march(black_box(&start), 1).expect("it marches"));
-    });
     group.finish();
 }
 
-criterion_group!(benches, by_modes, forty_modes);
+/// Counts the work of every scene, measures the machine's ceilings, and leaves both beside
+/// Criterion's estimates.
+fn facts(_: &mut Criterion) {
+    let work: Map<String, Value> = scenes()
+        .iter()
+        .map(|(name, case)| (format!("cycle/{name}"), scenes::work(case)))
+        .collect();
+    let reading: Map<String, Value> = MODES
+        .iter()
+        .map(|&modes| {
+            let model = common::model(&quiet(modes));
+            let numbers = volterra(&model).numbers_per_window();
+            (modes.to_string(), json!(ceilings::reading(numbers)))
+        })
+        .collect();
+    let facts = json!({
+        "instructions": InstructionSet::best().name(),
+        "work": work,
+        "multiply_adds_per_ns": ceilings::multiply_adds(),
+        "bytes_per_ns": {
+            "16 KiB": 16384.0 / ceilings::reading(16384 / 8),
+            "512 KiB": 524288.0 / ceilings::reading(524288 / 8),
+        },
+        "reading_tables_ns": reading,
+    });
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/criterion");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("facts.json"), format!("{facts:#}\n")).unwrap();
+}
+
+fn quick() -> Criterion {
+    Criterion::default()
+        .warm_up_time(Duration::from_millis(200))
+        .measurement_time(Duration::from_millis(700))
+        .sample_size(30)
+        .nresamples(2000)
+}
+
+criterion_group! {
+    name = benches;
+    config = quick();
+    targets = facts, cycles, tangents, set_up, instruction_sets, others
+}
 criterion_main!(benches);

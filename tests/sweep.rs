@@ -613,8 +613,8 @@ fn a_strobe_at_any_phase_is_the_state_there() {
     assert_eq!((zero[0].cycle, least[0].cycle), (TRANSIENT + 1, TRANSIENT));
     for (read, own) in least[1..].iter().zip(&zero) {
         assert!((read.deflection - own.deflection).abs() < 1e-12 * scale);
-        // The slope of a series weighs its last terms with hundreds.
-        assert!((read.velocity - own.velocity).abs() < 1e-10 * fast);
+        // An event soon after leaves a short window, whose slope magnifies round-off.
+        assert!((read.velocity - own.velocity).abs() < 1e-9 * fast);
     }
 }
 

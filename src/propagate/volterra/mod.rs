@@ -106,6 +106,12 @@ impl<'m> Volterra<'m> {
         grid::cells_of_segments(model, tolerance).iter().sum()
     }
 
+    /// Numbers of the tables that a full window in contact reads, each for one multiply-add of
+    /// the trajectory; of the first length of window.
+    pub fn numbers_per_window(&self) -> usize {
+        self.tables.windows[0].numbers_read()
+    }
+
     /// Windows a mesh cycle without events.
     pub fn windows_per_cycle(&self) -> usize {
         self.tables.grid.cells()

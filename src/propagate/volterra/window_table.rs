@@ -54,6 +54,11 @@ impl WindowTable {
         table
     }
 
+    /// Numbers that a full window in contact reads: R, S̃ and Q̃ with their gap columns, D and E.
+    pub fn numbers_read(&self) -> usize {
+        self.rows.len() * TERMS + 2 * (TERMS + 1) * TERMS + self.moves.numbers()
+    }
+
     /// R, D, E and the mean torques' effect on the state.
     fn fill_structure(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;

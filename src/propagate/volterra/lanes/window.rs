@@ -48,6 +48,11 @@ impl Windows {
         }
     }
 
+    /// Numbers held.
+    pub fn numbers(&self) -> usize {
+        self.data.len() * LANES
+    }
+
     /// Sets the propagator of a block.
     pub fn set_propagator(&mut self, block: usize, d: [[f64; 2]; 2]) {
         let (chunk, lane) = (block / LANES, block % LANES);

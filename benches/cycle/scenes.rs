@@ -1,0 +1,115 @@
+//! What is marched: drives of any number of modes, their settled trajectories, and the work
+//! that a cycle takes.
+
+use crate::common::{self, Case};
+use atlas::model::{InitialState, Model, OperatingPoint, TrajectoryState};
+use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use serde_json::{Value, json};
+
+/// Cycles marched before the clock starts.
+const TRANSIENT: u32 = 200;
+
+/// Cycles over which work is counted.
+const COUNTED: u32 = 2000;
+
+/// The default drive with its `modes` lowest modes; beyond 40, its elastic modes again,
+/// slightly detuned and felt little by the mesh.
+pub fn drive(modes: usize, load: f64, speed: f64) -> Case {
+    let (mut structure, mesh, _) = common::forty_modes();
+    let known = structure.frequency.len();
+    for i in known..modes {
+        let like = 2 + i % (known - 2);
+        let detuning = 1.0 - 5e-4 * (i / known) as f64;
+        structure
+            .frequency
+            .push(detuning * structure.frequency[like]);
+        structure.damping.push(structure.damping[like]);
+        structure.mesh.push(0.05 * structure.mesh[like]);
+        for column in [
+            &mut structure.mesh_tilt,
+            &mut structure.torque,
+            &mut structure.friction,
+            &mut structure.friction_lever,
+        ] {
+            column.push(0.0);
+        }
+    }
+    for column in [
+        &mut structure.frequency,
+        &mut structure.damping,
+        &mut structure.mesh,
+        &mut structure.mesh_tilt,
+        &mut structure.torque,
+        &mut structure.friction,
+        &mut structure.friction_lever,
+    ] {
+        column.truncate(modes);
+    }
+    (structure, mesh, OperatingPoint { load, speed })
+}
+
+/// Full load, no transmission error and a small step of stiffness: the mesh never opens.
+pub fn quiet(modes: usize) -> Case {
+    let mut case = drive(modes, 1.0, 1200.0);
+    case.1.transmission_error.clear();
+    case.1
+        .stiffness
+        .iter_mut()
+        .take(36)
+        .for_each(|k| *k = 3.4e8);
+    case
+}
+
+/// The structured kernel to round-off.
+pub fn volterra(model: &Model) -> Volterra<'_> {
+    Volterra::new(model, f64::EPSILON, 1000)
+}
+
+/// A trajectory past its transient.
+pub fn settled(model: &Model) -> TrajectoryState {
+    let mut trajectory = model.start(&InitialState::Static);
+    march(&volterra(model), &mut trajectory, TRANSIENT);
+    trajectory
+}
+
+fn march<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, cycles: u32) -> Counters {
+    let mut workspace = kernel.workspace();
+    let mut counters = Counters::default();
+    for _ in 0..cycles {
+        kernel
+            .march(
+                trajectory,
+                &mut Tangents::none(),
+                &mut workspace,
+                &mut (),
+                &mut counters,
+            )
+            .expect("the default drive does not diverge");
+    }
+    counters
+}
+
+/// What a cycle of a scene takes, counted: checks that it rattles, or that it does not where
+/// it should not.
+pub fn work(case: &Case) -> Value {
+    let model = common::model(case);
+    let kernel = volterra(&model);
+    let counters = march(&kernel, &mut settled(&model), COUNTED);
+    if model.transmission_error.is_empty() {
+        assert_eq!(counters.events, 0, "leaves contact");
+    } else {
+        assert!(counters.events > counters.cycles, "no rattle");
+    }
+    let a_cycle = |count: u64| count as f64 / f64::from(COUNTED);
+    json!({
+        "period_ns": 1e9 * model.period(),
+        "cells": kernel.windows_per_cycle(),
+        "numbers_per_window": kernel.numbers_per_window(),
+        "windows": a_cycle(counters.windows),
+        "partial_windows": a_cycle(counters.partial_windows),
+        "certified": a_cycle(counters.certified),
+        "bisections": a_cycle(counters.bisections),
+        "newton_steps": a_cycle(counters.newton_steps),
+        "events": a_cycle(counters.events),
+    })
+}
