@@ -258,10 +258,8 @@ fn neutral_pair_does_not_drift() {
 
 #[test]
 fn energy_is_accounted_for_over_many_cycles() {
-    for (case, cycles) in [
-        (common::one_degree(), 10_000),
-        (common::forty_modes(), 1_000),
-    ] {
+    let cycles = 10_000;
+    for case in [common::one_degree(), common::forty_modes()] {
         let model = common::model(&case);
         let mut audit = EnergyAudit::new(&model);
         let start = settled(&model, 40);
