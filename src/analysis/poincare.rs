@@ -153,25 +153,30 @@ impl Poincare {
     }
 
     fn turn(&mut self, window: &Window<'_>) {
-        let series = padded(window.deflection);
-        let size: f64 = series.iter().map(|a| a.abs()).sum();
-        let noise = SLOPE_NOISE * (size + self.half_gap);
         let mut rising = self.rising;
-        sign_changes(
-            transforms24(),
-            &derivative(&series),
-            noise,
-            &mut rising,
-            |x, upwards| {
-                let kind = match upwards {
-                    true => SampleKind::Minimum,
-                    false => SampleKind::Maximum,
-                };
-                self.keep(self.at(window, x, kind));
-            },
-        );
+        turning_points(window, self.half_gap, &mut rising, |x, minimum| {
+            let kind = match minimum {
+                true => SampleKind::Minimum,
+                false => SampleKind::Maximum,
+            };
+            self.keep(self.at(window, x, kind));
+        });
         self.rising = rising;
     }
+}
+
+/// Every place of a window where δ' changes its sign, handed to `found` with whether δ has a
+/// minimum there. `rising` is whether δ' was last seen positive, kept from window to window.
+pub(super) fn turning_points(
+    window: &Window<'_>,
+    half_gap: f64,
+    rising: &mut Option<bool>,
+    found: impl FnMut(f64, bool),
+) {
+    let series = padded(window.deflection);
+    let size: f64 = series.iter().map(|a| a.abs()).sum();
+    let noise = SLOPE_NOISE * (size + half_gap);
+    sign_changes(transforms24(), &derivative(&series), noise, rising, found);
 }
 
 impl Observer for Poincare {

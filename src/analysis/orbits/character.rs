@@ -3,9 +3,9 @@
 use super::shooting::PeriodicOrbit;
 use crate::analysis::modal_series::padded;
 use crate::analysis::norm::EnergyNorm;
+use crate::analysis::poincare::turning_points;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::legendre::{derivative, evaluate, transforms24};
-use crate::numerics::roots::sign_changes;
+use crate::numerics::legendre::evaluate;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -18,9 +18,6 @@ const MOST_ITERATIONS: usize = 200;
 
 /// Turn of the direction, per iteration, at which it stands still.
 const STILL: f64 = 1e-10;
-
-/// Round-off of the derivative of a 24-term series, in units of the sum of its terms' sizes.
-const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 
 /// What its leading multiplier crosses the unit circle as, where it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -186,22 +183,14 @@ impl Observer for Extremes {
             self.smallest = self.smallest.min(value);
             self.largest = self.largest.max(value);
         }
-        let size: f64 = series.iter().map(|a| a.abs()).sum();
-        let noise = SLOPE_NOISE * (size + self.half_gap);
         let mut rising = self.rising;
-        sign_changes(
-            transforms24(),
-            &derivative(&series),
-            noise,
-            &mut rising,
-            |x, _| {
-                let value = evaluate(&series, x);
-                self.smallest = self.smallest.min(value);
-                self.largest = self.largest.max(value);
-                let away = (value.abs() - self.half_gap).abs() / self.half_gap;
-                self.margin = self.margin.min(away);
-            },
-        );
+        turning_points(window, self.half_gap, &mut rising, |x, _| {
+            let value = evaluate(&series, x);
+            self.smallest = self.smallest.min(value);
+            self.largest = self.largest.max(value);
+            let away = (value.abs() - self.half_gap).abs() / self.half_gap;
+            self.margin = self.margin.min(away);
+        });
         self.rising = rising;
     }
 
