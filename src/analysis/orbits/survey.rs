@@ -40,7 +40,7 @@ pub struct OrbitQuestion {
 pub struct OrbitSurvey {
     /// The orbits, by period, then in the order found.
     pub orbits: Vec<OrbitOutcome>,
-    /// Mesh cycles marched, searches included.
+    /// Mesh cycles marched for guesses; Newton searches are not counted.
     pub cycles: u64,
 }
 
