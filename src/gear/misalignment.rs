@@ -108,7 +108,9 @@ impl MisalignmentReport {
 ///   same mean mesh force `force` \[N\].
 ///
 /// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), kept in
-/// (0, 1\], where that of a rising `ε − ε₀ − θ` lies.
+/// (0, 1\], where that of a rising `ε − ε₀ − θ` lies. A step out of the bracket that the signs
+/// of the residuals give is replaced by its middle, so that shafts however soft do not make
+/// the search swing.
 pub fn loaded_misalignment(
     unloaded: f64,
     force: f64,
@@ -119,6 +121,8 @@ pub fn loaded_misalignment(
     let mut steps: Vec<MisalignmentStep> = Vec::new();
     let mut relaxation = search.relaxation;
     let mut misalignment = unloaded;
+    // Largest value tried that is too small, smallest that is too large.
+    let mut bracket = [f64::NEG_INFINITY, f64::INFINITY];
     let ending = loop {
         if steps.len() == search.limit {
             break MisalignmentEnding::LimitReached;
@@ -143,7 +147,11 @@ pub fn loaded_misalignment(
                 relaxation = aitken.min(1.0);
             }
         }
+        bracket[usize::from(residual < 0.0)] = misalignment;
         misalignment += relaxation * residual;
+        if misalignment <= bracket[0] || misalignment >= bracket[1] {
+            misalignment = 0.5 * (bracket[0] + bracket[1]);
+        }
     };
     MisalignmentReport { steps, ending }
 }
