@@ -6,8 +6,9 @@
 mod flank;
 
 use atlas::gear::{
-    Face, Foundation, GearPair, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding,
-    MisalignmentSearch, TiltCompliance, friction_direction, loaded_misalignment, pairs_at,
+    Contact, Face, Foundation, GearPair, LoadSharing, MeshTable, MeshTableInputs,
+    MisalignmentEnding, MisalignmentSearch, TiltCompliance, friction_direction,
+    loaded_misalignment, pairs_at,
 };
 use atlas::shaft::{Bearing, FlexibleDrive, Shaft};
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
@@ -88,6 +89,7 @@ fn structure_takes_a_point_off_the_loss_of_stiffness() {
         longest_piece: 1.0 / 12.0,
         slices: 1,
         foundation: Foundation::Strips,
+        contact: Contact::Linear,
         pattern: false,
     };
     let table = MeshTable::build(&default_flank(), &inputs, &|_, _| {}).unwrap();

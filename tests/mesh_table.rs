@@ -6,8 +6,8 @@
 mod flank;
 
 use atlas::gear::{
-    Face, Foundation, LoadSharing, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs,
-    NODES, SharingError, pairs_at,
+    Contact, Face, Foundation, LoadSharing, MeshTable, MeshTableCycle, MeshTableError,
+    MeshTableInputs, NODES, SharingError, pairs_at,
 };
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, path, split};
 use std::f64::consts::{PI, TAU};
@@ -22,6 +22,7 @@ fn inputs() -> MeshTableInputs {
         longest_piece: 1.0 / 12.0,
         slices: 4,
         foundation: Foundation::Strips,
+        contact: Contact::Linear,
         pattern: false,
     }
 }

@@ -288,6 +288,65 @@ fn what_cannot_bear_is_refused() {
     }
 }
 
+/// A contact that stiffens, `a = C w^0.9` (as Palmgren's): the tangent at the load's own place.
+#[test]
+fn a_stiffening_contact_is_met_where_the_load_is() {
+    let force = default_force();
+    let scale = 1e-10;
+    let law = FunctionFlank {
+        contact: Some(Box::new(move |w| {
+            [scale * w.powf(0.9), 0.9 * scale * w.powf(-0.1)]
+        })),
+        ..FunctionFlank::constant(path(1.6), STIFFNESS)
+    };
+    // Without its contact a constant flank keeps four fifths of its compliance.
+    let teeth = 0.8 / STIFFNESS;
+    let under = |phase: f64, misalignment: f64| {
+        let foundation = Foundation::Strips;
+        LoadSharing::under(&law, phase, face(4), misalignment, foundation, force)
+    };
+    for (phase, pairs) in [(0.8, 1.0), (0.2, 2.0)] {
+        let load = under(phase, 0.0).unwrap().bear(force);
+        let w = force / FACE_WIDTH / pairs;
+        close(load.deflection, teeth * w + scale * w.powf(0.9), 1e-12);
+        let tangent = teeth + 0.9 * scale * w.powf(-0.1);
+        close(load.stiffness, pairs * FACE_WIDTH / tangent, 1e-10);
+    }
+    // A linear law settles at once on what it is.
+    let linear = FunctionFlank::constant(path(1.6), STIFFNESS);
+    let foundation = Foundation::Body;
+    let settled = LoadSharing::under(&linear, 0.2, face(4), 2e-4, foundation, force).unwrap();
+    let direct = bear(&linear, 0.2, 4, 2e-4, foundation, force);
+    close(settled.bear(force).deflection, direct.deflection, 1e-14);
+    // Partly loaded: the mean line load of the loaded part is its own.
+    let wedge = under(0.8, MISALIGNMENT).unwrap().bear(force);
+    let length = wedge.contact_fraction * FACE_WIDTH;
+    let w = force / length;
+    let tangent = teeth + 0.9 * scale * w.powf(-0.1);
+    close(wedge.stiffness, length / tangent, 1e-10);
+    close(length, (2.0 * force * tangent / MISALIGNMENT).sqrt(), 1e-10);
+}
+
+#[test]
+fn a_contact_that_does_not_settle_is_refused() {
+    let under = |contact: fn(f64) -> [f64; 2]| {
+        let law = FunctionFlank {
+            contact: Some(Box::new(contact)),
+            relief: Box::new(|s| if s > 0.0 { 1e-6 } else { 0.0 }),
+            ..FunctionFlank::constant(path(1.6), STIFFNESS)
+        };
+        LoadSharing::under(&law, 0.2, face(2), 0.0, Foundation::Strips, 1e3).unwrap_err()
+    };
+    let error = under(|_| [f64::NAN, 1e-11]);
+    assert!(matches!(error, SharingError::OutOfRange { .. }), "{error}");
+    // Softer the more it bears, by leaps: two pairs pass the load to and fro.
+    let error = under(|w| {
+        let slope = if w > 2.5e4 { 1e-9 } else { 1e-11 };
+        [slope * w, slope]
+    });
+    assert!(matches!(error, SharingError::Unsettled { .. }), "{error}");
+}
+
 mod bisection {
     use super::*;
     use proptest::collection::vec;

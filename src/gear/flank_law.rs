@@ -46,6 +46,13 @@ pub trait FlankLaw: Sync {
         0.0
     }
 
+    /// Approach of the flanks by their contact under a line load \[N/m\], and its derivative:
+    /// \[m\] and \[m²/N\]. Linear, as in [`Self::compliance`], unless the law knows better.
+    fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
+        let hertz = self.compliance(s).hertz;
+        [hertz * line_load, hertz]
+    }
+
     /// Positions inside the path where compliance or relief has a kink \[m\].
     fn kinks(&self) -> Vec<f64> {
         Vec::new()

@@ -18,5 +18,6 @@ pub use misalignment::{
 };
 pub use pair::GearPair;
 pub use sharing::{
-    ContactPair, Face, Foundation, LoadSharing, MOST_PAIRS, SharedLoad, SharingError, pairs_at,
+    Contact, ContactPair, Face, Foundation, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
+    pairs_at,
 };

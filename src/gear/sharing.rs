@@ -19,7 +19,10 @@
 //! with plain misalignment one slice is as good as a hundred. Where the gap curves across the
 //! face (crowning) the error falls with the square of the slice width.
 
+mod contact;
 mod ramp;
+
+pub use contact::Contact;
 
 use super::flank_law::FlankLaw;
 use ramp::Ramp;
@@ -78,6 +81,14 @@ pub enum SharingError {
         /// What would be accepted.
         accepted: &'static str,
     },
+    /// A contact law that does not settle.
+    #[error(
+        "the contact compliance at {position} m from the pitch point does not settle under its own load; is the law's derivative its own?"
+    )]
+    Unsettled {
+        /// Place on the line of action \[m\].
+        position: f64,
+    },
     /// A face without width or slices.
     #[error("a face of {width} m in {slices} slices bears nothing; give it a width and a slice")]
     NoFace {
@@ -93,8 +104,12 @@ pub enum SharingError {
 pub struct ContactPair {
     /// Place on the line of action \[m\].
     pub position: f64,
-    /// Compliance of teeth and contact, times width \[m²/N\].
-    tooth: f64,
+    /// Compliance of the teeth without their contact, times width \[m²/N\].
+    teeth: f64,
+    /// Tangent compliance of the contact, times width \[m²/N\].
+    contact: f64,
+    /// Where the tangent of the contact law meets zero load \[m\].
+    intercept: f64,
     /// Compliance of both gear bodies, times width \[m²/N\].
     foundation: f64,
     /// Material missing at the borders of the slices \[m\].
@@ -108,7 +123,8 @@ impl ContactPair {
     /// A compliance that is not positive and finite, or a gap that is not finite.
     pub fn new(law: &impl FlankLaw, position: f64, face: Face) -> Result<Self, SharingError> {
         let compliance = law.compliance(position);
-        let tooth = compliance.tooth[0] + compliance.tooth[1] + compliance.hertz;
+        let teeth = compliance.tooth[0] + compliance.tooth[1];
+        let tooth = teeth + compliance.hertz;
         let foundation = compliance.foundation[0] + compliance.foundation[1];
         let relief = law.relief(position);
         let gap: Vec<f64> = (0..=face.slices)
@@ -146,15 +162,27 @@ impl ContactPair {
         }
         Ok(Self {
             position,
-            tooth,
+            teeth,
+            contact: compliance.hertz,
+            intercept: 0.0,
             foundation,
             gap,
         })
     }
 
-    /// Material missing on the middle of a slice \[m\].
+    /// Compliance of teeth and contact, times width \[m²/N\].
+    fn tooth(&self) -> f64 {
+        self.teeth + self.contact
+    }
+
+    /// What the tooth spring has to close at the border of a slice \[m\].
+    fn gap(&self, border: usize) -> f64 {
+        self.gap[border] + self.intercept
+    }
+
+    /// The same on the middle of a slice \[m\].
     fn mean_gap(&self, slice: usize) -> f64 {
-        0.5 * (self.gap[slice] + self.gap[slice + 1])
+        0.5 * (self.gap(slice) + self.gap(slice + 1))
     }
 }
 
@@ -262,10 +290,15 @@ impl LoadSharing {
 
     /// How a force ≥ 0 \[N\] is borne. Without force: where the flanks first touch.
     pub fn bear(&self, force: f64) -> SharedLoad {
+        self.bear_with_lengths(force).0
+    }
+
+    /// How a force is borne, and the loaded length of each pair \[m\].
+    fn bear_with_lengths(&self, force: f64) -> (SharedLoad, [f64; MOST_PAIRS]) {
         let teeth = self.approach(force);
         let mut loads = [0.0; MOST_PAIRS];
         let mut slopes = [0.0; MOST_PAIRS];
-        let (mut moment, mut loaded) = (0.0, 0.0);
+        let (mut moment, mut loaded) = (0.0, [0.0; MOST_PAIRS]);
         for ramp in &self.ramps {
             let travel = ramp.travel(teeth);
             for (pair, stiffness) in ramp.stiffness.iter().enumerate() {
@@ -273,7 +306,7 @@ impl LoadSharing {
                 slopes[pair] += stiffness * travel.engaged;
             }
             moment += ramp.total() * travel.moment;
-            loaded += travel.engaged;
+            loaded[ramp.pair] += travel.engaged;
         }
         let total: f64 = loads.iter().sum();
         let part = |value: f64| if total > 0.0 { value / total } else { 0.0 };
@@ -281,13 +314,15 @@ impl LoadSharing {
             let terms = values.iter().zip(&self.body);
             terms.map(|(value, body)| value * body).sum()
         };
-        SharedLoad {
+        let shared = SharedLoad {
             deflection: teeth + yields(&loads),
             stiffness: slopes.iter().sum::<f64>() / (1.0 + yields(&slopes)),
             centre: part(moment),
             share: loads.map(part),
-            contact_fraction: loaded / self.ramps.len() as f64,
-        }
+            contact_fraction: loaded.iter().sum::<f64>() / self.ramps.len() as f64,
+        };
+        let slice = self.face.width / self.face.slices as f64;
+        (shared, loaded.map(|slices| slices * slice))
     }
 
     /// Line load under a force \[N/m\], pair by pair the mean on each slice.

@@ -11,6 +11,8 @@ pub struct FunctionFlank {
     /// By s and z.
     pub deviation: Box<dyn Fn(f64, f64) -> f64 + Sync>,
     pub kinks: Vec<f64>,
+    /// Approach and its derivative by line load, where the contact is not linear.
+    pub contact: Option<Law<[f64; 2]>>,
 }
 
 impl FunctionFlank {
@@ -23,6 +25,7 @@ impl FunctionFlank {
             relief: Box::new(|_| 0.0),
             deviation: Box::new(|_, _| 0.0),
             kinks: Vec::new(),
+            contact: None,
         }
     }
 }
@@ -51,6 +54,12 @@ impl FlankLaw for FunctionFlank {
 
     fn deviation(&self, s: f64, z: f64) -> f64 {
         (self.deviation)(s, z)
+    }
+
+    fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
+        let hertz = self.compliance(s).hertz;
+        let linear = [hertz * line_load, hertz];
+        self.contact.as_ref().map_or(linear, |law| law(line_load))
     }
 
     fn kinks(&self) -> Vec<f64> {

@@ -2,7 +2,7 @@
 
 use super::super::flank_law::FlankLaw;
 use super::super::friction::friction_direction;
-use super::super::sharing::{Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
+use super::super::sharing::{Contact, Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
 use super::breaks::breaks;
 use super::{MeshTable, MeshTableError, MeshTableInputs, NODES};
 use crate::numerics::legendre::transforms8;
@@ -100,9 +100,13 @@ fn cells(
     let positions: Vec<f64> = pairs.iter().map(|p| p.position - pitch_point).collect();
     let mut cells = Vec::with_capacity(inputs.misalignment.len() * inputs.torque.len());
     for &misalignment in &inputs.misalignment {
-        let sharing = LoadSharing::new(&pairs, face, misalignment, inputs.foundation)?;
+        let mut sharing = LoadSharing::new(&pairs, face, misalignment, inputs.foundation)?;
         for &torque in &inputs.torque {
             let force = torque / inputs.base_radius;
+            if inputs.contact == Contact::LoadDependent {
+                let foundation = inputs.foundation;
+                sharing = LoadSharing::under(law, phase, face, misalignment, foundation, force)?;
+            }
             let load = sharing.bear(force);
             let friction = friction_direction(&positions, &load.share);
             let pattern = if inputs.pattern {

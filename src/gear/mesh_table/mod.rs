@@ -15,7 +15,7 @@ pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
 
 use super::GearPair;
-use super::sharing::{Foundation, MOST_PAIRS};
+use super::sharing::{Contact, Foundation, MOST_PAIRS};
 
 /// Gauss nodes of a piece.
 pub const NODES: usize = 8;
@@ -38,6 +38,8 @@ pub struct MeshTableInputs {
     pub slices: usize,
     /// How the gear bodies pass on the load of a part of the face.
     pub foundation: Foundation,
+    /// How the flanks yield where they touch.
+    pub contact: Contact,
     /// Whether to keep the contact pattern.
     pub pattern: bool,
 }
@@ -54,6 +56,7 @@ impl MeshTableInputs {
             longest_piece: 1.0 / 12.0,
             slices: 64,
             foundation: Foundation::Strips,
+            contact: Contact::Linear,
             pattern: false,
         }
     }

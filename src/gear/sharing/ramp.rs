@@ -7,6 +7,8 @@ use super::{ContactPair, Face, MOST_PAIRS};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Ramp {
     pub slice: usize,
+    /// The pair that comes into contact.
+    pub pair: usize,
     /// Smallest and largest gap \[m\].
     pub low: f64,
     pub high: f64,
@@ -89,7 +91,7 @@ pub(super) fn add_slice(
 ) {
     let count = pairs.len() as f64;
     let [from, to] = [slice, slice + 1].map(|border| {
-        let mean = pairs.iter().map(|p| p.gap[border]).sum::<f64>() / count;
+        let mean = pairs.iter().map(|p| p.gap(border)).sum::<f64>() / count;
         let place = face.border(border);
         (misalignment * place + mean, place)
     });
@@ -113,11 +115,11 @@ pub(super) fn add_slice(
             knot += (offset(pair) - offset(order[rank - 1])) * bend;
         }
         if local {
-            bend += pairs[pair].foundation / pairs[pair].tooth;
+            bend += pairs[pair].foundation / pairs[pair].tooth();
         }
         let mut now = [0.0; MOST_PAIRS];
         for &other in &order[..=rank] {
-            now[other] = width / (pairs[other].tooth * bend);
+            now[other] = width / (pairs[other].tooth() * bend);
         }
         let mut stiffness = now;
         for (change, before) in stiffness.iter_mut().zip(&before) {
@@ -126,6 +128,7 @@ pub(super) fn add_slice(
         before = now;
         ramps.push(Ramp {
             slice,
+            pair,
             low: low + knot,
             high: high + knot,
             low_place,

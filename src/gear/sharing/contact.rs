@@ -1,0 +1,108 @@
+//! Flanks that stiffen as they flatten: the contact law follows the load it bears.
+
+use super::{ContactPair, Face, Foundation, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
+use crate::gear::flank_law::FlankLaw;
+
+/// How the flanks yield where they touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub enum Contact {
+    /// In proportion to the load.
+    Linear,
+    /// By [`FlankLaw::contact`] at the mean line load of each pair's loaded part.
+    LoadDependent,
+}
+
+/// Line loads that repeat within this part have settled.
+const SETTLED: f64 = 1e-12;
+
+/// Most rounds. Every one linearises the law at what the last one found, so that a smooth law
+/// takes a few.
+const ROUNDS: usize = 50;
+
+/// A pair that bears less than this part of the mean line load has its contact linearised
+/// there: laws that stiffen have no compliance at zero.
+const LEAST: f64 = 1e-2;
+
+impl LoadSharing {
+    /// The pairs at mesh phase `phase`, their contact linearised at what a force > 0 \[N\]
+    /// makes of it; for that force alone.
+    ///
+    /// The contact of a pair is replaced by the tangent of its law, a compliance and an
+    /// intercept, at the mean line load over its loaded length; the load is shared out, and
+    /// so on until the line loads repeat. Deflection and stiffness then are those of the law
+    /// where the line load is even across the face; where it is not, its mean stands for it.
+    ///
+    /// # Errors
+    /// Those of [`LoadSharing::new`] and [`ContactPair::new`], a contact law that is not
+    /// finite or does not settle.
+    pub fn under(
+        law: &impl FlankLaw,
+        phase: f64,
+        face: Face,
+        misalignment: f64,
+        foundation: Foundation,
+        force: f64,
+    ) -> Result<Self, SharingError> {
+        let mut pairs = pairs_at(law, phase, face)?;
+        let least = LEAST * force / face.width;
+        let mut line_load = [force / face.width / pairs.len().max(1) as f64; MOST_PAIRS];
+        let mut moved = 0;
+        for _ in 0..ROUNDS {
+            for (pair, line_load) in pairs.iter_mut().zip(line_load) {
+                pair.linearise(law, line_load)?;
+            }
+            let sharing = Self::new(&pairs, face, misalignment, foundation)?;
+            let (shared, lengths) = sharing.bear_with_lengths(force);
+            let settled = |old: f64, new: f64| (new - old).abs() <= SETTLED * old;
+            let next: [f64; MOST_PAIRS] = std::array::from_fn(|pair| {
+                if lengths[pair] > 0.0 {
+                    (shared.share[pair] * force / lengths[pair]).max(least)
+                } else {
+                    least
+                }
+            });
+            let unsettled = (0..pairs.len()).find(|&pair| !settled(line_load[pair], next[pair]));
+            match unsettled {
+                None => return Ok(sharing),
+                Some(pair) => moved = pair,
+            }
+            line_load = next;
+        }
+        Err(SharingError::Unsettled {
+            position: pairs[moved].position,
+        })
+    }
+}
+
+impl ContactPair {
+    /// Takes the tangent of the contact law at a line load \[N/m\].
+    fn linearise(&mut self, law: &impl FlankLaw, line_load: f64) -> Result<(), SharingError> {
+        let [approach, slope] = law.contact(self.position, line_load);
+        for (name, value, valid, accepted) in [
+            (
+                "approach of the flanks by their contact [m]",
+                approach,
+                approach.is_finite(),
+                "finite",
+            ),
+            (
+                "tangent compliance of teeth and contact [m²/N]",
+                self.teeth + slope,
+                self.teeth + slope > 0.0 && slope.is_finite(),
+                "positive and finite",
+            ),
+        ] {
+            if !valid {
+                return Err(SharingError::OutOfRange {
+                    name,
+                    value,
+                    position: self.position,
+                    accepted,
+                });
+            }
+        }
+        self.contact = slope;
+        self.intercept = approach - slope * line_load;
+        Ok(())
+    }
+}
