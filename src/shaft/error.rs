@@ -3,6 +3,9 @@
 /// Why a structure could not be assembled, solved or reduced.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShaftError {
+    /// The drawing of the gears is not a pair that meshes.
+    #[error(transparent)]
+    Gear(#[from] crate::gear::GearError),
     /// A quantity that must be positive and finite is not.
     #[error("{quantity} must be positive and finite, got {value}")]
     NotPositive {

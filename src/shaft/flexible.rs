@@ -78,7 +78,7 @@ impl FlexibleDrive {
         }
         let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, RIGID_MODES)?;
         let damping = self.modal_damping(modes)?;
-        self.structure(&matrices, nodes, &solution, damping)
+        self.structure(&matrices, nodes, &solution, damping)?
             .truncated(retained, mta)
     }
 
@@ -87,6 +87,7 @@ impl FlexibleDrive {
         positive("module [m]", gears.module)?;
         positive("rated torque [N m]", gears.rated_torque)?;
         positive("pressure angle [rad]", gears.pressure_angle)?;
+        gears.operating_pressure_angle()?;
         positive("density [kg/m^3]", self.density)?;
         for ratio in std::iter::once(self.damping)
             .chain(self.damping_overrides.iter().map(|(_, ratio)| *ratio))
@@ -177,11 +178,11 @@ impl FlexibleDrive {
         nodes: [ShaftNodes; 2],
         solution: &Modes,
         damping: Vec<f64>,
-    ) -> ModalStructure {
+    ) -> Result<ModalStructure, ShaftError> {
         use Freedom::{RotationX, RotationY, RotationZ, X, Y};
         let [base_1, base_2] = self.gears.base_radii();
-        let [pitch_1, pitch_2] = self.gears.pitch_radii();
-        let (sin, cos) = self.gears.pressure_angle.sin_cos();
+        let [pitch_1, pitch_2] = self.gears.operating_pitch_radii()?;
+        let (sin, cos) = self.gears.operating_pressure_angle()?.sin_cos();
         let [pinion, wheel] = nodes.map(|shaft| shaft.gear);
         let participation =
             |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
@@ -250,7 +251,7 @@ impl FlexibleDrive {
             bearing.gain[..RIGID_MODES].fill(0.0);
         }
 
-        ModalStructure {
+        Ok(ModalStructure {
             teeth: self.gears.teeth[0],
             wheel_teeth: Some(self.gears.teeth[1]),
             rated_force: self.gears.rated_force(),
@@ -265,7 +266,7 @@ impl FlexibleDrive {
             friction_lever,
             residual_flexibility: 0.0,
             bearings,
-        }
+        })
     }
 
     /// Gains of every bearing with a stiffness: along the line of centres, across it, axially.
