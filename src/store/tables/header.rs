@@ -94,7 +94,7 @@ impl CacheHeader {
             if self.arrays[..index].iter().any(|a| a.name == array.name) {
                 return Err(refuse("there are two of that name"));
             }
-            if array.offset % ALIGNMENT != 0 {
+            if !array.offset.is_multiple_of(ALIGNMENT) {
                 return Err(refuse("it does not start at a multiple of 64 bytes"));
             }
             if Some(array.offset) != aligned(end) {

@@ -38,7 +38,7 @@ impl Mapping {
     pub fn numbers(&self, range: Range<usize>) -> Option<&[f64]> {
         let bytes = self.0.get(range)?;
         let start = bytes.as_ptr().cast::<f64>();
-        if !start.is_aligned() || bytes.len() % NUMBER != 0 {
+        if !start.is_aligned() || !bytes.len().is_multiple_of(NUMBER) {
             return None;
         }
         // SAFETY: the range is within the mapping, aligned and whole; every bit pattern is an
