@@ -18,9 +18,9 @@ const DAMAGED: u8 = 1;
 pub struct VerifyArgs {
     /// First digits of keys, or files.
     #[arg(value_name = "KEY|FILE", required_unless_present = "all")]
-    tables: Vec<String>,
+    wanted: Vec<String>,
     /// Every table of the folder.
-    #[arg(long, conflicts_with = "tables")]
+    #[arg(long, conflicts_with = "wanted")]
     all: bool,
     #[command(flatten)]
     folder: Folder,
@@ -28,7 +28,7 @@ pub struct VerifyArgs {
 
 /// Prints a line a table; exit status 1 where one is damaged.
 pub fn run(args: &VerifyArgs) -> ExitCode {
-    let files = match wanted(args) {
+    let files = match files(args) {
         Ok(files) => files,
         Err(error) => return refuse(&error),
     };
@@ -54,13 +54,13 @@ pub fn run(args: &VerifyArgs) -> ExitCode {
     answer(&format!("{text}{count}, {verdict}\n"), status)
 }
 
-fn wanted(args: &VerifyArgs) -> Result<Vec<PathBuf>, CacheError> {
+fn files(args: &VerifyArgs) -> Result<Vec<PathBuf>, CacheError> {
     let store = args.folder.store();
     match args.all {
         true => {
             let entries = store.entries()?.into_iter();
             Ok(entries.map(|entry| entry.path).collect())
         }
-        false => args.tables.iter().map(|name| store.find(name)).collect(),
+        false => args.wanted.iter().map(|name| store.find(name)).collect(),
     }
 }
