@@ -22,6 +22,14 @@ pub enum ShaftError {
         /// The value found.
         value: f64,
     },
+    /// A quantity that must be finite is not.
+    #[error("{quantity} must be finite, got {value}")]
+    NotFinite {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+    },
     /// A hollow section without a wall.
     #[error("bore {bore} m leaves no wall in a section of {diameter} m; make the bore smaller")]
     NoWall {
@@ -184,5 +192,14 @@ pub(super) fn non_negative(quantity: &'static str, value: f64) -> Result<f64, Sh
         Ok(value)
     } else {
         Err(ShaftError::Negative { quantity, value })
+    }
+}
+
+/// `value` if it is finite.
+pub(super) fn finite(quantity: &'static str, value: f64) -> Result<f64, ShaftError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(ShaftError::NotFinite { quantity, value })
     }
 }

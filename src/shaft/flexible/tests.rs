@@ -1,5 +1,7 @@
 use super::*;
 use crate::gear::{GearPair, ToothForm};
+use crate::shaft::train::RIGID_MODES;
+use crate::shaft::{Bearing, Disc, Shaft};
 
 fn drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
