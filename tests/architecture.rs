@@ -28,8 +28,8 @@ const REFERENCE_KNOWS: [&str; 1] = ["model"];
 const LONGEST: usize = 500;
 
 /// Files that need unsafe code: calls of functions compiled for an instruction set that the
-/// processor was asked for.
-const UNSAFE: [&str; 1] = ["propagate/volterra/lanes.rs"];
+/// processor was asked for; a file mapped into memory.
+const UNSAFE: [&str; 2] = ["propagate/volterra/lanes.rs", "store/tables/map.rs"];
 
 /// What only the command line may do.
 const OUTWARD: [&str; 9] = [

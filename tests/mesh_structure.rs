@@ -7,7 +7,7 @@ mod flank;
 
 use atlas::gear::{
     Contact, Face, Foundation, GearPair, LoadSharing, MeshTable, MeshTableInputs,
-    MisalignmentEnding, MisalignmentSearch, TiltCompliance, friction_direction,
+    MisalignmentEnding, MisalignmentSearch, TiltCompliance, ToothForm, friction_direction,
     loaded_misalignment, pairs_at,
 };
 use atlas::shaft::{Bearing, FlexibleDrive, Shaft};
@@ -36,6 +36,7 @@ fn default_drive() -> FlexibleDrive {
             face_width: FACE_WIDTH,
             body_length: [70e-3, 40e-3],
             rated_torque: 50.0,
+            form: ToothForm::default(),
         },
         shafts: [shaft(22e-3, 2e-3), shaft(26e-3, 5e-3)],
         young_modulus: 206e9,

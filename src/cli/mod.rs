@@ -8,6 +8,7 @@ mod point;
 mod progress;
 pub mod run;
 pub mod show;
+pub mod table;
 pub mod trace;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -42,10 +43,12 @@ enum Command {
     Check(check::CheckArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
-    /// Draw SVG and PNG pictures of a results or trace folder
+    /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
     Plot(plot::PlotArgs),
     /// Record one trajectory with its events
     Trace(trace::TraceArgs),
+    /// List, show, verify or remove the tables that runs keep for the next run
+    Table(table::TableArgs),
     /// Print a completion script for a shell
     Completions {
         /// The shell
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),
+        Command::Table(args) => table::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);

@@ -1,4 +1,4 @@
-//! `atlas plot`: SVG and PNG pictures of a results or trace folder.
+//! `atlas plot`: SVG and PNG pictures of a results or trace folder, or of a mesh table.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,9 +13,10 @@ use crate::report::{Drawn, PlotRequest, What, plot};
 /// Arguments of `atlas plot`.
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// Folder that `atlas run` or `atlas trace` wrote, such as results/flex80.
-    pub folder: PathBuf,
-    /// Folder for the pictures [default: FOLDER/pictures].
+    /// Folder that `atlas run` or `atlas trace` wrote, such as results/flex80, or the file of a
+    /// mesh table.
+    pub source: PathBuf,
+    /// Folder for the pictures [default: `pictures` in the folder, or beside the file].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// File formats.
@@ -67,6 +68,9 @@ impl ValueEnum for What {
             Self::Horizon => "How twins of a point part, and how its averages settle",
             Self::Phase => "Phase portrait of a trace, or strobe samples of a point",
             Self::Trace => "Deflection, force and contact of a trace over time",
+            Self::Mesh => "Stiffness, load centre and transmission error of a mesh table",
+            Self::Sharing => "Load shares of the pairs of teeth of a mesh table",
+            Self::Contact => "Contact pattern of a mesh table",
         };
         Some(clap::builder::PossibleValue::new(self.name()).help(help))
     }
@@ -80,19 +84,22 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         over: args.over.clone(),
         point: args.point,
     };
-    let drawn = match plot(&args.folder, &request) {
+    let drawn = match plot(&args.source, &request) {
         Ok(drawn) => drawn,
         Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
     };
     if drawn.pictures.is_empty() {
         let message = format!(
             "nothing to draw in `{}`: {}",
-            args.folder.display(),
+            args.source.display(),
             drawn.notes.join("; ")
         );
         return fail(BAD_INPUT, &message);
     }
-    let default = || args.folder.join("pictures");
+    let default = || match args.source.parent() {
+        Some(parent) if args.source.is_file() => parent.join("pictures"),
+        _ => args.source.join("pictures"),
+    };
     let folder = args.out.clone().unwrap_or_else(default);
     let files = match write(&drawn, &folder, args.format) {
         Ok(files) => files,

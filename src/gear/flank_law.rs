@@ -1,30 +1,7 @@
 //! What load sharing has to know of a tooth pair: where it meets, how it yields, what is
 //! missing from its flanks.
 
-/// The path of contact on the line of action. Positions s \[m\] count from the pitch point
-/// in the sense in which contacts move, pinion driving.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PathOfContact {
-    /// Distance of successive pairs along the line of action \[m\].
-    pub base_pitch: f64,
-    /// Where a pair comes into contact, < 0 \[m\].
-    pub start: f64,
-    /// Where it leaves contact, > 0 \[m\].
-    pub end: f64,
-    /// The pitch point, where sliding reverses \[m\].
-    pub pitch_point: f64,
-}
-
-/// How one pair yields: compliance times face width \[m²/N\], `[pinion, wheel]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PairCompliance {
-    /// The teeth themselves.
-    pub tooth: [f64; 2],
-    /// The contact of the flanks.
-    pub hertz: f64,
-    /// The gear bodies below the teeth, common to all pairs in contact.
-    pub foundation: [f64; 2],
-}
+use super::{Flanks, PairCompliance, PathOfContact};
 
 /// The law of one pair of teeth along the path of contact.
 ///
@@ -56,5 +33,39 @@ pub trait FlankLaw: Sync {
     /// Positions inside the path where compliance or relief has a kink \[m\].
     fn kinks(&self) -> Vec<f64> {
         Vec::new()
+    }
+}
+
+impl FlankLaw for Flanks {
+    fn path(&self) -> PathOfContact {
+        self.path()
+    }
+
+    fn compliance(&self, s: f64) -> PairCompliance {
+        self.compliance(s)
+    }
+
+    fn relief(&self, s: f64) -> f64 {
+        self.relief(s)
+    }
+
+    /// Weber & Banaschek's approach. It goes with `w (C − ½ h ln w)`, h the linear law's
+    /// compliance, which gives its derivative.
+    fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
+        let approach = self.hertz_approach(s, line_load);
+        let hertz = self.compliance(s).hertz;
+        [approach, approach / line_load - 0.5 * hertz]
+    }
+
+    /// Where reliefs begin.
+    fn kinks(&self) -> Vec<f64> {
+        let (path, form) = (self.path(), &self.pair.form);
+        let ([tip_1, tip_2], [root_1, root_2]) = (&form.tip_relief, &form.root_relief);
+        let from_end = [tip_1, root_2].map(|relief| (relief, path.end - relief.length));
+        let from_start = [tip_2, root_1].map(|relief| (relief, path.start + relief.length));
+        let all = from_end.into_iter().chain(from_start);
+        all.filter(|(relief, _)| relief.amount != 0.0)
+            .map(|(_, place)| place)
+            .collect()
     }
 }

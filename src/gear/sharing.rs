@@ -24,7 +24,7 @@ mod ramp;
 
 pub use contact::Contact;
 
-use super::flank_law::FlankLaw;
+use super::FlankLaw;
 use ramp::Ramp;
 
 /// Most pairs that share a load.

@@ -1,10 +1,11 @@
-//! Summaries and figures from result files; knows nothing of how results came to be.
+//! Summaries and figures from result files and tables; knows nothing of how results came to be.
 
 mod branches;
 mod coexistence;
 mod heat;
 mod plot;
 mod summary;
+mod table_summary;
 mod text;
 mod transitions;
 
@@ -12,5 +13,6 @@ pub use branches::{Attractor, branches, read_attractors, render_branches};
 pub use coexistence::{Coexistence, Ending};
 pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, plot};
 pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};
+pub use table_summary::{ArraySummary, TableSummary, size_text};
 pub use text::{Style, render};
 pub use transitions::TransitionSummary;

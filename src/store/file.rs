@@ -6,7 +6,7 @@
 
 use std::fmt;
 use std::fs::{self, File, Permissions};
-use std::io::Write;
+use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -275,13 +275,17 @@ pub(super) fn create_folder(folder: &Path) -> Result<(), StoreError> {
 
 /// A hidden file in `folder`, removed when dropped and locked while it is written.
 pub(super) fn temporary_file(folder: &Path, prefix: &str) -> Result<NamedTempFile, StoreError> {
+    partial_file(folder, prefix).map_err(|source| StoreError::io(folder, "write", source))
+}
+
+/// The same, with the system's own error.
+pub(super) fn partial_file(folder: &Path, prefix: &str) -> io::Result<NamedTempFile> {
     let file = tempfile::Builder::new()
         .prefix(prefix)
         .suffix(PARTIAL)
         // What the user's umask lets through, as for any other file.
         .permissions(Permissions::from_mode(0o666))
-        .tempfile_in(folder)
-        .map_err(|source| StoreError::io(folder, "write", source))?;
+        .tempfile_in(folder)?;
     // The lock only tells the living from the dead; a file system without locks does too,
     // by keeping both.
     _ = file.as_file().lock_shared();
@@ -334,7 +338,6 @@ mod tests {
     use crate::analysis::{PoincareSample, SampleKind};
     use crate::store::{PoincareRow, poincare_table};
     use std::fs::OpenOptions;
-    use std::io;
 
     fn row(point_id: u64) -> PoincareRow {
         let sample = PoincareSample {

@@ -9,6 +9,8 @@
 //! the table's name, which every Parquet reader takes as one data set.
 //!
 //! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`.
+//!
+//! Tables that take long to compute are kept between runs in a [`TableStore`].
 
 mod attractors;
 mod basins;
@@ -26,6 +28,7 @@ mod read;
 mod reorder;
 mod run;
 mod table;
+mod tables;
 mod trace;
 mod writer;
 
@@ -48,5 +51,9 @@ pub use run::{
     MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Totals, write_run,
 };
 pub use table::{Column, Table};
+pub use tables::{
+    ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
+    Cleaned, Fetched, MappedTable, Origin, TableStore, Unwanted,
+};
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
 pub use writer::{ResultLayout, ResultWriter, Written};

@@ -1,7 +1,7 @@
 //! Where the mesh cycle is cut: between the cuts everything is smooth in the mesh phase.
 
-use super::super::flank_law::FlankLaw;
 use super::error::MeshTableError;
+use crate::gear::FlankLaw;
 
 /// Cuts closer than this, in cycles, are one: only rounding keeps them apart.
 const SAME: f64 = 1e-9;

@@ -1,10 +1,10 @@
 //! Fills a mesh table: one phase of the cycle is one piece of parallel work.
 
-use super::super::flank_law::FlankLaw;
 use super::super::friction::friction_direction;
 use super::super::sharing::{Contact, Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
 use super::breaks::breaks;
 use super::{MeshTable, MeshTableError, MeshTableInputs, NODES};
+use crate::gear::FlankLaw;
 use crate::numerics::legendre::transforms8;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,7 +1,7 @@
 //! Flanks that stiffen as they flatten: the contact law follows the load it bears.
 
 use super::{ContactPair, Face, Foundation, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
-use crate::gear::flank_law::FlankLaw;
+use crate::gear::FlankLaw;
 
 /// How the flanks yield where they touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]

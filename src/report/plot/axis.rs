@@ -4,7 +4,7 @@
 //! that the largest value shown has one to three digits before the point.
 
 /// Units that take SI prefixes.
-const PREFIXABLE: [&str; 8] = ["m", "m/s", "N", "N/m", "N*m", "N*s/m", "s", "Hz"];
+const PREFIXABLE: [&str; 9] = ["m", "m/s", "N", "N/m", "N*m", "N*s/m", "s", "Hz", "rad"];
 const PREFIXES: [(f64, &str); 7] = [
     (1e-9, "n"),
     (1e-6, "µ"),

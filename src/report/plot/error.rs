@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::What;
 use crate::report::ReportError;
-use crate::store::StoreError;
+use crate::store::{CacheFault, StoreError};
 
 /// Pictures cannot be drawn.
 #[derive(Debug, Error)]
@@ -21,11 +21,28 @@ pub enum PlotError {
     /// The folder holds neither results nor a trace.
     #[error(
         "nothing to plot in `{}`: give a folder with points.parquet (from `atlas run`) or \
-         trace.parquet (from `atlas trace`)", folder.display()
+         trace.parquet (from `atlas trace`), or a mesh table (see `atlas table list`)",
+        folder.display()
     )]
     Nothing {
         /// The folder given.
         folder: PathBuf,
+    },
+    /// The table file cannot be used.
+    #[error("`{}` {fault}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: CacheFault,
+    },
+    /// A mesh table lacks something that every picture needs.
+    #[error("`{}` cannot be drawn: {detail}", path.display())]
+    MeshTable {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        detail: String,
     },
     /// The data do not fit this picture.
     #[error("no {} picture: {reason}", what.name())]
@@ -36,15 +53,15 @@ pub enum PlotError {
         reason: String,
     },
     /// Pictures asked for do not fit the data.
-    #[error("no {} picture from `{}`: {reason}; available here: {available}", what.name(), folder.display())]
+    #[error("no {} picture from `{}`: {reason}; available here: {available}", what.name(), path.display())]
     NotAvailable {
         /// The picture asked for.
         what: What,
-        /// The folder given.
-        folder: PathBuf,
+        /// The folder or file given.
+        path: PathBuf,
         /// Why, and what would help.
         reason: String,
-        /// Pictures that the folder allows.
+        /// Pictures that it allows.
         available: String,
     },
     /// No point of that number.

@@ -1,4 +1,5 @@
-//! Pictures of a results or trace folder, in SVG and PNG, from its Parquet files alone.
+//! Pictures of a results or trace folder, in SVG and PNG, from its Parquet files alone, and of
+//! a mesh table.
 //!
 //! Each kind of picture is a list of shapes on a [`canvas`] first, and one place makes SVG
 //! or PNG of it. Same files, same bytes.
@@ -14,6 +15,7 @@ mod error;
 mod horizon;
 mod lambda_curve;
 mod lambda_map;
+mod mesh;
 mod motion;
 mod over_axis;
 mod panel;
@@ -30,6 +32,7 @@ use std::path::Path;
 
 use crate::store::TableKind;
 use canvas::Canvas;
+use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
 
@@ -56,11 +59,17 @@ pub enum What {
     Phase,
     /// A trace over time.
     Trace,
+    /// Stiffness, load centre and transmission error of a mesh table.
+    Mesh,
+    /// Load shares of the pairs of teeth of a mesh table.
+    Sharing,
+    /// Contact pattern of a mesh table.
+    Contact,
 }
 
 impl What {
     /// All kinds.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 12] = [
         Self::Lambda,
         Self::Classes,
         Self::Bifurcation,
@@ -70,6 +79,9 @@ impl What {
         Self::Horizon,
         Self::Phase,
         Self::Trace,
+        Self::Mesh,
+        Self::Sharing,
+        Self::Contact,
     ];
 
     /// Its name on the command line and at the start of file names.
@@ -84,6 +96,9 @@ impl What {
             Self::Horizon => "horizon",
             Self::Phase => "phase",
             Self::Trace => "trace",
+            Self::Mesh => "mesh",
+            Self::Sharing => "sharing",
+            Self::Contact => "contact",
         }
     }
 }
@@ -167,29 +182,22 @@ impl Drawn {
     }
 }
 
-/// The two kinds of folders; one may be both.
-struct Folder {
+/// What pictures of a mesh need.
+const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table list` shows";
+
+/// What was given: a folder, which may be of two kinds at once, or a table file.
+struct Source {
     results: Option<Results>,
     recording: Option<Recording>,
+    mesh: Option<MeshCurves>,
 }
 
-/// Draws what was asked for, or all that the folder's data allow.
+/// Draws what was asked for, or all that the data of a folder or of a table file allow.
 ///
 /// # Errors
 /// There is nothing to plot, a file cannot be read, or what was asked for is not there.
-pub fn plot(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let holds = |kind: TableKind| folder.join(kind.file_name()).exists();
-    let has_results = holds(TableKind::Points);
-    let has_trace = holds(TableKind::Trace);
-    if !has_results && !has_trace {
-        return Err(PlotError::Nothing {
-            folder: folder.to_path_buf(),
-        });
-    }
-    let found = Folder {
-        results: has_results.then(|| Results::read(folder)).transpose()?,
-        recording: has_trace.then(|| Recording::read(folder)).transpose()?,
-    };
+pub fn plot(path: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let found = Source::read(path)?;
     let mut drawn = Drawn::default();
     if request.what.is_empty() {
         for what in What::ALL {
@@ -210,7 +218,7 @@ pub fn plot(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
             Err(PlotError::Unfit { what, reason }) => {
                 return Err(PlotError::NotAvailable {
                     what,
-                    folder: folder.to_path_buf(),
+                    path: path.to_path_buf(),
                     reason,
                     available: found.available(),
                 });
@@ -221,13 +229,40 @@ pub fn plot(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
     Ok(drawn)
 }
 
-impl Folder {
+impl Source {
+    fn read(path: &Path) -> Result<Self, PlotError> {
+        if path.is_file() {
+            return Ok(Self {
+                results: None,
+                recording: None,
+                mesh: Some(MeshCurves::read(path)?),
+            });
+        }
+        let holds = |kind: TableKind| path.join(kind.file_name()).exists();
+        let has_results = holds(TableKind::Points);
+        let has_trace = holds(TableKind::Trace);
+        if !has_results && !has_trace {
+            return Err(PlotError::Nothing {
+                folder: path.to_path_buf(),
+            });
+        }
+        Ok(Self {
+            results: has_results.then(|| Results::read(path)).transpose()?,
+            recording: has_trace.then(|| Recording::read(path)).transpose()?,
+            mesh: None,
+        })
+    }
+
     fn draw(&self, what: What, request: &PlotRequest) -> Result<Drawn, PlotError> {
         let unfit = |reason: &str| PlotError::Unfit {
             what,
             reason: reason.into(),
         };
+        if let Some(curves) = &self.mesh {
+            return mesh::draw(what, curves);
+        }
         match (what, &self.results, &self.recording) {
+            (What::Mesh | What::Sharing | What::Contact, _, _) => Err(unfit(MESH_NEEDED)),
             (What::Trace, _, Some(recording)) => Ok(trace::draw(recording)),
             (What::Phase, _, Some(recording)) => Ok(phase::of_trace(recording)),
             (What::Trace, _, None) => Err(unfit("a folder from `atlas trace` is needed")),
@@ -236,10 +271,12 @@ impl Folder {
         }
     }
 
-    /// Whether this kind of picture belongs to this kind of folder.
+    /// Whether this kind of picture belongs to this kind of folder or file.
     fn can_hold(&self, what: What) -> bool {
         match what {
             What::Trace => self.recording.is_some(),
+            What::Mesh | What::Sharing | What::Contact => self.mesh.is_some(),
+            _ if self.mesh.is_some() => false,
             What::Phase => true,
             // Only where they were asked for: most results have neither.
             What::Shares => self.holds(TableKind::Attractors),
@@ -301,5 +338,6 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Horizon => horizon::draw(results, request),
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("a folder from `atlas trace` is needed")),
+        What::Mesh | What::Sharing | What::Contact => Err(unfit(MESH_NEEDED)),
     }
 }

@@ -1,0 +1,121 @@
+//! Stiffness, load centre and loaded transmission error over the mesh phase: lines for several
+//! torques in one picture, for several misalignments in another.
+
+use super::data::{MeshCurves, quantity};
+use super::labels::{self, Named};
+use super::spread;
+use crate::report::plot::axis::{Axis, padded, range};
+use crate::report::plot::canvas::Canvas;
+use crate::report::plot::error::PlotError;
+use crate::report::plot::panel::Panel;
+use crate::report::plot::ramp::viridis;
+use crate::report::plot::{Drawn, Picture, What};
+
+/// Panels: array, name of the axis up.
+const PANELS: [(&str, &str); 3] = [
+    ("stiffness", "mesh stiffness"),
+    ("centre", "load centre"),
+    ("transmission_error", "loaded TE"),
+];
+/// Most lines of a panel.
+const MOST: usize = 5;
+/// The brightest colour of a line, as a place on the ramp: beyond, it is lost on white.
+const BRIGHTEST: f64 = 0.72;
+const LEFT: f64 = 92.0;
+const RIGHT: f64 = 815.0;
+const TOP: f64 = 72.0;
+const HEIGHT: f64 = 178.0;
+const GAP: f64 = 18.0;
+
+pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
+    let (aligned, middle) = (mesh.aligned(), mesh.torque.len() / 2);
+    let torque = |index: usize| quantity(mesh.torque[index], mesh.unit("torque"));
+    let angle = |index: usize| quantity(mesh.misalignment[index], mesh.unit("misalignment"));
+    let mut families = Vec::new();
+    if mesh.torque.len() > 1 || mesh.misalignment.len() == 1 {
+        let lines = spread(mesh.torque.len(), MOST).into_iter();
+        families.push(Family {
+            picture: "mesh",
+            title: "mesh over torque",
+            held: mesh.misalignment_text(aligned),
+            members: lines.map(|t| ([aligned, t], torque(t))).collect(),
+        });
+    }
+    if mesh.misalignment.len() > 1 {
+        let lines = spread(mesh.misalignment.len(), MOST).into_iter();
+        families.push(Family {
+            picture: "mesh-misalignment",
+            title: "mesh over misalignment",
+            held: mesh.torque_text(middle),
+            members: lines.map(|m| ([m, middle], angle(m))).collect(),
+        });
+    }
+    let pictures = families.iter().filter_map(|family| family.draw(mesh));
+    let drawn = Drawn {
+        pictures: pictures.collect(),
+        notes: Vec::new(),
+    };
+    match drawn.pictures.is_empty() {
+        false => Ok(drawn),
+        true => Err(PlotError::Unfit {
+            what: What::Mesh,
+            reason:
+                "the table has neither `stiffness`, `centre` nor `transmission_error` at every node"
+                    .into(),
+        }),
+    }
+}
+
+/// The lines of a picture.
+struct Family {
+    picture: &'static str,
+    title: &'static str,
+    /// What is the same for all.
+    held: String,
+    /// Places on the axes of the table, and the value that tells them apart.
+    members: Vec<([usize; 2], String)>,
+}
+
+impl Family {
+    /// None where the table has none of the quantities.
+    fn draw(&self, mesh: &MeshCurves) -> Option<Picture> {
+        let title = format!("{}: {}", mesh.name, self.title);
+        let mut canvas = Canvas::titled(&title, &self.held);
+        let panels: Vec<_> = PANELS
+            .iter()
+            .map(|(array, name)| (*array, *name, self.lines(mesh, array)))
+            .filter(|(_, _, lines)| !lines.is_empty())
+            .collect();
+        let mut top = TOP;
+        for (place, (array, name, lines)) in panels.iter().enumerate() {
+            let values = lines.iter().flat_map(|line| &line.curve);
+            let bounds = padded(range(values.map(|[_, value]| *value)), 0.07);
+            let panel = Panel {
+                left: LEFT,
+                right: RIGHT,
+                top,
+                bottom: top + HEIGHT,
+                across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
+                up: Axis::linear(name, mesh.unit(array), bounds),
+            };
+            panel.frame(&mut canvas, place + 1 == panels.len());
+            labels::draw(&mut canvas, &panel, lines);
+            top += HEIGHT + GAP;
+        }
+        canvas.height = top - GAP + 64.0;
+        let name = format!("{}-{}", mesh.name, self.picture);
+        (!panels.is_empty()).then(|| Picture::new(name, canvas))
+    }
+
+    fn lines(&self, mesh: &MeshCurves, array: &str) -> Vec<Named> {
+        let last = (self.members.len() - 1).max(1) as f64;
+        let line = |(place, (at, name)): (usize, &([usize; 2], String))| {
+            Some(Named {
+                curve: mesh.curve(array, *at, [0, 1])?,
+                name: name.clone(),
+                colour: viridis(BRIGHTEST * place as f64 / last),
+            })
+        };
+        self.members.iter().enumerate().filter_map(line).collect()
+    }
+}

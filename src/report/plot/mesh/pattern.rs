@@ -1,0 +1,144 @@
+//! The contact pattern: load over mesh phase and face width, for small and large torque side
+//! by side, without and with misalignment above each other.
+
+use super::data::MeshCurves;
+use crate::report::plot::axis::{Axis, range};
+use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK, SOFT};
+use crate::report::plot::error::PlotError;
+use crate::report::plot::panel::{Panel, TICK_SIZE};
+use crate::report::plot::ramp::{bar, viridis};
+use crate::report::plot::{Drawn, Picture, What};
+
+const LEFT: f64 = 92.0;
+const TOP: f64 = 96.0;
+/// Width and height of the whole \[px\].
+const SIZE: [f64; 2] = [700.0, 420.0];
+/// Between panels \[px\].
+const GAP: [f64; 2] = [34.0, 44.0];
+/// Colours told apart: neighbours of one colour are drawn as one.
+const STEPS: f64 = 48.0;
+/// Where flanks do not touch.
+const APART: Colour = Colour(0xe4, 0xe4, 0xe4);
+
+pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
+    let unfit = |reason: &str| PlotError::Unfit {
+        what: What::Contact,
+        reason: reason.into(),
+    };
+    let (shape, values) = (mesh.table.array("pattern"))
+        .map_err(|_| unfit("the table was made without a contact pattern"))?;
+    let counts = match *shape {
+        [m, t, phases, slices]
+            if [m, t] == [mesh.misalignment.len(), mesh.torque.len()] && phases * slices > 0 =>
+        {
+            [phases, slices]
+        }
+        _ => {
+            return Err(unfit(
+                "`pattern` is not over misalignment, torque, phase and slice",
+            ));
+        }
+    };
+    let rows = ends(mesh.aligned(), farthest(mesh));
+    let columns = ends(0, mesh.torque.len() - 1);
+    let cells = counts[0] * counts[1];
+    let pattern = |row: usize, column: usize| {
+        let first = (row * mesh.torque.len() + column) * cells;
+        &values[first..first + cells]
+    };
+    let shown = rows
+        .iter()
+        .flat_map(|&r| columns.iter().map(move |&c| (r, c)));
+    let most = range(shown.flat_map(|(r, c)| pattern(r, c)).copied())[1].max(f64::MIN_POSITIVE);
+    let title = format!("{}: contact pattern", mesh.name);
+    let subtitle = "load along the lines of contact; grey: flanks do not touch";
+    let mut canvas = Canvas::titled(&title, subtitle);
+    let fit =
+        |axis: usize, count: usize| (SIZE[axis] - GAP[axis] * (count - 1) as f64) / count as f64;
+    let [wide, high] = [fit(0, columns.len()), fit(1, rows.len())];
+    for (down, &row) in rows.iter().enumerate() {
+        for (right, &column) in columns.iter().enumerate() {
+            let left = LEFT + (wide + GAP[0]) * right as f64;
+            let top = TOP + (high + GAP[1]) * down as f64;
+            let panel = Panel {
+                left,
+                right: left + wide,
+                top,
+                bottom: top + high,
+                across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
+                up: Axis::linear("place / face width", "1", [-0.5, 0.5]),
+            };
+            frame(&mut canvas, &panel, right == 0, down + 1 == rows.len());
+            cover(&mut canvas, &panel, counts, pattern(row, column), most);
+            let words = [mesh.torque_text(column), mesh.misalignment_text(row)].join(", ");
+            canvas.text([left, top - 8.0], &words, TICK_SIZE, INK, Anchor::Start);
+        }
+    }
+    let axis = Axis::linear("load", mesh.unit("pattern"), [0.0, most]);
+    let x = LEFT + SIZE[0] + 30.0;
+    bar(&mut canvas, x, [TOP, TOP + SIZE[1]], &axis);
+    canvas.height = TOP + SIZE[1] + 64.0;
+    let name = format!("{}-contact", mesh.name);
+    Ok(Drawn::one(Picture::new(name, canvas)))
+}
+
+/// The two ends of a range of places, or its only one.
+fn ends(first: usize, last: usize) -> Vec<usize> {
+    match first == last {
+        true => vec![first],
+        false => vec![first, last],
+    }
+}
+
+/// The place of the largest misalignment either way.
+fn farthest(mesh: &MeshCurves) -> usize {
+    let angles = &mesh.misalignment;
+    let largest = (0..angles.len()).max_by(|&a, &b| angles[a].abs().total_cmp(&angles[b].abs()));
+    largest.unwrap_or(0)
+}
+
+/// Frame and ticks; only the outermost panels have texts.
+fn frame(canvas: &mut Canvas, panel: &Panel, first: bool, lowest: bool) {
+    if first {
+        panel.frame(canvas, lowest);
+    } else {
+        panel.ticks_across(canvas, lowest);
+    }
+}
+
+/// The cells, from left to right; slices from the lower end of the face upwards.
+fn cover(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    [phases, slices]: [usize; 2],
+    values: &[f64],
+    most: f64,
+) {
+    let step = |phase: usize, slice: usize| {
+        let value = values[phase * slices + slice];
+        // NaN is no load either.
+        (value > 0.0).then(|| (STEPS * value / most).round() as u32)
+    };
+    for slice in 0..slices {
+        let y = |edge: usize| panel.y(edge as f64 / slices as f64 - 0.5);
+        let mut start = 0;
+        while start < phases {
+            let own = step(start, slice);
+            let run = (start..phases)
+                .take_while(|&p| step(p, slice) == own)
+                .count();
+            let x = |edge: usize| panel.x(edge as f64 / phases as f64);
+            let colour = own.map_or(APART, |step| viridis(f64::from(step) / STEPS));
+            // A little too large, because abutting edges show as seams in some viewers.
+            let right = (x(start + run) + 0.3).min(panel.right);
+            let low = (y(slice) + 0.3).min(panel.bottom);
+            canvas.rectangle([x(start), y(slice + 1)], [right, low], colour);
+            start += run;
+        }
+    }
+    let corners = [[panel.left, panel.top], [panel.right, panel.bottom]];
+    canvas.outline(corners[0], corners[1], INK, 1.0);
+    // The middle of the face, to see on which side the load is.
+    let middle = panel.y(0.0);
+    canvas.dashes([panel.left, middle], [panel.right, middle], SOFT, 0.8);
+}

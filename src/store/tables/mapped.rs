@@ -1,0 +1,162 @@
+//! A table that can be used: a checked file as shared memory, or the arrays of a builder
+//! where no file could be kept.
+
+use std::fs::{self, File};
+use std::io::ErrorKind;
+use std::path::Path;
+
+use super::arrays::Arrays;
+use super::header::{ArrayHeader, CacheHeader, Head, check_data, read_head};
+use super::key::CacheKind;
+use super::map::Mapping;
+use super::{CacheError, CacheFault};
+
+/// A read-only table. Cloning is not offered: share it by reference or in an `Arc`.
+#[derive(Debug)]
+pub struct MappedTable {
+    header: CacheHeader,
+    inputs: String,
+    body: Body,
+}
+
+#[derive(Debug)]
+enum Body {
+    /// A file and where its data start.
+    File {
+        mapping: Mapping,
+        data: usize,
+    },
+    Memory(Arrays),
+}
+
+impl MappedTable {
+    /// Opens a table file of any kind and checks every byte of it.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn open(path: &Path) -> Result<Self, CacheFault> {
+        let (mapping, head) = open_head(path)?;
+        check_data(mapping.bytes(), &head)?;
+        let Head {
+            header,
+            inputs,
+            data,
+        } = head;
+        let body = Body::File { mapping, data };
+        Ok(Self {
+            header,
+            inputs,
+            body,
+        })
+    }
+
+    /// The same, and refuses a table of another kind or from other inputs.
+    pub(super) fn open_as(path: &Path, kind: CacheKind, inputs: &str) -> Result<Self, CacheFault> {
+        let table = Self::open(path)?;
+        if table.header.kind != kind {
+            return Err(CacheFault::Kind {
+                found: table.header.kind.name(),
+                wanted: kind.name(),
+            });
+        }
+        match table.inputs == inputs {
+            true => Ok(table),
+            false => Err(CacheFault::Inputs),
+        }
+    }
+
+    /// A table that has no file.
+    pub(super) fn in_memory(kind: CacheKind, inputs: String, arrays: Arrays) -> Self {
+        Self {
+            header: CacheHeader::new(kind, &inputs, &arrays, String::new()),
+            inputs,
+            body: Body::Memory(arrays),
+        }
+    }
+
+    /// What the table says about itself; of one that is not kept the data have no checksum.
+    pub fn header(&self) -> &CacheHeader {
+        &self.header
+    }
+
+    /// What it was computed from: JSON with sorted keys.
+    pub fn inputs(&self) -> &str {
+        &self.inputs
+    }
+
+    /// Whether its numbers are those of a file, whose memory is shared with other processes.
+    pub fn is_mapped(&self) -> bool {
+        matches!(self.body, Body::File { .. })
+    }
+
+    /// Shape (slowest axis first) and values (row by row) of an array.
+    ///
+    /// # Errors
+    /// There is none of that name.
+    pub fn array(&self, name: &str) -> Result<(&[usize], &[f64]), CacheError> {
+        self.find(name).ok_or_else(|| self.no_array(name))
+    }
+
+    /// Unit of an array.
+    ///
+    /// # Errors
+    /// There is none of that name.
+    pub fn unit(&self, name: &str) -> Result<&str, CacheError> {
+        let array = self.array_header(name);
+        (array.map(|array| array.unit.as_str())).ok_or_else(|| self.no_array(name))
+    }
+
+    /// Names of the arrays, in the order in which they lie.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.header.arrays.iter().map(|array| array.name.as_str())
+    }
+
+    fn no_array(&self, name: &str) -> CacheError {
+        CacheError::NoArray {
+            name: name.into(),
+            known: self.names().collect::<Vec<_>>().join(", "),
+        }
+    }
+
+    fn array_header(&self, name: &str) -> Option<&ArrayHeader> {
+        self.header.arrays.iter().find(|array| array.name == name)
+    }
+
+    fn find(&self, name: &str) -> Option<(&[usize], &[f64])> {
+        match &self.body {
+            Body::File { mapping, data } => {
+                let array = self.array_header(name)?;
+                let start = data + array.offset;
+                let values = mapping.numbers(start..start + array.bytes)?;
+                Some((&array.shape, values))
+            }
+            Body::Memory(arrays) => {
+                let array = arrays.iter().find(|array| array.name == name)?;
+                Some((&array.shape, &array.values))
+            }
+        }
+    }
+}
+
+/// Maps a table file and checks everything about it but its data.
+pub(super) fn open_head(path: &Path) -> Result<(Mapping, Head), CacheFault> {
+    // Asked before it is opened: opening a pipe would wait for its writer.
+    let metadata = fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(CacheFault::NotAFile);
+    }
+    if metadata.len() == 0 {
+        return Err(CacheFault::Empty);
+    }
+    let file = File::open(path).map_err(unreadable)?;
+    let mapping = Mapping::of(&file).map_err(CacheFault::Unreadable)?;
+    let head = read_head(mapping.bytes())?;
+    Ok((mapping, head))
+}
+
+fn unreadable(error: std::io::Error) -> CacheFault {
+    match error.kind() {
+        ErrorKind::NotFound => CacheFault::Missing,
+        _ => CacheFault::Unreadable(error),
+    }
+}

@@ -1,0 +1,158 @@
+//! The mesh table of the default drive from its drawing.
+
+#![allow(clippy::unwrap_used)]
+
+use atlas::gear::{
+    Contact, Face, FlankLaw, Flanks, Foundation, GearPair, LoadSharing, MeshTable, MeshTableCycle,
+    MeshTableInputs, Relief, ToothForm, pairs_at,
+};
+
+/// The default drive's gears on its shafts.
+fn gears() -> GearPair {
+    GearPair {
+        teeth: [20, 30],
+        module: 4e-3,
+        pressure_angle: 20f64.to_radians(),
+        face_width: 20e-3,
+        body_length: [70e-3, 40e-3],
+        rated_torque: 50.0,
+        form: ToothForm::default(),
+    }
+    .on_shafts([22e-3, 26e-3])
+}
+
+fn table(gears: &GearPair, change: impl Fn(&mut MeshTableInputs)) -> MeshTable {
+    let mut inputs = MeshTableInputs::of_gears(gears);
+    inputs.slices = 8;
+    change(&mut inputs);
+    MeshTable::build(&Flanks::new(gears).unwrap(), &inputs, &|_, _| {}).unwrap()
+}
+
+fn rated(gears: &GearPair) -> MeshTableCycle {
+    table(gears, |_| {}).cycle(0, 0)
+}
+
+#[test]
+fn stiffness_is_that_of_the_teeth_in_contact() {
+    let gears = gears();
+    let flanks = Flanks::new(&gears).unwrap();
+    let cycle = rated(&gears);
+    let transition = flanks.contact_ratio().fract();
+    let position = |phase: f64| flanks.path().start + phase * flanks.path().base_pitch;
+    for step in 0..40 {
+        let phase = (f64::from(step) + 0.5) / 40.0;
+        let first = flanks.compliance(position(phase));
+        let mut springs = 1.0 / first.without_bodies();
+        let mut bodies = first.total() - first.without_bodies();
+        if phase < transition {
+            let second = flanks.compliance(position(phase + 1.0));
+            let spring = 1.0 / second.without_bodies();
+            let body = second.total() - second.without_bodies();
+            bodies = (springs * bodies + spring * body) / (springs + spring);
+            springs += spring;
+        }
+        let exact = gears.face_width / (1.0 / springs + bodies);
+        let found = cycle.value(&cycle.stiffness, phase);
+        assert!(
+            (found / exact - 1.0).abs() < 1e-9,
+            "{phase}: {found}, {exact}"
+        );
+    }
+    // Two pairs in contact do not double the bodies.
+    let [double, single] = [0.5 * transition, 0.5 * (transition + 1.0)]
+        .map(|phase| cycle.value(&cycle.stiffness, phase));
+    let ratio = double / single;
+    println!(
+        "mean {:.4e}, double {double:.4e}, single {single:.4e}, contact ratio {}",
+        cycle.mean_stiffness(),
+        flanks.contact_ratio()
+    );
+    assert!(ratio > 1.2 && ratio < 1.6, "{ratio}");
+}
+
+/// The calibrated drive has 4.444e8 and 3.333e8 N/m, ISO 6336-1 method B about 3.8e8 N/m.
+#[test]
+fn the_mean_is_near_the_standard_s() {
+    let cycle = rated(&gears());
+    let mean = cycle.mean_stiffness();
+    println!(
+        "mean {mean:.4e}, peak to peak {:.4e}, harmonics {:?}",
+        cycle.peak_to_peak(),
+        cycle.harmonics(5)
+    );
+    assert!((mean / 3.8e8 - 1.0).abs() < 0.25, "{mean}");
+}
+
+#[test]
+fn misalignment_costs_what_a_wedge_costs() {
+    let gears = gears();
+    for foundation in [Foundation::Strips, Foundation::Body] {
+        let table = table(&gears, |inputs| {
+            inputs.misalignment = vec![0.0, 1e-3];
+            inputs.foundation = foundation;
+        });
+        let [aligned, tilted] = [0, 1].map(|i| table.cycle(i, 0));
+        let drop = 1.0 - tilted.mean_stiffness() / aligned.mean_stiffness();
+        println!("{foundation:?}: {drop}, centre {}", tilted.mean_centre());
+        // The loaded length goes with the root of the compliance, here a little larger than
+        // that of the calibrated drive.
+        assert!((drop - 0.42).abs() < 0.04, "{foundation:?}: {drop}");
+    }
+}
+
+/// A contact that stiffens makes the mesh softer at small loads, stiffer at large ones.
+#[test]
+fn flattening_flanks_stiffen() {
+    let gears = gears();
+    let table = table(&gears, |inputs| {
+        inputs.torque = vec![5.0, 50.0, 500.0];
+        inputs.contact = Contact::LoadDependent;
+    });
+    let means = [0, 1, 2].map(|i| table.cycle(0, i).mean_stiffness());
+    println!("stiffening {means:?}");
+    assert!(means[0] < means[1] && means[1] < means[2]);
+    assert!(means[2] / means[0] < 1.3, "{means:?}");
+    // Its derivative is the law's own.
+    let flanks = Flanks::new(&gears).unwrap();
+    for (s, load) in [(-3e-3, 2e4), (4e-3, 2e5)] {
+        let step = 1e-4 * load;
+        let [up, down] = [load + step, load - step].map(|w| FlankLaw::contact(&flanks, s, w)[0]);
+        let slope = FlankLaw::contact(&flanks, s, load)[1];
+        assert!((slope * 2.0 * step / (up - down) - 1.0).abs() < 1e-7);
+    }
+}
+
+/// Tip relief as long as the double-pair contact takes the jumps out of the transmission
+/// error at its design load.
+#[test]
+fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
+    let plain = gears();
+    let jump = rated(&plain).peak_to_peak();
+    let flanks = Flanks::new(&plain).unwrap();
+    let length = (flanks.contact_ratio() - 1.0) * flanks.path().base_pitch;
+    let single = flanks.compliance(0.0).total() / plain.face_width * plain.rated_force();
+    let mut relieved = plain.clone();
+    relieved.form.tip_relief = [Relief {
+        amount: 0.9 * single,
+        length,
+    }; 2];
+    let cycle = rated(&relieved);
+    println!("jump {jump:.3e}, relieved {:.3e}", cycle.peak_to_peak());
+    assert!(cycle.peak_to_peak() < 0.6 * jump);
+    let start = length / flanks.path().base_pitch;
+    for phase in [start, flanks.contact_ratio() - start] {
+        let cut = phase.fract();
+        assert!(cycle.breaks.iter().any(|b| (b - cut).abs() < 1e-9), "{cut}");
+    }
+    // Halfway into the relief the polynomials still follow the load sharing.
+    let face = Face {
+        width: relieved.face_width,
+        slices: 8,
+    };
+    let law = Flanks::new(&relieved).unwrap();
+    let pairs = pairs_at(&law, 0.31, face).unwrap();
+    let sharing = LoadSharing::new(&pairs, face, 0.0, Foundation::Strips).unwrap();
+    let load = sharing.bear(cycle.force);
+    let found = cycle.value(&cycle.transmission_error, 0.31);
+    assert!((found / load.deflection - 1.0).abs() < 1e-6);
+}

@@ -1,0 +1,173 @@
+//! `atlas table list`, `show`, `verify` and `clean`.
+
+use std::fs;
+use std::path::Path;
+
+use atlas::store::{Arrays, CacheKind};
+use serde_json::{Value, json};
+
+use crate::made::{atlas, inputs, keep, mesh, refused, said};
+
+/// A folder with a mesh table and a spectral one; gives their keys.
+fn two() -> (tempfile::TempDir, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = keep(folder.path(), CacheKind::Mesh, &inputs(), mesh(false));
+    let mut arrays = Arrays::new();
+    let values = vec![1.0, f64::NAN, -3.0];
+    arrays.push("propagator", "1", &[3], values).unwrap();
+    let spectral = keep(
+        folder.path(),
+        CacheKind::Spectral,
+        &json!({ "modes": 80 }),
+        arrays,
+    );
+    (folder, mesh, spectral)
+}
+
+fn file(folder: &Path, kind: &str, key: &str) -> std::path::PathBuf {
+    folder
+        .join("tables")
+        .join(format!("{kind}-{}.table", &key[..32]))
+}
+
+/// Flips a bit in place, as a failing disk would.
+fn damage(path: &Path) {
+    let mut bytes = fs::read(path).unwrap();
+    *bytes.last_mut().unwrap() ^= 4;
+    fs::remove_file(path).unwrap();
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn tables_are_listed() {
+    let (folder, mesh, spectral) = two();
+    let text = said(folder.path(), &["table", "list"]);
+    assert!(
+        text.contains(&mesh[..12]) && text.contains(&spectral[..12]),
+        "{text}"
+    );
+    assert!(text.contains("stiffness, centre"), "{text}");
+    assert!(
+        text.ends_with("KiB, in tables\n") && text.contains("\n2 tables, "),
+        "{text}"
+    );
+    let json: Value =
+        serde_json::from_str(&said(folder.path(), &["table", "list", "--json"])).unwrap();
+    assert_eq!(json[0]["key"], mesh);
+    assert_eq!(json[0]["arrays"][4]["shape"], json!([4, 3, 8, 8]));
+    assert_eq!(json[1]["kind"], "spectral");
+    let length = fs::metadata(file(folder.path(), "spectral", &spectral))
+        .unwrap()
+        .len();
+    assert_eq!(json[1]["bytes"], length);
+    // A folder that is not there has no tables.
+    let empty = said(folder.path(), &["table", "list", "--tables", "none"]);
+    assert_eq!(empty, "0 tables, 0 B, in none\n");
+    assert_eq!(
+        said(
+            folder.path(),
+            &["table", "list", "--json", "--tables", "none"]
+        ),
+        "[]\n"
+    );
+}
+
+#[test]
+fn a_table_is_shown_by_key_and_by_file() {
+    let (folder, mesh, spectral) = two();
+    let text = said(folder.path(), &["table", "show", &mesh[..8]]);
+    for wanted in [
+        "kind         mesh",
+        &mesh,
+        "\"face_width\": 0.02",
+        "4 × 3 × 8 × 8",
+    ] {
+        assert!(text.contains(wanted), "`{wanted}` is not in {text}");
+    }
+    let path = file(folder.path(), "spectral", &spectral);
+    let path = path.to_str().unwrap();
+    let text = said(folder.path(), &["table", "show", path]);
+    assert!(
+        text.contains("3 (1 not finite)") && text.contains("-3"),
+        "{text}"
+    );
+    let json: Value =
+        serde_json::from_str(&said(folder.path(), &["table", "show", path, "--json"])).unwrap();
+    assert_eq!(json["inputs"], json!({ "modes": 80 }));
+    assert_eq!(json["arrays"][0]["least"], -3.0);
+    assert_eq!(json["arrays"][0]["not_finite"], 1);
+
+    let unknown = refused(folder.path(), &["table", "show", "zz"], 2);
+    assert!(
+        unknown.starts_with("error: no table `zz` in `tables`"),
+        "{unknown}"
+    );
+    damage(&file(folder.path(), "mesh", &mesh));
+    let damaged = refused(folder.path(), &["table", "show", &mesh[..8]], 2);
+    assert!(damaged.contains("has damaged data"), "{damaged}");
+}
+
+#[test]
+fn damage_is_found_and_cleaned_away() {
+    let (folder, mesh, spectral) = two();
+    let folder = folder.path();
+    let text = said(folder, &["table", "verify", "--all"]);
+    assert!(text.ends_with("2 tables, all whole\n"), "{text}");
+    damage(&file(folder, "mesh", &mesh));
+    // The header is whole: a list does not read the data.
+    assert!(!said(folder, &["table", "list"]).contains("unusable"));
+    assert!(said(folder, &["table", "verify", &spectral[..6]]).contains("1 table, all whole"));
+    for arguments in [
+        &["table", "verify", "--all"][..],
+        &["table", "verify", &mesh[..6]],
+    ] {
+        let output = atlas(folder, arguments);
+        assert_eq!(output.status.code(), Some(1));
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            text.contains("has damaged data") && text.contains("1 not usable"),
+            "{text}"
+        );
+    }
+    let text = said(folder, &["table", "clean"]);
+    assert!(
+        text.contains("1 table removed") && text.contains(&mesh[..32]),
+        "{text}"
+    );
+    assert!(
+        said(folder, &["table", "clean", "--older-than", "1h"]).starts_with("0 tables removed")
+    );
+    assert!(said(folder, &["table", "clean", "--older-than", "0s"]).contains("1 table removed"));
+    assert!(said(folder, &["table", "list"]).starts_with("0 tables"));
+}
+
+#[test]
+fn clean_all_leaves_other_files_alone() {
+    let (folder, ..) = two();
+    fs::write(folder.path().join("tables/README.md"), "kept").unwrap();
+    let text = said(folder.path(), &["table", "clean", "--all"]);
+    assert!(text.contains("2 tables removed"), "{text}");
+    assert_eq!(
+        fs::read_dir(folder.path().join("tables")).unwrap().count(),
+        1
+    );
+}
+
+#[test]
+fn bad_arguments_end_with_status_2() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["table"][..],
+        &["table", "verify"],
+        &["table", "verify", "--all", "12"],
+        &["table", "show"],
+        &["table", "show", "12"],
+        &["table", "clean", "--older-than", "3"],
+        &["table", "clean", "--older-than", "1d", "--all"],
+    ] {
+        assert!(!refused(folder.path(), arguments, 2).is_empty());
+    }
+    fs::write(folder.path().join("file"), "").unwrap();
+    let text = refused(folder.path(), &["table", "list", "--tables", "file"], 1);
+    assert!(text.contains("a file, not a folder"), "{text}");
+}

@@ -1,0 +1,186 @@
+//! A made-up mesh table: shapes as of a real one, values from closed forms.
+
+use std::convert::Infallible;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use atlas::store::{Arrays, CacheKind, TableStore};
+use serde_json::{Value, json};
+
+/// Nodes of Gauss and Legendre \[Abramowitz and Stegun, table 25.4\].
+pub const NODES: [f64; 8] = [
+    -0.960289856497536,
+    -0.796666477413627,
+    -0.525532409916329,
+    -0.183434642495650,
+    0.183434642495650,
+    0.525532409916329,
+    0.796666477413627,
+    0.960289856497536,
+];
+/// Two pairs of teeth up to 0.6.
+const BREAKS: [f64; 9] = [0.0, 0.15, 0.3, 0.45, 0.6, 0.7, 0.8, 0.9, 1.0];
+const MISALIGNMENT: [f64; 4] = [0.0, 1e-4, 3e-4, 1e-3];
+const TORQUE: [f64; 3] = [20.0, 50.0, 200.0];
+
+pub fn inputs() -> Value {
+    json!({
+        "method": "closed forms",
+        "pinion": { "teeth": 25, "module": 0.003, "face_width": 0.02 },
+        "wheel": { "teeth": 31 },
+        "torque": TORQUE,
+    })
+}
+
+/// Share of the face that bears load.
+fn contact(misalignment: f64, torque: f64) -> f64 {
+    (torque / (torque + 4e4 * misalignment)).sqrt()
+}
+
+fn shares(phase: f64) -> [f64; 3] {
+    match phase {
+        p if p < 0.6 => [0.35 + 0.3 * p / 0.6, 0.65 - 0.3 * p / 0.6, 0.0],
+        _ => [1.0, 0.0, 0.0],
+    }
+}
+
+fn stiffness(phase: f64) -> f64 {
+    match phase {
+        p if p < 0.6 => 4.2e8 + 0.4e8 * (1.0 - ((p - 0.3) / 0.3).powi(2)),
+        p => 2.6e8 + 0.3e8 * (1.0 - ((p - 0.8) / 0.2).powi(2)),
+    }
+}
+
+/// Every array that a mesh table may have.
+pub fn mesh(with_pattern: bool) -> Arrays {
+    let mut arrays = Arrays::new();
+    let mut axis = |name: &str, unit: &str, values: &[f64]| {
+        arrays
+            .push(name, unit, &[values.len()], values.to_vec())
+            .unwrap();
+    };
+    axis("misalignment", "rad", &MISALIGNMENT);
+    axis("torque", "N*m", &TORQUE);
+    axis("breaks", "1", &BREAKS);
+    axis("node", "1", &NODES);
+    let pieces = BREAKS.len() - 1;
+    let shape = [MISALIGNMENT.len(), TORQUE.len(), pieces, NODES.len()];
+    let over = |value: &dyn Fn(f64, f64, f64) -> Vec<f64>| -> Vec<f64> {
+        let mut values = Vec::new();
+        for (misalignment, torque) in grid() {
+            for ends in BREAKS.windows(2) {
+                let phase = |x: f64| 0.5 * (ends[0] + ends[1] + x * (ends[1] - ends[0]));
+                values.extend(
+                    NODES
+                        .iter()
+                        .flat_map(|x| value(misalignment, torque, phase(*x))),
+                );
+            }
+        }
+        values
+    };
+    let k = |e: f64, t: f64, p: f64| stiffness(p) * contact(e, t);
+    for (name, unit, values) in [
+        ("stiffness", "N/m", over(&|e, t, p| vec![k(e, t, p)])),
+        (
+            "centre",
+            "m",
+            over(&|e, t, _| vec![0.01 * (1.0 - contact(e, t))]),
+        ),
+        (
+            "transmission_error",
+            "m",
+            over(&|e, t, p| vec![t / 0.035 / k(e, t, p)]),
+        ),
+        (
+            "friction",
+            "1",
+            over(&|_, _, p| vec![if p < 0.45 { 1.0 } else { -1.0 }]),
+        ),
+        (
+            "friction_lever",
+            "m",
+            over(&|_, _, p| vec![0.004 * (p - 0.45)]),
+        ),
+        (
+            "contact_fraction",
+            "1",
+            over(&|e, t, _| vec![contact(e, t)]),
+        ),
+    ] {
+        arrays.push(name, unit, &shape, values).unwrap();
+    }
+    let share = over(&|_, _, p| shares(p).to_vec());
+    arrays
+        .push("share", "1", &[&shape[..], &[3]].concat(), share)
+        .unwrap();
+    if with_pattern {
+        let (phases, slices) = (60, 32);
+        let mut values = Vec::new();
+        for (misalignment, torque) in grid() {
+            for phase in 0..phases {
+                let share = shares((f64::from(phase) + 0.5) / f64::from(phases))[0];
+                for slice in 0..slices {
+                    let z = (f64::from(slice) + 0.5) / f64::from(slices);
+                    let reach = contact(misalignment, torque);
+                    let load = 2.0 * torque / 0.035 / 0.02 * share / reach;
+                    let wedge = if misalignment > 0.0 {
+                        (1.0 - (1.0 - z) / reach).max(0.0)
+                    } else {
+                        0.5
+                    };
+                    values.push(load * wedge);
+                }
+            }
+        }
+        let shape = [
+            MISALIGNMENT.len(),
+            TORQUE.len(),
+            phases as usize,
+            slices as usize,
+        ];
+        arrays.push("pattern", "N/m", &shape, values).unwrap();
+    }
+    arrays
+}
+
+fn grid() -> impl Iterator<Item = (f64, f64)> {
+    let over = |misalignment: f64| TORQUE.into_iter().map(move |torque| (misalignment, torque));
+    MISALIGNMENT.into_iter().flat_map(over)
+}
+
+/// Keeps a table in `folder/tables` and gives its key.
+pub fn keep(folder: &Path, kind: CacheKind, inputs: &Value, arrays: Arrays) -> String {
+    let store = TableStore::open(folder.join("tables"));
+    let fetched = store
+        .get_or_build(kind, inputs, || Ok::<_, Infallible>(arrays))
+        .unwrap();
+    assert!(fetched.warnings.is_empty());
+    fetched.table.header().key.clone()
+}
+
+/// The real program in a folder.
+pub fn atlas(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_atlas"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// What a command printed that must have gone well.
+#[track_caller]
+pub fn said(folder: &Path, arguments: &[&str]) -> String {
+    let output = atlas(folder, arguments);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), &stderr[..]), (Some(0), ""));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The error line of a command, which ends with a status.
+#[track_caller]
+pub fn refused(folder: &Path, arguments: &[&str], status: i32) -> String {
+    let output = atlas(folder, arguments);
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}

@@ -1,0 +1,10 @@
+//! Tables on disk through the library and the real program: processes that build one at once
+//! and share its memory, folders and disks that refuse, `atlas table`, and pictures.
+
+#![allow(clippy::unwrap_used)]
+
+mod command;
+mod made;
+mod pictures;
+mod processes;
+mod refusals;

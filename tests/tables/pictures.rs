@@ -1,0 +1,182 @@
+//! `atlas plot` of a table file.
+
+use std::fs;
+use std::path::Path;
+
+use atlas::store::{Arrays, CacheKind};
+use serde_json::json;
+
+use crate::made::{inputs, keep, mesh, refused, said};
+
+/// Keeps a table and gives its file, relative to the folder, and the start of its pictures'
+/// names.
+fn table(folder: &Path, kind: CacheKind, arrays: Arrays) -> (String, String) {
+    let key = keep(folder, kind, &inputs(), arrays);
+    let file = format!("tables/{}-{}.table", kind.name(), &key[..32]);
+    (file, format!("{}-{}", kind.name(), &key[..8]))
+}
+
+/// Texts of a picture in tables/pictures, with its places: x, y.
+fn texts(folder: &Path, name: &str) -> Vec<(String, f64, f64)> {
+    let source = fs::read_to_string(folder.join("tables/pictures").join(name)).unwrap();
+    let document = roxmltree::Document::parse(&source).unwrap();
+    let nodes = document.descendants().filter(|n| n.has_tag_name("text"));
+    let place = |node: roxmltree::Node, axis| node.attribute(axis).unwrap().parse().unwrap();
+    nodes
+        .map(|n| {
+            (
+                n.text().unwrap().trim().to_owned(),
+                place(n, "x"),
+                place(n, "y"),
+            )
+        })
+        .collect()
+}
+
+#[track_caller]
+fn holds(texts: &[(String, f64, f64)], wanted: &[&str]) {
+    for wanted in wanted {
+        let found = texts.iter().any(|(text, ..)| text.contains(wanted));
+        assert!(found, "`{wanted}` is not among {texts:?}");
+    }
+}
+
+#[test]
+fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, name) = table(folder.path(), CacheKind::Mesh, mesh(true));
+    let text = said(folder.path(), &["plot", &file]);
+    let pictures = ["mesh", "mesh-misalignment", "sharing", "contact"];
+    for picture in pictures {
+        for format in ["svg", "png"] {
+            let file = format!("tables/pictures/{name}-{picture}.{format}\n");
+            assert!(text.contains(&file), "{file} is not in {text}");
+        }
+    }
+    assert_eq!(text.lines().count(), 2 * pictures.len());
+    let shown = |picture: &str| texts(folder.path(), &format!("{name}-{picture}.svg"));
+    let over_torque = shown("mesh");
+    holds(
+        &over_torque,
+        &[
+            "mesh stiffness [MN/m]",
+            "loaded TE [µm]",
+            "load centre",
+            "mesh phase",
+        ],
+    );
+    holds(
+        &over_torque,
+        &["20 N·m", "50 N·m", "200 N·m", "misalignment 0 rad"],
+    );
+    let over_angle = shown("mesh-misalignment");
+    holds(
+        &over_angle,
+        &[
+            "0 rad",
+            "100 µrad",
+            "1 mrad",
+            "load centre [mm]",
+            "torque 50 N·m",
+        ],
+    );
+    // Names of lines in one panel keep apart.
+    let heights: Vec<f64> = (over_angle.iter())
+        .filter(|(text, x, _)| text.ends_with("rad") && *x > 8000.0)
+        .map(|(.., y)| *y)
+        .collect();
+    assert_eq!(heights.len(), 3 * 4);
+    for panel in heights.chunks(4) {
+        for (i, a) in panel.iter().enumerate() {
+            assert!(
+                panel[..i].iter().all(|b| (a - b).abs() > 140.0),
+                "{panel:?}"
+            );
+        }
+    }
+    let sharing = shown("sharing");
+    holds(
+        &sharing,
+        &["pair 0", "pair 1", "load share", "torque 200 N·m"],
+    );
+    assert!(
+        !sharing.iter().any(|(text, ..)| text == "pair 2"),
+        "it bears nothing"
+    );
+    let contact = shown("contact");
+    holds(
+        &contact,
+        &["load [", "N/m]", "place / face width", "mesh phase"],
+    );
+    holds(
+        &contact,
+        &[
+            "torque 20 N·m, misalignment 0 rad",
+            "torque 200 N·m, misalignment 1 mrad",
+        ],
+    );
+    // Same file, same bytes.
+    let svg = folder
+        .path()
+        .join(format!("tables/pictures/{name}-contact.svg"));
+    let first = fs::read(&svg).unwrap();
+    said(
+        folder.path(),
+        &["plot", &file, "--format", "svg", "--quiet"],
+    );
+    assert_eq!(fs::read(&svg).unwrap(), first);
+}
+
+#[test]
+fn what_a_table_does_not_have_is_not_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arrays = Arrays::new();
+    for (name, unit, values) in [
+        ("misalignment", "rad", vec![0.0]),
+        ("torque", "N*m", vec![50.0]),
+        ("breaks", "1", vec![0.0, 1.0]),
+        ("node", "1", vec![-0.5, 0.5]),
+    ] {
+        arrays.push(name, unit, &[values.len()], values).unwrap();
+    }
+    let values = vec![4e8, 4.1e8];
+    arrays
+        .push("stiffness", "N/m", &[1, 1, 1, 2], values)
+        .unwrap();
+    let (file, name) = table(folder.path(), CacheKind::Mesh, arrays);
+    let text = said(folder.path(), &["plot", &file, "--format", "svg"]);
+    assert!(
+        text.starts_with(&format!("tables/pictures/{name}-mesh.svg\n")),
+        "{text}"
+    );
+    assert!(
+        text.contains("contact: the table was made without a contact pattern"),
+        "{text}"
+    );
+    let pictures = texts(folder.path(), &format!("{name}-mesh.svg"));
+    assert!(
+        !pictures
+            .iter()
+            .any(|(text, ..)| text.contains("load centre"))
+    );
+    let refusal = refused(folder.path(), &["plot", &file, "--what", "lambda"], 2);
+    assert!(refusal.contains("a folder from `atlas run`"), "{refusal}");
+    assert!(refusal.contains("available here: mesh"), "{refusal}");
+}
+
+#[test]
+fn files_that_are_no_mesh_tables_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, _) = table(folder.path(), CacheKind::Spectral, Arrays::new());
+    let text = refused(folder.path(), &["plot", &file], 2);
+    assert!(
+        text.contains("holds a spectral table where a mesh table is wanted"),
+        "{text}"
+    );
+    let (file, _) = table(folder.path(), CacheKind::Mesh, Arrays::new());
+    let text = refused(folder.path(), &["plot", &file], 2);
+    assert!(text.contains("no array `misalignment`"), "{text}");
+    fs::write(folder.path().join("m.toml"), json!({}).to_string()).unwrap();
+    let text = refused(folder.path(), &["plot", "m.toml"], 2);
+    assert!(text.contains("is not a table file of atlas"), "{text}");
+}

@@ -1,0 +1,209 @@
+//! Several processes and one table. The others are this test program again, with one test and
+//! what it is to do in its environment.
+
+use std::convert::Infallible;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use atlas::store::{Arrays, CacheKind, Fetched, MappedTable, TableStore};
+use serde_json::json;
+
+/// Numbers of the table: 8 MiB, enough to tell shared memory from noise.
+const NUMBERS: usize = 1 << 20;
+/// What a process may wait for another.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+fn numbers() -> Vec<f64> {
+    (0..NUMBERS).map(|i| (i as f64).sqrt()).collect()
+}
+
+fn fetch(folder: &Path, before: impl FnOnce()) -> Fetched {
+    let build = || {
+        before();
+        let mut arrays = Arrays::new();
+        arrays.push("roots", "1", &[NUMBERS], numbers()).unwrap();
+        Ok::<_, Infallible>(arrays)
+    };
+    let inputs = json!({ "numbers": NUMBERS });
+    TableStore::open(folder)
+        .get_or_build(CacheKind::Spectral, &inputs, build)
+        .unwrap()
+}
+
+fn whole(table: &MappedTable) -> bool {
+    table.array("roots").unwrap().1 == numbers()
+}
+
+/// Starts this test program again: `shell` goes before it.
+fn start(shell: &str, role: &str, folder: &Path) -> Child {
+    let program = std::env::current_exe().unwrap();
+    Command::new("sh")
+        .args(["-c", &format!("{shell} exec \"$0\" \"$@\"")])
+        .arg(program)
+        .args(["--exact", "processes::child", "--ignored", "--nocapture"])
+        .env("ATLAS_TEST_ROLE", role)
+        .env("ATLAS_TEST_FOLDER", folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// What another process prints after `child: `.
+fn heard(child: &mut Child) -> String {
+    // Byte by byte: nothing of a later line is taken.
+    let mut line = Vec::new();
+    for byte in child.stdout.as_mut().unwrap().bytes() {
+        match byte.unwrap() {
+            b'\n' => match String::from_utf8_lossy(&line).split_once("child: ") {
+                Some((_, said)) => return said.to_owned(),
+                None => line.clear(),
+            },
+            byte => line.push(byte),
+        }
+    }
+    panic!("the other process ended without a word");
+}
+
+/// What the other processes do.
+#[test]
+#[ignore = "started by the other tests of this file"]
+fn child() {
+    let Ok(role) = std::env::var("ATLAS_TEST_ROLE") else {
+        return;
+    };
+    let folder = PathBuf::from(std::env::var("ATLAS_TEST_FOLDER").unwrap());
+    let tables = folder.join("tables");
+    let fetched = match role.strip_prefix("race ") {
+        None => fetch(&tables, || {}),
+        Some(place) => fetch(&tables, || {
+            // Nobody writes before everybody has found that there is no table.
+            let (own, count) = place.split_once(" of ").unwrap();
+            fs::write(folder.join(format!("ready-{own}")), "").unwrap();
+            let all = || {
+                (0..count.parse().unwrap()).all(|i: u32| folder.join(format!("ready-{i}")).exists())
+            };
+            let start = Instant::now();
+            while !all() {
+                assert!(start.elapsed() < PATIENCE, "the others did not come");
+                sleep(Duration::from_millis(1));
+            }
+        }),
+    };
+    let (origin, whole) = (fetched.origin, whole(&fetched.table));
+    let warnings: Vec<String> = fetched.warnings.iter().map(ToString::to_string).collect();
+    println!("\nchild: {origin:?}, whole {whole}, {warnings:?}");
+    // Holds the table until its starter has seen enough.
+    _ = BufReader::new(std::io::stdin()).read_line(&mut String::new());
+}
+
+#[test]
+fn processes_that_build_one_table_at_once_leave_one_good_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let race = |i| start("", &format!("race {i} of 3"), folder.path());
+    let mut children: Vec<Child> = (0..3).map(race).collect();
+    for child in &mut children {
+        assert_eq!(heard(child), "Built, whole true, []");
+        assert!(child.stdin.take().is_some());
+        assert!(child.wait().unwrap().success());
+    }
+    let tables = folder.path().join("tables");
+    assert_eq!(
+        fs::read_dir(&tables).unwrap().count(),
+        1,
+        "a temporary file stayed"
+    );
+    let found = fetch(&tables, || panic!("there is a table"));
+    assert!(whole(&found.table) && found.warnings.is_empty());
+}
+
+#[test]
+fn a_file_that_outgrows_a_limit_leaves_the_table_in_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    // 8 blocks of 512 bytes (1024 in some shells). The signal is ignored as `atlas run` does
+    // it, so that writing fails instead.
+    let mut child = start("trap '' XFSZ; ulimit -f 8;", "fetch", folder.path());
+    let said = heard(&mut child);
+    assert!(said.starts_with("BuiltInMemory, whole true, "), "{said}");
+    assert!(said.contains("outgrew the largest file"), "{said}");
+    drop(child.stdin.take());
+    assert!(child.wait().unwrap().success());
+    assert_eq!(
+        fs::read_dir(folder.path().join("tables")).unwrap().count(),
+        0
+    );
+}
+
+/// Of the mapping of a table in a process: permissions, and by name its sizes \[kB\].
+fn mapping(process: u32, name: &str) -> Option<(String, impl Fn(&str) -> f64)> {
+    let text = fs::read_to_string(format!("/proc/{process}/smaps")).ok()?;
+    let start = text.lines().position(|line| line.ends_with(name))?;
+    let lines: Vec<String> = text.lines().skip(start).map(str::to_owned).collect();
+    let permissions = lines[0].split(' ').nth(1)?.to_owned();
+    let size = move |name: &str| {
+        let line = lines
+            .iter()
+            .find_map(|line| line.strip_prefix(&format!("{name}:")));
+        line.unwrap()
+            .trim()
+            .strip_suffix(" kB")
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    Some((permissions, size))
+}
+
+#[test]
+fn processes_share_the_memory_of_a_table_and_cannot_change_it() {
+    if !Path::new("/proc/self/smaps").exists() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    // The maker drops its mapping, so that only the other two have one.
+    let file = {
+        let tables = folder.path().join("tables");
+        assert!(whole(&fetch(&tables, || {}).table));
+        fs::read_dir(&tables)
+            .unwrap()
+            .next()
+            .unwrap()
+            .unwrap()
+            .path()
+    };
+    let mode = fs::metadata(&file).unwrap().permissions().mode();
+    assert_eq!(mode & 0o222, 0, "somebody may write");
+    let mut children = ["a", "b"].map(|_| start("", "fetch", folder.path()));
+    for child in &mut children {
+        assert_eq!(heard(child), "Found, whole true, []");
+    }
+    let name = file.file_name().unwrap().to_str().unwrap();
+    let length = fs::metadata(&file).unwrap().len() as f64 / 1024.0;
+    for child in &children {
+        let (permissions, size) = mapping(child.id(), name).unwrap();
+        assert_eq!(permissions, "r--s");
+        let (resident, own) = (size("Rss"), size("Pss"));
+        // Every byte was read, and each page counts half for each of the two.
+        assert!(resident >= 0.99 * length, "{resident} of {length} kB");
+        assert!(
+            (own / resident - 0.5).abs() < 0.02,
+            "Pss {own}, Rss {resident} kB"
+        );
+        assert_eq!(
+            size("Private_Dirty") + size("Shared_Dirty") + size("Anonymous"),
+            0.0
+        );
+    }
+    // A table that is removed and made anew does not disturb who has the old one.
+    fs::remove_file(&file).unwrap();
+    assert!(mapping(children[0].id(), &format!("{name} (deleted)")).is_some());
+    for child in &mut children {
+        child.stdin.take().unwrap().write_all(b"\n").unwrap();
+        assert!(child.wait().unwrap().success());
+    }
+}

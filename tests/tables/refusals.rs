@@ -1,0 +1,89 @@
+//! Folders and disks that cannot be written: the work goes on with the table in memory.
+
+use std::convert::Infallible;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+
+use atlas::store::{CacheError, CacheFault, CacheKind, CacheWarning, Fetched, Origin, TableStore};
+
+use crate::made::{inputs, mesh};
+
+/// Fetches from a folder that cannot keep anything; gives the warnings.
+fn unkept(folder: &Path) -> Vec<CacheWarning> {
+    let build = || Ok::<_, Infallible>(mesh(false));
+    let store = TableStore::open(folder);
+    let Fetched {
+        table,
+        origin,
+        warnings,
+    } = store
+        .get_or_build(CacheKind::Mesh, &inputs(), build)
+        .unwrap();
+    assert_eq!(origin, Origin::BuiltInMemory);
+    assert!(!table.is_mapped());
+    let (shape, values) = table.array("torque").unwrap();
+    assert_eq!((shape, values), (&[3][..], &[20.0, 50.0, 200.0][..]));
+    assert_eq!(table.unit("stiffness").unwrap(), "N/m");
+    let lines = warnings.iter().map(ToString::to_string);
+    assert!(lines.into_iter().all(|line| !line.contains('\n')));
+    warnings
+}
+
+/// Why the table was not kept.
+fn reason(folder: &Path) -> CacheError {
+    match unkept(folder).pop() {
+        Some(CacheWarning::NotKept { error }) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_file_in_the_way_of_the_folder_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    for path in [file.clone(), file.join("tables")] {
+        let error = reason(&path);
+        assert!(
+            matches!(error, CacheError::NotADirectory { .. }),
+            "{error:?}"
+        );
+    }
+}
+
+#[test]
+fn a_folder_without_permission_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::set_permissions(folder.path(), Permissions::from_mode(0o555)).unwrap();
+    // Nothing is forbidden to root.
+    if fs::write(folder.path().join("probe"), "").is_err() {
+        let error = reason(folder.path());
+        assert!(
+            matches!(error, CacheError::PermissionDenied { .. }),
+            "{error:?}"
+        );
+    }
+    fs::set_permissions(folder.path(), Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn a_folder_or_a_pipe_in_the_place_of_the_file_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = TableStore::open(folder.path()).path(CacheKind::Mesh, &inputs());
+    fs::create_dir(&path).unwrap();
+    let warnings = unkept(folder.path());
+    let [
+        CacheWarning::Refused { fault, .. },
+        CacheWarning::NotKept { .. },
+    ] = &warnings[..]
+    else {
+        panic!("{warnings:?}");
+    };
+    assert!(matches!(fault, CacheFault::NotAFile));
+    assert_eq!(
+        fs::read_dir(folder.path()).unwrap().count(),
+        1,
+        "a temporary file stayed"
+    );
+}
