@@ -2,8 +2,8 @@
 
 use super::{BAD_INPUT, answer};
 use crate::manifest::{
-    self, Carried, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec, SectionSpec,
-    StiffnessSpec, StructureSource,
+    self, Carried, CourseSpec, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec,
+    SectionSpec, StiffnessSpec, StructureSource, TableSpec,
 };
 use clap::Args;
 use serde_json::{Value, json};
@@ -157,19 +157,6 @@ fn order(job: &Job, carried: &Carried) -> String {
 fn mesh(job: &Job) -> String {
     let gap = range(job.points.iter().map(|p| p.mesh.half_gap));
     let friction = range(job.points.iter().map(|p| p.mesh.friction));
-    let mut stiffness = (f64::INFINITY, f64::NEG_INFINITY);
-    let mut segments = (f64::INFINITY, f64::NEG_INFINITY);
-    for point in &job.points {
-        let values = match &point.mesh.stiffness {
-            StiffnessSpec::Constant(value) => Cow::Borrowed(std::slice::from_ref(value)),
-            StiffnessSpec::Piecewise(values) => Cow::Borrowed(&values[..]),
-            StiffnessSpec::Continuous(levels) => Cow::Owned(levels.divisions().0),
-        };
-        let (low, high) = range(values.iter().copied());
-        stiffness = (stiffness.0.min(low), stiffness.1.max(high));
-        let count = values.len() as f64;
-        segments = (segments.0.min(count), segments.1.max(count));
-    }
     let damping = |pick: fn(&DampingSpec) -> Option<f64>, unit: &str| {
         let values: Vec<f64> = job
             .points
@@ -197,12 +184,51 @@ fn mesh(job: &Job) -> String {
     );
     let dampings: Vec<String> = [ratio, coefficient].into_iter().flatten().collect();
     format!(
-        "half gap {} m; {} segments, {} N/m; contact damping {}; friction {}",
+        "half gap {} m; {}; contact damping {}; friction {}",
         span(gap.0, gap.1),
-        span(segments.0, segments.1),
-        span(stiffness.0, stiffness.1),
+        stiffness(job),
         dampings.join(", "),
         span(friction.0, friction.1)
+    )
+}
+
+/// `60 segments, 3.33333e8 to 4.44444e8 N/m`, or where a table comes from.
+fn stiffness(job: &Job) -> String {
+    let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut segments = (f64::INFINITY, f64::NEG_INFINITY);
+    for point in &job.points {
+        let values = match &point.mesh.stiffness {
+            StiffnessSpec::Constant(value) => Cow::Borrowed(std::slice::from_ref(value)),
+            StiffnessSpec::Piecewise(values) => Cow::Borrowed(&values[..]),
+            StiffnessSpec::Continuous(levels) => Cow::Owned(levels.divisions().0),
+            // The law is no axis of a grid: all points have it.
+            StiffnessSpec::Table(table) => return tabled(job, table),
+        };
+        let (low, high) = range(values.iter().copied());
+        levels = (levels.0.min(low), levels.1.max(high));
+        let count = values.len() as f64;
+        segments = (segments.0.min(count), segments.1.max(count));
+    }
+    format!(
+        "{} segments, {} N/m",
+        span(segments.0, segments.1),
+        span(levels.0, levels.1)
+    )
+}
+
+fn tabled(job: &Job, table: &TableSpec) -> String {
+    let course = match table.course {
+        CourseSpec::Segments(count) => format!("{count} segments"),
+        CourseSpec::Continuous => "continuous".to_owned(),
+    };
+    let misalignment = range(job.points.iter().map(|p| p.mesh.misalignment));
+    format!(
+        "stiffness from the drawing of the gears, {course}; misalignment {} rad{}",
+        span(misalignment.0, misalignment.1),
+        match table.shaft_tilt {
+            true => " and the shafts' tilt under load",
+            false => "",
+        }
     )
 }
 

@@ -2,12 +2,14 @@
 
 use super::earlier::{self, Earlier};
 use super::progress::Display;
+use super::table::TablesFolder;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, check, fail, with_causes};
 use crate::manifest::{self, Job};
 use crate::store::{
     Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, StoreError,
     Totals, timestamp, write_run,
 };
+use crate::sweep::build::Parts;
 use crate::sweep::{self, Finished, Options, SweepError};
 use crate::topology::Topology;
 use clap::Args;
@@ -37,6 +39,8 @@ pub struct RunArgs {
     /// Start over: replace results in the folder, drop what an interrupted run left.
     #[arg(long)]
     pub fresh: bool,
+    #[command(flatten)]
+    tables: TablesFolder,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
@@ -123,12 +127,14 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         Err(error) => return fail(failure(&error), &with_causes(&error)),
     };
     let points = sweep::shard_points(job.points.len(), job.chain_length(), args.shard).len() as u64;
+    let parts = Parts::new(Some(args.tables.store()));
     let mut display = Display::new(points, args.quiet);
     let (started, clock) = (SystemTime::now(), Instant::now());
     let swept = sweep::run(
         job,
         folder,
         options,
+        &parts,
         &mut journal,
         topology.as_ref(),
         &called_off,
@@ -146,6 +152,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             return fail(status, &with_causes(&error));
         }
     };
+    warnings.extend(parts.meshes().warnings());
     let mut totals = Totals::new(
         finished.points,
         finished.progress.done - finished.progress.not_ok,

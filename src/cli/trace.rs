@@ -1,13 +1,14 @@
 //! `atlas trace m.toml --point …`: one trajectory with its events, for a close look.
 
 use super::point::{self, ChosenPoint, number};
+use super::table::TablesFolder;
 use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail};
 use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
 use crate::manifest::{self, Job, KernelSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Stepping, Volterra};
 use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
-use crate::sweep::build::StructureCache;
+use crate::sweep::build::Parts;
 use crate::sweep::{self, build};
 use clap::Args;
 use serde_json::json;
@@ -46,6 +47,8 @@ pub struct TraceArgs {
     /// Folder for the files [default: results/JOB/trace-POINT].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    tables: TablesFolder,
     /// Print the summary as JSON.
     #[arg(long)]
     pub json: bool,
@@ -68,7 +71,8 @@ pub fn run(args: &TraceArgs) -> ExitCode {
             return fail(BAD_INPUT, &lines.join("\nerror: "));
         }
     };
-    let model = match model(&point) {
+    let parts = Parts::new(Some(args.tables.store()));
+    let model = match model(&point, &parts) {
         Ok(model) => model,
         Err(message) => return fail(BAD_INPUT, &message),
     };
@@ -85,7 +89,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         };
         Path::new("results").join(&job.name).join(name)
     });
-    let start = match lead_up(&job, &point, &model) {
+    let start = match lead_up(&job, &point, &model, &parts) {
         Ok(start) => start,
         Err(error) => return fail(1, &error.to_string()),
     };
@@ -107,9 +111,8 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     }
 }
 
-fn model(point: &ChosenPoint) -> Result<Model, String> {
-    let structure = build::structure(&point.spec.model).map_err(|e| e.to_string())?;
-    let model = build::model(&structure, &point.spec).map_err(|e| e.to_string())?;
+fn model(point: &ChosenPoint, parts: &Parts) -> Result<Model, String> {
+    let model = parts.model(&point.spec).map_err(|e| e.to_string())?;
     build::affordable(&model, &point.spec.run.kernel).map_err(|e| e.to_string())?;
     Ok(model)
 }
@@ -120,12 +123,12 @@ fn lead_up(
     job: &Job,
     point: &ChosenPoint,
     model: &Model,
+    parts: &Parts,
 ) -> Result<Option<TrajectoryState>, CalledOff> {
     if point.direction.is_none() {
         return Ok(None);
     }
-    let structures = StructureCache::default();
-    let link = sweep::lead_up(job, &point.spec, &structures, &AtomicBool::new(false))?;
+    let link = sweep::lead_up(job, &point.spec, parts, &AtomicBool::new(false))?;
     Ok(link.start(model))
 }
 

@@ -4,7 +4,7 @@ use super::{GearError, ToothForm, inverse_involute, involute};
 
 /// An involute spur pair of one module and one pressure angle, without which two gears do not
 /// mesh: a drawing with unlike ones cannot be expressed. Arrays are `[pinion, wheel]`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GearPair {
     /// Number of teeth.
     pub teeth: [u32; 2],
@@ -14,9 +14,12 @@ pub struct GearPair {
     pub pressure_angle: f64,
     /// Face width \[m\].
     pub face_width: f64,
-    /// Axial length of the gear bodies \[m\].
+    /// Axial length of the gear bodies \[m\]. Like the torque of no effect on the flanks, and
+    /// not part of what identifies a mesh table.
+    #[serde(skip)]
     pub body_length: [f64; 2],
     /// Rated torque on the pinion \[N m\]: load = 1.
+    #[serde(skip)]
     pub rated_torque: f64,
     /// Shape and material of the teeth.
     pub form: ToothForm,

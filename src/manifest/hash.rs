@@ -7,10 +7,10 @@ mod gear;
 
 use super::sections::Resolved;
 use super::spec::{
-    AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
-    LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec,
-    RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource, TorqueRipple,
-    TransmissionErrorHarmonic, TwoLevels,
+    AnalysesSpec, Axis, Carried, CourseSpec, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec,
+    KernelSpec, LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec,
+    PoincareSpec, RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource,
+    TableSpec, TorqueRipple, TransmissionErrorHarmonic, TwoLevels,
 };
 use crate::shaft::{Bearing, BearingGain, FlexibleDrive, ModalStructure, Shaft};
 
@@ -231,6 +231,7 @@ impl JobHash {
             stiffness,
             damping,
             friction,
+            misalignment,
         } = mesh;
         self.number(*half_gap);
         match stiffness {
@@ -249,6 +250,21 @@ impl JobHash {
             }) => {
                 self.text("continuous");
                 self.numbers(&[*double_pair, *single_pair, *transition]);
+            }
+            StiffnessSpec::Table(table) => {
+                let TableSpec {
+                    gears,
+                    course,
+                    shaft_tilt,
+                } = &**table;
+                self.text("table");
+                self.gears(gears);
+                match course {
+                    CourseSpec::Segments(count) => self.integer(u64::from(*count)),
+                    CourseSpec::Continuous => self.text("continuous"),
+                }
+                self.flag(*shaft_tilt);
+                self.number(*misalignment);
             }
         }
         match damping {

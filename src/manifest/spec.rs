@@ -2,6 +2,7 @@
 //! validated. Everything is SI; nothing here knows how it was typed.
 
 use super::expand::Between;
+use crate::gear::GearPair;
 use crate::shaft::{FlexibleDrive, ModalStructure};
 use std::sync::Arc;
 
@@ -141,6 +142,19 @@ pub enum StructureSource {
     Modal(Arc<ModalStructure>),
 }
 
+impl StructureSource {
+    /// The drawing of the gears, their bores the shafts' diameters; none of a modal file.
+    pub fn gears(&self) -> Option<GearPair> {
+        match self {
+            Self::Flexible(drive) => {
+                let diameters = drive.shafts.each_ref().map(|shaft| shaft.diameter);
+                Some(drive.gears.on_shafts(diameters))
+            }
+            Self::Modal(_) => None,
+        }
+    }
+}
+
 /// The gear mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshSpec {
@@ -150,8 +164,12 @@ pub struct MeshSpec {
     pub stiffness: StiffnessSpec,
     /// Contact damping.
     pub damping: DampingSpec,
-    /// Coulomb friction coefficient μ on the flank, constant direction.
+    /// Coulomb friction coefficient μ on the flank. With a table its direction turns round at
+    /// the pitch point; else it is constant.
     pub friction: f64,
+    /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0
+    /// without a table.
+    pub misalignment: f64,
 }
 
 /// Stiffness over the mesh cycle.
@@ -166,6 +184,28 @@ pub enum StiffnessSpec {
     Piecewise(Arc<[f64]>),
     /// The same law, its transition where it is and not on a segment's border.
     Continuous(TwoLevels),
+    /// Computed from the drawing of the gears.
+    Table(Arc<TableSpec>),
+}
+
+/// Stiffness, load centroid and friction from a mesh table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableSpec {
+    /// The gears, their bores known.
+    pub gears: GearPair,
+    /// How the table is used over the cycle.
+    pub course: CourseSpec,
+    /// Whether the shafts' tilt under the mean load adds to the misalignment.
+    pub shaft_tilt: bool,
+}
+
+/// How a mesh table is used over the cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CourseSpec {
+    /// Means over so many equal segments.
+    Segments(u32),
+    /// Stiffness as it is, broken at its true transitions only.
+    Continuous,
 }
 
 /// Stiffness with two pairs of teeth in mesh, then with one.

@@ -1,5 +1,6 @@
 //! From a point's specification to the system that kernels march.
 
+use super::mesh_tables::{MeshError, MeshTables};
 use crate::analysis::{
     GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
     OrbitQuestion, Plane, Questions, Section, SliceError, SliceOf, SliceQuestion,
@@ -13,6 +14,7 @@ use crate::model::{
 };
 use crate::propagate::Volterra;
 use crate::shaft::{ModalStructure, ShaftError};
+use crate::store::TableStore;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -25,6 +27,9 @@ pub enum BuildError {
     /// The model cannot be formed.
     #[error("the model cannot be formed: {0}")]
     Model(#[from] ModelError),
+    /// The mesh cannot be computed from the drawing of the gears.
+    #[error("the mesh cannot be computed: {0}")]
+    Mesh(#[from] MeshError),
     /// There is no such slice of initial states.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),
@@ -78,10 +83,11 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
 }
 
 /// The piecewise-linear system of a point.
-///
-/// # Errors
-/// A value that the model refuses.
-pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, ModelError> {
+fn model(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    meshes: &MeshTables,
+) -> Result<Model, BuildError> {
     let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (mesh, mean) = match &point.mesh.stiffness {
         StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
@@ -89,6 +95,10 @@ pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, Mod
         StiffnessSpec::Continuous(levels) => {
             let (stiffness, transitions) = levels.divisions();
             (Division::levels(&stiffness, &transitions), levels.mean())
+        }
+        StiffnessSpec::Table(spec) => {
+            let mesh = meshes.mesh(point, spec, structure)?;
+            (mesh.divisions, mesh.mean_stiffness)
         }
     };
     let drive = Drive {
@@ -124,7 +134,7 @@ pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, Mod
         load: point.load,
         speed: point.speed,
     };
-    Model::new(structure, &drive, operating)
+    Ok(Model::new(structure, &drive, operating)?)
 }
 
 /// Where a point's trajectory starts.
@@ -238,25 +248,49 @@ pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
     })
 }
 
-/// Structures already computed: points of a grid mostly share one.
-#[derive(Debug, Default)]
-pub struct StructureCache(Mutex<HashMap<String, Arc<ModalStructure>>>);
+/// Structures and mesh tables already at hand: points of a grid mostly share them.
+#[derive(Debug)]
+pub struct Parts {
+    structures: Mutex<HashMap<String, Arc<ModalStructure>>>,
+    meshes: MeshTables,
+}
 
-impl StructureCache {
+impl Parts {
+    /// Nothing at hand yet; mesh tables are kept in `tables`, or in memory alone.
+    pub fn new(tables: Option<TableStore>) -> Self {
+        Self {
+            structures: Mutex::default(),
+            meshes: MeshTables::new(tables),
+        }
+    }
+
+    /// The mesh tables.
+    pub fn meshes(&self) -> &MeshTables {
+        &self.meshes
+    }
+
+    /// The piecewise-linear system of a point.
+    ///
+    /// # Errors
+    /// A structure, a mesh or a value that is refused.
+    pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
+        model(&*self.structure(&point.model)?, point, &self.meshes)
+    }
+
     /// The structure of a model specification, computed once.
     ///
     /// # Errors
     /// As [`structure`].
-    pub fn get(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
+    pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
         // The specification's own words: equal text is an equal structure.
         let key = format!("{spec:?}");
         // Computing under the lock keeps workers from computing the same one twice.
-        let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = cache.get(&key) {
+        let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = known.get(&key) {
             return Ok(found.clone());
         }
         let computed = Arc::new(structure(spec)?);
-        cache.insert(key, computed.clone());
+        known.insert(key, computed.clone());
         Ok(computed)
     }
 }

@@ -7,7 +7,7 @@
 //! side. A trial without a verdict (at a bifurcation motions settle ever more slowly) ends the
 //! search with the bracket reached.
 
-use super::build::StructureCache;
+use super::build::Parts;
 use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{CalledOff, Class, PointOutcome, Status};
 use crate::manifest::{Direction, Job, LyapunovSpec, PointSpec, RunSpec};
@@ -77,7 +77,7 @@ impl Link {
 pub fn lead_up(
     job: &Job,
     point: &PointSpec,
-    structures: &StructureCache,
+    parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Link, CalledOff> {
     let mut link = Link::default();
@@ -109,7 +109,7 @@ pub fn lead_up(
             index: 0,
             topology: None,
         };
-        let row = compute(job, &before, &link, structures, worker, called_off)?;
+        let row = compute(job, &before, &link, parts, worker, called_off)?;
         link.pass(job, &row);
     }
     Ok(link)
@@ -128,12 +128,12 @@ pub fn compute(
     job: &Job,
     point: &PointSpec,
     link: &Link,
-    structures: &StructureCache,
+    parts: &Parts,
     worker: Worker<'_>,
     called_off: &AtomicBool,
 ) -> Result<PointRow, CalledOff> {
     let clock = Instant::now();
-    let mut answer = attempt(point, link.end.as_ref(), job.seed, structures, called_off)?;
+    let mut answer = attempt(point, link.end.as_ref(), job.seed, parts, called_off)?;
     let mut chain = None;
     if let Some(direction) = point.direction {
         if let Some(trouble) = &link.trouble {
@@ -148,7 +148,7 @@ pub fn compute(
         let search = Search {
             job,
             point,
-            structures,
+            parts,
             called_off,
         };
         chain = Some(Box::new(ChainPart {
@@ -167,7 +167,7 @@ pub fn compute(
 struct Search<'a> {
     job: &'a Job,
     point: &'a PointSpec,
-    structures: &'a StructureCache,
+    parts: &'a Parts,
     called_off: &'a AtomicBool,
 }
 
@@ -202,7 +202,7 @@ impl Search<'_> {
                 &between,
                 Some(&near.end),
                 self.job.seed,
-                self.structures,
+                self.parts,
                 self.called_off,
             )?;
             found.trials += 1;

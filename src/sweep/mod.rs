@@ -9,9 +9,11 @@
 
 pub mod build;
 mod chain;
+mod mesh_tables;
 mod point;
 mod run;
 
 pub use chain::{Link, compute, lead_up};
+pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use point::Worker;
 pub use run::{Finished, Options, Progress, SweepError, Watcher, run, shard_points};

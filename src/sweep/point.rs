@@ -1,8 +1,6 @@
 //! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
-use super::build::{
-    BuildError, StructureCache, affordable, horizon, initial, model, orbits, probes, questions,
-};
+use super::build::{BuildError, Parts, affordable, horizon, initial, orbits, probes, questions};
 use crate::analysis::{
     CalledOff, Class, HorizonError, HorizonOutcome, HorizonQuestion, MultistabilityOutcome,
     MultistabilityQuestion, OrbitQuestion, OrbitSurvey, PointOutcome, Questions, Status,
@@ -55,11 +53,11 @@ pub(super) fn attempt(
     point: &PointSpec,
     start: Option<&ChainEnd>,
     seed: u64,
-    structures: &StructureCache,
+    parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
     let attempt = catch_unwind(AssertUnwindSafe(|| {
-        answer(point, start, seed, structures, called_off)
+        answer(point, start, seed, parts, called_off)
     }));
     match attempt {
         Ok(Ok(answered)) => answered,
@@ -111,11 +109,10 @@ fn answer(
     point: &PointSpec,
     start: Option<&ChainEnd>,
     seed: u64,
-    structures: &StructureCache,
+    parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
-    let structure = structures.get(&point.model)?;
-    let model: Model = model(&structure, point)?;
+    let model: Model = parts.model(point)?;
     affordable(&model, &point.run.kernel)?;
     let own = model.start(&initial(&point.run.initial));
     let start = match start {

@@ -1,6 +1,6 @@
 //! The pool, the channel and the writer.
 
-use super::build::StructureCache;
+use super::build::Parts;
 use super::chain::{Link, compute};
 use super::point::Worker;
 use crate::analysis::Status;
@@ -129,6 +129,7 @@ pub fn run(
     job: &Job,
     folder: &Path,
     options: Options,
+    parts: &Parts,
     journal: &mut Journal,
     topology: Option<&Topology>,
     called_off: &AtomicBool,
@@ -193,7 +194,6 @@ pub fn run(
         })?;
 
     let ahead = AHEAD.max(threads * length) as u64;
-    let structures = StructureCache::default();
     let next = AtomicUsize::new(0);
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
@@ -232,8 +232,7 @@ pub fn run(
                         return;
                     }
                     let point = &job.points[turn.first + link.passed()];
-                    let Ok(row) = compute(job, point, &link, &structures, worker, called_off)
-                    else {
+                    let Ok(row) = compute(job, point, &link, parts, worker, called_off) else {
                         return;
                     };
                     link.pass(job, &row);

@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime};
 
 use clap::Args;
 
-use super::{Folder, refuse, tables};
+use super::{TablesFolder, refuse, tables};
 use crate::cli::answer;
 use crate::report::size_text;
 use crate::store::Unwanted;
@@ -23,7 +23,7 @@ pub struct CleanArgs {
     #[arg(long, conflicts_with = "older_than")]
     all: bool,
     #[command(flatten)]
-    folder: Folder,
+    folder: TablesFolder,
 }
 
 /// Units of an age \[s\].

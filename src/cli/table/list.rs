@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::{Folder, refuse, tables};
+use super::{TablesFolder, refuse, tables};
 use crate::cli::answer;
 use crate::report::size_text;
 use crate::store::{CacheEntry, timestamp};
@@ -18,7 +18,7 @@ const DIGITS: usize = 12;
 #[derive(Debug, Args)]
 pub struct ListArgs {
     #[command(flatten)]
-    folder: Folder,
+    folder: TablesFolder,
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,

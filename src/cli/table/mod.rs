@@ -34,14 +34,15 @@ enum TableCommand {
 
 /// Where the tables are.
 #[derive(Debug, Args)]
-struct Folder {
-    /// Folder of the tables.
+pub(super) struct TablesFolder {
+    /// Folder of computed tables, a cache that may be deleted at any time.
     #[arg(long, value_name = "DIR", default_value = "tables")]
     tables: PathBuf,
 }
 
-impl Folder {
-    fn store(&self) -> TableStore {
+impl TablesFolder {
+    /// The store in the folder.
+    pub(super) fn store(&self) -> TableStore {
         TableStore::open(&self.tables)
     }
 }

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::{Folder, refuse};
+use super::{TablesFolder, refuse};
 use crate::cli::{BAD_INPUT, answer, fail, with_causes};
 use crate::report::TableSummary;
 
@@ -15,7 +15,7 @@ pub struct ShowArgs {
     #[arg(value_name = "KEY|FILE")]
     table: String,
     #[command(flatten)]
-    folder: Folder,
+    folder: TablesFolder,
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,

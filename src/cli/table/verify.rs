@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::{Folder, refuse, tables};
+use super::{TablesFolder, refuse, tables};
 use crate::cli::answer;
 use crate::store::{CacheError, MappedTable};
 
@@ -23,7 +23,7 @@ pub struct VerifyArgs {
     #[arg(long, conflicts_with = "wanted")]
     all: bool,
     #[command(flatten)]
-    folder: Folder,
+    folder: TablesFolder,
 }
 
 /// Prints a line a table; exit status 1 where one is damaged.

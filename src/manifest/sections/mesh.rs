@@ -1,17 +1,14 @@
-//! `[mesh]`: backlash, stiffness over the mesh cycle, contact damping, friction.
+//! `[mesh]`: backlash, stiffness over the mesh cycle, misalignment, contact damping, friction.
 
+use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{self, Section, not_available};
-use crate::manifest::spec::{DampingSpec, MeshSpec, StiffnessSpec, TwoLevels};
+use crate::manifest::reader::{self, Section};
+use crate::manifest::spec::{
+    CourseSpec, DampingSpec, MeshSpec, StiffnessSpec, TableSpec, TwoLevels,
+};
 use crate::manifest::tree::Value;
 use crate::units::{self, Dimension};
 use std::sync::Arc;
-
-/// Stiffness laws of the file format that this version does not have.
-const LATER_LAWS: [(&str, &str); 1] = [(
-    "table",
-    "stiffness = \"piecewise\" with the segment means of the table in mesh.values",
-)];
 
 /// Keys of the two-level law.
 const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
@@ -22,33 +19,108 @@ const DEFAULT_SEGMENTS: u64 = 60;
 /// rounding in `contact_ratio − 1` put it elsewhere.
 const ON_BORDER: f64 = 1e-9;
 
-pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<MeshSpec> {
+/// Keys that only a table of the gears gives a meaning to.
+const OF_TABLES: [&str; 2] = ["misalignment", "shaft_tilt"];
+
+/// Whether a mesh takes its stiffness from the drawing of the gears: `continuous` does where no
+/// key of the two-level law is given.
+pub(super) fn wants_gears(section: &Section) -> bool {
+    let law = section.has("mean_stiffness") || LAW[..2].iter().any(|key| section.has(key));
+    match section.entry("stiffness").map(|entry| &entry.node.value) {
+        Some(Value::Text(text)) => text == "table" || (text == "continuous" && !law),
+        _ => false,
+    }
+}
+
+/// Reads the table; `gears` is the drawing with its bores, where the model has one.
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    gears: Option<&GearPair>,
+) -> Option<MeshSpec> {
     let half_gap = section.quantity(issues, "half_gap");
-    let stiffness = match section.choice(issues, "stiffness", None, &LATER_LAWS) {
-        Some("constant") => constant(section, issues),
-        Some("continuous") => continuous(section, issues),
-        Some(_) => piecewise(section, issues),
-        None => None,
+    let choice = section.choice(issues, "stiffness", None, &[]);
+    let stiffness = if wants_gears(section) {
+        table(section, issues, gears)
+    } else {
+        section.without_effect(
+            issues,
+            &OF_TABLES,
+            "without a mesh table: misaligned flanks need their geometry",
+            "remove it, or set stiffness = \"table\"",
+        );
+        match choice {
+            Some("constant") => constant(section, issues),
+            Some("continuous") => continuous(section, issues),
+            Some(_) => piecewise(section, issues),
+            None => None,
+        }
     };
     let friction = section.quantity_or(issues, "friction", 0.0);
     let damping = contact_damping(section, issues);
-    let misalignment = section.quantity_or(issues, "misalignment", 0.0)?;
-    if misalignment != 0.0 {
-        not_available(
-            issues,
-            section.span_of("misalignment"),
-            "mesh.misalignment",
-            "mesh.misalignment other than 0",
-            "misalignment = 0 with a reduced mean_stiffness",
-        );
-        return None;
-    }
+    let misalignment = section.quantity_or(issues, "misalignment", 0.0);
     Some(MeshSpec {
         half_gap: half_gap?,
         stiffness: stiffness?,
         damping: damping?,
         friction: friction?,
+        misalignment: misalignment?,
     })
+}
+
+/// Stiffness from the drawing of the gears, which must be a pair that meshes.
+fn table(
+    section: &Section,
+    issues: &mut Issues,
+    gears: Option<&GearPair>,
+) -> Option<StiffnessSpec> {
+    section.without_effect(
+        issues,
+        &[
+            "mean_stiffness",
+            "contact_ratio",
+            "single_pair_drop",
+            "values",
+        ],
+        "with stiffness = \"table\": the drawing of the gears gives it",
+        "remove it, or set stiffness = \"piecewise\"",
+    );
+    let continuous = section.has("stiffness")
+        && matches!(section.entry("stiffness")?.node.value, Value::Text(ref text) if text == "continuous");
+    if continuous {
+        section.without_effect(
+            issues,
+            &["segments"],
+            "with stiffness = \"continuous\"",
+            "remove it, or set stiffness = \"table\"",
+        );
+    }
+    let segments = section.integer_or(issues, "segments", DEFAULT_SEGMENTS);
+    let shaft_tilt = section.boolean_or(issues, "shaft_tilt", false);
+    // A fault in the drawing itself has been reported there.
+    let gears = gears?;
+    if let Err(error) = Flanks::new(gears) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                section.span_of("stiffness"),
+                "gear",
+                format!("the gears of [gear] have no mesh table: {error}"),
+            )
+            .label("computed from [gear]")
+            .accepted("a pair of gears that meshes, or stiffness = \"piecewise\""),
+        );
+        return None;
+    }
+    Some(StiffnessSpec::Table(Arc::new(TableSpec {
+        gears: gears.clone(),
+        course: match continuous {
+            true => CourseSpec::Continuous,
+            // The schema bounds the segments far below the range of u32.
+            false => CourseSpec::Segments(u32::try_from(segments?).ok()?),
+        },
+        shaft_tilt: shaft_tilt?,
+    })))
 }
 
 fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {

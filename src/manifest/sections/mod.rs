@@ -78,9 +78,12 @@ pub(super) fn resolve(
     context: &mut Context,
 ) -> Option<Resolved> {
     let model = model::read(root, issues, context);
-    let mesh = root
-        .required_child(issues, "mesh")
-        .and_then(|section| mesh::read(&section, issues));
+    let drawn = model.as_ref().and_then(|model| model.source.gears());
+    let mesh = root.required_child(issues, "mesh").and_then(|section| {
+        // A modal file has no drawing of its own; what it would be needed for brings it in.
+        let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
+        mesh::read(&section, issues, gears.as_ref())
+    });
     let source = model.as_ref().map(|model| &model.source);
     let excitation = match root.child(issues, "excitation") {
         Child::Present(section) => excitation::read(&section, issues, source),

@@ -1,10 +1,12 @@
 //! `[model]`: where the structure comes from, and how many of its modes are kept.
 
-use super::{Context, gear, shafts};
+use super::{Context, gear, mesh, shafts};
+use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::modal_file;
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{ModelSpec, StructureSource};
+use crate::manifest::tree::Value;
 use crate::shaft::FlexibleDrive;
 use std::sync::Arc;
 
@@ -111,7 +113,10 @@ fn modal(
         why,
         remedy,
     );
-    root.without_effect(issues, &["gear", "shafts"], why, remedy);
+    root.without_effect(issues, &["shafts"], why, remedy);
+    if !mesh_wants_gears(root, issues) {
+        root.without_effect(issues, &["gear"], why, remedy);
+    }
     let structure = section
         .text(issues, "file")
         .and_then(|file| modal_file::load(issues, context, file, section.span_of("file")));
@@ -123,6 +128,32 @@ fn modal(
         retained: retained?,
         mta: mta?,
     })
+}
+
+/// Whether `[mesh]` takes its stiffness from the drawing of the gears.
+fn mesh_wants_gears(root: &Section, issues: &mut Issues) -> bool {
+    match root.child(issues, "mesh") {
+        Child::Present(section) => mesh::wants_gears(&section),
+        _ => false,
+    }
+}
+
+/// The drawing that a mesh table needs where the structure comes from a modal file.
+pub(super) fn gears_beside_modes(
+    root: &Section,
+    mesh: &Section,
+    issues: &mut Issues,
+) -> Option<GearPair> {
+    let Child::Present(model) = root.child(issues, "model") else {
+        return None;
+    };
+    let kind = model.entry("kind").map(|entry| &entry.node.value);
+    let modal = matches!(kind, Some(Value::Text(kind)) if kind == "modal");
+    if !(modal && mesh::wants_gears(mesh)) {
+        return None;
+    }
+    root.required_child(issues, "gear")
+        .and_then(|section| gear::read(&section, issues))
 }
 
 /// Modes kept: all of them by default, never more.
