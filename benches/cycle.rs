@@ -77,8 +77,7 @@ fn scenes() -> Vec<(String, Case)> {
     }
     for ratio in [1.6, 1.63] {
         let mut case = drive(40, 0.05, 1200.0);
-        case.1.stiffness = vec![4.444e8, 3.333e8];
-        case.1.transitions = vec![ratio - 1.0];
+        case.1.mesh = Division::levels(&[4.444e8, 3.333e8], &[ratio - 1.0]);
         scenes.push((format!("continuous/{ratio}"), case));
     }
     scenes

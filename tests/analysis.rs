@@ -9,7 +9,7 @@ use atlas::analysis::{
     Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
     Questions, Section, Status, investigate,
 };
-use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
+use atlas::model::{Division, InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
 use atlas::propagate::{Event, Observer, Stepping, Window};
 use atlas::reference::Reference;
 use common::march::{march, march_with, settled, volterra};
@@ -174,7 +174,7 @@ fn difference(a: &NvhOutcome, b: &NvhOutcome) -> [f64; 2] {
 /// A drive that stays in contact, shaken by so little that its spread is far below its mean.
 fn nearly_still() -> Model {
     let (structure, mut drive, mut point) = common::one_degree();
-    drive.stiffness = vec![4e8];
+    drive.mesh = Division::levels(&[4e8], &[]);
     drive.transmission_error = vec![(1, 1e-10, 0.2)];
     point.load = 1.0;
     Model::new(&structure, &drive, point).unwrap()
@@ -356,7 +356,7 @@ fn small_oscillators_are_of_their_known_kind() {
         let lyapunov = outcome.lyapunov.unwrap();
         let [drive, _, coast] = outcome.nvh.unwrap().fractions;
         let (w, c) = (
-            model.blocks[0].deflection[0],
+            model.first_gains()[0].deflection[0],
             model.cycle.segments[0].damping,
         );
         let exact = -c * w * w * model.period() * (drive + coast);

@@ -4,7 +4,7 @@
 
 mod common;
 
-use atlas::model::{Drive, Model};
+use atlas::model::{Division, Drive, Model};
 use atlas::propagate::{Stepping, Volterra};
 use atlas::reference::Reference;
 use common::march::{Events, march, march_with, settled, volterra};
@@ -16,8 +16,7 @@ const SINGLE_PAIR: f64 = 3.333e8;
 /// A mesh with one step down, at a phase of the cycle.
 fn step_at(phase: f64, drive: Drive) -> Drive {
     Drive {
-        stiffness: vec![DOUBLE_PAIR, SINGLE_PAIR],
-        transitions: vec![phase],
+        mesh: Division::levels(&[DOUBLE_PAIR, SINGLE_PAIR], &[phase]),
         ..drive
     }
 }
@@ -29,9 +28,9 @@ fn on_segments(segments: u32, phase: f64, drive: Drive) -> Drive {
         let double = (place - f64::from(i)).clamp(0.0, 1.0);
         double * DOUBLE_PAIR + (1.0 - double) * SINGLE_PAIR
     };
+    let levels: Vec<_> = (0..segments).map(level).collect();
     Drive {
-        stiffness: (0..segments).map(level).collect(),
-        transitions: Vec::new(),
+        mesh: Division::levels(&levels, &[]),
         ..drive
     }
 }
@@ -91,10 +90,9 @@ fn many_uneven_segments_are_those_of_the_reference() {
         let transitions: Vec<f64> = (1..count)
             .map(|i| (f64::from(i) / f64::from(count)).powf(1.3))
             .collect();
-        let stiffness = (0..count).map(|i| 3e8 + 2e7 * f64::from(i)).collect();
+        let stiffness: Vec<_> = (0..count).map(|i| 3e8 + 2e7 * f64::from(i)).collect();
         let drive = Drive {
-            stiffness,
-            transitions,
+            mesh: Division::levels(&stiffness, &transitions),
             ..drive.clone()
         };
         let model = Model::new(&structure, &drive, point).unwrap();

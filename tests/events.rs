@@ -7,8 +7,8 @@
 mod common;
 
 use atlas::model::{
-    Contact, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, Surface,
-    TrajectoryState,
+    Contact, Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+    Surface, TrajectoryState,
 };
 use atlas::propagate::{Counters, Event, Kernel, Stop, Tangents, Volterra};
 use common::march::{Events, ROUND_OFF, march_with, volterra};
@@ -49,11 +49,10 @@ impl Oscillator {
         structure.pinion_torque = Some(vec![1.0]);
         let drive = Drive {
             half_gap: self.half_gap,
-            stiffness: vec![self.stiffness; 60],
+            mesh: Division::levels(&[self.stiffness; 60], &[]),
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            transitions: Vec::new(),
             torque_ripple: ripple
                 .iter()
                 .map(|&(order, amplitude, phase)| RippleInput {
@@ -324,16 +323,16 @@ fn event_on_an_edge() {
     let mut structure = common::structure(&[0.0], 0.0, &[1.0], &[1.0]);
     structure.rated_force = 1.0;
     for divisions in [1, 3, 60] {
+        // Alternating levels that differ by less than matters to the closed forms.
+        let levels: Vec<_> = (0..divisions)
+            .map(|i| o.stiffness * (1.0 + 1e-15 * f64::from(i % 2)))
+            .collect();
         let drive = Drive {
             half_gap: o.half_gap,
-            // Alternating levels that differ by less than matters to the closed forms.
-            stiffness: (0..divisions)
-                .map(|i| o.stiffness * (1.0 + 1e-15 * f64::from(i % 2)))
-                .collect(),
+            mesh: Division::levels(&levels, &[]),
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

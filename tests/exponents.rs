@@ -11,7 +11,7 @@ use atlas::analysis::{
     Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
     TangentGrowth, investigate,
 };
-use atlas::model::{Contact, InitialState, Model, TrajectoryState};
+use atlas::model::{Contact, Division, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::Stream;
 use atlas::propagate::{Counters, Kernel, Tangents};
 use atlas::reference::Reference;
@@ -47,11 +47,7 @@ fn quiet(mut case: common::Case) -> Model {
         harmonic.1 *= 0.002;
     }
     case.1.torque_ripple.clear();
-    case.1
-        .stiffness
-        .iter_mut()
-        .take(36)
-        .for_each(|k| *k = 3.4e8);
+    case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
     case.2.load = 1.0;
     common::model(&case)
 }
@@ -208,7 +204,7 @@ fn stable_fixed_point_has_its_negative_exponent() {
         let (w, ratio, c) = (1.3, 0.02, 400.0);
         let structure = common::structure(&[natural], ratio, &[w], &[w]);
         let mut drive = common::two_level_mesh(10e-6);
-        drive.stiffness = vec![4e8];
+        drive.mesh = Division::levels(&[4e8], &[]);
         drive.damping = c;
         drive.transmission_error.clear();
         let mut point = common::strong_rattle();
@@ -263,12 +259,10 @@ fn sum_of_all_exponents_is_the_mean_trace() {
         let sum: f64 = growth.exponents().unwrap().iter().sum();
         let felt = (0..n).filter(|i| !model.neutral.contains(i));
         let flow: f64 = felt.map(|i| 2.0 * model.blocks[i].growth()).sum();
-        let contact: f64 = model
-            .blocks
-            .iter()
-            .map(|b| {
-                let rate = b.rate();
-                rate[0] * b.mesh_input[0] + rate[1] * b.mesh_input[1]
+        let contact: f64 = (model.first_gains().iter())
+            .map(|gain| {
+                let (rate, g) = (gain.rate, gain.mesh_input);
+                rate[0] * g[0] + rate[1] * g[1]
             })
             .sum();
         let [drive, _, coast] = nvh.outcome().unwrap().fractions;
@@ -366,7 +360,7 @@ fn twin_and_tangent_agree_on_chaos() {
 #[test]
 fn neutral_pair_is_left_out() {
     let (structure, mut drive, mut point) = common::two_modes();
-    drive.stiffness = vec![4e8, 3.6e8];
+    drive.mesh = Division::levels(&[4e8, 3.6e8], &[]);
     drive.transmission_error[0].1 = 1e-8;
     point.load = 1.0;
     let pair = Model::new(&structure, &drive, point).unwrap();

@@ -11,7 +11,9 @@
 
 mod common;
 
-use atlas::model::{Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft};
+use atlas::model::{
+    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+};
 use common::march::{march_with, volterra};
 
 const GAP: f64 = 10e-6;
@@ -53,11 +55,10 @@ impl Oscillator {
         structure.pinion_torque = Some(vec![1.0]);
         let drive = Drive {
             half_gap: GAP,
-            stiffness: vec![1.44e8],
+            mesh: Division::levels(&[1.44e8], &[]),
             damping: 480.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            transitions: Vec::new(),
             torque_ripple: vec![RippleInput {
                 shaft: RippleShaft::Pinion,
                 order: 20.0,

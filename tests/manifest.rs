@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
     self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, ManifestErrors, PointSpec,
     ShaftName, StiffnessSpec, StructureSource,
@@ -563,6 +564,29 @@ fn the_default_drive_hash_sees_every_field() {
         ("\"20 mm\"", "\"21 mm\""),
         ("\"40 mm\"]", "\"41 mm\"]"),
         ("\"50 N*m\"", "\"51 N*m\""),
+        ("[gear]", "[gear]\nprofile_shift = [0.3, -0.1]"),
+        ("[gear]", "[gear]\nprofile_shift = [-0.1, 0.3]"),
+        ("[gear]", "[gear]\nrack.addendum = 0.95"),
+        ("[gear]", "[gear]\nrack.dedendum = 1.3"),
+        ("[gear]", "[gear]\nrack.tip_radius = 0.3"),
+        ("[gear]", "[gear]\nthinning = \"30 um\""),
+        ("[gear]", "[gear]\nthinning = [\"30 um\", 0]"),
+        ("[gear]", "[gear]\ncentre_distance = \"100.1 mm\""),
+        ("[gear]", "[gear]\ntip_diameter = [\"88 mm\", \"128 mm\"]"),
+        ("[gear]", "[gear]\nbore = [\"88 mm\", \"128 mm\"]"),
+        (
+            "[gear]",
+            "[gear]\ntip_relief = { amount = \"10 um\", length = \"3 mm\" }",
+        ),
+        (
+            "[gear]",
+            "[gear]\nroot_relief = { amount = \"10 um\", length = \"3 mm\" }",
+        ),
+        (
+            "[gear]",
+            "[gear]\nyoung_modulus = [\"206 GPa\", \"115 GPa\"]",
+        ),
+        ("[gear]", "[gear]\npoisson_ratio = 0.28"),
         ("\"206 GPa\"", "\"207 GPa\""),
         ("\"79 GPa\"", "\"80 GPa\""),
         ("\"7850 kg/m^3\"", "\"7800 kg/m^3\""),
@@ -592,6 +616,58 @@ fn the_default_drive_hash_sees_every_field() {
             "{to} is not seen"
         );
     }
+}
+
+#[test]
+fn a_drawing_may_say_more_of_its_teeth() {
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/flex80.toml"),
+    )
+    .unwrap();
+    let gears = |text: &str| match &job(text).points[0].model.source {
+        StructureSource::Flexible(drive) => drive.gears.clone(),
+        StructureSource::Modal(_) => panic!("not a flexible drive"),
+    };
+    assert_eq!(gears(&text).form, ToothForm::default());
+    let full = gears(&with(
+        &text,
+        "[gear]",
+        r#"[gear]
+profile_shift = [0.3, -0.1]
+rack = { addendum = 0.95, dedendum = 1.3, tip_radius = 0.3 }
+thinning = ["30 um", 0]
+centre_distance = "100.9 mm"
+tip_diameter = ["90 mm", "127 mm"]
+tip_relief = { amount = ["10 um", "8 um"], length = "3 mm" }
+root_relief = { amount = "5 um", length = ["2 mm", "1 mm"] }
+bore = "30 mm"
+young_modulus = ["206 GPa", "115 GPa"]
+poisson_ratio = [0.28, 0.25]"#,
+    ));
+    let relief = |amount, length| Relief { amount, length };
+    let material = |young_modulus, poisson_ratio| Material {
+        young_modulus,
+        poisson_ratio,
+    };
+    let expected = ToothForm {
+        profile_shift: [0.3, -0.1],
+        rack: BasicRack {
+            addendum: 0.95,
+            dedendum: 1.3,
+            tip_radius: 0.3,
+        },
+        thinning: [30e-6, 0.0],
+        centre_distance: Some(0.1009),
+        tip_diameter: [Some(0.09), Some(0.127)],
+        tip_relief: [relief(10e-6, 3e-3), relief(8e-6, 3e-3)],
+        root_relief: [relief(5e-6, 2e-3), relief(5e-6, 1e-3)],
+        bore: [Some(0.03); 2],
+        material: [material(206e9, 0.28), material(115e9, 0.25)],
+    };
+    assert_eq!(full.form, expected);
+    assert_eq!(full.on_shafts([0.02; 2]).form.bore, [Some(0.03); 2]);
+    let shafted = gears(&text).on_shafts([0.022, 0.026]);
+    assert_eq!(shafted.form.bore, [Some(0.022), Some(0.026)]);
 }
 
 #[test]

@@ -9,7 +9,9 @@ use atlas::analysis::{
     Class, MultistabilityOutcome, MultistabilityQuestion, Plane, ProbeOutcome, SliceOf,
     SliceQuestion, Status, probe_basins,
 };
-use atlas::model::{Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft};
+use atlas::model::{
+    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+};
 use atlas::propagate::Volterra;
 use atlas::store::{ResultTable, TableKind};
 use common::march::volterra;
@@ -69,12 +71,11 @@ impl Shaken {
         structure.pinion_torque = Some(self.force.to_vec());
         let drive = Drive {
             half_gap,
-            stiffness: vec![1.44e8],
+            mesh: Division::levels(&[1.44e8], &[]),
             damping: 480.0,
             friction: 0.0,
             transmission_error: Vec::new(),
             // Order 20 of a shaft with 20 teeth: the mesh frequency.
-            transitions: Vec::new(),
             torque_ripple: vec![RippleInput {
                 shaft: RippleShaft::Pinion,
                 order: 20.0,
@@ -107,11 +108,10 @@ fn loaded(load: f64, speed: f64) -> Model {
     let structure = common::structure(&[0.0], 0.0, &[1.3], &[1.3]);
     let drive = Drive {
         half_gap: 10e-6,
-        stiffness: vec![4e8],
+        mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
         friction: 0.0,
         transmission_error: vec![(1, 1e-6, 0.0)],
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
@@ -330,11 +330,10 @@ fn a_continuum_is_one() {
     structure.damping = vec![0.0];
     let drive = Drive {
         half_gap: 10e-6,
-        stiffness: vec![1.44e8],
+        mesh: Division::levels(&[1.44e8], &[]),
         damping: 480.0,
         friction: 0.0,
         transmission_error: Vec::new(),
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     let point = OperatingPoint {

@@ -5,7 +5,7 @@
 mod common;
 
 use atlas::analysis::{Nvh, NvhOutcome};
-use atlas::model::{Contact, Model, Segment};
+use atlas::model::{Contact, Model, Segment, Stiffness};
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::Stream;
 use atlas::propagate::{Event, Observer, Window};
@@ -21,7 +21,8 @@ fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u
     let segment = Segment {
         start: 0.0,
         end: 1.0,
-        stiffness: 1.0,
+        stiffness: Stiffness::constant(1.0),
+        direction: 0,
         damping: 0.0,
     };
     // Uneven on purpose: cuts and the window that comes again and again.

@@ -12,7 +12,7 @@ use atlas::analysis::{
     SliceQuestion, probe_basins,
 };
 use atlas::model::{
-    Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
 };
 use atlas::reference::Reference;
 use common::march::{march, march_with, volterra};
@@ -29,7 +29,7 @@ fn drive(elastic: &[f64], load: f64, speed: f64, error: f64) -> Model {
     let structure = common::structure(&frequency, 0.01, &mesh, &mesh);
     let drive = Drive {
         half_gap: 10e-6,
-        stiffness: vec![4e8],
+        mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
         friction: 0.0,
         transmission_error: if error > 0.0 {
@@ -37,7 +37,6 @@ fn drive(elastic: &[f64], load: f64, speed: f64, error: f64) -> Model {
         } else {
             Vec::new()
         },
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
@@ -380,12 +379,11 @@ fn shaken(phase: f64) -> Model {
     structure.pinion_torque = Some(vec![56.0, 0.0]);
     let drive = Drive {
         half_gap: 3e-6,
-        stiffness: vec![1.44e8],
+        mesh: Division::levels(&[1.44e8], &[]),
         damping: 480.0,
         friction: 0.0,
         transmission_error: Vec::new(),
         // Order 20 of a shaft with 20 teeth: the mesh frequency.
-        transitions: Vec::new(),
         torque_ripple: vec![RippleInput {
             shaft: RippleShaft::Pinion,
             order: 20.0,

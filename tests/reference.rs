@@ -4,7 +4,9 @@
 
 mod common;
 
-use atlas::model::{Contact, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
+use atlas::model::{
+    Contact, Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState,
+};
 use atlas::reference::{Passage, Reference};
 use common::{drives, relative_difference, structure};
 use std::f64::consts::{PI, TAU};
@@ -13,11 +15,10 @@ use std::f64::consts::{PI, TAU};
 fn plain(stiffness: f64, damping: f64, half_gap: f64) -> Drive {
     Drive {
         half_gap,
-        stiffness: vec![stiffness],
+        mesh: Division::levels(&[stiffness], &[]),
         damping,
         friction: 0.0,
         transmission_error: Vec::new(),
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     }
 }

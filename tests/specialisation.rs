@@ -5,7 +5,7 @@
 
 mod common;
 
-use atlas::model::{Contact, Drive, InitialState, Model, TrajectoryState};
+use atlas::model::{Contact, Division, Drive, InitialState, Model, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::reference::Reference;
 use common::march::{march, march_with, settled, volterra};
@@ -60,14 +60,13 @@ fn tangents_cost_windows_of_their_own_and_nothing_else() {
 #[test]
 fn constant_contact_is_not_cut_or_searched() {
     for (name, mut case) in drives() {
-        case.1.stiffness = vec![4e8];
+        case.1.mesh = Division::levels(&[4e8], &[]);
         case.1.transmission_error.clear();
         case.1.torque_ripple.clear();
         case.2.load = 1.0;
         for transitions in [vec![], vec![1.0 / 2f64.sqrt()]] {
             let drive = Drive {
-                stiffness: vec![4e8, 3.9e8][..=transitions.len()].to_vec(),
-                transitions,
+                mesh: Division::levels(&[4e8, 3.9e8][..=transitions.len()], &transitions),
                 ..case.1.clone()
             };
             let model = Model::new(&case.0, &drive, case.2).unwrap();
@@ -94,11 +93,11 @@ fn free_flight_does_not_see_the_mesh() {
         transmission_error: Vec::new(),
         ..drive
     };
-    let levels = |count: u32| (0..count).map(|i| 3e8 + 1e6 * f64::from(i)).collect();
+    let levels =
+        |count: u32| -> Vec<f64> { (0..count).map(|i| 3e8 + 1e6 * f64::from(i)).collect() };
     let flights = [(1, vec![]), (60, vec![]), (2, vec![0.37])].map(|(count, transitions)| {
         let drive = Drive {
-            stiffness: levels(count),
-            transitions,
+            mesh: Division::levels(&levels(count), &transitions),
             ..quiet.clone()
         };
         let model = Model::new(&structure, &drive, point).unwrap();
@@ -130,8 +129,7 @@ fn every_choice_of_windows_is_the_reference() {
     for (name, case) in drives() {
         for transitions in [vec![0.6], vec![0.6180339887]] {
             let drive = Drive {
-                stiffness: vec![4.444e8, 3.333e8],
-                transitions,
+                mesh: Division::levels(&[4.444e8, 3.333e8], &transitions),
                 ..case.1.clone()
             };
             let model = Model::new(&case.0, &drive, case.2).unwrap();

@@ -3,7 +3,7 @@
 // Helpers outside the test functions may unwrap, too.
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::GearPair;
+use atlas::gear::{GearPair, ToothForm};
 use atlas::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
 use std::f64::consts::PI;
 
@@ -33,6 +33,7 @@ fn default_drive() -> FlexibleDrive {
             face_width: 20e-3,
             body_length: [70e-3, 40e-3],
             rated_torque: 50.0,
+            form: ToothForm::default(),
         },
         shafts: [shaft(22e-3, 2e-3), shaft(26e-3, 5e-3)],
         young_modulus: 206e9,

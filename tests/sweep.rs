@@ -12,7 +12,7 @@ use atlas::analysis::{
     TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use atlas::manifest::{self, Job};
-use atlas::model::{Contact, Drive, InitialState, Model, OperatingPoint};
+use atlas::model::{Contact, Division, Drive, InitialState, Model, OperatingPoint};
 use atlas::propagate::Event;
 use atlas::reference::Reference;
 use atlas::store::{ResultTable, TableKind};
@@ -501,11 +501,10 @@ fn rattling(phase: f64) -> Model {
     let structure = common::structure(&[0.0], 0.0, &[1.3], &[1.3]);
     let drive = Drive {
         half_gap: 10e-6,
-        stiffness: vec![4e8],
+        mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, std::f64::consts::TAU * phase)],
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, common::strong_rattle()).unwrap()

@@ -6,7 +6,7 @@
 mod common;
 
 use atlas::analysis::EnergyAudit;
-use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::model::{Division, InitialState, Model, TrajectoryState};
 use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
 use atlas::reference::{Passage, Reference};
 use common::march::{Events, ROUND_OFF, march, march_with, settled, volterra};
@@ -101,11 +101,7 @@ fn constant_contact_is_exact_over_many_cycles() {
             harmonic.1 *= 0.002;
         }
         // The full step of stiffness alone shakes one degree out of contact.
-        case.1
-            .stiffness
-            .iter_mut()
-            .take(36)
-            .for_each(|k| *k = 3.4e8);
+        case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
         for ripple in &mut case.1.torque_ripple {
             ripple.amplitude *= 0.1;
         }
@@ -131,7 +127,7 @@ fn mesh_may_have_sixty_levels_or_one() {
         (1, vec![4e8; 60]),
         (3, vec![4e8, 4e8, 3e8, 3.5e8, 3.5e8, 3.5e8, 3.5e8]),
     ] {
-        drive.stiffness = stiffness;
+        drive.mesh = Division::levels(&stiffness, &[]);
         let model = Model::new(&structure, &drive, point).unwrap();
         assert_eq!(model.cycle.segments.len(), segments);
         let worst = follow(&model, 8);
@@ -394,11 +390,10 @@ mod random_drives {
             .prop_map(
                 |((half_gap, stiffness, damping, friction), error, ripple)| Drive {
                     half_gap,
-                    stiffness,
+                    mesh: Division::levels(&stiffness, &[]),
                     damping,
                     friction,
                     transmission_error: error,
-                    transitions: Vec::new(),
                     torque_ripple: ripple
                         .into_iter()
                         .map(|(order, amplitude, phase)| RippleInput {

@@ -2,7 +2,7 @@
 //! that a cycle takes.
 
 use crate::common::{self, Case};
-use atlas::model::{InitialState, Model, OperatingPoint, TrajectoryState};
+use atlas::model::{Division, InitialState, Model, OperatingPoint, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use serde_json::{Value, json};
 
@@ -52,11 +52,7 @@ pub fn drive(modes: usize, load: f64, speed: f64) -> Case {
 pub fn quiet(modes: usize) -> Case {
     let mut case = drive(modes, 1.0, 1200.0);
     case.1.transmission_error.clear();
-    case.1
-        .stiffness
-        .iter_mut()
-        .take(36)
-        .for_each(|k| *k = 3.4e8);
+    case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
     case
 }
 

@@ -143,7 +143,7 @@ impl BearingForces {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Drive, InitialState, OperatingPoint};
+    use crate::model::{Division, Drive, InitialState, OperatingPoint};
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
     use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
@@ -176,11 +176,10 @@ mod tests {
         };
         let drive = Drive {
             half_gap: 10e-6,
-            stiffness: vec![4.444e8, 4.444e8, 3.333e8],
+            mesh: Division::levels(&[4.444e8, 4.444e8, 3.333e8], &[]),
             damping: 1483.0,
             friction: 0.0,
             transmission_error: vec![(1, 5e-6, 0.0)],
-            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

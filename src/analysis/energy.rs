@@ -7,7 +7,8 @@
 //!     − ∫ F e' dt                                             transmission error
 //!     − ∫ Σ 2ζω u² dt − ∫ c δ'² dt                            damping, structure and mesh
 //!     − ∫ F (g − w)·u dt                                      friction
-//!     + Σ ½ Δk (δ − s b)²                                     stiffness steps in contact
+//!     + ∫ ½ k' (δ − s b)² dt                                  stiffness that varies
+//!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, of direction
 //! ```
 //!
 //! Every integrand is a product of Legendre series. The modal velocities are rebuilt
@@ -16,8 +17,9 @@
 //! of all absolute works.
 
 use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
-use crate::model::{Contact, Model, Segment, TrajectoryState};
-use crate::numerics::legendre::{at_start, derivative};
+use crate::model::{Contact, Model, STIFFNESS_TERMS, Segment, TrajectoryState};
+use crate::numerics::legendre::{at_end, at_start, derivative, evaluate};
+use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{Event, Observer, Window};
 
 /// Audits the energy balance of a trajectory made of companion blocks.
@@ -28,7 +30,20 @@ pub struct EnergyAudit<'m> {
     start: Option<f64>,
     balance: f64,
     turnover: f64,
-    last: Option<(Segment, Contact)>,
+    last: Option<Last>,
+    /// Exact for the square of a deflection times the slope of a stiffness.
+    rule: GaussLegendre,
+}
+
+/// How the last window ended.
+#[derive(Debug, Clone, Copy)]
+struct Last {
+    segment: Segment,
+    contact: Contact,
+    /// Mesh phase, in cycles.
+    phase: f64,
+    /// δ \[m\].
+    deflection: f64,
 }
 
 impl<'m> EnergyAudit<'m> {
@@ -41,17 +56,19 @@ impl<'m> EnergyAudit<'m> {
             balance: 0.0,
             turnover: 0.0,
             last: None,
+            rule: GaussLegendre::new(TERMS + STIFFNESS_TERMS),
         }
     }
 
     /// Relative residual of the balance up to `end`, which is where the last window shown
     /// ended; none when nothing was shown or nothing moved.
     pub fn residual(&self, end: &TrajectoryState) -> Option<f64> {
-        let (start, (segment, contact)) = (self.start?, self.last?);
+        let (start, last) = (self.start?, self.last?);
         let n = self.model.modes();
         let (first, second) = end.state.split_at(n);
-        let deflection = self.model.deflection(&end.state, 0.0).0;
-        let stored = self.structure(first, second) + self.spring(&segment, contact, deflection);
+        let deflection = self.model.deflection_on(&last.segment, &end.state, 0.0).0;
+        let stored = self.structure(first, second)
+            + self.spring(&last.segment, last.contact, 1.0, deflection);
         let imbalance = stored - start - self.balance;
         (self.turnover > 0.0).then(|| imbalance.abs() / self.turnover)
     }
@@ -68,10 +85,11 @@ impl<'m> EnergyAudit<'m> {
         0.5 * energy
     }
 
-    fn spring(&self, segment: &Segment, contact: Contact, deflection: f64) -> f64 {
+    /// Energy of the mesh at a phase, in cycles.
+    fn spring(&self, segment: &Segment, contact: Contact, phase: f64, deflection: f64) -> f64 {
         if contact.touching() {
             let stretch = deflection - contact.sign() * self.model.half_gap;
-            0.5 * segment.stiffness * stretch * stretch
+            0.5 * segment.stiffness_at(phase) * stretch * stretch
         } else {
             0.0
         }
@@ -82,23 +100,44 @@ impl<'m> EnergyAudit<'m> {
         self.turnover += value.abs();
     }
 
+    /// Work of a stiffness that varies over a window in contact.
+    fn stiffening(&mut self, window: &Window<'_>, deflection: &Series) {
+        let segment = window.segment;
+        if segment.stiffness.is_constant() {
+            return;
+        }
+        let slope = segment.stiffness.slope();
+        let level = window.contact.sign() * self.model.half_gap;
+        let mut work = 0.0;
+        for (x, weight) in self.rule.nodes.iter().zip(&self.rule.weights) {
+            let time = window.start + 0.5 * window.duration * (1.0 + x);
+            let place = segment.place(time / self.model.period());
+            let stretch = evaluate(deflection, *x) - level;
+            work += weight * evaluate(&slope, place) * stretch * stretch;
+        }
+        // dk/dt dt: from the window's place to time, from the segment's place to phase.
+        let phase_rate = 2.0 / (segment.end - segment.start) / self.model.period();
+        self.work(0.25 * window.duration * phase_rate * work);
+    }
+
     /// Works of torques, friction and structural damping over a window.
     fn structural_work(&mut self, window: &Window<'_>, force: &Series) {
         let tau = window.duration;
         let model = self.model;
         let series = self.motion.on(window);
         let (mut torque, mut friction, mut damping) = (0.0, 0.0, 0.0);
+        let gains = model.gains(window.segment);
         for (i, block) in model.blocks.iter().enumerate() {
             if model.neutral.contains(&i) {
                 continue;
             }
             let velocity = series.component(i, 1);
-            let (g, s) = (block.mesh_input[1], block.static_input[1]);
+            let (g, s) = (gains[i].mesh_input[1], block.static_input[1]);
             torque += s * tau * velocity[0];
             for (ripple, course) in model.ripple.iter().zip(series.ripples()) {
                 torque += ripple.input[i][1] * integral(course, &velocity, tau);
             }
-            friction -= (g - block.deflection[0]) * integral(force, &velocity, tau);
+            friction -= (g - gains[i].deflection[0]) * integral(force, &velocity, tau);
             damping += 2.0 * block.growth() * integral(&velocity, &velocity, tau);
         }
         self.work(torque);
@@ -114,21 +153,29 @@ impl Observer for EnergyAudit<'_> {
         let tau = window.duration;
         let deflection = padded(window.deflection);
         let force = padded(window.force);
+        let phase = window.start / self.model.period();
+        let at = at_start(&deflection);
+        let spring = self.spring(window.segment, window.contact, phase, at);
         if self.start.is_none() {
-            let stored = self.structure(window.first, window.second)
-                + self.spring(window.segment, window.contact, at_start(&deflection));
-            self.start = Some(stored);
+            self.start = Some(self.structure(window.first, window.second) + spring);
         }
-        if let Some((segment, contact)) = self.last
-            && contact == window.contact
-            && segment.stiffness != window.segment.stiffness
+        if let Some(last) = self.last
+            && last.segment != *window.segment
         {
-            let at = at_start(&deflection);
-            let step =
-                self.spring(window.segment, contact, at) - self.spring(&segment, contact, at);
-            self.work(step);
+            let turned = last.segment.direction != window.segment.direction;
+            // Where nothing turns δ is the same on both sides, and an event finds no energy.
+            if turned || last.contact == window.contact {
+                let before = if turned { last.deflection } else { at };
+                let before = self.spring(&last.segment, last.contact, last.phase, before);
+                self.work(spring - before);
+            }
         }
-        self.last = Some((*window.segment, window.contact));
+        self.last = Some(Last {
+            segment: *window.segment,
+            contact: window.contact,
+            phase: (window.start + tau) / self.model.period(),
+            deflection: at_end(&deflection),
+        });
 
         if window.contact.touching() {
             for h in &self.model.transmission_error {
@@ -141,6 +188,7 @@ impl Observer for EnergyAudit<'_> {
             }
             let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
             self.work(-window.segment.damping * integral(&rate, &rate, tau));
+            self.stiffening(window, &deflection);
         }
         self.structural_work(window, &force);
     }

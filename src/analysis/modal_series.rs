@@ -148,7 +148,8 @@ impl ModalSeries<'_> {
         let constant = weights(block.static_input);
         add_constant(exponential, constant, self.window.duration, &mut out);
         if let Some(responses) = &self.by_force {
-            let (c, s) = weights(block.mesh_input);
+            let gain = &self.model.gains(self.window.segment)[index];
+            let (c, s) = weights(gain.mesh_input);
             add(exponential, (-c, -s), responses, &mut out);
         }
         for (ripple, (_, responses)) in self.model.ripple.iter().zip(&self.ripples) {
@@ -205,7 +206,7 @@ pub fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Drive, InitialState, OperatingPoint, RippleInput, RippleShaft};
+    use crate::model::{Division, Drive, InitialState, OperatingPoint, RippleInput, RippleShaft};
     use crate::numerics::legendre::{at_end, at_start, evaluate};
     use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
     use crate::shaft::ModalStructure;
@@ -231,13 +232,10 @@ mod tests {
         };
         let drive = Drive {
             half_gap: 10e-6,
-            stiffness: (0..60)
-                .map(|i| if i < 36 { 4.444e8 } else { 3.333e8 })
-                .collect(),
+            mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
             damping: 1483.0,
             friction: 0.1,
             transmission_error: vec![(1, 5e-6, 0.0)],
-            transitions: Vec::new(),
             torque_ripple: vec![RippleInput {
                 shaft: RippleShaft::Pinion,
                 order: 2.0,
@@ -351,7 +349,7 @@ mod tests {
         let (omega, zeta): (f64, f64) = (4288.0, 0.01);
         let nu = omega * (1.0 - zeta * zeta).sqrt();
         let b = &model.blocks[index];
-        let load = b.static_input[1] - b.mesh_input[1] * force;
+        let load = b.static_input[1] - model.first_gains()[index].mesh_input[1] * force;
         for x in [-1.0, -0.4, 0.3, 1.0] {
             let t = 0.5 * tau * (x + 1.0);
             let decay = (-zeta * omega * t).exp();

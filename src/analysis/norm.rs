@@ -23,10 +23,10 @@ impl EnergyNorm {
         let n = model.modes();
         let mut coupling = 0.0;
         let mut participation: f64 = 0.0;
-        for block in &model.blocks {
-            let rate = block.rate();
-            coupling += rate[0] * block.mesh_input[0] + rate[1] * block.mesh_input[1];
-            participation += block.deflection[0] * block.deflection[0];
+        for gain in model.first_gains() {
+            let (rate, g) = (gain.rate, gain.mesh_input);
+            coupling += rate[0] * g[0] + rate[1] * g[1];
+            participation += gain.deflection[0] * gain.deflection[0];
         }
         let mesh = (model.cycle.mean_stiffness() * coupling.abs()).sqrt();
         let mut weights = vec![1.0; 2 * n];
@@ -46,7 +46,8 @@ impl EnergyNorm {
     /// The Euclidean norm of modal displacements and velocities as they stand, metres and
     /// metres a second added, the neutral pair included.
     pub fn raw(model: &Model) -> Self {
-        let participation: f64 = model.blocks.iter().map(|b| b.deflection[0].powi(2)).sum();
+        let gains = model.first_gains();
+        let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();
         Self {
             weights: vec![1.0; 2 * model.modes()],
             unit: model.half_gap / participation.sqrt(),

@@ -148,7 +148,7 @@ pub(super) fn excitation_period(model: &Model) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Drive, OperatingPoint};
+    use crate::model::{Division, Drive, OperatingPoint};
     use crate::shaft::ModalStructure;
 
     fn model() -> Model {
@@ -170,11 +170,10 @@ mod tests {
         };
         let drive = Drive {
             half_gap: 1.0,
-            stiffness: vec![1.0],
+            mesh: Division::levels(&[1.0], &[]),
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

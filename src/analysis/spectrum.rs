@@ -182,11 +182,10 @@ mod tests {
         };
         let drive = crate::model::Drive {
             half_gap: 1.0,
-            stiffness: vec![1.0],
+            mesh: crate::model::Division::levels(&[1.0], &[]),
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = crate::model::OperatingPoint {
@@ -198,8 +197,9 @@ mod tests {
         let segment = Segment {
             start: 0.0,
             end: 1.0,
-            stiffness: 1.0,
+            stiffness: crate::model::Stiffness::constant(1.0),
             damping: 0.0,
+            direction: 0,
         };
         // Windows shorter than the sampling interval; the signal is 0.3 cos(2π 2 t).
         let windows = 100;

@@ -1,5 +1,34 @@
 //! Gear geometry and what follows from it; knows nothing of files or dynamics.
 
+mod compliance;
+mod error;
+mod flank_law;
+mod flanks;
+mod form;
+mod friction;
+mod involute;
+mod mesh_table;
+mod misalignment;
 mod pair;
+mod sharing;
+mod tooth;
 
+pub use compliance::{PairCompliance, ToothCompliance};
+pub use error::GearError;
+pub use flank_law::FlankLaw;
+pub use flanks::{Flanks, PathOfContact};
+pub use form::{BasicRack, Material, Relief, ToothForm};
+pub use friction::{FrictionDirection, friction_direction};
+pub use involute::{inverse_involute, involute};
+pub use mesh_table::{
+    MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES, SegmentMeans,
+};
+pub use misalignment::{
+    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,
+    loaded_misalignment,
+};
 pub use pair::GearPair;
+pub use sharing::{
+    ContactPair, Face, Foundation, LoadSharing, MOST_PAIRS, SharedLoad, SharingError, pairs_at,
+};
+pub use tooth::{ProfilePoint, Tooth};

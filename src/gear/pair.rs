@@ -1,6 +1,9 @@
 //! The gear pair as its drawing gives it.
 
-/// A standard involute spur pair. Arrays are `[pinion, wheel]`.
+use super::{GearError, ToothForm, inverse_involute, involute};
+
+/// An involute spur pair of one module and one pressure angle, without which two gears do not
+/// mesh: a drawing with unlike ones cannot be expressed. Arrays are `[pinion, wheel]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GearPair {
     /// Number of teeth.
@@ -15,6 +18,8 @@ pub struct GearPair {
     pub body_length: [f64; 2],
     /// Rated torque on the pinion \[N m\]: load = 1.
     pub rated_torque: f64,
+    /// Shape and material of the teeth.
+    pub form: ToothForm,
 }
 
 impl GearPair {
@@ -26,6 +31,99 @@ impl GearPair {
     /// Base radii `r_b = r cos α` \[m\].
     pub fn base_radii(&self) -> [f64; 2] {
         self.pitch_radii().map(|r| r * self.pressure_angle.cos())
+    }
+
+    /// Reference centre distance `m (z₁ + z₂) / 2` \[m\].
+    pub fn reference_centre_distance(&self) -> f64 {
+        self.pitch_radii().iter().sum()
+    }
+
+    /// Operating pressure angle α_w \[rad\]: `cos α_w = (r_b1 + r_b2) / a` for a given centre
+    /// distance a, else `inv α_w = inv α + 2 tan α (x₁ + x₂) / (z₁ + z₂)`. Exactly the pressure
+    /// angle where the centre distance is the reference one.
+    ///
+    /// # Errors
+    ///
+    /// [`GearError::BaseCirclesOverlap`], [`GearError::ShiftSum`].
+    pub fn operating_pressure_angle(&self) -> Result<f64, GearError> {
+        let Some(centre_distance) = self.form.centre_distance else {
+            return self.tight_pressure_angle();
+        };
+        if centre_distance == self.reference_centre_distance() {
+            return Ok(self.pressure_angle);
+        }
+        let base_radii: f64 = self.base_radii().iter().sum();
+        if centre_distance > base_radii {
+            Ok((base_radii / centre_distance).acos())
+        } else {
+            Err(GearError::BaseCirclesOverlap {
+                centre_distance,
+                base_radii,
+            })
+        }
+    }
+
+    /// Pressure angle \[rad\] at which teeth of the given profile shifts, not thinned, mesh
+    /// without backlash (ISO 21771, 5.3).
+    fn tight_pressure_angle(&self) -> Result<f64, GearError> {
+        let sum: f64 = self.form.profile_shift.iter().sum();
+        if sum == 0.0 {
+            return Ok(self.pressure_angle);
+        }
+        let teeth: f64 = self.teeth.map(f64::from).iter().sum();
+        let rise = 2.0 * self.pressure_angle.tan() / teeth;
+        let value = involute(self.pressure_angle) + rise * sum;
+        if value > 0.0 {
+            Ok(inverse_involute(value))
+        } else {
+            let limit = -involute(self.pressure_angle) / rise;
+            Err(GearError::ShiftSum { sum, limit })
+        }
+    }
+
+    /// Centre distance without backlash for the profile shifts \[m\].
+    ///
+    /// # Errors
+    ///
+    /// [`GearError::ShiftSum`].
+    pub fn tight_centre_distance(&self) -> Result<f64, GearError> {
+        let ratio = self.pressure_angle.cos() / self.tight_pressure_angle()?.cos();
+        Ok(self.reference_centre_distance() * ratio)
+    }
+
+    /// Centre distance at which the pair runs \[m\].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::operating_pressure_angle`].
+    pub fn centre_distance(&self) -> Result<f64, GearError> {
+        self.operating_pressure_angle()?;
+        match self.form.centre_distance {
+            Some(given) => Ok(given),
+            None => self.tight_centre_distance(),
+        }
+    }
+
+    /// Operating pitch radii `r_w = r_b / cos α_w` \[m\], on which the gears roll.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::operating_pressure_angle`].
+    pub fn operating_pitch_radii(&self) -> Result<[f64; 2], GearError> {
+        let angle = self.operating_pressure_angle()?;
+        if angle == self.pressure_angle {
+            return Ok(self.pitch_radii());
+        }
+        Ok(self.base_radii().map(|base| base / angle.cos()))
+    }
+
+    /// The pair with bores that the drawing leaves open set to the diameters of its shafts \[m\].
+    pub fn on_shafts(&self, diameters: [f64; 2]) -> Self {
+        let mut pair = self.clone();
+        for (bore, diameter) in pair.form.bore.iter_mut().zip(diameters) {
+            bore.get_or_insert(diameter);
+        }
+        pair
     }
 
     /// Mesh force at rated torque, `T / r_b1` \[N\].

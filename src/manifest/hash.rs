@@ -3,6 +3,8 @@
 //! a result does. Every structure is taken apart field by field: a new field that is
 //! forgotten here does not compile.
 
+mod gear;
+
 use super::sections::Resolved;
 use super::spec::{
     AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
@@ -10,7 +12,6 @@ use super::spec::{
     RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource, TorqueRipple,
     TransmissionErrorHarmonic, TwoLevels,
 };
-use crate::gear::GearPair;
 use crate::shaft::{Bearing, BearingGain, FlexibleDrive, ModalStructure, Shaft};
 
 /// Changes whenever the meaning of the hashed bytes does.
@@ -136,21 +137,7 @@ impl JobHash {
             damping,
             damping_overrides,
         } = drive;
-        let GearPair {
-            teeth,
-            module,
-            pressure_angle,
-            face_width,
-            body_length,
-            rated_torque,
-        } = gears;
-        for &count in teeth {
-            self.integer(u64::from(count));
-        }
-        for value in [module, pressure_angle, face_width, rated_torque] {
-            self.number(*value);
-        }
-        self.numbers(body_length);
+        self.gears(gears);
         for shaft in shafts {
             let Shaft {
                 diameter,

@@ -1,6 +1,7 @@
-//! One mode as a real 2 × 2 block with its gains.
+//! One mode as a real 2 × 2 block, and how the mesh meets it.
 
-/// A real 2 × 2 block `x' = A x − g F + s`, contributing `w·x` to the mesh deflection.
+/// A real 2 × 2 block `x' = A x − g F + s`, contributing `w·x` to the mesh deflection; w and g
+/// are its [`MeshGain`].
 ///
 /// A mode with modal damping is the companion block `A = [0 1; −ω² −2ζω]`, `x = (q, q')`,
 /// `g = (0, gᵢ)`, `w = (wᵢ, 0)`. Kernels rely on nothing but the block form, so that blocks
@@ -9,33 +10,20 @@
 pub struct Block {
     /// Generator A \[1/s\], row by row.
     pub generator: [[f64; 2]; 2],
-    /// Gain g of the mesh force; it enters with a minus sign.
-    pub mesh_input: [f64; 2],
-    /// Gain w of the mesh deflection.
-    pub deflection: [f64; 2],
     /// Constant input s of the mean torques.
     pub static_input: [f64; 2],
 }
 
 impl Block {
     /// The companion block of a mode with natural frequency ω \[rad/s\] and damping ratio ζ.
-    pub fn mode(frequency: f64, damping: f64, mesh: f64, force: f64, load: f64) -> Self {
+    pub fn mode(frequency: f64, damping: f64, load: f64) -> Self {
         Self {
             generator: [
                 [0.0, 1.0],
                 [-frequency * frequency, -2.0 * damping * frequency],
             ],
-            mesh_input: [0.0, force],
-            deflection: [mesh, 0.0],
             static_input: [0.0, load],
         }
-    }
-
-    /// Gain of the deflection rate, `w A`.
-    pub fn rate(&self) -> [f64; 2] {
-        let [a, b] = self.generator;
-        let [w1, w2] = self.deflection;
-        [w1 * a[0] + w2 * b[0], w1 * a[1] + w2 * b[1]]
     }
 
     /// Half the trace of A: minus the decay rate \[1/s\].
@@ -67,31 +55,55 @@ impl Block {
     }
 }
 
+/// How the mesh meets a block while the line of action and the direction of friction stay as
+/// they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshGain {
+    /// Gain w of the mesh deflection.
+    pub deflection: [f64; 2],
+    /// Gain of the deflection rate, `w A`.
+    pub rate: [f64; 2],
+    /// Gain g of the mesh force; it enters with a minus sign.
+    pub mesh_input: [f64; 2],
+}
+
+impl MeshGain {
+    /// The gain of a block with deflection gain w and force gain g.
+    pub fn new(block: &Block, deflection: [f64; 2], mesh_input: [f64; 2]) -> Self {
+        let [a, b] = block.generator;
+        let [w1, w2] = deflection;
+        Self {
+            deflection,
+            rate: [w1 * a[0] + w2 * b[0], w1 * a[1] + w2 * b[1]],
+            mesh_input,
+        }
+    }
+
+    /// The gain of a companion block: participations in deflection and force.
+    pub fn mode(block: &Block, deflection: f64, force: f64) -> Self {
+        Self::new(block, [deflection, 0.0], [0.0, force])
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn mode_has_the_damped_frequency_of_the_textbook() {
-        let block = Block::mode(10.0, 0.3, 1.0, 1.0, 0.0);
+        let block = Block::mode(10.0, 0.3, 0.0);
         assert!((block.growth() + 3.0).abs() < 1e-15);
         let nu = block.damped_frequency().unwrap();
         assert!((nu - 10.0 * (1.0f64 - 0.09).sqrt()).abs() < 1e-14);
         let m = block.traceless();
         let square = m[0][0] * m[0][0] + m[0][1] * m[1][0];
         assert!((square + nu * nu).abs() < 1e-12);
-        assert_eq!(block.rate(), [0.0, 1.0]);
+        assert_eq!(MeshGain::mode(&block, 1.0, 1.0).rate, [0.0, 1.0]);
     }
 
     #[test]
     fn rigid_rotation_has_frequency_zero_and_overdamped_has_none() {
-        assert_eq!(
-            Block::mode(0.0, 0.0, 1.0, 1.0, 0.0).damped_frequency(),
-            Some(0.0)
-        );
-        assert_eq!(
-            Block::mode(1.0, 1.5, 1.0, 1.0, 0.0).damped_frequency(),
-            None
-        );
+        assert_eq!(Block::mode(0.0, 0.0, 0.0).damped_frequency(), Some(0.0));
+        assert_eq!(Block::mode(1.0, 1.5, 0.0).damped_frequency(), None);
     }
 }

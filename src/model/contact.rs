@@ -65,6 +65,15 @@ impl Contact {
         }
     }
 
+    /// The first surface on the way to another state; none where it is this one.
+    pub fn towards(self, target: Self) -> Option<Surface> {
+        match (self, target) {
+            _ if self == target => None,
+            (Self::Drive, _) | (Self::Free, Self::Drive) => Some(Surface::Drive),
+            _ => Some(Surface::Coast),
+        }
+    }
+
     /// The state on the other side of a surface.
     pub fn across(self, surface: Surface) -> Self {
         match (self, surface) {

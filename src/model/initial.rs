@@ -5,8 +5,8 @@ use super::{Contact, Model};
 /// Where a trajectory starts.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InitialState {
-    /// Static equilibrium under the mean torques and the mean stiffness, transmission error
-    /// left out.
+    /// Static equilibrium under the mean torques and the mean stiffness, loaded as at the
+    /// start of the mesh cycle, transmission error left out.
     Static,
     /// All modal coordinates and velocities zero.
     Rest,
@@ -71,19 +71,20 @@ impl Model {
         let k = self.cycle.mean_stiffness();
         let b = self.half_gap;
         let rigid = self.relative_rotation();
+        let gains = self.first_gains();
         let elastic = |i: usize| self.blocks[i].natural_frequency() > 0.0;
         // Deflection of the elastic modes: δ = free − flexibility F.
         let mut free = 0.0;
         let mut flexibility = 0.0;
         for i in (0..n).filter(|&i| elastic(i)) {
-            let unit = self.static_response(i, self.blocks[i].mesh_input);
+            let unit = self.static_response(i, gains[i].mesh_input);
             let load = self.static_response(i, self.blocks[i].static_input);
-            let w = self.blocks[i].deflection;
+            let w = gains[i].deflection;
             free += w[0] * load[0] + w[1] * load[1];
             flexibility += w[0] * unit[0] + w[1] * unit[1];
         }
         let force = match rigid {
-            Some(r) => self.blocks[r].static_input[1] / self.blocks[r].mesh_input[1],
+            Some(r) => self.blocks[r].static_input[1] / gains[r].mesh_input[1],
             None if free > b => k * (free - b) / (1.0 + k * flexibility),
             None if free < -b => k * (free + b) / (1.0 + k * flexibility),
             None => 0.0,
@@ -91,7 +92,7 @@ impl Model {
         let mut state = vec![0.0; 2 * n];
         for i in (0..n).filter(|&i| elastic(i)) {
             let block = &self.blocks[i];
-            let input = [0, 1].map(|j| block.static_input[j] - block.mesh_input[j] * force);
+            let input = [0, 1].map(|j| block.static_input[j] - gains[i].mesh_input[j] * force);
             let x = self.static_response(i, input);
             state[i] = x[0];
             state[n + i] = x[1];
@@ -99,7 +100,7 @@ impl Model {
         if let Some(r) = rigid {
             let side = if force < 0.0 { -1.0 } else { 1.0 };
             let deflection = force / k + side * b;
-            state[r] = (deflection - (free - flexibility * force)) / self.blocks[r].deflection[0];
+            state[r] = (deflection - (free - flexibility * force)) / gains[r].deflection[0];
         }
         state
     }

@@ -1,20 +1,39 @@
-//! The mesh cycle: segments of constant stiffness and damping.
+//! The mesh cycle: segments between the places where stiffness or direction change.
+
+use super::{Division, Stiffness};
 
 /// A boundary this close to one of equal parts, in parts, lies on it: only rounding put it
 /// elsewhere.
 const ON_BOUNDARY: f64 = 1e-9;
 
-/// A stretch of the mesh cycle with one stiffness.
+/// A stretch of the mesh cycle with one law of stiffness and one direction of the mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
     /// Mesh phase at its start, in cycles.
     pub start: f64,
     /// Mesh phase at its end, in cycles.
     pub end: f64,
-    /// Mesh stiffness k \[N/m\].
-    pub stiffness: f64,
+    /// Mesh stiffness k.
+    pub stiffness: Stiffness,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
+    /// Where the mesh force acts, among [`super::Model::directions`].
+    pub direction: usize,
+}
+
+impl Segment {
+    /// The place x ∈ \[−1, 1\] of a mesh phase within the segment.
+    pub fn place(&self, phase: f64) -> f64 {
+        (2.0 * phase - self.start - self.end) / (self.end - self.start)
+    }
+
+    /// Mesh stiffness \[N/m\] at a mesh phase within the segment.
+    pub fn stiffness_at(&self, phase: f64) -> f64 {
+        match self.stiffness.is_constant() {
+            true => self.stiffness.mean(),
+            false => self.stiffness.at(self.place(phase)),
+        }
+    }
 }
 
 /// One mesh cycle; equal neighbours are one segment.
@@ -27,34 +46,36 @@ pub struct MeshCycle {
 }
 
 impl MeshCycle {
-    /// Builds the cycle from one stiffness \[N/m\] a division and the phases between them.
-    ///
-    /// * `transitions`: where each stiffness gives way to the next, increasing, inside
-    ///   (0, 1), one fewer than `stiffness`; none for equal divisions.
-    pub fn new(period: f64, stiffness: &[f64], transitions: &[f64], damping: f64) -> Self {
-        let equal = |i: usize| i as f64 / stiffness.len() as f64;
+    /// The cycle of divisions of one contact damping c \[N s/m\]; `directions` says which
+    /// direction each has.
+    pub fn new(period: f64, divisions: &[Division], directions: &[usize], damping: f64) -> Self {
         let mut segments: Vec<Segment> = Vec::new();
-        for (i, &stiffness) in stiffness.iter().enumerate() {
-            let end = transitions.get(i).copied();
-            let end = end.unwrap_or(if transitions.is_empty() {
-                equal(i + 1)
-            } else {
-                1.0
-            });
-            match segments.last_mut() {
-                Some(last) if last.stiffness == stiffness => last.end = end,
-                last => {
-                    let start = last.map_or(0.0, |last| last.end);
-                    segments.push(Segment {
-                        start,
-                        end,
-                        stiffness,
-                        damping,
-                    });
-                }
+        for (division, &direction) in divisions.iter().zip(directions) {
+            let (stiffness, end) = (division.stiffness, division.end);
+            if let Some(last) = segments.last_mut()
+                && last.stiffness == stiffness
+                && stiffness.is_constant()
+                && last.direction == direction
+            {
+                last.end = end;
+                continue;
             }
+            segments.push(Segment {
+                start: segments.last().map_or(0.0, |last| last.end),
+                end,
+                stiffness,
+                damping,
+                direction,
+            });
         }
         Self { period, segments }
+    }
+
+    /// The segment at a time \[s\] within the cycle; at a border the later one.
+    pub fn segment_at(&self, time: f64) -> &Segment {
+        let phase = time / self.period;
+        let later = |segment: &&Segment| phase < segment.end;
+        (self.segments.iter().find(later)).unwrap_or(&self.segments[self.segments.len() - 1])
     }
 
     /// Start of a segment within the cycle \[s\].
@@ -65,6 +86,13 @@ impl MeshCycle {
     /// End of a segment within the cycle \[s\].
     pub fn end(&self, segment: usize) -> f64 {
         self.period * self.segments[segment].end
+    }
+
+    /// Whether the direction changes at the start of a segment: δ may step there, and the
+    /// contact state with it.
+    pub fn turns(&self, segment: usize) -> bool {
+        let before = segment.checked_sub(1).unwrap_or(self.segments.len() - 1);
+        self.segments[segment].direction != self.segments[before].direction
     }
 
     /// The fewest equal parts of the cycle on whose boundaries all segments end; none where
@@ -82,15 +110,15 @@ impl MeshCycle {
     pub fn mean_stiffness(&self) -> f64 {
         self.segments
             .iter()
-            .map(|s| s.stiffness * (s.end - s.start))
+            .map(|s| s.stiffness.mean() * (s.end - s.start))
             .sum()
     }
 
-    /// Largest stiffness \[N/m\].
+    /// A bound of the stiffness \[N/m\]; the largest where it is constant on segments.
     pub fn largest_stiffness(&self) -> f64 {
         self.segments
             .iter()
-            .map(|s| s.stiffness)
+            .map(|s| s.stiffness.bound())
             .fold(0.0, f64::max)
     }
 }
@@ -99,9 +127,14 @@ impl MeshCycle {
 mod tests {
     use super::*;
 
+    fn cycle(period: f64, levels: &[f64], transitions: &[f64]) -> MeshCycle {
+        let divisions = Division::levels(levels, transitions);
+        MeshCycle::new(period, &divisions, &vec![0; divisions.len()], 0.1)
+    }
+
     #[test]
     fn equal_neighbours_are_one_segment() {
-        let cycle = MeshCycle::new(1.0, &[2.0, 2.0, 2.0, 1.0, 1.0], &[], 0.1);
+        let cycle = cycle(1.0, &[2.0, 2.0, 2.0, 1.0, 1.0], &[]);
         assert_eq!(cycle.segments.len(), 2);
         assert_eq!(cycle.end(0), 0.6);
         assert_eq!(cycle.start(1), 0.6);
@@ -110,18 +143,36 @@ mod tests {
         assert_eq!(cycle.largest_stiffness(), 2.0);
         assert_eq!(cycle.equal_parts(4), None);
         assert_eq!(cycle.equal_parts(10), Some(5));
+        assert_eq!(cycle.segment_at(0.59).stiffness_at(0.59), 2.0);
+        assert_eq!(cycle.segment_at(0.6).stiffness_at(0.6), 1.0);
+        assert_eq!(cycle.segment_at(1.0), &cycle.segments[1]);
     }
 
     #[test]
     fn transitions_may_lie_anywhere() {
         let place = 1.0 / 2f64.sqrt();
-        let cycle = MeshCycle::new(2.0, &[3.0, 1.0], &[place], 0.1);
-        assert_eq!((cycle.start(0), cycle.end(0)), (0.0, 2.0 * place));
-        assert_eq!((cycle.start(1), cycle.end(1)), (2.0 * place, 2.0));
-        assert!((cycle.mean_stiffness() - (1.0 + 2.0 * place)).abs() < 1e-15);
-        assert_eq!(cycle.equal_parts(10_000), None);
-        let equal = MeshCycle::new(2.0, &[3.0, 3.0], &[place], 0.1);
+        let uneven = cycle(2.0, &[3.0, 1.0], &[place]);
+        assert_eq!((uneven.start(0), uneven.end(0)), (0.0, 2.0 * place));
+        assert_eq!((uneven.start(1), uneven.end(1)), (2.0 * place, 2.0));
+        assert!((uneven.mean_stiffness() - (1.0 + 2.0 * place)).abs() < 1e-15);
+        assert_eq!(uneven.equal_parts(10_000), None);
+        let equal = cycle(2.0, &[3.0, 3.0], &[place]);
         assert_eq!(equal.segments.len(), 1);
         assert_eq!(equal.equal_parts(1), Some(1));
+    }
+
+    #[test]
+    fn a_change_of_direction_or_a_slope_starts_a_segment() {
+        let mut divisions = Division::levels(&[2.0; 4], &[]);
+        let turned = MeshCycle::new(1.0, &divisions, &[0, 0, 1, 1], 0.1);
+        assert_eq!(turned.segments.len(), 2);
+        let slope = Stiffness::series([2.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        divisions[1].stiffness = slope;
+        divisions[2].stiffness = slope;
+        let sloping = MeshCycle::new(1.0, &divisions, &[0; 4], 0.1);
+        assert_eq!(sloping.segments.len(), 4);
+        assert_eq!(sloping.segments[1].stiffness_at(0.5), 2.5);
+        assert_eq!(sloping.segments[2].stiffness_at(0.5), 1.5);
+        assert_eq!(sloping.mean_stiffness(), 2.0);
     }
 }

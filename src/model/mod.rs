@@ -10,19 +10,25 @@
 //! F  = k (δ − s b) + c δ'   in contact, s = ±1;   F = 0 in free flight
 //! ```
 //!
-//! `k` and `c` are constant on each segment of the mesh cycle. Time is a whole number of
+//! c, w and g are constant on each segment of the mesh cycle, k is a polynomial there (mostly
+//! a constant). Time is a whole number of
 //! mesh cycles and a time within the cycle, so that long runs lose no digits.
 
 mod block;
 mod contact;
+mod direction;
+mod drive;
 mod excitation;
 mod initial;
 mod mesh;
+mod stiffness;
 mod system;
 
-pub use block::Block;
+pub use block::{Block, MeshGain};
 pub use contact::{Contact, Surface};
+pub use drive::{Division, Drive, OperatingPoint, RippleInput, RippleShaft};
 pub use excitation::{Ripple, TransmissionErrorHarmonic};
 pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment};
-pub use system::{Drive, Model, ModelError, OperatingPoint, RippleInput, RippleShaft};
+pub use stiffness::{STIFFNESS_TERMS, Stiffness};
+pub use system::{Model, ModelError};

@@ -1,58 +1,12 @@
 //! The model of one operating point, built from a structure and a mesh.
 
-use super::{Block, Contact, MeshCycle, Ripple, Segment, TransmissionErrorHarmonic};
+use super::direction::Participations;
+use super::{
+    Block, Contact, Division, Drive, MeshCycle, MeshGain, OperatingPoint, Ripple, RippleInput,
+    RippleShaft, Segment, TransmissionErrorHarmonic,
+};
 use crate::shaft::{BearingGain, ModalStructure};
 use std::f64::consts::TAU;
-
-/// Mesh and excitation of a drive, without its operating point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Drive {
-    /// Backlash half gap b \[m\], > 0.
-    pub half_gap: f64,
-    /// Mesh stiffness \[N/m\] of the divisions of the mesh cycle, in order.
-    pub stiffness: Vec<f64>,
-    /// Mesh phases between the divisions, in cycles; none where all are equally long.
-    pub transitions: Vec<f64>,
-    /// Contact damping c \[N s/m\].
-    pub damping: f64,
-    /// Coulomb friction coefficient μ, constant direction.
-    pub friction: f64,
-    /// Transmission error: (multiple of the mesh frequency, amplitude \[m\], phase \[rad\]).
-    pub transmission_error: Vec<(u32, f64, f64)>,
-    /// Torque ripple.
-    pub torque_ripple: Vec<RippleInput>,
-}
-
-/// One harmonic of the torque on a shaft.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RippleInput {
-    /// Which shaft.
-    pub shaft: RippleShaft,
-    /// Multiple of that shaft's speed.
-    pub order: f64,
-    /// Amplitude \[N m\].
-    pub amplitude: f64,
-    /// Phase \[rad\].
-    pub phase: f64,
-}
-
-/// The shaft a torque ripple acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RippleShaft {
-    /// The driving shaft.
-    Pinion,
-    /// The driven shaft.
-    Wheel,
-}
-
-/// Load and speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OperatingPoint {
-    /// Fraction of the rated mesh force.
-    pub load: f64,
-    /// Pinion speed Ω \[rad/s\], > 0.
-    pub speed: f64,
-}
 
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -87,6 +41,10 @@ pub enum ModelError {
     },
 }
 
+/// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
+/// round-off.
+const TILT_NOISE: f64 = 1e-9;
+
 /// The piecewise-linear system at one operating point.
 ///
 /// Rigid rotations are rotated among themselves so that at most one of them, the relative
@@ -95,6 +53,9 @@ pub enum ModelError {
 pub struct Model {
     /// The structure, one block a mode.
     pub blocks: Vec<Block>,
+    /// How the mesh meets the blocks, one entry a block: the distinct directions of the
+    /// segments; most drives have one.
+    pub directions: Vec<Vec<MeshGain>>,
     /// Blocks that the mesh does not feel and that do not decay (rigid rotation of the
     /// whole drive).
     pub neutral: Vec<usize>,
@@ -153,25 +114,22 @@ impl Model {
             drive.damping >= 0.0,
             "at least 0 N s/m",
         )?;
-        let smallest = drive
-            .stiffness
-            .iter()
-            .copied()
+        let smallest = (drive.mesh.iter())
+            .map(|division| division.stiffness.smallest())
             .fold(f64::INFINITY, f64::min);
         positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
         let mut before = 0.0;
-        for &phase in &drive.transitions {
-            let inside = before < phase && phase < 1.0;
-            positive("mesh transition", phase, inside, "between its neighbours")?;
-            before = phase;
+        for division in &drive.mesh {
+            let inside = before < division.end && division.end <= 1.0;
+            positive(
+                "mesh transition",
+                division.end,
+                inside,
+                "between its neighbours",
+            )?;
+            before = division.end;
         }
-        let divisions = drive.stiffness.len() as f64;
-        positive(
-            "number of mesh stiffnesses",
-            divisions,
-            drive.transitions.is_empty() || divisions == drive.transitions.len() as f64 + 1.0,
-            "one more than mesh transitions",
-        )?;
+        positive("end of the mesh cycle", before, before == 1.0, "1")?;
 
         let rigid: Vec<usize> = (0..structure.modes())
             .filter(|&i| structure.frequency[i] == 0.0)
@@ -180,18 +138,18 @@ impl Model {
         let rotate = |values: &[f64]| rotate_rigid(&rigid, &rigid_basis, values);
 
         let mut mesh = rotate(&structure.mesh);
+        let mut tilt = rotate(&structure.mesh_tilt);
         if let Some((_, felt)) = rigid.split_last() {
-            // Round-off of the rotation; the basis makes these zero by construction.
+            let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
             for &i in felt {
+                // Round-off of the rotation; the basis makes these zero by construction.
                 mesh[i] = 0.0;
+                // A rotation about the shafts does not tilt them.
+                if tilt[i].abs() <= noise {
+                    tilt[i] = 0.0;
+                }
             }
         }
-        let friction = rotate(&structure.friction);
-        let force: Vec<f64> = mesh
-            .iter()
-            .zip(&friction)
-            .map(|(w, f)| w + drive.friction * f)
-            .collect();
         let load: Vec<f64> = rotate(&structure.torque)
             .iter()
             .map(|t| t * structure.rated_force * point.load)
@@ -200,18 +158,27 @@ impl Model {
         let mut blocks = Vec::with_capacity(structure.modes());
         for i in 0..structure.modes() {
             let (frequency, ratio) = (structure.frequency[i], structure.damping[i]);
-            let block = Block::mode(frequency, ratio, mesh[i], force[i], load[i]);
+            let block = Block::mode(frequency, ratio, load[i]);
             if block.damped_frequency().is_none() {
                 return Err(ModelError::Overdamped { mode: i + 1, ratio });
             }
             blocks.push(block);
         }
-        let neutral = rigid.iter().copied().filter(|&i| mesh[i] == 0.0).collect();
+        let participations = Participations {
+            mesh,
+            tilt,
+            friction: rotate(&structure.friction),
+            lever: rotate(&structure.friction_lever),
+        };
+        let (directions, which) = participations.directions(drive, &blocks);
+        let unfelt = |i: usize| directions.iter().all(|gains| gains[i].deflection[0] == 0.0);
+        let neutral = rigid.iter().copied().filter(|&i| unfelt(i)).collect();
 
-        let stiffness: Vec<f64> = drive
-            .stiffness
-            .iter()
-            .map(|k| k / (1.0 + structure.residual_flexibility * k))
+        let mesh: Vec<_> = (drive.mesh.iter())
+            .map(|division| Division {
+                stiffness: (division.stiffness).in_series_with(structure.residual_flexibility),
+                ..*division
+            })
             .collect();
         let period = TAU / (f64::from(structure.teeth) * point.speed);
         let transmission_error = drive
@@ -236,8 +203,9 @@ impl Model {
             .collect();
         Ok(Self {
             blocks,
+            directions,
             neutral,
-            cycle: MeshCycle::new(period, &stiffness, &drive.transitions, drive.damping),
+            cycle: MeshCycle::new(period, &mesh, &which, drive.damping),
             half_gap: drive.half_gap,
             transmission_error,
             ripple,
@@ -290,26 +258,50 @@ impl Model {
         (error, rate)
     }
 
+    /// How the mesh meets each block on a segment.
+    pub fn gains(&self, segment: &Segment) -> &[MeshGain] {
+        &self.directions[segment.direction]
+    }
+
+    /// How the mesh meets each block at the start of the mesh cycle.
+    pub fn first_gains(&self) -> &[MeshGain] {
+        self.gains(&self.cycle.segments[0])
+    }
+
     /// Mesh deflection and rate `(δ [m], δ' [m/s])` of a state (length 2N) at a time \[s\]
     /// within the mesh cycle.
     pub fn deflection(&self, state: &[f64], time: f64) -> (f64, f64) {
+        self.deflection_on(self.cycle.segment_at(time), state, time)
+    }
+
+    /// As [`Self::deflection`], on a given segment: at its end too.
+    pub fn deflection_on(&self, segment: &Segment, state: &[f64], time: f64) -> (f64, f64) {
         let n = self.blocks.len();
         let (error, error_rate) = self.transmission_error_at(time);
         let mut deflection = -error;
         let mut rate = -error_rate;
-        for (i, block) in self.blocks.iter().enumerate() {
+        for (i, gain) in self.gains(segment).iter().enumerate() {
             let (x, y) = (state[i], state[n + i]);
-            let r = block.rate();
-            deflection += block.deflection[0] * x + block.deflection[1] * y;
+            let (w, r) = (gain.deflection, gain.rate);
+            deflection += w[0] * x + w[1] * y;
             rate += r[0] * x + r[1] * y;
         }
         (deflection, rate)
     }
 
-    /// Mesh force \[N\] for a deflection and its rate in a contact state on a segment.
-    pub fn force(&self, segment: &Segment, contact: Contact, deflection: f64, rate: f64) -> f64 {
+    /// Mesh force \[N\] for a deflection and its rate in a contact state on a segment, at a
+    /// time \[s\] within the mesh cycle.
+    pub fn force(
+        &self,
+        segment: &Segment,
+        contact: Contact,
+        time: f64,
+        deflection: f64,
+        rate: f64,
+    ) -> f64 {
         if contact.touching() {
-            segment.stiffness * (deflection - contact.sign() * self.half_gap)
+            segment.stiffness_at(time / self.cycle.period)
+                * (deflection - contact.sign() * self.half_gap)
                 + segment.damping * rate
         } else {
             0.0
@@ -328,12 +320,12 @@ impl Model {
         out: &mut [f64],
     ) {
         let n = self.blocks.len();
-        let (deflection, rate) = self.deflection(state, time);
-        let force = self.force(segment, contact, deflection, rate);
-        for (i, block) in self.blocks.iter().enumerate() {
+        let (deflection, rate) = self.deflection_on(segment, state, time);
+        let force = self.force(segment, contact, time, deflection, rate);
+        for (i, (block, gain)) in self.blocks.iter().zip(self.gains(segment)).enumerate() {
             let (x, y) = (state[i], state[n + i]);
             let [a, b] = block.generator;
-            let g = block.mesh_input;
+            let g = gain.mesh_input;
             let s = block.static_input;
             out[i] = a[0] * x + a[1] * y - g[0] * force + s[0];
             out[n + i] = b[0] * x + b[1] * y - g[1] * force + s[1];

@@ -258,6 +258,12 @@ impl<const P: usize> Transforms<P> {
     }
 }
 
+/// The transforms of 8-term series.
+pub fn transforms8() -> &'static Transforms<8> {
+    static TABLE: OnceLock<Transforms<8>> = OnceLock::new();
+    TABLE.get_or_init(Transforms::new)
+}
+
 /// The transforms of 24-term series.
 pub fn transforms24() -> &'static Transforms<24> {
     static TABLE: OnceLock<Transforms<24>> = OnceLock::new();

@@ -21,6 +21,8 @@ pub struct Counters {
     pub grazings: u64,
     /// Windows applied to tangent vectors.
     pub tangent_windows: u64,
+    /// Windows in contact whose varying stiffness no table had.
+    pub factorised: u64,
 }
 
 impl std::ops::AddAssign for Counters {
@@ -34,5 +36,6 @@ impl std::ops::AddAssign for Counters {
         self.events += other.events;
         self.grazings += other.grazings;
         self.tangent_windows += other.tangent_windows;
+        self.factorised += other.factorised;
     }
 }

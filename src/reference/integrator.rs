@@ -2,7 +2,7 @@
 
 use super::crossing::{Margin, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
-use crate::model::{Contact, Model, Segment, Surface, TrajectoryState};
+use crate::model::{Contact, MeshGain, Model, Segment, Surface, TrajectoryState};
 
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
@@ -124,9 +124,17 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
     for block in &model.blocks {
         natural = natural.max(block.natural_frequency());
         decay = decay.max(block.growth().abs());
+    }
+    for gains in &model.directions {
         let dot = |a: [f64; 2], b: [f64; 2]| (a[0] * b[0] + a[1] * b[1]).abs();
-        direct += dot(block.deflection, block.mesh_input);
-        inertial += dot(block.rate(), block.mesh_input);
+        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+            gains
+                .iter()
+                .map(|gain| dot(row(gain), gain.mesh_input))
+                .sum()
+        };
+        direct = direct.max(sum(|gain| gain.deflection));
+        inertial = inertial.max(sum(|gain| gain.rate));
     }
     let stiffness = model.cycle.largest_stiffness();
     let damping = model
@@ -166,12 +174,33 @@ impl March<'_> {
         for (index, segment) in cycle.segments.iter().enumerate() {
             let mut time = cycle.start(index);
             let end = cycle.end(index);
+            if cycle.turns(index) {
+                self.turn(segment, time);
+            }
             while time < end {
                 time = self.smooth_piece(segment, time, end, &mut changes)?;
             }
         }
         self.cycle += 1;
         Ok(())
+    }
+
+    /// Takes up a new direction: δ steps, and the contact state with it.
+    fn turn(&mut self, segment: &Segment, time: f64) {
+        let model = self.reference.model;
+        let (deflection, rate) = model.deflection_on(segment, &self.state.value, time);
+        let target = Contact::classify(deflection, rate, model.half_gap);
+        while let Some(surface) = self.contact.towards(target) {
+            let from = self.contact;
+            self.contact = from.across(surface);
+            self.crossings.push(Crossing {
+                cycle: self.cycle,
+                time,
+                from,
+                to: self.contact,
+                rate,
+            });
+        }
     }
 
     /// Marches to the end of the segment or to the next crossing; gives the time reached.
@@ -221,7 +250,7 @@ impl March<'_> {
         if !(deflection + rate).is_finite() {
             return Err(ReferenceError::NonFinite { cycle: self.cycle });
         }
-        self.sample(left, h, (deflection, rate));
+        self.sample(segment, left, h, (deflection, rate));
 
         // Half a unit in the last place of a mesh period.
         let resolution = model.period() * 2f64.powi(-54);
@@ -283,22 +312,26 @@ impl March<'_> {
         for i in 0..self.state.value.len() {
             self.moved.add(i, rule.increment(&self.work, tau, i));
         }
-        model.deflection(&self.moved.value, left + tau)
+        model.deflection_on(segment, &self.moved.value, left + tau)
     }
 
     /// Collects the margin at the start, the stages and the end of the step just solved.
-    fn sample(&mut self, left: f64, h: f64, end: (f64, f64)) {
+    fn sample(&mut self, segment: &Segment, left: f64, h: f64, end: (f64, f64)) {
         let model = self.reference.model;
         let n = self.state.value.len();
         let margin =
             |(deflection, rate)| Margin::new(self.contact, deflection, rate, model.half_gap);
         self.samples.clear();
-        self.samples
-            .push((0.0, margin(model.deflection(&self.state.value, left))));
+        self.samples.push((
+            0.0,
+            margin(model.deflection_on(segment, &self.state.value, left)),
+        ));
         for (i, c) in self.reference.rule.nodes.iter().enumerate() {
             let stage = &self.work.states[i * n..(i + 1) * n];
-            self.samples
-                .push((c * h, margin(model.deflection(stage, left + c * h))));
+            self.samples.push((
+                c * h,
+                margin(model.deflection_on(segment, stage, left + c * h)),
+            ));
         }
         self.samples.push((h, margin(end)));
     }
@@ -307,7 +340,7 @@ impl March<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Drive, OperatingPoint};
+    use crate::model::{Division, Drive, OperatingPoint};
     use crate::shaft::ModalStructure;
 
     fn model(frequency: f64, stiffness: f64) -> Model {
@@ -329,11 +362,10 @@ mod tests {
         };
         let drive = Drive {
             half_gap: 1.0,
-            stiffness: vec![stiffness],
+            mesh: Division::levels(&[stiffness], &[]),
             damping: 0.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            transitions: Vec::new(),
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

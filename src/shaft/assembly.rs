@@ -1,14 +1,14 @@
 //! From nodes, beams, springs and discs to dense mass and stiffness matrices.
 //!
 //! Every node has the six freedoms of [`Freedom`]. A freedom is free, fixed to the ground,
-//! or tied to a free one at a constant ratio (a gear train); only the free ones appear in
-//! the matrices, and `T^T M T`, `T^T K T` with the map T from free to all freedoms is formed
-//! entry by entry.
+//! tied to a free one at a constant ratio (a gear train), or carried by the rigid body of
+//! another node; only the free ones appear in the matrices, and `T^T M T`, `T^T K T` with the
+//! map T from free to all freedoms is formed entry by entry.
 
 use super::beam::{BeamElement, ElementMatrix, Material, Section};
-use super::error::{ShaftError, non_negative, positive};
+use super::disc::Disc;
+use super::error::{ShaftError, finite, non_negative};
 use faer::Mat;
-use std::f64::consts::PI;
 
 /// Freedoms of a node.
 pub const NODE_FREEDOMS: usize = 6;
@@ -30,40 +30,16 @@ pub enum Freedom {
     RotationZ = 5,
 }
 
-/// A rigid body of revolution about the shaft's axis, its centre of mass at the node.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Disc {
-    /// Mass \[kg\].
-    pub mass: f64,
-    /// Moment of inertia about a diameter \[kg m²\].
-    pub transverse_inertia: f64,
-    /// Moment of inertia about the axis \[kg m²\].
-    pub polar_inertia: f64,
-}
-
-impl Disc {
-    /// A homogeneous annulus: outer diameter, bore and length \[m\], density \[kg/m³\].
-    /// `J_p = m (d_o² + d_i²)/8`, `J_d = J_p/2 + m L²/12`.
-    ///
-    /// # Errors
-    /// [`ShaftError::NotPositive`], [`ShaftError::Negative`], [`ShaftError::NoWall`].
-    pub fn annulus(
-        diameter: f64,
-        bore: f64,
-        length: f64,
-        density: f64,
-    ) -> Result<Self, ShaftError> {
-        Section::hollow(diameter, bore)?;
-        positive("disc length [m]", length)?;
-        positive("disc density [kg/m^3]", density)?;
-        let mass = 0.25 * PI * (diameter.powi(2) - bore.powi(2)) * length * density;
-        let polar_inertia = mass * (diameter.powi(2) + bore.powi(2)) / 8.0;
-        Ok(Self {
-            mass,
-            transverse_inertia: 0.5 * polar_inertia + mass * length.powi(2) / 12.0,
-            polar_inertia,
-        })
-    }
+impl Freedom {
+    /// All six, in order.
+    pub const ALL: [Self; NODE_FREEDOMS] = [
+        Self::X,
+        Self::Y,
+        Self::Z,
+        Self::RotationX,
+        Self::RotationY,
+        Self::RotationZ,
+    ];
 }
 
 /// Where a freedom stands in the matrices.
@@ -71,7 +47,16 @@ impl Disc {
 enum Bond {
     Free,
     Fixed,
-    Tied { master: usize, ratio: f64 },
+    Tied {
+        master: usize,
+        ratio: f64,
+    },
+    /// `u = u_same + arm · u_tilt`, freedoms of the body's node; displacements across the
+    /// shaft alone have an arm.
+    Carried {
+        same: usize,
+        tilt: Option<(usize, f64)>,
+    },
 }
 
 /// A structure under construction.
@@ -157,6 +142,30 @@ impl Assembly {
         Ok(())
     }
 
+    /// Adds springs between two nodes, one stiffness a freedom in the order of [`Freedom`]
+    /// \[N/m, N m/rad\]; each acts between the same freedoms of both.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    pub fn add_spring_between(
+        &mut self,
+        from: usize,
+        to: usize,
+        stiffness: [f64; NODE_FREEDOMS],
+    ) -> Result<(), ShaftError> {
+        let ends = [
+            self.freedom(from, Freedom::X)?,
+            self.freedom(to, Freedom::X)?,
+        ];
+        for (offset, value) in stiffness.into_iter().enumerate() {
+            let value = non_negative("spring stiffness [N/m or N m/rad]", value)?;
+            let [a, b] = ends.map(|first| first + offset);
+            let entries = [(a, a, value), (b, b, value), (a, b, -value), (b, a, -value)];
+            self.stiffness.extend(entries);
+        }
+        Ok(())
+    }
+
     /// Adds a rigid disc to a node.
     ///
     /// # Errors
@@ -222,36 +231,51 @@ impl Assembly {
         Ok(())
     }
 
+    /// Adds a node on the rigid body of `body`, at the distance `offset` \[m\] from it along
+    /// the shaft: `u = u_body + θ_body × offset e_z`, `θ = θ_body`. Freedoms of the body may
+    /// be fixed, before or after.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::NotFinite`]; [`ShaftError::TiedToBound`] from
+    /// [`Assembly::matrices`] if `body` is itself tied or carried.
+    pub fn add_carried_node(&mut self, body: usize, offset: f64) -> Result<usize, ShaftError> {
+        let first = self.freedom(body, Freedom::X)?;
+        finite("offset on a rigid body [m]", offset)?;
+        let node = self.add_node();
+        for same in first..first + NODE_FREEDOMS {
+            let tilt = match same - first {
+                0 => Some((first + Freedom::RotationY as usize, offset)),
+                1 => Some((first + Freedom::RotationX as usize, -offset)),
+                _ => None,
+            };
+            self.bonds[NODE_FREEDOMS * node + same - first] = Bond::Carried { same, tilt };
+        }
+        Ok(node)
+    }
+
     /// The matrices over the free freedoms.
     ///
     /// # Errors
     /// [`ShaftError::TiedToBound`].
     pub fn matrices(&self) -> Result<AssembledMatrices, ShaftError> {
-        let mut position = vec![None; self.bonds.len()];
+        let mut free = vec![None; self.bonds.len()];
         let mut count = 0;
         for (index, bond) in self.bonds.iter().enumerate() {
             if *bond == Bond::Free {
-                position[index] = Some((count, 1.0));
+                free[index] = Some(count);
                 count += 1;
             }
         }
-        for (index, bond) in self.bonds.iter().enumerate() {
-            if let Bond::Tied { master, ratio } = *bond {
-                // The master may have been fixed or tied after the tie was made.
-                if self.bonds[master] != Bond::Free {
-                    return Err(ShaftError::TiedToBound {
-                        node: index / NODE_FREEDOMS,
-                        master: master / NODE_FREEDOMS,
-                    });
-                }
-                position[index] = position[master].map(|(column, _)| (column, ratio));
-            }
-        }
+        let position = (0..self.bonds.len())
+            .map(|index| self.position(index, &free))
+            .collect::<Result<Vec<_>, _>>()?;
         let collect = |entries: &[(usize, usize, f64)]| {
             let mut matrix = Mat::zeros(count, count);
             for &(row, column, value) in entries {
-                if let (Some((i, a)), Some((j, b))) = (position[row], position[column]) {
-                    matrix[(i, j)] += a * b * value;
+                for &(i, a) in &position[row] {
+                    for &(j, b) in &position[column] {
+                        matrix[(i, j)] += a * b * value;
+                    }
                 }
             }
             matrix
@@ -261,6 +285,33 @@ impl Assembly {
             stiffness: collect(&self.stiffness),
             position,
         })
+    }
+
+    /// A freedom as a combination of free ones, by their place in the matrices.
+    fn position(&self, index: usize, free: &[Option<usize>]) -> Result<Position, ShaftError> {
+        let bound = |master: usize| ShaftError::TiedToBound {
+            node: index / NODE_FREEDOMS,
+            master: master / NODE_FREEDOMS,
+        };
+        let mut terms = Position::new();
+        match self.bonds[index] {
+            Bond::Free => terms.extend(free[index].map(|column| (column, 1.0))),
+            Bond::Fixed => {}
+            // The master may have been fixed or tied after the tie was made.
+            Bond::Tied { master, ratio } => {
+                terms.push((free[master].ok_or(bound(master))?, ratio));
+            }
+            Bond::Carried { same, tilt } => {
+                for (master, factor) in std::iter::once((same, 1.0)).chain(tilt) {
+                    match self.bonds[master] {
+                        Bond::Free => terms.extend(free[master].map(|column| (column, factor))),
+                        Bond::Fixed => {}
+                        Bond::Tied { .. } | Bond::Carried { .. } => return Err(bound(master)),
+                    }
+                }
+            }
+        }
+        Ok(terms)
     }
 
     fn freedom(&self, node: usize, freedom: Freedom) -> Result<usize, ShaftError> {
@@ -285,6 +336,9 @@ fn scatter(entries: &mut Vec<(usize, usize, f64)>, ends: [usize; 2], element: &E
     }
 }
 
+/// `(place in the matrices, factor)` of every free freedom in a combination.
+type Position = Vec<(usize, f64)>;
+
 /// Mass and stiffness over the free freedoms, and where each freedom went.
 #[derive(Debug, Clone)]
 pub struct AssembledMatrices {
@@ -292,7 +346,7 @@ pub struct AssembledMatrices {
     pub mass: Mat<f64>,
     /// Stiffness matrix K, symmetric.
     pub stiffness: Mat<f64>,
-    position: Vec<Option<(usize, f64)>>,
+    position: Vec<Position>,
 }
 
 impl AssembledMatrices {
@@ -302,7 +356,7 @@ impl AssembledMatrices {
         let mut row = vec![0.0; self.mass.nrows()];
         for &(node, freedom, coefficient) in terms {
             let index = NODE_FREEDOMS * node + freedom as usize;
-            if let Some(&Some((column, factor))) = self.position.get(index) {
+            for &(column, factor) in self.position.get(index).into_iter().flatten() {
                 row[column] += factor * coefficient;
             }
         }

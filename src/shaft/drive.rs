@@ -1,5 +1,7 @@
-//! The description of a flexible drive: two parallel shafts, bearings, gear bodies.
+//! The description of a drive: two parallel shafts, bearings, gear bodies.
 
+use super::disc::Disc;
+use super::error::{ShaftError, non_negative, positive};
 use crate::gear::GearPair;
 
 /// Two parallel shafts on bearings, each with a gear body between its bearings and an
@@ -55,4 +57,119 @@ pub struct Bearing {
     pub axial: f64,
     /// Both tilts \[N m/rad\].
     pub tilt: f64,
+}
+
+/// What a bearing of the `pedestal` tier stands on: a mass that may move along and across the
+/// line of centres, on springs to the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pedestal {
+    /// Stiffness along the line of centres, x \[N/m\].
+    pub line_of_centres: f64,
+    /// Stiffness across it, y \[N/m\].
+    pub across: f64,
+    /// Mass of the seat \[kg\].
+    pub mass: f64,
+}
+
+/// Which motions of a shaft a model releases beside its rotation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Released {
+    /// None.
+    Rotation,
+    /// x and y.
+    Translation,
+    /// x, y, z and both tilts.
+    All,
+}
+
+/// What every drive must satisfy.
+pub(super) fn check(
+    gears: &GearPair,
+    shafts: &[Shaft; 2],
+    density: f64,
+    released: Released,
+) -> Result<(), ShaftError> {
+    positive("module [m]", gears.module)?;
+    positive("rated torque [N m]", gears.rated_torque)?;
+    positive("pressure angle [rad]", gears.pressure_angle)?;
+    gears.operating_pressure_angle()?;
+    positive("density [kg/m^3]", density)?;
+    for (number, shaft) in (1..).zip(shafts) {
+        shaft.check_dimensions(number)?;
+        shaft.check_held(number, released)?;
+    }
+    Ok(())
+}
+
+/// The gear body on one of the two shafts: a rigid annulus between shaft surface and pitch
+/// radius.
+pub(super) fn gear_body(
+    gears: &GearPair,
+    shafts: &[Shaft; 2],
+    density: f64,
+    index: usize,
+) -> Result<Disc, ShaftError> {
+    Disc::annulus(
+        2.0 * gears.pitch_radii()[index],
+        shafts[index].diameter,
+        gears.body_length[index],
+        density,
+    )
+}
+
+impl Bearing {
+    /// Stiffness of each freedom, in the order of [`Freedom`].
+    pub(super) fn stiffness(&self) -> [f64; 6] {
+        [
+            self.line_of_centres,
+            self.across,
+            self.axial,
+            self.tilt,
+            self.tilt,
+            0.0,
+        ]
+    }
+}
+
+impl Shaft {
+    fn check_dimensions(&self, number: usize) -> Result<(), ShaftError> {
+        positive("bearing span [m]", self.span)?;
+        non_negative("overhang [m]", self.overhang)?;
+        if !(self.gear_position > 0.0 && self.gear_position < 1.0) {
+            return Err(ShaftError::GearPosition {
+                shaft: number,
+                position: self.gear_position,
+            });
+        }
+        Ok(())
+    }
+
+    /// That the bearings hold whatever is released. `number` is 1 or 2.
+    fn check_held(&self, number: usize, released: Released) -> Result<(), ShaftError> {
+        let supports =
+            |pick: fn(&Bearing) -> f64| self.bearings.iter().filter(|b| pick(b) > 0.0).count();
+        // A line is held in a plane by two springs, or by one and a tilt spring.
+        let upright = released != Released::All || supports(|b| b.tilt) > 0;
+        let held = |count: usize| count == 2 || (count == 1 && upright);
+        let needed = match released {
+            Released::Rotation => return Ok(()),
+            Released::Translation => 2,
+            Released::All => 3,
+        };
+        let directions = [
+            (
+                "along the line of centres",
+                held(supports(|b| b.line_of_centres)),
+            ),
+            ("across the line of centres", held(supports(|b| b.across))),
+            ("axially", supports(|b| b.axial) > 0),
+        ];
+        match directions[..needed].iter().find(|(_, held)| !held) {
+            Some(&(direction, _)) => Err(ShaftError::NotHeld {
+                shaft: number,
+                direction,
+            }),
+            None => Ok(()),
+        }
+    }
 }

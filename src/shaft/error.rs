@@ -3,6 +3,9 @@
 /// Why a structure could not be assembled, solved or reduced.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShaftError {
+    /// The drawing of the gears is not a pair that meshes.
+    #[error(transparent)]
+    Gear(#[from] crate::gear::GearError),
     /// A quantity that must be positive and finite is not.
     #[error("{quantity} must be positive and finite, got {value}")]
     NotPositive {
@@ -14,6 +17,14 @@ pub enum ShaftError {
     /// A quantity that must be non-negative and finite is not.
     #[error("{quantity} must be finite and not negative, got {value}")]
     Negative {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+    },
+    /// A quantity that must be finite is not.
+    #[error("{quantity} must be finite, got {value}")]
+    NotFinite {
         /// The quantity, with its unit.
         quantity: &'static str,
         /// The value found.
@@ -181,5 +192,14 @@ pub(super) fn non_negative(quantity: &'static str, value: f64) -> Result<f64, Sh
         Ok(value)
     } else {
         Err(ShaftError::Negative { quantity, value })
+    }
+}
+
+/// `value` if it is finite.
+pub(super) fn finite(quantity: &'static str, value: f64) -> Result<f64, ShaftError> {
+    if value.is_finite() {
+        Ok(value)
+    } else {
+        Err(ShaftError::NotFinite { quantity, value })
     }
 }

@@ -2,15 +2,20 @@
 
 mod assembly;
 mod beam;
+mod disc;
 mod drive;
 mod error;
 mod flexible;
 mod modal;
 mod modes;
+mod rigid;
+mod train;
 
-pub use assembly::{AssembledMatrices, Assembly, Disc, Freedom, NODE_FREEDOMS};
+pub use assembly::{AssembledMatrices, Assembly, Freedom, NODE_FREEDOMS};
 pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
-pub use drive::{Bearing, FlexibleDrive, Shaft};
+pub use disc::Disc;
+pub use drive::{Bearing, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
 pub use modal::{BearingGain, ModalStructure};
 pub use modes::Modes;
+pub use rigid::{RigidDrive, Tier};

@@ -84,7 +84,7 @@ impl Modes {
                 shape: shape.subcols(0, block).to_owned(),
             }
         };
-        refined.check_residual(mass, stiffness)?;
+        refined.check_residual(mass, stiffness, shift)?;
         refined.finish(mass, stiffness, shift, requested, rigid)
     }
 
@@ -136,8 +136,14 @@ impl Modes {
     }
 
     /// Holds every mode to its equation, row by row in units of the freedom's own inertia,
-    /// against the moduli of what the equation sums.
-    fn check_residual(&self, mass: &Mat<f64>, stiffness: &Mat<f64>) -> Result<(), ShaftError> {
+    /// against the moduli of what the shifted equation sums: without the shift a rigid motion
+    /// that no spring couples to anything would be held to the round-off of its own zero.
+    fn check_residual(
+        &self,
+        mass: &Mat<f64>,
+        stiffness: &Mat<f64>,
+        shift: f64,
+    ) -> Result<(), ShaftError> {
         let size = mass.nrows();
         for (mode, &squared) in self.squared_frequency.iter().enumerate() {
             let (mut residual, mut scale) = (0.0, 0.0);
@@ -150,7 +156,8 @@ impl Modes {
                         squared * mass[(row, column)] * value,
                     );
                     sum += elastic - inertial;
-                    moduli += elastic.abs() + inertial.abs();
+                    let shifted = shift * mass[(row, column)] * value;
+                    moduli += elastic.abs() + inertial.abs() + shifted.abs();
                 }
                 residual += sum * sum / mass[(row, row)];
                 scale += moduli * moduli / mass[(row, row)];

@@ -9,7 +9,7 @@ use crate::manifest::{
     StiffnessSpec, StructureSource,
 };
 use crate::model::{
-    Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
+    Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
 use crate::propagate::Volterra;
 use crate::shaft::{ModalStructure, ShaftError};
@@ -82,14 +82,14 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
 /// # Errors
 /// A value that the model refuses.
 pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, ModelError> {
-    let (stiffness, transitions) = match &point.mesh.stiffness {
-        StiffnessSpec::Constant(k) => (vec![*k], Vec::new()),
-        StiffnessSpec::Piecewise(values) => (values.to_vec(), Vec::new()),
-        StiffnessSpec::Continuous(levels) => levels.divisions(),
-    };
-    let mean = match &point.mesh.stiffness {
-        StiffnessSpec::Continuous(levels) => levels.mean(),
-        _ => stiffness.iter().sum::<f64>() / stiffness.len() as f64,
+    let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (mesh, mean) = match &point.mesh.stiffness {
+        StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
+        StiffnessSpec::Piecewise(values) => (Division::levels(values, &[]), average(values)),
+        StiffnessSpec::Continuous(levels) => {
+            let (stiffness, transitions) = levels.divisions();
+            (Division::levels(&stiffness, &transitions), levels.mean())
+        }
     };
     let drive = Drive {
         half_gap: point.mesh.half_gap,
@@ -97,8 +97,7 @@ pub fn model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, Mod
             DampingSpec::Coefficient(c) => c,
             DampingSpec::Ratio(ratio) => Model::damping_from_ratio(structure, ratio, mean),
         },
-        stiffness,
-        transitions,
+        mesh,
         friction: point.mesh.friction,
         transmission_error: point
             .excitation

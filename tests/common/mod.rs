@@ -10,7 +10,7 @@
 
 pub mod march;
 
-use atlas::model::{Drive, Model, OperatingPoint, RippleInput, RippleShaft};
+use atlas::model::{Division, Drive, Model, OperatingPoint, RippleInput, RippleShaft};
 use atlas::shaft::ModalStructure;
 
 /// A drive at an operating point.
@@ -61,13 +61,10 @@ pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) ->
 pub fn two_level_mesh(half_gap: f64) -> Drive {
     Drive {
         half_gap,
-        stiffness: (0..60)
-            .map(|i| if i < 36 { 4.444e8 } else { 3.333e8 })
-            .collect(),
+        mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
         damping: 1483.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, 0.0)],
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     }
 }

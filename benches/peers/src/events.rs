@@ -46,7 +46,7 @@ pub fn march(
             place += 1;
         }
         let segment = &cycle.segments[place % segments];
-        field.switch(contact, segment.stiffness, segment.damping);
+        field.switch(contact, segment.stiffness.mean(), segment.damping);
         let end = if contact.touching() {
             end_of(place)
         } else {

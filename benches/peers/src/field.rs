@@ -38,13 +38,15 @@ impl Field {
         let column = |entry: fn(&atlas::model::Block) -> f64| -> Vec<f64> {
             model.blocks.iter().map(entry).collect()
         };
+        assert_eq!(model.directions.len(), 1, "the mesh force turns");
+        let gains = model.first_gains();
         Self {
             modes: model.modes(),
             position: column(|b| b.generator[1][0]),
             velocity: column(|b| b.generator[1][1]),
-            input: column(|b| b.mesh_input[1]),
+            input: gains.iter().map(|gain| gain.mesh_input[1]).collect(),
             load: column(|b| b.static_input[1]),
-            deflection: column(|b| b.deflection[0]),
+            deflection: gains.iter().map(|gain| gain.deflection[0]).collect(),
             error: model
                 .transmission_error
                 .iter()

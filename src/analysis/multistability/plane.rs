@@ -108,7 +108,8 @@ impl Plane {
                 mode: question.modes[0] + 1,
             });
         }
-        let participation = |mode: usize| model.blocks[mode].deflection[0];
+        let gains = model.first_gains();
+        let participation = |mode: usize| gains[mode].deflection[0];
         let whole = (0..n).map(|mode| participation(mode).powi(2)).sum::<f64>();
         let felt = |mode: usize| participation(mode).abs() > UNFELT * whole.sqrt();
         if let Some(mode) = question.modes.into_iter().find(|&mode| !felt(mode)) {
@@ -121,7 +122,7 @@ impl Plane {
         let along = |mode: usize| match question.of {
             SliceOf::Displacement => (mode, 1.0 / participation(mode)),
             SliceOf::Velocity => {
-                let rate = model.blocks[mode].rate()[1];
+                let rate = gains[mode].rate[1];
                 (n + mode, norm.weights()[mode] / rate)
             }
         };

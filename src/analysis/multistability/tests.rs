@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::analysis::outcome::Class;
-use crate::model::{Drive, InitialState, OperatingPoint};
+use crate::model::{Division, Drive, InitialState, OperatingPoint};
 use crate::shaft::ModalStructure;
 
 fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQuestion {
@@ -38,11 +38,10 @@ pub(super) fn model() -> Model {
     };
     let drive = Drive {
         half_gap: 1.0,
-        stiffness: vec![1.0],
+        mesh: Division::levels(&[1.0], &[]),
         damping: 0.0,
         friction: 0.0,
         transmission_error: Vec::new(),
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     let point = OperatingPoint {

@@ -52,6 +52,9 @@ const fn integer(path: &'static str, min: f64, max: f64, example: &'static str) 
     key(path, Kind::Integer, bounds(min, false, max, false), example)
 }
 
+/// Poisson's ratio of a common isotropic material.
+const POISSON: Bounds = bounds(0.0, false, 0.5, true);
+
 /// Counts that only memory and patience limit; the bound catches slips of the pen.
 pub(super) const MANY: f64 = 1e9;
 
@@ -87,6 +90,33 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     key("gear.body_length", List("2 lengths: pinion, wheel"), ANY, r#"["70 mm", "40 mm"]"#),
     quantity("gear.body_length.*", Length, POSITIVE, r#""70 mm""#),
     quantity("gear.rated_torque", Torque, POSITIVE, r#""50 N*m""#),
+    key("gear.profile_shift", List("2 coefficients: pinion, wheel"), ANY, "[0.3, -0.1]"),
+    quantity("gear.profile_shift.*", Ratio, bounds(-5.0, false, 5.0, false), "0.3"),
+    table("gear.rack"),
+    quantity("gear.rack.addendum", Ratio, POSITIVE, "1.0"),
+    quantity("gear.rack.dedendum", Ratio, POSITIVE, "1.25"),
+    quantity("gear.rack.tip_radius", Ratio, NON_NEGATIVE, "0.38"),
+    key("gear.thinning", Kind::Quantity(Length), NON_NEGATIVE, r#""30 um""#),
+    quantity("gear.thinning.*", Length, NON_NEGATIVE, r#""30 um""#),
+    quantity("gear.centre_distance", Length, POSITIVE, r#""100.5 mm""#),
+    key("gear.tip_diameter", List("2 lengths: pinion, wheel"), ANY, r#"["88 mm", "128 mm"]"#),
+    quantity("gear.tip_diameter.*", Length, POSITIVE, r#""88 mm""#),
+    table("gear.tip_relief"),
+    key("gear.tip_relief.amount", Kind::Quantity(Length), NON_NEGATIVE, r#""10 um""#),
+    quantity("gear.tip_relief.amount.*", Length, NON_NEGATIVE, r#""10 um""#),
+    key("gear.tip_relief.length", Kind::Quantity(Length), POSITIVE, r#""3 mm""#),
+    quantity("gear.tip_relief.length.*", Length, POSITIVE, r#""3 mm""#),
+    table("gear.root_relief"),
+    key("gear.root_relief.amount", Kind::Quantity(Length), NON_NEGATIVE, r#""10 um""#),
+    quantity("gear.root_relief.amount.*", Length, NON_NEGATIVE, r#""10 um""#),
+    key("gear.root_relief.length", Kind::Quantity(Length), POSITIVE, r#""3 mm""#),
+    quantity("gear.root_relief.length.*", Length, POSITIVE, r#""3 mm""#),
+    key("gear.bore", Kind::Quantity(Length), POSITIVE, r#""35 mm""#),
+    quantity("gear.bore.*", Length, POSITIVE, r#""35 mm""#),
+    key("gear.young_modulus", Kind::Quantity(Pressure), POSITIVE, r#""206 GPa""#),
+    quantity("gear.young_modulus.*", Pressure, POSITIVE, r#""206 GPa""#),
+    key("gear.poisson_ratio", Kind::Quantity(Ratio), POISSON, "0.3"),
+    quantity("gear.poisson_ratio.*", Ratio, POISSON, "0.3"),
     table("shafts"),
     quantity("shafts.young_modulus", Pressure, POSITIVE, r#""206 GPa""#),
     quantity("shafts.shear_modulus", Pressure, POSITIVE, r#""79 GPa""#),

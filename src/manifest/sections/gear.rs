@@ -1,8 +1,8 @@
 //! `[gear]`: the pair as its drawing gives it.
 
-use crate::gear::GearPair;
-use crate::manifest::diagnostic::Issues;
-use crate::manifest::reader::Section;
+use crate::gear::{BasicRack, GearPair, Material, Relief, ToothForm};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
 
 const DEFAULT_PRESSURE_ANGLE_DEGREES: f64 = 20.0;
 
@@ -17,14 +17,132 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let face_width = section.quantity(issues, "face_width");
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
+    let form = form(section, issues);
     // The schema bounds the teeth far below the range of u32.
     let [pinion, wheel] = teeth?.map(u32::try_from);
-    Some(GearPair {
+    let pair = GearPair {
         teeth: [pinion.ok()?, wheel.ok()?],
         module: module?,
         pressure_angle: pressure_angle?,
         face_width: face_width?,
         body_length: body_length?,
         rated_torque: rated_torque?,
+        form: form?,
+    };
+    check_centre_distance(section, issues, &pair)?;
+    Some(pair)
+}
+
+/// The optional keys; a drawing without any is the default form.
+fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
+    let default = ToothForm::default();
+    let profile_shift = match section.has("profile_shift") {
+        true => section.pair(issues, "profile_shift"),
+        false => Some(default.profile_shift),
+    };
+    let rack = rack(section, issues);
+    let thinning = both_or(section, issues, "thinning", default.thinning);
+    let centre_distance = match section.has("centre_distance") {
+        true => section.quantity(issues, "centre_distance").map(Some),
+        false => Some(None),
+    };
+    let tip_diameter = match section.has("tip_diameter") {
+        true => section
+            .pair(issues, "tip_diameter")
+            .map(|pair| pair.map(Some)),
+        false => Some(default.tip_diameter),
+    };
+    let tip_relief = relief(section, issues, "tip_relief");
+    let root_relief = relief(section, issues, "root_relief");
+    let bore = match section.has("bore") {
+        true => section
+            .one_or_pair(issues, "bore")
+            .map(|pair| pair.map(Some)),
+        false => Some(default.bore),
+    };
+    let steel = Material::default();
+    let young_modulus = both_or(section, issues, "young_modulus", [steel.young_modulus; 2]);
+    let poisson_ratio = both_or(section, issues, "poisson_ratio", [steel.poisson_ratio; 2]);
+    let (young_modulus, poisson_ratio) = (young_modulus?, poisson_ratio?);
+    Some(ToothForm {
+        profile_shift: profile_shift?,
+        rack: rack?,
+        thinning: thinning?,
+        centre_distance: centre_distance?,
+        tip_diameter: tip_diameter?,
+        tip_relief: tip_relief?,
+        root_relief: root_relief?,
+        bore: bore?,
+        material: [0, 1].map(|gear| Material {
+            young_modulus: young_modulus[gear],
+            poisson_ratio: poisson_ratio[gear],
+        }),
     })
+}
+
+/// One quantity for both gears, a pair, or a default.
+fn both_or(
+    section: &Section,
+    issues: &mut Issues,
+    name: &str,
+    default: [f64; 2],
+) -> Option<[f64; 2]> {
+    if section.has(name) {
+        section.one_or_pair(issues, name)
+    } else {
+        Some(default)
+    }
+}
+
+fn rack(section: &Section, issues: &mut Issues) -> Option<BasicRack> {
+    let default = BasicRack::default();
+    let rack = match section.child(issues, "rack") {
+        Child::Absent => return Some(default),
+        Child::Invalid => return None,
+        Child::Present(rack) => rack,
+    };
+    let addendum = rack.quantity_or(issues, "addendum", default.addendum);
+    let dedendum = rack.quantity_or(issues, "dedendum", default.dedendum);
+    let tip_radius = rack.quantity_or(issues, "tip_radius", default.tip_radius);
+    Some(BasicRack {
+        addendum: addendum?,
+        dedendum: dedendum?,
+        tip_radius: tip_radius?,
+    })
+}
+
+fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief; 2]> {
+    let relief = match section.child(issues, name) {
+        Child::Absent => return Some([Relief::default(); 2]),
+        Child::Invalid => return None,
+        Child::Present(relief) => relief,
+    };
+    let amount = relief.one_or_pair(issues, "amount");
+    let length = relief.one_or_pair(issues, "length");
+    let (amount, length) = (amount?, length?);
+    Some([0, 1].map(|gear| Relief {
+        amount: amount[gear],
+        length: length[gear],
+    }))
+}
+
+/// Shifts and centre distance must leave a line of action: the structure's modes need its angle.
+fn check_centre_distance(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
+    let Err(error) = pair.operating_pressure_angle() else {
+        return Some(());
+    };
+    let key = match section.has("centre_distance") {
+        true => "centre_distance",
+        false => "profile_shift",
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            section.span_of(key),
+            &section.path_of(key),
+            error.to_string(),
+        )
+        .label("does not fit module, teeth and pressure_angle"),
+    );
+    None
 }

@@ -27,11 +27,10 @@ fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
 fn drive() -> Drive {
     Drive {
         half_gap: 1e-5,
-        stiffness: vec![4e8, 4e8, 3e8],
+        mesh: Division::levels(&[4e8, 4e8, 3e8], &[]),
         damping: 1000.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, 0.3)],
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     }
 }
@@ -47,9 +46,9 @@ fn rigid_rotations_are_split_into_neutral_and_relative() {
     let model = Model::new(&s, &drive(), POINT).unwrap();
     assert_eq!(model.neutral, vec![0]);
     assert_eq!(model.relative_rotation(), Some(1));
-    assert_eq!(model.blocks[0].deflection[0], 0.0);
+    assert_eq!(model.first_gains()[0].deflection[0], 0.0);
     let norm = 0.52f64.hypot(0.43);
-    assert!((model.blocks[1].deflection[0] - norm).abs() < 1e-15);
+    assert!((model.first_gains()[1].deflection[0] - norm).abs() < 1e-15);
     // The balanced torques do not drive the neutral rotation.
     assert!(model.blocks[0].static_input[1].abs() < 1e-12);
     // An orthogonal change of basis keeps lengths and the deflection.
@@ -60,14 +59,18 @@ fn rigid_rotations_are_split_into_neutral_and_relative() {
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
     assert!((length(&q) - length(&r)).abs() < 1e-15);
     let deflection = |v: &[f64], w: &[f64]| -> f64 { v.iter().zip(w).map(|(a, b)| a * b).sum() };
-    let w: Vec<f64> = model.blocks.iter().map(|b| b.deflection[0]).collect();
+    let w: Vec<f64> = model
+        .first_gains()
+        .iter()
+        .map(|gain| gain.deflection[0])
+        .collect();
     assert!((deflection(&q, &s.mesh) - deflection(&r, &w)).abs() < 1e-15);
 }
 
 #[test]
 fn static_equilibrium_balances_every_block() {
     let constant = Drive {
-        stiffness: vec![4e8],
+        mesh: Division::levels(&[4e8], &[]),
         transmission_error: Vec::new(),
         ..drive()
     };

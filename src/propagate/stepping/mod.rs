@@ -17,7 +17,7 @@
 mod rotation;
 
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
-use crate::model::{Contact, MeshCycle, Model, Surface, TrajectoryState};
+use crate::model::{Contact, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
 use rotation::Rotation;
 
 /// A deflection of so many half gaps is no longer a gear mesh.
@@ -36,17 +36,31 @@ pub struct Stepping {
     /// Step h \[s\].
     step: f64,
     half: Rotation,
-    /// Rows of δ and δ', column of the mesh force; length 2N each.
-    deflection: Vec<f64>,
-    rate: Vec<f64>,
-    mesh_input: Vec<f64>,
-    /// Per step: the mesh segment at its middle.
-    segment: Vec<u32>,
-    /// Per mesh segment: impulse per unit force at the middle \[s\].
-    impulse: Vec<f64>,
+    directions: Vec<Direction>,
+    /// Per step: the mesh at its middle.
+    middles: Vec<Middle>,
     /// Static transmission error and its rate at every half step, 0 ..= 2 steps.
     transmission_error: Vec<[f64; 2]>,
     ripple: Vec<RippleTable>,
+}
+
+/// Rows of δ and δ', column of the mesh force; length 2N each.
+#[derive(Debug, Clone)]
+struct Direction {
+    deflection: Vec<f64>,
+    rate: Vec<f64>,
+    mesh_input: Vec<f64>,
+}
+
+/// The mesh at the middle of a step.
+#[derive(Debug, Clone, Copy)]
+struct Middle {
+    /// Mesh segment.
+    segment: usize,
+    /// Stiffness \[N/m\].
+    stiffness: f64,
+    /// Impulse per unit force \[s\].
+    impulse: f64,
 }
 
 /// One torque ripple, tabulated.
@@ -80,31 +94,40 @@ impl Stepping {
         let steps = per_part * parts;
         let step = cycle.period / steps as f64;
 
-        let columns = |entry: fn(&crate::model::Block) -> [f64; 2]| -> Vec<f64> {
-            let first = model.blocks.iter().map(|b| entry(b)[0]);
-            let second = model.blocks.iter().map(|b| entry(b)[1]);
-            first.chain(second).collect()
-        };
-        let deflection = columns(|b| b.deflection);
-        let rate = columns(|b| b.rate());
-        let mesh_input = columns(|b| b.mesh_input);
-        let (direct, inertial) = (dot(&deflection, &mesh_input), dot(&rate, &mesh_input));
-        let impulse = cycle
-            .segments
-            .iter()
-            .map(|s| {
-                let decay = s.stiffness * direct + s.damping * inertial;
-                if decay == 0.0 {
-                    step
-                } else {
-                    -(-decay * step).exp_m1() / decay
+        let directions: Vec<_> = (model.directions.iter())
+            .map(|gains| {
+                let columns = |entry: fn(&MeshGain) -> [f64; 2]| -> Vec<f64> {
+                    let first = gains.iter().map(|gain| entry(gain)[0]);
+                    let second = gains.iter().map(|gain| entry(gain)[1]);
+                    first.chain(second).collect()
+                };
+                Direction {
+                    deflection: columns(|gain| gain.deflection),
+                    rate: columns(|gain| gain.rate),
+                    mesh_input: columns(|gain| gain.mesh_input),
                 }
             })
             .collect();
-        let mut segment = Vec::with_capacity(steps);
+        let mut middles = Vec::with_capacity(steps);
         for (index, s) in cycle.segments.iter().enumerate() {
+            let direction = &directions[s.direction];
+            let direct = dot(&direction.deflection, &direction.mesh_input);
+            let inertial = dot(&direction.rate, &direction.mesh_input);
             let end = (s.end * steps as f64).round() as usize;
-            segment.resize(end, index as u32);
+            for j in middles.len()..end {
+                let stiffness = s.stiffness_at((j as f64 + 0.5) / steps as f64);
+                let decay = stiffness * direct + s.damping * inertial;
+                let impulse = if decay == 0.0 {
+                    step
+                } else {
+                    -(-decay * step).exp_m1() / decay
+                };
+                middles.push(Middle {
+                    segment: index,
+                    stiffness,
+                    impulse,
+                });
+            }
         }
         let transmission_error = (0..=2 * steps)
             .map(|i| model.transmission_error_at(0.5 * step * i as f64).into())
@@ -132,11 +155,8 @@ impl Stepping {
             event_limit,
             step,
             half: Rotation::new(&model.blocks, 0.5 * step),
-            deflection,
-            rate,
-            mesh_input,
-            segment,
-            impulse,
+            directions,
+            middles,
             transmission_error,
             ripple,
             cycle,
@@ -148,33 +168,65 @@ impl Stepping {
         self.steps
     }
 
-    /// The mesh at half step `index` of the cycle.
-    fn sight(&self, state: &[f64], index: usize) -> Sight {
+    /// Segment of step `j`.
+    fn segment(&self, j: usize) -> &Segment {
+        &self.cycle.segments[self.middles[j].segment]
+    }
+
+    /// Direction of step `j`.
+    fn direction(&self, j: usize) -> &Direction {
+        &self.directions[self.segment(j).direction]
+    }
+
+    /// The mesh at half step `index` of the cycle, as step `j` sees it.
+    fn sight(&self, state: &[f64], j: usize, index: usize) -> Sight {
+        let direction = self.direction(j);
         let [error, error_rate] = self.transmission_error[index];
         Sight {
             time: 0.5 * self.step * index as f64,
-            deflection: dot(&self.deflection, state) - error,
-            rate: dot(&self.rate, state) - error_rate,
+            deflection: dot(&direction.deflection, state) - error,
+            rate: dot(&direction.rate, state) - error_rate,
         }
     }
 
-    /// Carries the contact state from one sight to the next: an event, with its saltation,
-    /// for every surface between the two.
+    /// The mesh at the start of step `j`. Where the direction changes δ steps, and the contact
+    /// state with it: at a prescribed time, so that tangents go on as they are.
+    fn turn<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        j: usize,
+        last: Sight,
+        events: &mut u32,
+        observer: &mut O,
+    ) -> Result<Sight, Stop> {
+        let segment = self.middles[j].segment;
+        let starts = j == 0 || self.middles[j - 1].segment != segment;
+        if !(starts && self.cycle.turns(segment)) {
+            return Ok(last);
+        }
+        let sight = self.sight(&trajectory.state, j, 2 * j);
+        let unmoved = &mut Tangents::none();
+        self.follow(trajectory, unmoved, j, [sight, sight], events, observer)?;
+        Ok(sight)
+    }
+
+    /// Carries the contact state from one sight of step `j` to the next: an event, with its
+    /// saltation, for every surface between the two.
     fn follow<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
-        damping: f64,
+        j: usize,
         [before, after]: [Sight; 2],
         events: &mut u32,
         observer: &mut O,
     ) -> Result<(), Stop> {
+        let (direction, damping) = (self.direction(j), self.segment(j).damping);
         let target = Contact::classify(after.deflection, after.rate, self.half_gap);
         while trajectory.contact != target {
             let from = trajectory.contact;
-            let surface = match (from, target) {
-                (Contact::Drive, _) | (Contact::Free, Contact::Drive) => Surface::Drive,
-                _ => Surface::Coast,
+            let Some(surface) = from.towards(target) else {
+                break;
             };
             let to = from.across(surface);
             let level = surface.sign() * self.half_gap;
@@ -203,8 +255,8 @@ impl Stepping {
             let jump = if to.touching() { damping } else { -damping };
             for index in 0..tangents.count() {
                 let tangent = tangents.vector_mut(index);
-                let push = jump * dot(&self.deflection, tangent);
-                add_scaled(tangent, -push, &self.mesh_input);
+                let push = jump * dot(&direction.deflection, tangent);
+                add_scaled(tangent, -push, &direction.mesh_input);
             }
             trajectory.contact = to;
         }
@@ -220,19 +272,18 @@ impl Stepping {
         sight: Sight,
         turned: &[[f64; 2]],
     ) {
-        let index = self.segment[j] as usize;
-        let segment = &self.cycle.segments[index];
+        let (direction, middle) = (self.direction(j), self.middles[j]);
+        let (k, c) = (middle.stiffness, self.segment(j).damping);
         let contact = trajectory.contact;
         if contact.touching() {
-            let force = segment.stiffness * (sight.deflection - contact.sign() * self.half_gap)
-                + segment.damping * sight.rate;
-            let impulse = self.impulse[index];
-            add_scaled(&mut trajectory.state, -impulse * force, &self.mesh_input);
+            let force = k * (sight.deflection - contact.sign() * self.half_gap) + c * sight.rate;
+            let push = -middle.impulse * force;
+            add_scaled(&mut trajectory.state, push, &direction.mesh_input);
             for index in 0..tangents.count() {
                 let tangent = tangents.vector_mut(index);
-                let force = segment.stiffness * dot(&self.deflection, tangent)
-                    + segment.damping * dot(&self.rate, tangent);
-                add_scaled(tangent, -impulse * force, &self.mesh_input);
+                let force =
+                    k * dot(&direction.deflection, tangent) + c * dot(&direction.rate, tangent);
+                add_scaled(tangent, -middle.impulse * force, &direction.mesh_input);
             }
         }
         for (ripple, start) in self.ripple.iter().zip(turned) {
@@ -255,16 +306,16 @@ impl Stepping {
         start: &[f64],
         observer: &mut O,
     ) {
-        let segment = &self.cycle.segments[self.segment[j] as usize];
+        let (segment, stiffness) = (self.segment(j), self.middles[j].stiffness);
         let contact = trajectory.contact;
         let deflection = hermite(left, right, self.step);
         let mut force = [0.0; 4];
         if contact.touching() {
             let rate = derivative(deflection, self.step);
             for i in 0..4 {
-                force[i] = segment.stiffness * deflection[i] + segment.damping * rate[i];
+                force[i] = stiffness * deflection[i] + segment.damping * rate[i];
             }
-            force[0] -= segment.stiffness * contact.sign() * self.half_gap;
+            force[0] -= stiffness * contact.sign() * self.half_gap;
         }
         let (first, second) = start.split_at(start.len() / 2);
         observer.window(&Window {
@@ -295,7 +346,7 @@ impl Kernel for Stepping {
 
     fn workspace(&self) -> SteppingWorkspace {
         SteppingWorkspace {
-            start: vec![0.0; self.deflection.len()],
+            start: vec![0.0; self.directions[0].deflection.len()],
             turned: vec![[0.0; 2]; self.ripple.len()],
         }
     }
@@ -313,9 +364,25 @@ impl Kernel for Stepping {
             *turned = [cos, sin];
         }
         let mut events = 0;
-        let mut last = self.sight(&trajectory.state, 0);
+        let mut last = self.sight(&trajectory.state, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
+            if self.directions.len() > 1 {
+                if j > 0 {
+                    let end = self.sight(&trajectory.state, j - 1, 2 * j);
+                    self.follow(
+                        trajectory,
+                        tangents,
+                        j - 1,
+                        [last, end],
+                        &mut events,
+                        observer,
+                    )?;
+                    last = end;
+                }
+                last = self.turn(trajectory, j, last, &mut events, observer)?;
+                left = last;
+            }
             if O::WINDOWS {
                 workspace.start.copy_from_slice(&trajectory.state);
             }
@@ -323,12 +390,11 @@ impl Kernel for Stepping {
             for index in 0..tangents.count() {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
-            let sight = self.sight(&trajectory.state, 2 * j + 1);
-            let damping = self.cycle.segments[self.segment[j] as usize].damping;
+            let sight = self.sight(&trajectory.state, j, 2 * j + 1);
             self.follow(
                 trajectory,
                 tangents,
-                damping,
+                j,
                 [last, sight],
                 &mut events,
                 observer,
@@ -339,25 +405,24 @@ impl Kernel for Stepping {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
             if O::WINDOWS {
-                let right = self.sight(&trajectory.state, 2 * j + 2);
+                let right = self.sight(&trajectory.state, j, 2 * j + 2);
                 self.show(trajectory, j, [left, right], &workspace.start, observer);
                 left = right;
             }
             last = sight;
         }
         // The contact state that goes into the next cycle is that of the state itself.
-        let end = self.sight(&trajectory.state, 2 * self.steps);
+        let end = self.sight(&trajectory.state, self.steps - 1, 2 * self.steps);
         let reach = end.deflection.abs() + end.rate.abs() * self.step;
         if reach.is_nan() || reach > RANGE * self.half_gap {
             return Err(Stop::Diverged {
                 cycle: trajectory.cycle,
             });
         }
-        let damping = self.cycle.segments[self.cycle.segments.len() - 1].damping;
         self.follow(
             trajectory,
             tangents,
-            damping,
+            self.steps - 1,
             [last, end],
             &mut events,
             observer,

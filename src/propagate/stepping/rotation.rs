@@ -144,14 +144,14 @@ mod tests {
         let general = Block {
             generator: [[-0.3, 1.7], [-2.1, 0.1]],
             static_input: [0.4, -0.9],
-            ..Block::mode(1.0, 0.0, 0.0, 0.0, 0.0)
+            ..Block::mode(1.0, 0.0, 0.0)
         };
         let blocks = [
-            Block::mode(0.0, 0.0, 1.0, 1.0, 0.7),
-            Block::mode(3.0, 0.0, 1.0, 1.0, 0.7),
-            Block::mode(3.0, 0.2, 1.0, 1.0, -2.0),
-            Block::mode(1e-6, 0.1, 1.0, 1.0, 1.0),
-            Block::mode(2.0, 1.0, 1.0, 1.0, 1.0),
+            Block::mode(0.0, 0.0, 0.7),
+            Block::mode(3.0, 0.0, 0.7),
+            Block::mode(3.0, 0.2, -2.0),
+            Block::mode(1e-6, 0.1, 1.0),
+            Block::mode(2.0, 1.0, 1.0),
             general,
         ];
         let n = blocks.len();
@@ -173,7 +173,7 @@ mod tests {
 
     #[test]
     fn tangents_do_not_feel_the_torques() {
-        let blocks = [Block::mode(3.0, 0.2, 1.0, 1.0, -2.0)];
+        let blocks = [Block::mode(3.0, 0.2, -2.0)];
         let rotation = Rotation::new(&blocks, 0.4);
         let mut tangent = [0.0, 0.0];
         rotation.advance_tangent(&mut tangent);

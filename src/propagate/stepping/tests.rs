@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::{Drive, InitialState, OperatingPoint};
+use crate::model::{Division, Drive, InitialState, OperatingPoint};
 use crate::shaft::ModalStructure;
 
 fn structure() -> ModalStructure {
@@ -24,11 +24,10 @@ fn structure() -> ModalStructure {
 fn model(stiffness: &[f64]) -> Model {
     let drive = Drive {
         half_gap: 1e-5,
-        stiffness: stiffness.to_vec(),
+        mesh: Division::levels(stiffness, &[]),
         damping: 1000.0,
         friction: 0.0,
         transmission_error: vec![(1, 5e-6, 0.3)],
-        transitions: Vec::new(),
         torque_ripple: Vec::new(),
     };
     let point = OperatingPoint {
@@ -81,9 +80,9 @@ fn steps_are_rounded_up_to_the_segment_boundaries() {
     // Boundaries at 0.6 of the cycle: multiples of five steps.
     let kernel = Stepping::new(&model(&two_level), 101, 10);
     assert_eq!(kernel.steps(), 105);
-    let split = kernel.segment.iter().position(|&s| s == 1).unwrap();
+    let split = kernel.middles.iter().position(|m| m.segment == 1).unwrap();
     assert_eq!(split, 63);
-    assert_eq!(kernel.segment.len(), 105);
+    assert_eq!(kernel.middles.len(), 105);
     assert_eq!(Stepping::new(&model(&[4e8]), 101, 10).steps(), 101);
     assert_eq!(Stepping::new(&model(&[4e8, 3e8, 2e8]), 0, 10).steps(), 3);
 }
@@ -134,7 +133,7 @@ fn windows_tile_the_cycle_and_agree_with_the_model() {
         let (deflection, rate) = model.deflection(&window.state, start);
         assert!((left(window.deflection) - deflection).abs() < 1e-13 * model.half_gap);
         let segment = &model.cycle.segments[usize::from(j >= 600)];
-        let force = model.force(segment, window.contact, deflection, rate);
+        let force = model.force(segment, window.contact, start, deflection, rate);
         assert!((left(window.force) - force).abs() < 1e-9 * (1.0 + force.abs()));
     }
 }

@@ -1,10 +1,12 @@
 //! The mesh closed on itself: what a window in contact makes of its free deflection.
 
 use super::TERMS;
+use super::lanes::{self, InstructionSet};
 use super::tables::{Row, Series};
+use super::varying::{Factors, Nodal};
 use crate::numerics::linalg::invert;
 
-/// The solution operator of one distinct pair (k, c).
+/// The solution operator of one distinct pair (k, c), or of one window whose k varies.
 ///
 /// With 𝒟 the derivative of a series by time and `S = (I + k B + c B')⁻¹`,
 ///
@@ -14,8 +16,6 @@ use crate::numerics::linalg::invert;
 /// ```
 #[derive(Debug)]
 pub struct Feedback {
-    /// Contact damping c \[N s/m\].
-    pub damping: f64,
     /// Columns of S̃ and Q̃.
     pub columns: [[Row; 2]; TERMS],
     /// What a unit of s b adds to f and δ.
@@ -52,9 +52,27 @@ impl Feedback {
         }
         let gap = solution[0].map(|s| -k * s);
         Self {
-            damping,
             columns,
             gap: [Row(gap), Row(after_force(response, &gap, -1.0))],
+        }
+    }
+}
+
+impl Feedback {
+    /// The operator of a window whose stiffness varies, from the factors of its system.
+    pub fn varying(set: InstructionSet, nodal: &Nodal, factors: &Factors) -> Self {
+        let mut columns = [[Row([0.0; TERMS]); 2]; TERMS];
+        for (j, [force, deflection]) in columns.iter_mut().enumerate() {
+            let mut free = [0.0; TERMS];
+            free[j] = 1.0;
+            force.0 = lanes::force(set, nodal, factors, &free, 0.0);
+            deflection.0 = lanes::deflection(set, nodal, &free, &force.0);
+        }
+        let free = [0.0; TERMS];
+        let gap = lanes::force(set, nodal, factors, &free, 1.0);
+        Self {
+            columns,
+            gap: [Row(gap), Row(lanes::deflection(set, nodal, &free, &gap))],
         }
     }
 }

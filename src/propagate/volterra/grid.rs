@@ -30,6 +30,8 @@ pub struct Grid {
     pub segment_of_cell: Vec<usize>,
     /// First cell after each segment.
     pub segment_end_cell: Vec<usize>,
+    /// First cell after each segment and those behind it that have its direction.
+    pub direction_end_cell: Vec<usize>,
     /// The distinct lengths of cells Δ \[s\].
     pub lengths: Vec<f64>,
     /// Which of them a segment has.
@@ -48,6 +50,7 @@ impl Grid {
             time: Vec::new(),
             segment_of_cell: Vec::new(),
             segment_end_cell: Vec::new(),
+            direction_end_cell: Vec::new(),
             lengths,
             length_of_segment,
         };
@@ -59,7 +62,18 @@ impl Grid {
             grid.segment_end_cell.push(grid.segment_of_cell.len());
         }
         grid.time.push(cycle.period);
+        grid.direction_end_cell = grid.segment_end_cell.clone();
+        for index in (1..cells.len()).rev() {
+            if cycle.segments[index].direction == cycle.segments[index - 1].direction {
+                grid.direction_end_cell[index - 1] = grid.direction_end_cell[index];
+            }
+        }
         grid
+    }
+
+    /// Length Δ of a segment's cells \[s\].
+    pub fn delta(&self, segment: usize) -> f64 {
+        self.lengths[self.length_of_segment[segment]]
     }
 
     /// Number of cells.

@@ -8,6 +8,7 @@
 //! between runs on one.
 
 mod cut;
+mod varying;
 mod window;
 
 pub use cut::{Basis, ExponentialChunk};
@@ -16,7 +17,8 @@ pub use window::{Solution, Windows};
 use super::TERMS;
 use super::feedback::Feedback;
 use super::tables::{BlockChunk, Row, Series};
-use crate::model::{Contact, Surface};
+use super::varying::{Factors, Nodal};
+use crate::model::{Contact, STIFFNESS_TERMS, Surface};
 use crate::numerics::legendre::transforms24;
 use crate::propagate::Counters;
 use crate::propagate::events::{self, Crossing};
@@ -213,6 +215,46 @@ for_each_set! {
 }
 
 for_each_set! {
+    /// Factorises a window's system; `places` are its nodes within the segment whose
+    /// `stiffness` varies.
+    fn factorise(
+        nodal: &Nodal,
+        stiffness: &[f64; STIFFNESS_TERMS],
+        places: &Series,
+        damping: f64,
+        out: &mut Factors,
+    ) = factorise_body
+}
+
+for_each_set! {
+    /// [`solve`] in contact with a stiffness that varies.
+    fn solve_varying(
+        rows: &[Row],
+        x: &[f64],
+        nodal: &Nodal,
+        factors: &Factors,
+        gap: f64,
+        out: &mut Solution,
+    ) = solve_varying_body
+}
+
+for_each_set! {
+    /// [`respond`] where the stiffness varies.
+    fn respond_varying(rows: &[Row], x: &[f64], nodal: &Nodal, factors: &Factors) -> Series
+        = respond_varying_body
+}
+
+for_each_set! {
+    /// Force series from that of the free deflection; `gap` is s b [m].
+    fn force(nodal: &Nodal, factors: &Factors, free: &Series, gap: f64) -> Series = force_body
+}
+
+for_each_set! {
+    /// Deflection series from those of the free deflection and the force.
+    fn deflection(nodal: &Nodal, free: &Series, force: &Series) -> Series = deflection_body
+}
+
+for_each_set! {
     /// `out = D x + E f + …` for a full window: `force` none in free flight, `inputs` the
     /// weights of the constant and harmonic inputs (none for a tangent).
     fn advance(
@@ -307,6 +349,9 @@ fn first_crossing_body<const SET: u8>(
 }
 
 use cut::{at_nodes_body, basis_body, cut_body, ends_body, moments_body, push_body};
+use varying::{
+    deflection_body, factorise_body, force_body, respond_varying_body, solve_varying_body,
+};
 use window::{advance_body, respond_body, solve_body};
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! How long is a window?
 
 use super::TERMS;
-use crate::model::Model;
+use crate::model::{Block, MeshGain, Model};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
 /// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
@@ -12,15 +12,21 @@ pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
 /// Upper bound of the rates \[1/s\] in any contact state and of the excitation: with the
 /// spring closed an eigenvalue moves by at most the norm of what is added.
 pub fn fastest_rate(model: &Model) -> f64 {
-    let mut open: f64 = 0.0;
-    let (mut stiffening, mut damping) = (0.0, 0.0);
-    for block in &model.blocks {
-        open = open.max(block.natural_frequency());
-        let [w1, w2] = block.deflection;
-        let [r1, r2] = block.rate();
-        let [g1, g2] = block.mesh_input;
-        stiffening += (r1 * g1 + r2 * g2).abs();
-        damping += (r1 * g1 + r2 * g2).abs() + (w1 * g1 + w2 * g2).abs();
+    let frequencies = model.blocks.iter().map(Block::natural_frequency);
+    let open = frequencies.fold(0.0, f64::max);
+    let (mut stiffening, mut damping) = (0.0_f64, 0.0_f64);
+    for gains in &model.directions {
+        let felt = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
+            (gains.iter())
+                .map(|gain| {
+                    let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
+                    (r1 * g1 + r2 * g2).abs()
+                })
+                .sum()
+        };
+        let by_rate = felt(|gain| gain.rate);
+        stiffening = stiffening.max(by_rate);
+        damping = damping.max(by_rate + felt(|gain| gain.deflection));
     }
     let k = model.cycle.largest_stiffness();
     let c = model

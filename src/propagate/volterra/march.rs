@@ -5,9 +5,12 @@
 //! grid, windows of full length follow one another until one would pass such a
 //! breakpoint; that one is cut there, and the march is aligned again.
 
-use super::lanes::{self, Solution};
+use super::feedback::Feedback;
+use super::lanes::{self, LANES, Solution};
 use super::partial::Cut;
-use super::tables::Series;
+use super::tables::{Closure, Series};
+use super::varying::{Factors, Nodal};
+use super::window_table::WindowTable;
 use super::{TERMS, Volterra};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::numerics::legendre;
@@ -33,6 +36,17 @@ pub struct Workspace {
     tangent_next: Vec<f64>,
     solution: Solution,
     cut: Cut,
+    /// Of the present window, where its stiffness varies off the grid.
+    factors: Factors,
+}
+
+/// What closes the mesh on a window in contact.
+#[derive(Clone, Copy)]
+enum Closed<'a> {
+    /// A table's operator.
+    Table(&'a Feedback),
+    /// The factors of this window's own system.
+    Factors(&'a Nodal, &'a Factors),
 }
 
 /// Where a window starts.
@@ -60,7 +74,8 @@ impl Kernel for Volterra<'_> {
             tangent_count: 0,
             tangent_next: vec![0.0; 2 * t.layout.padded],
             solution: Solution::ZERO,
-            cut: Cut::new(t.blocks.len()),
+            cut: Cut::new(t.layout.padded / LANES),
+            factors: Factors::NONE,
         }
     }
 
@@ -119,7 +134,7 @@ impl Volterra<'_> {
         let stop_cell = if contact.touching() {
             grid.segment_end_cell[segment]
         } else {
-            grid.cells()
+            grid.direction_end_cell[segment]
         };
         let stop = grid.time[stop_cell];
         if clock.aligned.is_none() && clock.time >= stop {
@@ -135,17 +150,21 @@ impl Volterra<'_> {
         };
 
         self.set_inputs(clock, &mut workspace.state);
-        let gap = contact.sign() * self.model.half_gap;
-        let closed = contact
-            .touching()
-            .then(|| (self.tables.feedback(segment), gap));
-        lanes::solve(
-            self.instructions,
-            &table.rows,
-            &workspace.state,
-            closed,
-            &mut workspace.solution,
-        );
+        let (set, gap) = (self.instructions, contact.sign() * self.model.half_gap);
+        if contact.touching() {
+            self.close(clock, segment, &mut workspace.factors, counters);
+        }
+        let closed = self.closed(clock, segment, *contact, &workspace.factors);
+        let (state, solution) = (&workspace.state, &mut workspace.solution);
+        match closed {
+            Some(Closed::Factors(nodal, factors)) => {
+                lanes::solve_varying(set, &table.rows, state, nodal, factors, gap, solution);
+            }
+            Some(Closed::Table(feedback)) => {
+                lanes::solve(set, &table.rows, state, Some((feedback, gap)), solution);
+            }
+            None => lanes::solve(set, &table.rows, state, None, solution),
+        }
         counters.windows += 1;
         let solution = &workspace.solution;
         let farthest = FARTHEST * self.model.half_gap;
@@ -198,7 +217,8 @@ impl Volterra<'_> {
                     rate: 2.0 / table.delta * slope,
                 });
                 counters.events += 1;
-                if workspace.tangent_count > 0 {
+                // A step of δ at a prescribed time leaves tangents as they are.
+                if workspace.tangent_count > 0 && on_surface {
                     self.salt(self.segment(clock), to.touching(), workspace);
                 }
                 *contact = to;
@@ -280,8 +300,9 @@ impl Volterra<'_> {
             );
         }
         let w = workspace;
+        let closed = self.closed(clock, segment, contact, &w.factors);
         for x in &mut w.tangents[..w.tangent_count] {
-            let force = self.tangent_force(x, segment, contact);
+            let force = self.tangent_force(x, table, closed);
             lanes::advance(
                 set,
                 &table.moves,
@@ -326,8 +347,9 @@ impl Volterra<'_> {
             self.show(clock, segment, contact, tau, &series, workspace, observer);
         }
         let w = workspace;
+        let closed = self.closed(clock, segment, contact, &w.factors);
         for x in &mut w.tangents[..w.tangent_count] {
-            let force = self.tangent_force(x, segment, contact);
+            let force = self.tangent_force(x, table, closed);
             self.cut_tangent(table, &w.cut, force.as_ref(), x);
             counters.tangent_windows += 1;
         }
@@ -336,12 +358,52 @@ impl Volterra<'_> {
         clock.time += tau;
     }
 
+    /// Factorises the system of a window in contact that no table has.
+    fn close(&self, clock: &Clock, segment: usize, factors: &mut Factors, counters: &mut Counters) {
+        let table = self.tables.window(segment);
+        let stiffness = &self.model.cycle.segments[segment];
+        if let (None, Some(nodal)) = (clock.aligned, &table.nodal)
+            && !stiffness.stiffness.is_constant()
+        {
+            let closure = Closure::new(self.model, stiffness, clock.time, table.delta);
+            closure.factorise(self.instructions, nodal, factors);
+            counters.factorised += 1;
+        }
+    }
+
+    /// What closes the mesh on the window that starts at the clock; none in free flight.
+    fn closed<'a>(
+        &'a self,
+        clock: &Clock,
+        segment: usize,
+        contact: Contact,
+        factors: &'a Factors,
+    ) -> Option<Closed<'a>> {
+        if !contact.touching() {
+            return None;
+        }
+        let grid = &self.tables.grid;
+        let constant = || self.model.cycle.segments[segment].stiffness.is_constant();
+        Some(match (clock.aligned, &self.tables.window(segment).nodal) {
+            (None, Some(nodal)) if !constant() => Closed::Factors(nodal, factors),
+            (Some(cell), _) => Closed::Table(self.tables.feedback(cell)),
+            (None, _) => Closed::Table(self.tables.feedback(grid.segment_end_cell[segment] - 1)),
+        })
+    }
+
     /// The force series of a tangent vector; none in free flight.
-    fn tangent_force(&self, x: &[f64], segment: usize, contact: Contact) -> Option<Series> {
-        let rows = &self.tables.window(segment).rows[..2 * self.tables.layout.padded];
-        contact
-            .touching()
-            .then(|| lanes::respond(self.instructions, rows, x, self.tables.feedback(segment)))
+    fn tangent_force(
+        &self,
+        x: &[f64],
+        table: &WindowTable,
+        closed: Option<Closed<'_>>,
+    ) -> Option<Series> {
+        let rows = &table.rows[..2 * self.tables.layout.padded];
+        let set = self.instructions;
+        closed.map(|closed| match closed {
+            Closed::Table(feedback) => lanes::respond(set, rows, x, feedback),
+            Closed::Factors(nodal, factors) => lanes::respond_varying(set, rows, x, nodal, factors),
+        })
     }
 
     fn show<O: Observer>(
@@ -370,10 +432,11 @@ impl Volterra<'_> {
 
     /// Applies the saltation matrix of an event to all tangents.
     fn salt(&self, segment: usize, entering: bool, workspace: &mut Workspace) {
-        let damping = self.tables.feedback(segment).damping;
+        let segment = &self.model.cycle.segments[segment];
+        let (gains, damping) = (self.model.gains(segment), segment.damping);
         for x in &mut workspace.tangents[..workspace.tangent_count] {
             let (first, second) = x.split_at_mut(self.tables.layout.padded);
-            saltation::apply(&self.model.blocks, damping, entering, first, second);
+            saltation::apply(gains, damping, entering, first, second);
         }
     }
 

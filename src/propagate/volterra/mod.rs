@@ -49,6 +49,7 @@ mod length;
 mod march;
 mod partial;
 mod tables;
+mod varying;
 mod window_table;
 
 pub use lanes::InstructionSet;
@@ -88,7 +89,7 @@ impl<'m> Volterra<'m> {
     ) -> Self {
         Self {
             model,
-            tables: Tables::new(model, tolerance),
+            tables: Tables::new(model, tolerance, instructions),
             event_limit,
             instructions,
         }

@@ -65,7 +65,7 @@ impl Volterra<'_> {
         let moments = force.map(|f| lanes::moments(set, &cut.basis, f));
         lanes::cut(
             set,
-            &t.blocks,
+            &t.blocks[table.direction],
             &table.exponentials,
             &cut.ends,
             moments.as_ref(),
@@ -77,7 +77,14 @@ impl Volterra<'_> {
             let phase = (x[at], x[at + 1]);
             let series = series.map(|u| multiply(phase, u).0);
             let moments = lanes::moments(set, &cut.basis, &series);
-            lanes::push(set, &t.blocks, &table.exponentials, input, &moments, x);
+            lanes::push(
+                set,
+                &t.blocks[table.direction],
+                &table.exponentials,
+                input,
+                &moments,
+                x,
+            );
         }
     }
 
@@ -93,7 +100,7 @@ impl Volterra<'_> {
         let moments = force.map(|f| lanes::moments(set, &cut.basis, f));
         lanes::cut(
             set,
-            &t.blocks,
+            &t.blocks[table.direction],
             &table.exponentials,
             &cut.ends,
             moments.as_ref(),

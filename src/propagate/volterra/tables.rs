@@ -3,9 +3,11 @@
 use super::TERMS;
 use super::feedback::Feedback;
 use super::grid::Grid;
-use super::lanes::{LANES, Lanes};
-use super::window_table::WindowTable;
-use crate::model::Model;
+use super::lanes::{self, InstructionSet, LANES, Lanes};
+use super::varying::{Factors, Nodal};
+use super::window_table::{BlockExponential, WindowTable};
+use crate::model::{MeshGain, Model, Segment, Stiffness};
+use crate::numerics::legendre::transforms24;
 
 /// A series on a window.
 pub type Series = [f64; TERMS];
@@ -57,36 +59,49 @@ pub struct Tables {
     pub layout: Layout,
     /// Where windows start.
     pub grid: Grid,
-    /// One table a length of window in the grid.
+    /// One table a length of window in the grid and direction of the mesh force.
     pub windows: Vec<WindowTable>,
-    /// Gains of the blocks.
-    pub blocks: Vec<BlockChunk>,
+    /// Gains of the blocks, one list a direction.
+    pub blocks: Vec<Vec<BlockChunk>>,
     /// Input of every chunk of blocks, one a torque ripple.
     pub ripple: Vec<Vec<[Lanes; 2]>>,
-    /// Solution operator of every mesh segment, among those of its window table.
-    feedback_of_segment: Vec<usize>,
+    /// Window table of every mesh segment.
+    window_of_segment: Vec<usize>,
+    /// Solution operator of every cell, among those of its window table.
+    feedback_of_cell: Vec<usize>,
     /// (cos, sin) of the transmission error's harmonics at the start of every cell.
     pub cell_phases: Vec<f64>,
 }
 
 impl Tables {
     /// Tables for a model; see [`super::Volterra::new`] for `tolerance`.
-    pub fn new(model: &Model, tolerance: f64) -> Self {
+    pub fn new(model: &Model, tolerance: f64, set: InstructionSet) -> Self {
         let (layout, grid) = (Layout::new(model), Grid::new(model, tolerance));
-        let mut pairs = vec![Vec::new(); grid.lengths.len()];
-        let feedback_of_segment = (model.cycle.segments.iter())
+        let mut kinds: Vec<(usize, usize)> = Vec::new();
+        let window_of_segment: Vec<_> = (model.cycle.segments.iter())
             .zip(&grid.length_of_segment)
-            .map(|(segment, &length)| {
-                let pair = (segment.stiffness, segment.damping);
-                let known = pairs[length].iter().position(|p| *p == pair);
-                known.unwrap_or_else(|| {
-                    pairs[length].push(pair);
-                    pairs[length].len() - 1
-                })
+            .map(|(segment, &length)| place(&mut kinds, (length, segment.direction)))
+            .collect();
+        let mut closures = vec![Vec::new(); kinds.len()];
+        let feedback_of_cell = (0..grid.cells())
+            .map(|cell| {
+                let index = grid.segment_of_cell[cell];
+                let segment = &model.cycle.segments[index];
+                let closure = Closure::new(model, segment, grid.time[cell], grid.delta(index));
+                place(&mut closures[window_of_segment[index]], closure)
             })
             .collect();
-        let windows = (grid.lengths.iter().zip(&pairs))
-            .map(|(&delta, pairs)| WindowTable::new(model, layout, delta, pairs))
+        let exponentials: Vec<Vec<_>> = (grid.lengths.iter())
+            .map(|&delta| {
+                let exponential = |block| BlockExponential::new(block, delta);
+                model.blocks.iter().map(exponential).collect()
+            })
+            .collect();
+        let windows = (kinds.iter().zip(&closures))
+            .map(|(&(length, direction), closures)| {
+                let (delta, exponentials) = (grid.lengths[length], &exponentials[length]);
+                WindowTable::new(model, layout, delta, direction, exponentials, closures, set)
+            })
             .collect();
         let cell_phases = (grid.time.iter())
             .flat_map(|time| {
@@ -99,11 +114,14 @@ impl Tables {
         Self {
             layout,
             windows,
-            blocks: block_chunks(model),
+            blocks: (model.directions.iter())
+                .map(|gains| block_chunks(model, gains))
+                .collect(),
             ripple: (model.ripple.iter())
                 .map(|ripple| in_chunks(&ripple.input))
                 .collect(),
-            feedback_of_segment,
+            window_of_segment,
+            feedback_of_cell,
             cell_phases,
             grid,
         }
@@ -111,12 +129,63 @@ impl Tables {
 
     /// The tables of windows that start in a mesh segment.
     pub fn window(&self, segment: usize) -> &WindowTable {
-        &self.windows[self.grid.length_of_segment[segment]]
+        &self.windows[self.window_of_segment[segment]]
     }
 
-    /// The solution operator of a mesh segment.
-    pub fn feedback(&self, segment: usize) -> &Feedback {
-        &self.window(segment).feedback[self.feedback_of_segment[segment]]
+    /// The solution operator of the window that is a cell.
+    pub fn feedback(&self, cell: usize) -> &Feedback {
+        let table = self.window(self.grid.segment_of_cell[cell]);
+        &table.feedback[self.feedback_of_cell[cell]]
+    }
+}
+
+/// Place of a value in a list, appended where it is new.
+fn place<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
+    known.iter().position(|k| *k == value).unwrap_or_else(|| {
+        known.push(value);
+        known.len() - 1
+    })
+}
+
+/// What closes the mesh on a window: its stiffness and where the window lies in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closure {
+    /// Stiffness of the segment.
+    pub stiffness: Stiffness,
+    /// Contact damping c \[N s/m\].
+    pub damping: f64,
+    /// Places of the window's start and end in the segment, \[−1, 1\] being the segment; the
+    /// same for all windows where the stiffness is constant.
+    span: [f64; 2],
+}
+
+impl Closure {
+    /// That of a window of length `delta` \[s\] which starts at `time` \[s\] in a segment.
+    pub fn new(model: &Model, segment: &Segment, time: f64, delta: f64) -> Self {
+        let stiffness = segment.stiffness;
+        let place = |time: f64| segment.place(time / model.period());
+        let span = match stiffness.is_constant() {
+            true => [-1.0, 1.0],
+            false => [place(time), place(time + delta)],
+        };
+        Self {
+            stiffness,
+            damping: segment.damping,
+            span,
+        }
+    }
+
+    /// Whether the stiffness varies.
+    pub fn varies(&self) -> bool {
+        !self.stiffness.is_constant()
+    }
+
+    /// Factorises the window's system.
+    pub fn factorise(&self, set: InstructionSet, nodal: &Nodal, out: &mut Factors) {
+        let [start, end] = self.span;
+        let places = (transforms24().nodes()).map(|x| 0.5 * ((end - start) * x + (start + end)));
+        let stiffness = self.stiffness.coefficients();
+        lanes::factorise(set, nodal, stiffness, &places, self.damping, out);
     }
 }
 
@@ -134,22 +203,20 @@ fn in_chunks(pairs: &[[f64; 2]]) -> Vec<[Lanes; 2]> {
     pairs.chunks(LANES).map(chunk).collect()
 }
 
-fn block_chunks(model: &Model) -> Vec<BlockChunk> {
-    model
-        .blocks
-        .chunks(LANES)
-        .map(|group| {
+fn block_chunks(model: &Model, gains: &[MeshGain]) -> Vec<BlockChunk> {
+    (model.blocks.chunks(LANES).zip(gains.chunks(LANES)))
+        .map(|(group, gains)| {
             let mut chunk = BlockChunk {
                 traceless: [Lanes::ZERO; 4],
                 mesh_pull: [Lanes::ZERO; 2],
                 static_input: [Lanes::ZERO; 2],
             };
-            for (l, block) in group.iter().enumerate() {
+            for (l, (block, gain)) in group.iter().zip(gains).enumerate() {
                 for (k, value) in block.traceless().as_flattened().iter().enumerate() {
                     chunk.traceless[k].0[l] = *value;
                 }
                 for j in 0..2 {
-                    chunk.mesh_pull[j].0[l] = -block.mesh_input[j];
+                    chunk.mesh_pull[j].0[l] = -gain.mesh_input[j];
                     chunk.static_input[j].0[l] = block.static_input[j];
                 }
             }

@@ -1,17 +1,18 @@
-//! Everything that depends on the length of a window.
+//! Everything that depends on the length of a window and on the direction of the mesh force.
 
 use super::TERMS;
 use super::feedback::Feedback;
-use super::lanes::{ExponentialChunk, LANES, Windows};
-use super::tables::{Layout, Row};
-use crate::model::{Block, Model};
+use super::lanes::{ExponentialChunk, InstructionSet, LANES, Windows};
+use super::tables::{Closure, Layout, Row};
+use super::varying::{Factors, Nodal};
+use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series, multiply};
 
 /// Terms of the series of response kernels; the convolution table's first size.
 const KERNEL_TERMS: usize = 32;
 
-/// Tables of the windows of one length.
+/// Tables of the windows of one length and one direction of the mesh force.
 #[derive(Debug)]
 pub struct WindowTable {
     /// Window length Δ \[s\].
@@ -23,16 +24,28 @@ pub struct WindowTable {
     /// Rows of R: one series an entry of the extended state (first components, second
     /// components, inputs).
     pub rows: Vec<Row>,
-    /// Solution operators, one a distinct (k, c).
+    /// Solution operators: one a distinct (k, c), or one a cell whose stiffness varies.
     pub feedback: Vec<Feedback>,
+    /// Where the stiffness varies on some window: what closes the mesh there.
+    pub nodal: Option<Box<Nodal>>,
+    /// Direction of the mesh force, among the model's.
+    pub direction: usize,
     /// Series of every torque ripple's `e^{iωt}` on a full window.
     pub ripple: Vec<[Complex; TERMS]>,
 }
 
 impl WindowTable {
-    /// Tables of windows of length `delta` \[s\] for a model, whose mesh has the `pairs`
-    /// (k, c) on such windows.
-    pub fn new(model: &Model, layout: Layout, delta: f64, pairs: &[(f64, f64)]) -> Self {
+    /// Tables of windows of length `delta` \[s\] for a model, whose mesh has the `closures` on
+    /// such windows. `exponentials` are those of the blocks on a window of this length.
+    pub fn new(
+        model: &Model,
+        layout: Layout,
+        delta: f64,
+        direction: usize,
+        exponentials: &[BlockExponential],
+        closures: &[Closure],
+        set: InstructionSet,
+    ) -> Self {
         let chunks = layout.padded / LANES;
         let mut table = Self {
             delta,
@@ -40,16 +53,13 @@ impl WindowTable {
             moves: Windows::new(chunks, layout.acting),
             rows: vec![Row([0.0; TERMS]); 2 * layout.padded + layout.inputs],
             feedback: Vec::new(),
+            nodal: None,
+            direction,
             ripple: Vec::new(),
         };
-        let exponentials: Vec<_> = model
-            .blocks
-            .iter()
-            .map(|block| BlockExponential::new(block, delta))
-            .collect();
-        table.fill_structure(model, layout, &exponentials);
-        table.fill_feedback(model, layout, pairs, &exponentials);
-        table.fill_ripple(model, layout, &exponentials);
+        table.fill_structure(model, layout, exponentials);
+        table.fill_feedback(model, layout, closures, exponentials, set);
+        table.fill_ripple(model, layout, exponentials);
         table.fill_transmission_error(model, layout);
         table
     }
@@ -62,15 +72,20 @@ impl WindowTable {
     /// R, D, E and the mean torques' effect on the state.
     fn fill_structure(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;
+        let gains = &model.directions[self.direction];
         for (i, (block, exponential)) in model.blocks.iter().zip(exponentials).enumerate() {
             let (chunk, lane) = (i / LANES, i % LANES);
+            let MeshGain {
+                deflection: w,
+                mesh_input,
+                ..
+            } = gains[i];
             for n in 0..TERMS {
                 let e = exponential.matrix(n);
                 for j in 0..2 {
-                    self.rows[j * layout.padded + i].0[n] =
-                        block.deflection[0] * e[0][j] + block.deflection[1] * e[1][j];
+                    self.rows[j * layout.padded + i].0[n] = w[0] * e[0][j] + w[1] * e[1][j];
                 }
-                let g = apply(e, block.mesh_input);
+                let g = apply(e, mesh_input);
                 let moment = -moment(n, delta);
                 self.moves
                     .set_response(i, n, [moment * g[0], moment * g[1]]);
@@ -85,40 +100,56 @@ impl WindowTable {
         }
     }
 
-    /// S̃ and Q̃ of every pair (k, c), and the mean torques' effect on δ.
+    /// S̃ and Q̃ of every closure, and the mean torques' effect on δ.
     fn fill_feedback(
         &mut self,
         model: &Model,
         layout: Layout,
-        pairs: &[(f64, f64)],
+        closures: &[Closure],
         exponentials: &[BlockExponential],
+        set: InstructionSet,
     ) {
+        let gains = &model.directions[self.direction];
         let mut impulse = Kernels::default();
         let mut torque = Kernels::default();
-        for (block, exponential) in model.blocks.iter().zip(exponentials) {
-            impulse.add(block, exponential, block.mesh_input);
-            torque.add(block, exponential, block.static_input);
+        for ((block, gain), exponential) in model.blocks.iter().zip(gains).zip(exponentials) {
+            impulse.add(gain, exponential, gain.mesh_input);
+            torque.add(gain, exponential, block.static_input);
         }
         let convolution = convolution24();
         let response = convolution.operator(&impulse.deflection, self.delta);
         let response_rate = convolution.operator(&impulse.rate, self.delta);
         self.rows[2 * layout.padded].0 = convolution.step(&torque.deflection, self.delta);
-        self.feedback = (pairs.iter())
-            .map(|&pair| Feedback::new(pair, &response, &response_rate, self.delta))
+        if closures.iter().any(|closure| closure.varies()) {
+            self.nodal = Some(Nodal::new(&response, &response_rate, self.delta));
+        }
+        let mut factors = Factors::NONE;
+        self.feedback = (closures.iter())
+            .map(|closure| match &self.nodal {
+                Some(nodal) if closure.varies() => {
+                    closure.factorise(set, nodal, &mut factors);
+                    Feedback::varying(set, nodal, &factors)
+                }
+                _ => {
+                    let pair = (closure.stiffness.mean(), closure.damping);
+                    Feedback::new(pair, &response, &response_rate, self.delta)
+                }
+            })
             .collect();
     }
 
     /// Torque ripples: their effect on state and δ, phase left out.
     fn fill_ripple(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;
+        let gains = &model.directions[self.direction];
         for (index, ripple) in model.ripple.iter().enumerate() {
             let column = TERMS + 1 + 2 * index;
             let mut series = [(0.0, 0.0); TERMS];
             legendre_series((0.0, ripple.angular_frequency), delta, &mut series);
             let mut kernels = Kernels::default();
-            let blocks = model.blocks.iter().zip(exponentials).zip(&ripple.input);
-            for (i, ((block, exponential), gain)) in blocks.enumerate() {
-                kernels.add(block, exponential, *gain);
+            let blocks = gains.iter().zip(exponentials).zip(&ripple.input);
+            for (i, ((mesh, exponential), gain)) in blocks.enumerate() {
+                kernels.add(mesh, exponential, *gain);
                 let mut state = [(0.0, 0.0); 2];
                 for (n, u) in series.iter().enumerate() {
                     let e = apply(exponential.matrix(n), *gain);
@@ -172,7 +203,7 @@ fn eigenvalue(block: &Block, delta: f64) -> (f64, f64) {
 }
 
 /// Legendre series of one block's `e^{At}` on a window.
-struct BlockExponential {
+pub struct BlockExponential {
     cosine: [f64; KERNEL_TERMS],
     sine: [f64; KERNEL_TERMS],
     end: [f64; 2],
@@ -180,7 +211,8 @@ struct BlockExponential {
 }
 
 impl BlockExponential {
-    fn new(block: &Block, delta: f64) -> Self {
+    /// The series on a window of length `delta` \[s\].
+    pub fn new(block: &Block, delta: f64) -> Self {
         let (mu, nu) = eigenvalue(block, delta);
         let mut series = [(0.0, 0.0); KERNEL_TERMS];
         let end = legendre_series((mu, nu), delta, &mut series);
@@ -231,8 +263,8 @@ impl Default for Kernels {
 }
 
 impl Kernels {
-    fn add(&mut self, block: &Block, exponential: &BlockExponential, input: [f64; 2]) {
-        let (w, r) = (block.deflection, block.rate());
+    fn add(&mut self, gain: &MeshGain, exponential: &BlockExponential, input: [f64; 2]) {
+        let (w, r) = (gain.deflection, gain.rate);
         for n in 0..KERNEL_TERMS {
             let x = apply(exponential.matrix(n), input);
             self.deflection[n] += w[0] * x[0] + w[1] * x[1];

@@ -1,11 +1,11 @@
 //! The trajectory to about 30 digits: how large are the errors of everything else?
 //!
-//! Between breakpoints and events the system is linear with constant coefficients and harmonic
-//! inputs, so its Taylor series follows from itself. With `u = t/h` on a step of length h,
+//! Between breakpoints and events the system is linear, its stiffness a polynomial (mostly a
+//! constant) and its inputs harmonic, so its Taylor series follows from itself. With `u = t/h` on a step of length h,
 //!
 //! ```text
 //! x(u) = Σ X_j u^j,   X_{j+1} = h/(j+1) (A X_j − g F_j + s_j)
-//! F_j  = k (δ_j − s b [j = 0]) + c δ'_j
+//! F_j  = Σ_m k_m (δ_{j−m} − s b [j = m]) + c δ'_j
 //! ```
 //!
 //! in numbers of two doubles each. Steps are a radian of the fastest rate, so that the terms
@@ -21,7 +21,7 @@ pub use double_double::DoubleDouble;
 
 use super::ReferenceError;
 use super::integrator::{CROSSING_LIMIT, fastest_rate};
-use crate::model::{Contact, Model, Surface, TrajectoryState};
+use crate::model::{Contact, Model, Segment, Surface, TrajectoryState};
 use series::{Instant, Structure};
 
 /// Terms of the series on a step: X₀ … X₃₀.
@@ -158,6 +158,9 @@ impl March<'_> {
         for (index, segment) in cycle.segments.iter().enumerate() {
             let mut time = boundary(segment.start);
             let end = boundary(segment.end);
+            if cycle.turns(index) {
+                self.turn(segment, time);
+            }
             while time < end {
                 let rest = end - time;
                 let steps = (rest.value() / self.extended.step).ceil().max(1.0);
@@ -180,6 +183,27 @@ impl March<'_> {
         }
         self.cycle += 1;
         Ok(())
+    }
+
+    /// Takes up a new direction: δ steps, and the contact state with it.
+    fn turn(&mut self, segment: &Segment, time: DoubleDouble) {
+        let Extended {
+            model, structure, ..
+        } = self.extended;
+        let deflection = structure.deflection(model, segment, time, &self.state);
+        let target = Contact::classify(deflection.value(), 0.0, model.half_gap);
+        while let Some(surface) = self.contact.towards(target) {
+            let from = self.contact;
+            self.contact = from.across(surface);
+            // Nothing stands on a surface after a step over it.
+            self.crossed = None;
+            self.crossings.push(ExtendedCrossing {
+                cycle: self.cycle,
+                time,
+                from,
+                to: self.contact,
+            });
+        }
     }
 
     /// One step, or to the first event, whose time is given.

@@ -2,12 +2,12 @@
 
 use super::DoubleDouble;
 use super::root::evaluate;
-use crate::model::{Contact, Model, Segment};
+use crate::model::{Block, Contact, MeshGain, Model, Segment};
 
-/// A model's blocks in extended precision, structure of arrays with one entry a block.
+/// A model's blocks in extended precision, one list a direction of the mesh force.
 #[derive(Debug, Clone)]
 pub(super) struct Structure {
-    blocks: Vec<ExtendedBlock>,
+    directions: Vec<Vec<ExtendedBlock>>,
 }
 
 /// One block: `x' = A x − g F + s`, `w·x` to the deflection, `w A x` to its rate.
@@ -47,23 +47,38 @@ impl StepSeries {
 
 impl Structure {
     pub fn new(model: &Model) -> Self {
-        let blocks = model
-            .blocks
-            .iter()
-            .map(|b| {
-                let ([w1, w2], [a1, a2]) = (b.deflection, b.generator);
-                let entry =
-                    |i: usize| DoubleDouble::product(w1, a1[i]) + DoubleDouble::product(w2, a2[i]);
-                ExtendedBlock {
-                    generator: b.generator,
-                    mesh_input: b.mesh_input,
-                    static_input: b.static_input,
-                    deflection: b.deflection,
-                    rate: [entry(0), entry(1)],
-                }
-            })
+        let extend = |(block, gain): (&Block, &MeshGain)| {
+            let ([w1, w2], [a1, a2]) = (gain.deflection, block.generator);
+            let entry =
+                |i: usize| DoubleDouble::product(w1, a1[i]) + DoubleDouble::product(w2, a2[i]);
+            ExtendedBlock {
+                generator: block.generator,
+                mesh_input: gain.mesh_input,
+                static_input: block.static_input,
+                deflection: gain.deflection,
+                rate: [entry(0), entry(1)],
+            }
+        };
+        let directions = (model.directions.iter())
+            .map(|gains| model.blocks.iter().zip(gains).map(extend).collect())
             .collect();
-        Self { blocks }
+        Self { directions }
+    }
+
+    /// Deflection \[m\] of a state on a segment.
+    pub fn deflection(
+        &self,
+        model: &Model,
+        segment: &Segment,
+        time: DoubleDouble,
+        state: &[DoubleDouble],
+    ) -> DoubleDouble {
+        let n = model.modes();
+        let error = transmission_error(model, time, DoubleDouble::ZERO, 0);
+        let blocks = self.directions[segment.direction].iter().enumerate();
+        blocks.fold(-error[0][0], |sum, (i, block)| {
+            sum + state[i] * block.deflection[0] + state[n + i] * block.deflection[1]
+        })
     }
 
     /// The series of state and deflection from `state` over a step of the given length \[s\].
@@ -75,7 +90,8 @@ impl Structure {
         length: DoubleDouble,
         order: usize,
     ) -> StepSeries {
-        let n = self.blocks.len();
+        let blocks = &self.directions[instant.segment.direction];
+        let n = blocks.len();
         let error = transmission_error(model, instant.time, length, order);
         let ripple: Vec<_> = model
             .ripple
@@ -91,13 +107,14 @@ impl Structure {
             .collect();
 
         let touching = instant.contact.touching();
-        let (k, c) = (instant.segment.stiffness, instant.segment.damping);
+        let c = instant.segment.damping;
+        let stiffness = stiffness(model, instant, length);
         let offset = DoubleDouble::product(instant.contact.sign(), model.half_gap);
         let mut states: Vec<Vec<_>> = state.iter().map(|&x| vec![x]).collect();
         let mut deflection = Vec::with_capacity(order + 1);
         for j in 0..=order {
             let (mut d, mut rate) = (-error[j][0], -error[j][1]);
-            for (i, block) in self.blocks.iter().enumerate() {
+            for (i, block) in blocks.iter().enumerate() {
                 let (x, y) = (states[i][j], states[n + i][j]);
                 d += x * block.deflection[0];
                 rate += y * block.rate[1];
@@ -115,11 +132,17 @@ impl Structure {
             }
             let mut force = DoubleDouble::ZERO;
             if touching {
-                let compression = if j == 0 { d - offset } else { d };
-                force = compression * k + rate * c;
+                force = rate * c;
+                for (m, &k) in stiffness.iter().enumerate().take(j + 1) {
+                    let compression = match j - m {
+                        0 => deflection[0] - offset,
+                        before => deflection[before],
+                    };
+                    force += compression * k;
+                }
             }
             let scale = length / DoubleDouble::exact((j + 1) as f64);
-            for (i, block) in self.blocks.iter().enumerate() {
+            for (i, block) in blocks.iter().enumerate() {
                 let (x, y) = (states[i][j], states[n + i][j]);
                 for part in 0..2 {
                     let [a, b] = block.generator[part];
@@ -142,6 +165,47 @@ impl Structure {
         }
         StepSeries { states, deflection }
     }
+}
+
+/// Coefficients of the segment's stiffness on the step, as many as it has: with
+/// `x = x₀ + σ u` the place within the segment, the derivatives of `Σ a P` at x₀ by Legendre's
+/// recurrence, differentiated.
+fn stiffness(model: &Model, instant: &Instant<'_>, length: DoubleDouble) -> Vec<DoubleDouble> {
+    let segment = instant.segment;
+    let series = segment.stiffness.coefficients();
+    let terms = series.iter().rposition(|&a| a != 0.0).map_or(1, |n| n + 1);
+    let one = DoubleDouble::ONE;
+    let (start, end) = (
+        DoubleDouble::exact(segment.start),
+        DoubleDouble::exact(segment.end),
+    );
+    let width = end - start;
+    let phase = instant.time / DoubleDouble::exact(model.period());
+    let x = (phase - start) * 2.0 / width - one;
+    let scale = length * 2.0 / (DoubleDouble::exact(model.period()) * width);
+    // polynomials[n][m]: coefficient m of P_n(x₀ + σ u).
+    let mut polynomials = vec![vec![DoubleDouble::ZERO; terms]; terms];
+    polynomials[0][0] = one;
+    for n in 1..terms {
+        let k = n as f64;
+        for m in 0..=n {
+            let mut value = polynomials[n - 1][m] * x;
+            if m > 0 {
+                value += polynomials[n - 1][m - 1] * scale;
+            }
+            value = value * (2.0 * k - 1.0);
+            if n > 1 {
+                value = value - polynomials[n - 2][m] * (k - 1.0);
+            }
+            polynomials[n][m] = value / DoubleDouble::exact(k);
+        }
+    }
+    (0..terms)
+        .map(|m| {
+            let column = polynomials.iter().zip(series);
+            column.fold(DoubleDouble::ZERO, |sum, (p, &a)| sum + p[m] * a)
+        })
+        .collect()
 }
 
 /// Coefficients of the static transmission error and of its rate.

@@ -1,7 +1,7 @@
 //! Against closed forms, and its observed order.
 
 use super::*;
-use crate::model::{Drive, OperatingPoint};
+use crate::model::{Division, Drive, OperatingPoint};
 use crate::shaft::ModalStructure;
 
 /// One rigid degree of freedom with `Σ w g = 4`, half gap 1, period 2π.
@@ -24,8 +24,7 @@ fn one_degree(stiffness: f64, damping: f64, error: Vec<(u32, f64, f64)>) -> Mode
     };
     let drive = Drive {
         half_gap: 1.0,
-        stiffness: vec![stiffness; 7],
-        transitions: Vec::new(),
+        mesh: Division::levels(&[stiffness; 7], &[]),
         damping,
         friction: 0.0,
         transmission_error: error,

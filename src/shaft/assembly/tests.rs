@@ -99,6 +99,67 @@ fn fixed_and_tied_freedoms_leave_the_matrices() {
     );
 }
 
+/// A disc and a spring at a distance from the node that carries them, in closed form.
+#[test]
+fn a_carried_node_moves_with_its_rigid_body() {
+    let (offset, mass, stiffness) = (0.25, 7.0, 11.0);
+    let mut assembly = Assembly::new();
+    let body = assembly.add_node();
+    let node = assembly.add_carried_node(body, offset).unwrap();
+    let disc = Disc {
+        mass,
+        transverse_inertia: 2.0,
+        polar_inertia: 3.0,
+    };
+    assembly.add_disc(node, disc).unwrap();
+    assembly
+        .add_spring(node, [stiffness, 0.0, 0.0, 0.0, 0.0, 0.0])
+        .unwrap();
+    let matrices = assembly.matrices().unwrap();
+    let (m, k) = (&matrices.mass, &matrices.stiffness);
+    assert_eq!(m.nrows(), NODE_FREEDOMS);
+    let [x, y, tilt_x, tilt_y] = [0, 1, 3, 4];
+    let steiner = 2.0 + mass * offset * offset;
+    assert_eq!([m[(x, x)], m[(y, y)], m[(2, 2)]], [mass; 3]);
+    assert_eq!([m[(tilt_x, tilt_x)], m[(tilt_y, tilt_y)]], [steiner; 2]);
+    assert_eq!(m[(5, 5)], 3.0);
+    // θ × offset e_z = offset (θy, −θx, 0)
+    assert_eq!(
+        [m[(x, tilt_y)], m[(y, tilt_x)]],
+        [mass * offset, -mass * offset]
+    );
+    assert_eq!([m[(x, tilt_x)], m[(y, tilt_y)]], [0.0; 2]);
+    assert_eq!(k[(x, tilt_y)], stiffness * offset);
+    assert_eq!(k[(tilt_y, tilt_y)], stiffness * offset * offset);
+    assert_eq!(k[(y, y)], 0.0);
+    // A body that cannot tilt only translates.
+    assembly.fix(body, Freedom::RotationY).unwrap();
+    let held = assembly.matrices().unwrap();
+    assert_eq!(
+        held.functional(&[(node, Freedom::X, 2.0)]),
+        [2.0, 0.0, 0.0, 0.0, 0.0]
+    );
+    assert_eq!(
+        held.functional(&[(node, Freedom::Y, 1.0)]),
+        [0.0, 1.0, 0.0, -offset, 0.0]
+    );
+}
+
+#[test]
+fn springs_between_nodes_feel_their_difference() {
+    let mut assembly = Assembly::new();
+    let (a, b) = (assembly.add_node(), assembly.add_node());
+    assembly
+        .add_spring_between(a, b, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
+        .unwrap();
+    let k = assembly.matrices().unwrap().stiffness;
+    for i in 0..NODE_FREEDOMS {
+        let spring = (i + 1) as f64;
+        let found = [k[(i, i)], k[(i, 6 + i)], k[(6 + i, i)], k[(6 + i, 6 + i)]];
+        assert_eq!(found, [spring, -spring, -spring, spring]);
+    }
+}
+
 #[test]
 fn misuse_is_refused() {
     let mut assembly = Assembly::new();
@@ -122,6 +183,15 @@ fn misuse_is_refused() {
     // The master may lose its freedom after the tie.
     assembly.fix(b, Freedom::X).unwrap();
     assert_eq!(assembly.matrices().err(), bound(a, b));
+    let carried = assembly.add_carried_node(c, 0.1).unwrap();
+    let chain = assembly.add_carried_node(carried, 0.1).unwrap();
+    let mut free = assembly.clone();
+    free.tie(a, c, Freedom::X, 1.0).unwrap();
+    assert_eq!(free.matrices().err(), bound(chain, carried));
+    assert!(matches!(
+        assembly.add_carried_node(c, f64::INFINITY),
+        Err(ShaftError::NotFinite { .. })
+    ));
     assert!(matches!(
         assembly.add_shaft(
             &[0.0],

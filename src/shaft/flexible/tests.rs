@@ -1,5 +1,7 @@
 use super::*;
-use crate::gear::GearPair;
+use crate::gear::{GearPair, ToothForm};
+use crate::shaft::train::RIGID_MODES;
+use crate::shaft::{Bearing, Disc, Shaft};
 
 fn drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
@@ -24,6 +26,7 @@ fn drive() -> FlexibleDrive {
             face_width: 20e-3,
             body_length: [30e-3, 20e-3],
             rated_torque: 40.0,
+            form: ToothForm::default(),
         },
         shafts: [shaft(20e-3), shaft(24e-3)],
         young_modulus: 206e9,

@@ -52,7 +52,6 @@ fn close(found: f64, exact: f64, size: f64, what: &str) {
 
 fn feedback(stream: &mut Stream) -> Feedback {
     Feedback {
-        damping: f64::NAN,
         columns: std::array::from_fn(|_| [Row(series(stream)), Row(series(stream))]),
         gap: [Row(series(stream)), Row(series(stream))],
     }

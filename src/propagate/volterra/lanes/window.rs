@@ -72,7 +72,7 @@ impl Windows {
 
 /// `Σ weights[i] rows[i]`; both lengths are the same multiple of 4.
 #[inline(always)]
-fn combine<const SET: u8>(rows: &[Row], weights: &[f64]) -> Series {
+pub(super) fn combine<const SET: u8>(rows: &[Row], weights: &[f64]) -> Series {
     // Four sums in flight hide the latency of the multiply-add.
     let mut sums = [[0.0; TERMS]; 4];
     for (row, weight) in rows.chunks_exact(4).zip(weights.chunks_exact(4)) {
@@ -91,7 +91,7 @@ fn combine<const SET: u8>(rows: &[Row], weights: &[f64]) -> Series {
 
 /// `Σ |a[n]|`.
 #[inline(always)]
-fn size(a: &Series) -> f64 {
+pub(super) fn size(a: &Series) -> f64 {
     let mut sums = [0.0; LANES];
     for group in a.chunks_exact(LANES) {
         for l in 0..LANES {

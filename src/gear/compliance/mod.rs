@@ -1,0 +1,102 @@
+//! How much a pair of teeth gives under load, at any point of the path of contact.
+//!
+//! Improved potential-energy method (Yang & Lin 1987; Tian 2004; from the root circle along the
+//! real profile: Ma et al. 2014, Mech. Syst. Signal Process. 43): a tooth is a cantilever that
+//! stands on the root circle, its sections those of the involute and the trochoidal fillet.
+//! Compliances are per unit face width: metres of approach along the line of action for a line
+//! load of 1 N/m, so that a spring of width L has the stiffness `L / compliance`.
+
+mod beam;
+mod foundation;
+mod hertz;
+
+pub use beam::ToothCompliance;
+pub(super) use foundation::BODY_RATIO;
+
+use super::Flanks;
+
+/// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
+/// `[pinion, wheel]`.
+///
+/// Pairs in contact at the same time stand on one body each: its compliance must count once a
+/// gear for the whole mesh force, not in series with every pair.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PairCompliance {
+    /// Bending, shear and compression of each tooth above its root circle.
+    pub tooth: [f64; 2],
+    /// Flattening of the contact.
+    pub hertz: f64,
+    /// Fillet foundation of each gear at this contact point.
+    pub foundation: [f64; 2],
+}
+
+impl PairCompliance {
+    /// Teeth and contact without the bodies \[m²/N\].
+    pub fn without_bodies(&self) -> f64 {
+        self.tooth[0] + self.tooth[1] + self.hertz
+    }
+
+    /// All of it in series: a pair alone in contact \[m²/N\].
+    pub fn total(&self) -> f64 {
+        self.without_bodies() + self.foundation[0] + self.foundation[1]
+    }
+}
+
+impl Flanks {
+    /// Compliance of the pair in contact at position s (held on the path of contact), the
+    /// contact linear: `1/k_h = 2/π Σ (1 − ν²)/E` whatever the load.
+    pub fn compliance(&self, s: f64) -> PairCompliance {
+        let materials = &self.pair.form.material;
+        PairCompliance {
+            tooth: [0, 1].map(|gear| self.tooth_compliance(gear, s).total()),
+            hertz: hertz::linear(materials),
+            foundation: [0, 1].map(|gear| self.foundation_compliance(gear, s)),
+        }
+    }
+
+    /// As [`Self::compliance`], with the contact's secant compliance at a line load \[N/m\]
+    /// that is positive (Weber & Banaschek 1953): its approach over the load.
+    pub fn compliance_under(&self, s: f64, line_load: f64) -> PairCompliance {
+        PairCompliance {
+            hertz: self.hertz_approach(s, line_load) / line_load,
+            ..self.compliance(s)
+        }
+    }
+
+    /// Approach of the flanks at position s by their flattening under a line load \[m\]: from
+    /// the contact to the centre line of either tooth.
+    pub fn hertz_approach(&self, s: f64, line_load: f64) -> f64 {
+        let rolls = self.roll(s);
+        let depths = [0, 1].map(|gear| {
+            let tooth = &self.teeth[gear];
+            tooth.flank(rolls[gear]).x / tooth.force_angle(rolls[gear]).cos()
+        });
+        hertz::approach(
+            &self.pair.form.material,
+            self.relative_radius(s),
+            depths,
+            line_load,
+        )
+    }
+
+    /// Bending, shear and compression of the tooth of a gear (0 = pinion) loaded at position s.
+    pub fn tooth_compliance(&self, gear: usize, s: f64) -> ToothCompliance {
+        beam::tooth(
+            &self.teeth[gear],
+            self.roll(s)[gear],
+            &self.pair.form.material[gear],
+            &self.rule,
+        )
+    }
+
+    /// Fillet foundation of a gear (0 = pinion) loaded at position s, per unit width \[m²/N\].
+    pub fn foundation_compliance(&self, gear: usize, s: f64) -> f64 {
+        foundation::compliance(
+            &self.teeth[gear],
+            self.roll(s)[gear],
+            // Checked when the flanks were made.
+            self.pair.form.bore[gear].unwrap_or(self.teeth[gear].root_radius),
+            self.pair.form.material[gear].young_modulus,
+        )
+    }
+}

@@ -1,0 +1,150 @@
+//! What can be wrong with the drawing of a gear pair.
+
+/// Why a drawing is not a gear pair that runs. Gears are counted 1 = pinion, 2 = wheel.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GearError {
+    /// The base circles overlap at the given centre distance.
+    #[error(
+        "a centre distance of {centre_distance:.6} m is not more than the sum {base_radii:.6} m of the base radii: there is no line of action; raise it"
+    )]
+    BaseCirclesOverlap {
+        /// Centre distance \[m\].
+        centre_distance: f64,
+        /// Sum of the base radii \[m\].
+        base_radii: f64,
+    },
+    /// The profile shifts are so negative that no centre distance is free of backlash.
+    #[error(
+        "profile shifts with the sum {sum} leave no centre distance without backlash; it must be more than {limit:.4}"
+    )]
+    ShiftSum {
+        /// Sum of the profile shift coefficients.
+        sum: f64,
+        /// The sum at which the operating pressure angle is 0.
+        limit: f64,
+    },
+    /// A quantity that must be positive and finite is not.
+    #[error("{quantity} must be positive and finite, got {value}")]
+    NotPositive {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+    },
+    /// A quantity that must be non-negative and finite is not.
+    #[error("{quantity} must be finite and not negative, got {value}")]
+    Negative {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+    },
+    /// The rounding of the rack's tip is larger than the tip.
+    #[error(
+        "the rack's tip radius of {tip_radius} modules does not fit on its tip; it must be at most {limit:.4}"
+    )]
+    RackTip {
+        /// Tip radius in modules.
+        tip_radius: f64,
+        /// Largest one, in modules.
+        limit: f64,
+    },
+    /// The rack cuts into the involute.
+    #[error(
+        "gear {gear} is undercut: its profile shift, thinning included, is {shift:.4} and must be at least {limit:.4}; raise the shift or the number of teeth"
+    )]
+    Undercut {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Profile shift coefficient at which it is cut.
+        shift: f64,
+        /// Least one without undercut.
+        limit: f64,
+    },
+    /// The flanks of a tooth meet below its tip circle.
+    #[error(
+        "the teeth of gear {gear} are pointed: they end at a diameter of {limit:.6} m, below the tip diameter of {tip_diameter:.6} m; lower the profile shift or gear.tip_diameter"
+    )]
+    PointedTip {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Tip diameter \[m\].
+        tip_diameter: f64,
+        /// Diameter at which the flanks meet \[m\].
+        limit: f64,
+    },
+    /// The tip circle leaves nothing of the involute.
+    #[error(
+        "the tip diameter {tip_diameter:.6} m of gear {gear} is not above {form_diameter:.6} m, where its involute begins"
+    )]
+    TipBelowForm {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Tip diameter \[m\].
+        tip_diameter: f64,
+        /// Diameter at which fillet and involute meet \[m\].
+        form_diameter: f64,
+    },
+    /// A tip meets its mate's fillet.
+    #[error(
+        "the mate's tip meets gear {gear} at the roll angle {active_roll:.5} rad, below {form_roll:.5} rad where its involute begins; lower the mate's tip diameter or raise this gear's profile shift"
+    )]
+    Interference {
+        /// Gear whose fillet is met: 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Roll angle at which contact would begin (tangent of the pressure angle).
+        active_roll: f64,
+        /// Roll angle at which fillet and involute meet.
+        form_roll: f64,
+    },
+    /// A pair leaves contact before the next comes into it.
+    #[error(
+        "the contact ratio is {contact_ratio:.4} and must be at least 1; raise the tip diameters or lower the centre distance"
+    )]
+    ContactRatio {
+        /// Contact ratio.
+        contact_ratio: f64,
+    },
+    /// The teeth are thicker than the spaces.
+    #[error(
+        "at a centre distance of {centre_distance:.6} m the teeth overlap by {:.3e} m along the line of action; raise the distance or the thinning", -backlash
+    )]
+    NegativeBacklash {
+        /// Backlash along the line of action \[m\], negative.
+        backlash: f64,
+        /// Centre distance \[m\].
+        centre_distance: f64,
+    },
+    /// A tip reaches into its mate's root.
+    #[error(
+        "the tip of gear {gear} reaches {:.3e} m below its mate's root circle; lower its tip diameter or raise the rack's dedendum", -clearance
+    )]
+    TipInRoot {
+        /// Gear whose tip it is: 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Distance from tip to root \[m\], negative.
+        clearance: f64,
+    },
+    /// Nothing says where the body of a gear is held.
+    #[error("gear {gear} has no bore; give gear.bore, or the shaft on which it sits")]
+    NoBore {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+    },
+    /// The body is too thin or too solid for the formula of its compliance.
+    #[error(
+        "gear {gear}: root diameter over bore ({bore} m) is {ratio:.3}; the compliance of gear bodies is known from {least} to {most}; give gear.bore the diameter at which the body is stiff"
+    )]
+    BodyRatio {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Bore \[m\].
+        bore: f64,
+        /// Root diameter over bore.
+        ratio: f64,
+        /// Least known ratio.
+        least: f64,
+        /// Largest known ratio.
+        most: f64,
+    },
+}

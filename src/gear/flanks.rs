@@ -1,0 +1,271 @@
+//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief, sliding.
+//!
+//! Positions s \[m\] lie on the line of action, 0 at the pitch point, growing in the sense of
+//! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
+//! pinion's (s > 0). The roll angles are `tan α_w + s/r_b1` of the pinion and
+//! `tan α_w − s/r_b2` of the wheel.
+
+use super::{GearError, GearPair, Relief, Tooth};
+use crate::numerics::quadrature::GaussLegendre;
+use std::f64::consts::PI;
+
+/// Backlash below zero by less than this part of a module is round-off of a pair without any.
+const NO_BACKLASH: f64 = 1e-9;
+
+/// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
+/// within 1e-12 (see the test of its convergence).
+const NODES: usize = 20;
+
+/// Where contact can be, on the line of action.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathOfContact {
+    /// Distance of neighbouring pairs in contact, `π m cos α` \[m\].
+    pub base_pitch: f64,
+    /// Where contact begins, at the wheel's tip \[m\].
+    pub start: f64,
+    /// Where it ends, at the pinion's tip \[m\].
+    pub end: f64,
+    /// The pitch point \[m\]: 0.
+    pub pitch_point: f64,
+}
+
+impl PathOfContact {
+    /// Pairs in contact on average, `(end − start) / base pitch`.
+    pub fn contact_ratio(&self) -> f64 {
+        (self.end - self.start) / self.base_pitch
+    }
+
+    /// Lowest and highest point of the pinion's flank at which a single pair is in contact
+    /// \[m\]; none from a contact ratio of 2.
+    pub fn single_pair(&self) -> Option<[f64; 2]> {
+        let [lowest, highest] = [self.end - self.base_pitch, self.start + self.base_pitch];
+        (lowest < highest).then_some([lowest, highest])
+    }
+
+    /// Position \[m\] of the pair that came into contact `cycles` mesh cycles ago.
+    pub fn position(&self, cycles: f64) -> f64 {
+        self.start + cycles * self.base_pitch
+    }
+
+    /// Mesh phase in \[0, 1) at which a pair is at position s.
+    pub fn phase(&self, s: f64) -> f64 {
+        ((s - self.start) / self.base_pitch).rem_euclid(1.0)
+    }
+}
+
+/// The checked geometry of a pair. Arrays are `[pinion, wheel]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Flanks {
+    /// Tooth of each gear.
+    pub teeth: [Tooth; 2],
+    /// Operating pressure angle \[rad\].
+    pub pressure_angle: f64,
+    /// Centre distance \[m\].
+    pub centre_distance: f64,
+    /// Radii on which the gears roll \[m\].
+    pub operating_pitch_radii: [f64; 2],
+    /// Backlash along the line of action, at both flanks together \[m\]: twice the half gap.
+    pub backlash: f64,
+    /// Distance of each gear's tip from its mate's root \[m\].
+    pub clearance: [f64; 2],
+    /// Face width \[m\].
+    pub face_width: f64,
+    path: PathOfContact,
+    pub(super) pair: GearPair,
+    pub(super) rule: GaussLegendre,
+}
+
+impl Flanks {
+    /// Derives and checks the geometry of a pair.
+    ///
+    /// # Errors
+    ///
+    /// [`GearError`]: undercut, pointed tips, interference, contact ratio below 1, negative
+    /// backlash, tips in the mate's root, and values that are no lengths or moduli.
+    pub fn new(pair: &GearPair) -> Result<Self, GearError> {
+        check_values(pair)?;
+        let pressure_angle = pair.operating_pressure_angle()?;
+        let centre_distance = pair.centre_distance()?;
+        let teeth = [Tooth::new(pair, 0)?, Tooth::new(pair, 1)?];
+        let operating_pitch_radii = pair.operating_pitch_radii()?;
+
+        let [pinion, wheel] = &teeth;
+        let clearance = [
+            centre_distance - pinion.tip_radius - wheel.root_radius,
+            centre_distance - wheel.tip_radius - pinion.root_radius,
+        ];
+        for (gear, clearance) in (1..).zip(clearance) {
+            if clearance < 0.0 {
+                return Err(GearError::TipInRoot { gear, clearance });
+            }
+        }
+
+        let tangent = pressure_angle.tan();
+        let path = PathOfContact {
+            base_pitch: PI * pair.module * pair.pressure_angle.cos(),
+            start: wheel.base_radius * (tangent - wheel.tip_roll),
+            end: pinion.base_radius * (pinion.tip_roll - tangent),
+            pitch_point: 0.0,
+        };
+        let lowest = [
+            tangent + path.start / pinion.base_radius,
+            tangent - path.end / wheel.base_radius,
+        ];
+        for ((gear, tooth), roll) in (1..).zip(&teeth).zip(lowest) {
+            // A roll angle below zero would be contact beyond the end of the line of action.
+            if roll < tooth.form_roll {
+                return Err(GearError::Interference {
+                    gear,
+                    active_roll: roll,
+                    form_roll: tooth.form_roll,
+                });
+            }
+        }
+        let contact_ratio = path.contact_ratio();
+        if contact_ratio < 1.0 {
+            return Err(GearError::ContactRatio { contact_ratio });
+        }
+
+        let pitch = 2.0 * PI * operating_pitch_radii[0] / f64::from(pair.teeth[0]);
+        let thickness: f64 = (teeth.iter().zip(operating_pitch_radii))
+            .map(|(tooth, radius)| tooth.thickness(radius))
+            .sum();
+        let backlash = (pitch - thickness) * pressure_angle.cos();
+        if backlash < -NO_BACKLASH * pair.module {
+            return Err(GearError::NegativeBacklash {
+                backlash,
+                centre_distance,
+            });
+        }
+        check_bodies(pair, &teeth)?;
+        Ok(Self {
+            teeth,
+            pressure_angle,
+            centre_distance,
+            operating_pitch_radii,
+            backlash: backlash.max(0.0),
+            clearance,
+            face_width: pair.face_width,
+            path,
+            pair: pair.clone(),
+            rule: GaussLegendre::new(NODES),
+        })
+    }
+
+    /// The path of contact.
+    pub fn path(&self) -> PathOfContact {
+        self.path
+    }
+
+    /// Pairs in contact on average.
+    pub fn contact_ratio(&self) -> f64 {
+        self.path.contact_ratio()
+    }
+
+    /// Roll angles of pinion and wheel at position s, held on the path of contact.
+    pub fn roll(&self, s: f64) -> [f64; 2] {
+        let s = s.clamp(self.path.start, self.path.end);
+        let tangent = self.pressure_angle.tan();
+        [
+            tangent + s / self.teeth[0].base_radius,
+            tangent - s / self.teeth[1].base_radius,
+        ]
+    }
+
+    /// Radius of relative curvature of the flanks at position s \[m\]:
+    /// `1/R = 1/(r_b1 t₁) + 1/(r_b2 t₂)`.
+    pub fn relative_radius(&self, s: f64) -> f64 {
+        let [one, two] = self.roll(s);
+        let (one, two) = (
+            one * self.teeth[0].base_radius,
+            two * self.teeth[1].base_radius,
+        );
+        one * two / (one + two)
+    }
+
+    /// Sliding velocity at position s for a pinion speed of 1 rad/s, `s (1 + z₁/z₂)` \[m/s\]:
+    /// positive where the pinion's flank moves outwards over the wheel's, behind the pitch
+    /// point.
+    pub fn sliding(&self, s: f64) -> f64 {
+        let [pinion, wheel] = self.pair.teeth.map(f64::from);
+        s * (1.0 + pinion / wheel)
+    }
+
+    /// Material that both flanks lack at position s \[m\]: tip and root relief, linear in s.
+    pub fn relief(&self, s: f64) -> f64 {
+        let form = &self.pair.form;
+        let (before, after) = (s - self.path.start, self.path.end - s);
+        let part = |relief: &Relief, distance: f64| {
+            if relief.amount == 0.0 {
+                return 0.0;
+            }
+            relief.amount * (1.0 - distance / relief.length).clamp(0.0, 1.0)
+        };
+        part(&form.tip_relief[0], after)
+            + part(&form.tip_relief[1], before)
+            + part(&form.root_relief[0], before)
+            + part(&form.root_relief[1], after)
+    }
+}
+
+/// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
+/// already, a caller of the library may not.
+fn check_values(pair: &GearPair) -> Result<(), GearError> {
+    let form = &pair.form;
+    let material = form.material;
+    let relief = || form.tip_relief.iter().chain(&form.root_relief);
+    let positive = [
+        ("module [m]", pair.module),
+        ("pressure angle [rad]", pair.pressure_angle),
+        ("face width [m]", pair.face_width),
+        ("rack addendum [1]", form.rack.addendum),
+        ("rack dedendum [1]", form.rack.dedendum),
+        ("Young's modulus [Pa]", material[0].young_modulus),
+        ("Young's modulus [Pa]", material[1].young_modulus),
+    ]
+    .into_iter()
+    .chain(
+        relief()
+            .filter(|relief| relief.amount != 0.0)
+            .map(|relief| ("length of relief [m]", relief.length)),
+    );
+    for (quantity, value) in positive {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(GearError::NotPositive { quantity, value });
+        }
+    }
+    let non_negative = [
+        ("rack tip radius [1]", form.rack.tip_radius),
+        ("thinning [m]", form.thinning[0]),
+        ("thinning [m]", form.thinning[1]),
+        ("Poisson's ratio [1]", material[0].poisson_ratio),
+        ("Poisson's ratio [1]", material[1].poisson_ratio),
+    ]
+    .into_iter()
+    .chain(relief().map(|relief| ("amount of relief [m]", relief.amount)));
+    for (quantity, value) in non_negative {
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(GearError::Negative { quantity, value });
+        }
+    }
+    Ok(())
+}
+
+/// The bodies must be known and lie in the range for which their compliance is.
+fn check_bodies(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
+    for ((gear, tooth), bore) in (1..).zip(teeth).zip(pair.form.bore) {
+        let bore = bore.ok_or(GearError::NoBore { gear })?;
+        let ratio = 2.0 * tooth.root_radius / bore;
+        let [least, most] = super::compliance::BODY_RATIO;
+        if !(least..=most).contains(&ratio) {
+            return Err(GearError::BodyRatio {
+                gear,
+                bore,
+                ratio,
+                least,
+                most,
+            });
+        }
+    }
+    Ok(())
+}

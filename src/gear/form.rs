@@ -1,0 +1,109 @@
+//! What a drawing says of the teeth beyond number, module, pressure angle and width.
+
+/// Shape and material of the teeth. Arrays are `[pinion, wheel]`.
+///
+/// The default is an unshifted pair of the ISO 53 profile C rack at its reference centre
+/// distance, of steel, without relief.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToothForm {
+    /// Profile shift coefficients x \[1\], in modules, positive away from the axis.
+    pub profile_shift: [f64; 2],
+    /// The basic rack that cuts both gears.
+    pub rack: BasicRack,
+    /// What each tooth is thinner along its reference circle than the profile shift makes it
+    /// \[m\]. The rack is fed deeper for it, by `thinning / (2 tan α)`.
+    pub thinning: [f64; 2],
+    /// Centre distance \[m\]; none: the one without backlash for the profile shifts.
+    pub centre_distance: Option<f64>,
+    /// Tip diameters \[m\]; none: `m (z + 2 h_a + 2 x + 2 k)` with the tip alteration k that
+    /// keeps the rack's clearance (ISO 21771, 10.3).
+    pub tip_diameter: [Option<f64>; 2],
+    /// Material taken off towards the tip, falling to 0 from the tip circle inwards.
+    pub tip_relief: [Relief; 2],
+    /// Material taken off towards the root, falling to 0 from the start of the active profile
+    /// outwards.
+    pub root_relief: [Relief; 2],
+    /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
+    /// only the shaft knows.
+    pub bore: [Option<f64>; 2],
+    /// What the gears are made of.
+    pub material: [Material; 2],
+}
+
+impl Default for ToothForm {
+    fn default() -> Self {
+        Self {
+            profile_shift: [0.0; 2],
+            rack: BasicRack::default(),
+            thinning: [0.0; 2],
+            centre_distance: None,
+            tip_diameter: [None; 2],
+            tip_relief: [Relief::default(); 2],
+            root_relief: [Relief::default(); 2],
+            bore: [None; 2],
+            material: [Material::default(); 2],
+        }
+    }
+}
+
+/// Basic rack of the gears, in modules (ISO 53). Its dedendum is the addendum of the tool.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BasicRack {
+    /// Addendum `h_a` \[1\].
+    pub addendum: f64,
+    /// Dedendum `h_f` \[1\].
+    pub dedendum: f64,
+    /// Radius of the root, that is of the tool's tip, `ρ_f` \[1\].
+    pub tip_radius: f64,
+}
+
+impl Default for BasicRack {
+    fn default() -> Self {
+        Self {
+            addendum: 1.0,
+            dedendum: 1.25,
+            tip_radius: 0.38,
+        }
+    }
+}
+
+/// Linear relief of a flank.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Relief {
+    /// Most material taken off, normal to the flank \[m\]; 0: no relief.
+    pub amount: f64,
+    /// Length over which it falls to 0 \[m\], along the line of action: base radius times roll
+    /// angle.
+    pub length: f64,
+}
+
+/// An isotropic elastic material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Material {
+    /// Young's modulus E \[Pa\].
+    pub young_modulus: f64,
+    /// Poisson's ratio ν \[1\].
+    pub poisson_ratio: f64,
+}
+
+impl Default for Material {
+    /// Steel.
+    fn default() -> Self {
+        Self {
+            young_modulus: 206e9,
+            poisson_ratio: 0.3,
+        }
+    }
+}
+
+impl Material {
+    /// Shear modulus `G = E / (2 (1 + ν))` \[Pa\].
+    pub fn shear_modulus(&self) -> f64 {
+        self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+    }
+
+    /// Modulus in plane strain, `E / (1 − ν²)` \[Pa\].
+    pub fn plane_strain_modulus(&self) -> f64 {
+        self.young_modulus / (1.0 - self.poisson_ratio.powi(2))
+    }
+}

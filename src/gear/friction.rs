@@ -1,0 +1,38 @@
+//! Direction and lever of sliding friction, from where the pairs in contact stand.
+//!
+//! With `n = (sin α, cos α)` along the line of action and `t = (cos α, −sin α)` across it, the
+//! contact at `s n` from the pitch point has the velocity `−Ω₁ (s + r₁ sin α)` along t on the
+//! pinion and `Ω₂ (s − r₂ sin α)` on the wheel. As `Ω₁ r₁ = Ω₂ r₂` the pinion slides over the
+//! wheel with `v = −(Ω₁ + Ω₂) s`, and friction on it is `−μ p F sign(v) t`. Hence, with load
+//! shares p and σ = sign(v) = −sign(s), the mesh force F acts on the modes along
+//!
+//! ```text
+//! w + μ (Λ₀ w_f + Λ₁ w_fl),   Λ₀ = Σ σ p,   Λ₁ = Σ σ p s = −Σ p |s|
+//! ```
+//!
+//! (`friction` and `friction_lever` of the structure; coast flanks, which press with F < 0 and
+//! slide the same way, have the opposite sign). Its power is `−μ F Σ p |v|`: friction
+//! dissipates.
+
+/// What friction does per unit of coefficient and mesh force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrictionDirection {
+    /// Net direction Λ₀ on the drive flanks, in \[−1, 1\]; +1 where the pinion slides along
+    /// +t, as it does on the way to the pitch point.
+    pub direction: f64,
+    /// Its first moment Λ₁ about the pitch point \[m\], ≤ 0.
+    pub lever: f64,
+}
+
+/// Friction of pairs at `positions` \[m\] from the pitch point with shares `share` in the load.
+/// A pair at the pitch point rolls.
+pub fn friction_direction(positions: &[f64], share: &[f64]) -> FrictionDirection {
+    let (mut direction, mut lever) = (0.0, 0.0);
+    for (&s, &p) in positions.iter().zip(share) {
+        if s != 0.0 {
+            direction -= s.signum() * p;
+            lever -= s.abs() * p;
+        }
+    }
+    FrictionDirection { direction, lever }
+}

@@ -1,0 +1,52 @@
+//! Where the mesh cycle is cut: between the cuts everything is smooth in the mesh phase.
+
+use super::error::MeshTableError;
+use crate::gear::FlankLaw;
+
+/// Cuts closer than this, in cycles, are one: only rounding keeps them apart.
+const SAME: f64 = 1e-9;
+
+/// Ends of the pieces of the mesh cycle, 0 first and 1 last.
+///
+/// The cycle is cut where a pair leaves (one that comes does so at 0), where one passes the
+/// pitch point and where one passes a kink of the law. Stretches between the cuts are divided
+/// equally, into as few pieces as make none longer than `longest`.
+///
+/// # Errors
+/// A path that is not finite, has no direction, or is shorter than a base pitch.
+pub(super) fn breaks(law: &impl FlankLaw, longest: f64) -> Result<Vec<f64>, MeshTableError> {
+    let path = law.path();
+    let contact_ratio = (path.end - path.start) / path.base_pitch;
+    let valid = contact_ratio >= 1.0 - SAME && contact_ratio.is_finite() && path.base_pitch > 0.0;
+    if !valid {
+        return Err(MeshTableError::Path {
+            start: path.start,
+            end: path.end,
+            base_pitch: path.base_pitch,
+            contact_ratio,
+        });
+    }
+    let kinks = law.kinks();
+    let inside = |s: &f64| *s > path.start && *s < path.end;
+    let mut cuts: Vec<f64> = [path.end]
+        .into_iter()
+        .chain([path.pitch_point].into_iter().chain(kinks).filter(inside))
+        .map(|s| ((s - path.start) / path.base_pitch).fract())
+        .chain([0.0, 1.0])
+        .collect();
+    cuts.sort_by(f64::total_cmp);
+    // The ends stay what they are: what is within rounding of them goes.
+    cuts.retain(|&cut| cut == 0.0 || cut == 1.0 || (cut > SAME && cut < 1.0 - SAME));
+    cuts.dedup_by(|later, earlier| *later - *earlier < SAME);
+    let mut breaks = vec![0.0];
+    for stretch in cuts.windows(2) {
+        let [from, to] = [stretch[0], stretch[1]];
+        // A length that is a multiple of the longest but for rounding is that multiple.
+        let parts = ((to - from) / longest - SAME).ceil().max(1.0);
+        for part in 1..parts as usize {
+            breaks.push(from + (to - from) * part as f64 / parts);
+        }
+        breaks.push(to);
+    }
+    Ok(breaks)
+}

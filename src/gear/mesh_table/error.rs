@@ -1,0 +1,60 @@
+//! Why a mesh table cannot be built or read.
+
+use super::super::sharing::SharingError;
+
+/// Why a mesh table cannot be built or read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MeshTableError {
+    /// A load that cannot be shared out at some mesh phase.
+    #[error("at mesh phase {phase}: {source}")]
+    Sharing {
+        /// Mesh phase in cycles.
+        phase: f64,
+        /// What is wrong there.
+        source: SharingError,
+    },
+    /// A path of contact that is none.
+    #[error(
+        "a path of contact from {start} to {end} m with a base pitch of {base_pitch} m has contact ratio {contact_ratio}; it must be at least 1"
+    )]
+    Path {
+        /// Start of the path \[m\].
+        start: f64,
+        /// End of the path \[m\].
+        end: f64,
+        /// Base pitch \[m\].
+        base_pitch: f64,
+        /// Length of the path in base pitches.
+        contact_ratio: f64,
+    },
+    /// An axis without values, or with values that do not increase.
+    #[error("the {axis} axis must have at least one value and increase; it is {values:?}")]
+    Axis {
+        /// `misalignment` or `torque`.
+        axis: &'static str,
+        /// Its values, SI.
+        values: Vec<f64>,
+    },
+    /// A number outside its range.
+    #[error("{name} is {value}; it must be {accepted}")]
+    OutOfRange {
+        /// Which number.
+        name: &'static str,
+        /// Its value, SI.
+        value: f64,
+        /// What would be accepted.
+        accepted: &'static str,
+    },
+    /// A value beyond the ends of an axis.
+    #[error("{axis} {value} lies outside the table, which goes from {lowest} to {highest}")]
+    Outside {
+        /// `misalignment` or `torque`.
+        axis: &'static str,
+        /// What was asked for, SI.
+        value: f64,
+        /// First value of the axis.
+        lowest: f64,
+        /// Its last.
+        highest: f64,
+    },
+}

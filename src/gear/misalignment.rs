@@ -1,0 +1,157 @@
+//! The misalignment of flanks on shafts that give way under their load.
+//!
+//! The mesh force F at z_c tilts the gears against each other, which moves z_c. With the
+//! structure's participations w and w₁ its tilt closes or opens the flanks by
+//!
+//! ```text
+//! θ = a F + b F z_c,   a = Σ w w₁ / ω²,   b = Σ w₁² / ω²
+//! ```
+//!
+//! and `ε = ε₀ + θ(z_c(ε))` is to be met. A load off mid-face turns the gears so that the loaded
+//! side recedes (b > 0), while z_c falls as ε grows: `ε − ε₀ − θ` rises with ε, at least as fast
+//! as ε, and has one root.
+
+/// Tilt of the flanks against each other under a static mesh force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TiltCompliance {
+    /// By a force at mid-face, a \[rad/N\].
+    pub by_force: f64,
+    /// By the moment of a force off mid-face, b ≥ 0 \[rad/(N m)\].
+    pub by_moment: f64,
+}
+
+impl TiltCompliance {
+    /// The compliance of elastic modes: frequencies ω \[rad/s\] (those of rigid modes are 0 and
+    /// left out), participations w \[1/√kg\] and w₁ \[1/(m √kg)\].
+    pub fn of_modes(frequency: &[f64], mesh: &[f64], mesh_tilt: &[f64]) -> Self {
+        let (mut by_force, mut by_moment) = (0.0, 0.0);
+        for ((omega, w), tilt) in frequency.iter().zip(mesh).zip(mesh_tilt) {
+            if *omega > 0.0 {
+                by_force += w * tilt / (omega * omega);
+                by_moment += tilt * tilt / (omega * omega);
+            }
+        }
+        Self {
+            by_force,
+            by_moment,
+        }
+    }
+
+    /// Tilt under a force \[N\] at `centre` \[m\] from mid-face \[rad\].
+    pub fn tilt(&self, force: f64, centre: f64) -> f64 {
+        (self.by_force + self.by_moment * centre) * force
+    }
+}
+
+/// How the fixed point is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MisalignmentSearch {
+    /// First step's relaxation, in (0, 1\]; later ones are Aitken's.
+    pub relaxation: f64,
+    /// Largest `|ε₀ + θ − ε|` of a solution \[rad\].
+    pub tolerance: f64,
+    /// Most evaluations of the load centroid.
+    pub limit: usize,
+}
+
+impl Default for MisalignmentSearch {
+    fn default() -> Self {
+        Self {
+            relaxation: 0.7,
+            tolerance: 1e-12,
+            limit: 50,
+        }
+    }
+}
+
+/// One evaluation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MisalignmentStep {
+    /// Misalignment tried \[rad\].
+    pub misalignment: f64,
+    /// Load centroid there \[m\].
+    pub centre: f64,
+    /// What the structure makes of it, less what was tried \[rad\].
+    pub residual: f64,
+}
+
+/// How a search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MisalignmentEnding {
+    /// The last step meets the tolerance.
+    Converged,
+    /// The limit was reached first; the last step is the latest, not the best.
+    LimitReached,
+    /// The last step's centroid or residual is not finite.
+    NotFinite,
+}
+
+/// A search for the misalignment under load.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MisalignmentReport {
+    /// Every evaluation, in order.
+    pub steps: Vec<MisalignmentStep>,
+    /// How it ended.
+    pub ending: MisalignmentEnding,
+}
+
+impl MisalignmentReport {
+    /// The last misalignment tried \[rad\]: the solution if the search converged.
+    pub fn misalignment(&self) -> Option<f64> {
+        self.steps.last().map(|step| step.misalignment)
+    }
+}
+
+/// The misalignment under load, from that without, `unloaded` \[rad\].
+///
+/// * `centre`: load centroid at a misalignment \[m\], averaged over the mesh cycle, under the
+///   same mean mesh force `force` \[N\].
+///
+/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), kept in
+/// (0, 1\], where that of a rising `ε − ε₀ − θ` lies. A step out of the bracket that the signs
+/// of the residuals give is replaced by its middle, so that shafts however soft do not make
+/// the search swing.
+pub fn loaded_misalignment(
+    unloaded: f64,
+    force: f64,
+    compliance: TiltCompliance,
+    search: MisalignmentSearch,
+    mut centre: impl FnMut(f64) -> f64,
+) -> MisalignmentReport {
+    let mut steps: Vec<MisalignmentStep> = Vec::new();
+    let mut relaxation = search.relaxation;
+    let mut misalignment = unloaded;
+    // Largest value tried that is too small, smallest that is too large.
+    let mut bracket = [f64::NEG_INFINITY, f64::INFINITY];
+    let ending = loop {
+        if steps.len() == search.limit {
+            break MisalignmentEnding::LimitReached;
+        }
+        let centre = centre(misalignment);
+        let residual = unloaded + compliance.tilt(force, centre) - misalignment;
+        let last = steps.last().map(|step| step.residual);
+        steps.push(MisalignmentStep {
+            misalignment,
+            centre,
+            residual,
+        });
+        if !residual.is_finite() {
+            break MisalignmentEnding::NotFinite;
+        }
+        if residual.abs() <= search.tolerance {
+            break MisalignmentEnding::Converged;
+        }
+        if let Some(last) = last {
+            let aitken = relaxation * last / (last - residual);
+            if aitken > 0.0 && aitken.is_finite() {
+                relaxation = aitken.min(1.0);
+            }
+        }
+        bracket[usize::from(residual < 0.0)] = misalignment;
+        misalignment += relaxation * residual;
+        if misalignment <= bracket[0] || misalignment >= bracket[1] {
+            misalignment = 0.5 * (bracket[0] + bracket[1]);
+        }
+    };
+    MisalignmentReport { steps, ending }
+}

@@ -1,0 +1,211 @@
+//! The tooth of one gear as the basic rack cuts it: involute flank and trochoidal fillet.
+//!
+//! Coordinates: the gear's axis is the origin, y runs along the tooth's centre line outwards,
+//! x to one side of it (half the thickness). Both curves are exact and known with their
+//! derivatives:
+//!
+//! * involute, roll angle t = tan(pressure angle), τ = t − θ_b:
+//!   `x = r_b (t cos τ − sin τ)`, `y = r_b (t sin τ + cos τ)`, `y' = r_b t cos τ`;
+//! * fillet, angle γ of the normal from α (where it meets the involute) to π/2 (root circle):
+//!   the normal at every point passes through the pitch point of gear and rack, so that a corner
+//!   of radius ρ whose centre lies h below the rolling line and b beside the tooth's centre line
+//!   leaves, with `φ = (h cot γ + b)/r` and `D = h/sin γ + ρ`,
+//!   `x = r sin φ − D cos(γ − φ)`, `y = r cos φ − D sin(γ − φ)`.
+//!
+//! Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed. 2004, chapter 6.
+
+use super::{GearError, GearPair, involute};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+
+/// One tooth of one gear: radii \[m\], angles \[rad\].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tooth {
+    /// Reference radius `m z / 2`, on which gear and rack roll.
+    pub reference_radius: f64,
+    /// Base radius.
+    pub base_radius: f64,
+    /// Tip radius.
+    pub tip_radius: f64,
+    /// Root radius.
+    pub root_radius: f64,
+    /// Radius at which fillet and involute meet.
+    pub form_radius: f64,
+    /// Roll angle there, the tangent of the pressure angle.
+    pub form_roll: f64,
+    /// Roll angle at the tip.
+    pub tip_roll: f64,
+    /// Half the angle of the tooth on the base circle, θ_b; the involute is thought to reach it.
+    pub base_half_angle: f64,
+    /// Half the angle of the tooth where the fillet meets the root circle, θ_f.
+    pub root_half_angle: f64,
+    /// Profile shift coefficient at which the rack cuts, thinning included \[1\].
+    pub generating_shift: f64,
+    fillet: Fillet,
+}
+
+/// The rack's rounded corner.
+#[derive(Debug, Clone, PartialEq)]
+struct Fillet {
+    /// Distance of its centre below the rolling line \[m\].
+    depth: f64,
+    /// Its centre's distance from the tooth's centre line \[m\].
+    offset: f64,
+    /// Radius \[m\].
+    radius: f64,
+    /// Angle of the normal at the involute \[rad\].
+    start: f64,
+}
+
+/// A point of a profile with its derivative by the curve's parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ProfilePoint {
+    /// Half the tooth's thickness there \[m\].
+    pub x: f64,
+    /// Height above the gear's axis \[m\].
+    pub y: f64,
+    /// dx by the parameter \[m/rad\].
+    pub dx: f64,
+    /// dy by the parameter \[m/rad\].
+    pub dy: f64,
+}
+
+impl Tooth {
+    /// The tooth of gear `index` (0 = pinion) of a pair, cut free of undercut and not pointed.
+    ///
+    /// # Errors
+    ///
+    /// [`GearError::RackTip`], [`GearError::Undercut`], [`GearError::PointedTip`],
+    /// [`GearError::TipBelowForm`], and those of [`GearPair::tight_centre_distance`].
+    pub fn new(pair: &GearPair, index: usize) -> Result<Self, GearError> {
+        let gear = index + 1;
+        let (module, angle, rack) = (pair.module, pair.pressure_angle, pair.form.rack);
+        let (sin, cos) = angle.sin_cos();
+        let teeth = f64::from(pair.teeth[index]);
+        let reference_radius = pair.pitch_radii()[index];
+        let base_radius = pair.base_radii()[index];
+        let shift = pair.form.profile_shift[index]
+            - pair.form.thinning[index] / (2.0 * module * angle.tan());
+
+        // Half the land of the rack's tip, between the centres of its corners.
+        let land =
+            FRAC_PI_4 - (rack.dedendum - rack.tip_radius) * sin / cos - rack.tip_radius / cos;
+        if land < 0.0 || rack.tip_radius * (1.0 - sin) > rack.dedendum {
+            let full = (FRAC_PI_4 * cos - rack.dedendum * sin) / (1.0 - sin);
+            return Err(GearError::RackTip {
+                tip_radius: rack.tip_radius,
+                limit: full.min(rack.dedendum / (1.0 - sin)).max(0.0),
+            });
+        }
+        let fillet = Fillet {
+            depth: module * (rack.dedendum - rack.tip_radius - shift),
+            offset: module * (FRAC_PI_2 - land),
+            radius: module * rack.tip_radius,
+            start: angle,
+        };
+        // Depth of the end of the rack's straight flank below the rolling line; it touches the
+        // line of action a distance of depth / sin α before the pitch point.
+        let straight = module * (rack.dedendum - rack.tip_radius * (1.0 - sin) - shift);
+        let form_roll = (reference_radius * sin - straight / sin) / base_radius;
+        if form_roll < 0.0 {
+            let limit = shift + (straight - reference_radius * sin * sin) / module;
+            return Err(GearError::Undercut { gear, shift, limit });
+        }
+        let form_radius = base_radius * form_roll.hypot(1.0);
+
+        let tip_radius = match pair.form.tip_diameter[index] {
+            Some(diameter) => 0.5 * diameter,
+            None => {
+                let spread = pair.tight_centre_distance()? - pair.reference_centre_distance();
+                let sum: f64 = pair.form.profile_shift.iter().sum();
+                let alteration = spread / module - sum;
+                let own = pair.form.profile_shift[index];
+                reference_radius + module * (rack.addendum + own + alteration)
+            }
+        };
+        if tip_radius <= form_radius {
+            return Err(GearError::TipBelowForm {
+                gear,
+                tip_diameter: 2.0 * tip_radius,
+                form_diameter: 2.0 * form_radius,
+            });
+        }
+        let tooth = Self {
+            reference_radius,
+            base_radius,
+            tip_radius,
+            root_radius: reference_radius + module * (shift - rack.dedendum),
+            form_radius,
+            form_roll,
+            tip_roll: ((tip_radius / base_radius).powi(2) - 1.0).sqrt(),
+            base_half_angle: (FRAC_PI_2 + 2.0 * shift * sin / cos) / teeth + involute(angle),
+            root_half_angle: fillet.offset / reference_radius,
+            generating_shift: shift,
+            fillet,
+        };
+        let tip_thickness = tooth.thickness(tip_radius);
+        if tip_thickness <= 0.0 {
+            let roll = super::inverse_involute(tooth.base_half_angle).tan();
+            return Err(GearError::PointedTip {
+                gear,
+                tip_diameter: 2.0 * tip_radius,
+                limit: 2.0 * base_radius * roll.hypot(1.0),
+            });
+        }
+        Ok(tooth)
+    }
+
+    /// Thickness along the circle of a radius between base and tip \[m\].
+    pub fn thickness(&self, radius: f64) -> f64 {
+        let pressure_angle = (self.base_radius / radius).acos();
+        2.0 * radius * (self.base_half_angle - involute(pressure_angle))
+    }
+
+    /// The involute at roll angle t.
+    pub fn flank(&self, roll: f64) -> ProfilePoint {
+        let (sin, cos) = self.force_angle(roll).sin_cos();
+        let base = self.base_radius;
+        ProfilePoint {
+            x: base * (roll * cos - sin),
+            y: base * (roll * sin + cos),
+            dx: -base * roll * sin,
+            dy: base * roll * cos,
+        }
+    }
+
+    /// Angle between the normal of the involute at roll angle t and the perpendicular to the
+    /// tooth's centre line, `t − θ_b` \[rad\].
+    pub fn force_angle(&self, roll: f64) -> f64 {
+        roll - self.base_half_angle
+    }
+
+    /// The fillet at angle γ of its normal, from [`Self::fillet_range`].
+    pub fn fillet(&self, normal: f64) -> ProfilePoint {
+        let Fillet {
+            depth,
+            offset,
+            radius,
+            ..
+        } = self.fillet;
+        let (sin, cos) = normal.sin_cos();
+        let rolled = (depth * cos / sin + offset) / self.reference_radius;
+        let rolled_by = -depth / (self.reference_radius * sin * sin);
+        let reach = depth / sin + radius;
+        let reach_by = -depth * cos / (sin * sin);
+        let (sin_rolled, cos_rolled) = rolled.sin_cos();
+        let (sin_rest, cos_rest) = (normal - rolled).sin_cos();
+        ProfilePoint {
+            x: self.reference_radius * sin_rolled - reach * cos_rest,
+            y: self.reference_radius * cos_rolled - reach * sin_rest,
+            dx: self.reference_radius * cos_rolled * rolled_by - reach_by * cos_rest
+                + reach * sin_rest * (1.0 - rolled_by),
+            dy: -self.reference_radius * sin_rolled * rolled_by
+                - reach_by * sin_rest
+                - reach * cos_rest * (1.0 - rolled_by),
+        }
+    }
+
+    /// Angles of the fillet's normal at the involute and at the root circle \[rad\].
+    pub fn fillet_range(&self) -> [f64; 2] {
+        [self.fillet.start, FRAC_PI_2]
+    }
+}

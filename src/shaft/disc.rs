@@ -1,0 +1,41 @@
+//! Rigid bodies of revolution on a shaft: gear bodies, rigid shafts.
+
+use super::beam::Section;
+use super::error::{ShaftError, positive};
+use std::f64::consts::PI;
+
+/// A rigid body of revolution about the shaft's axis, its centre of mass at the node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disc {
+    /// Mass \[kg\].
+    pub mass: f64,
+    /// Moment of inertia about a diameter \[kg m²\].
+    pub transverse_inertia: f64,
+    /// Moment of inertia about the axis \[kg m²\].
+    pub polar_inertia: f64,
+}
+
+impl Disc {
+    /// A homogeneous annulus: outer diameter, bore and length \[m\], density \[kg/m³\].
+    /// `J_p = m (d_o² + d_i²)/8`, `J_d = J_p/2 + m L²/12`.
+    ///
+    /// # Errors
+    /// [`ShaftError::NotPositive`], [`ShaftError::Negative`], [`ShaftError::NoWall`].
+    pub fn annulus(
+        diameter: f64,
+        bore: f64,
+        length: f64,
+        density: f64,
+    ) -> Result<Self, ShaftError> {
+        Section::hollow(diameter, bore)?;
+        positive("disc length [m]", length)?;
+        positive("disc density [kg/m^3]", density)?;
+        let mass = 0.25 * PI * (diameter.powi(2) - bore.powi(2)) * length * density;
+        let polar_inertia = mass * (diameter.powi(2) + bore.powi(2)) / 8.0;
+        Ok(Self {
+            mass,
+            transverse_inertia: 0.5 * polar_inertia + mass * length.powi(2) / 12.0,
+            polar_inertia,
+        })
+    }
+}

@@ -1,0 +1,256 @@
+//! From an assembly with two gear shafts to the modes their mesh feels.
+//!
+//! Two parallel shafts along z, x along the line of centres from pinion to wheel, y across
+//! it. Rotations are right-handed but for the wheel's about z, which is counted in the
+//! wheel's own sense of running, so that both gears roll forward together. The mesh
+//! deflection is
+//!
+//! ```text
+//! δ = r_b1 θz1 − r_b2 θz2 + n·(u1 − u2) + z_c n·((θ1 − θ2) × e_z),   n = (sin α, cos α, 0)
+//! ```
+//!
+//! `mesh` is δ at z_c = 0 per unit modal coordinate, `mesh_tilt` its derivative by z_c.
+//! The two rigid rotations are given as the neutral one (no deflection, no torque) followed
+//! by the relative one.
+//!
+//! Friction acts along `t = (cos α, −sin α, 0)`, `+t` on the pinion and `−t` on the wheel, at
+//! the distance s from the pitch point along n. Its moments about the two axes follow from
+//! that point of attack: `−(r₁ sin α + s)` on θz1 and `r₂ sin α − s` on θz2. `friction` is the
+//! part at the pitch point, where the flanks roll and the neutral rotation feels nothing;
+//! `friction_lever` the part linear in s.
+
+use super::assembly::{AssembledMatrices, Assembly, Freedom};
+use super::drive::Bearing;
+use super::error::ShaftError;
+use super::modal::{BearingGain, ModalStructure};
+use super::modes::Modes;
+use crate::gear::GearPair;
+
+/// The neutral and the relative rotation.
+pub(super) const RIGID_MODES: usize = 2;
+
+/// Two gear shafts in an assembly.
+#[derive(Debug)]
+pub(super) struct Train<'a> {
+    pub gears: &'a GearPair,
+    /// Pinion shaft, wheel shaft.
+    pub shafts: [ShaftNodes; 2],
+    /// Damping ratio of the elastic modes.
+    pub damping: f64,
+    /// `(mode, ratio)` overrides, modes counted from 1.
+    pub damping_overrides: &'a [(usize, f64)],
+}
+
+/// Nodes of one shaft that loads act on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShaftNodes {
+    /// Free end of the overhang.
+    pub end: usize,
+    /// The gear body.
+    pub gear: usize,
+    /// Both bearings.
+    pub supports: [Support; 2],
+}
+
+/// One bearing in an assembly.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Support {
+    /// On the shaft.
+    pub node: usize,
+    /// What the bearing stands on; none for the ground.
+    pub seat: Option<usize>,
+    pub stiffness: Bearing,
+}
+
+impl Train<'_> {
+    /// The `retained` lowest of the `modes` lowest modes of the assembly; see
+    /// [`FlexibleDrive::modes`](super::FlexibleDrive::modes).
+    pub fn modes(
+        &self,
+        assembly: &Assembly,
+        modes: usize,
+        retained: usize,
+        mta: bool,
+    ) -> Result<ModalStructure, ShaftError> {
+        let matrices = assembly.matrices()?;
+        if modes < RIGID_MODES {
+            return Err(ShaftError::ModeCount {
+                requested: modes,
+                least: RIGID_MODES,
+                available: matrices.mass.nrows(),
+            });
+        }
+        let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, RIGID_MODES)?;
+        let damping = self.modal_damping(modes)?;
+        self.structure(&matrices, &solution, damping)?
+            .truncated(retained, mta)
+    }
+
+    fn modal_damping(&self, modes: usize) -> Result<Vec<f64>, ShaftError> {
+        let overrides = self.damping_overrides.iter().map(|&(_, ratio)| ratio);
+        for ratio in std::iter::once(self.damping).chain(overrides) {
+            if !(0.0..1.0).contains(&ratio) {
+                return Err(ShaftError::DampingRatio { ratio });
+            }
+        }
+        let mut damping = vec![self.damping; modes];
+        damping[..RIGID_MODES].fill(0.0);
+        for &(mode, ratio) in self.damping_overrides {
+            if mode <= RIGID_MODES || mode > modes {
+                return Err(ShaftError::DampingOverride {
+                    mode,
+                    first: RIGID_MODES + 1,
+                    last: modes,
+                });
+            }
+            damping[mode - 1] = ratio;
+        }
+        Ok(damping)
+    }
+
+    /// Participations of all computed modes, rigid pair and signs settled.
+    fn structure(
+        &self,
+        matrices: &AssembledMatrices,
+        solution: &Modes,
+        damping: Vec<f64>,
+    ) -> Result<ModalStructure, ShaftError> {
+        use Freedom::{RotationX, RotationY, RotationZ, X, Y};
+        let [base_1, base_2] = self.gears.base_radii();
+        let [pitch_1, pitch_2] = self.gears.operating_pitch_radii()?;
+        let (sin, cos) = self.gears.operating_pressure_angle()?.sin_cos();
+        let [pinion, wheel] = [self.shafts[0].gear, self.shafts[1].gear];
+        let participation =
+            |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
+
+        let mut mesh = participation(&[
+            (pinion, RotationZ, base_1),
+            (pinion, X, sin),
+            (pinion, Y, cos),
+            (wheel, X, -sin),
+            (wheel, Y, -cos),
+            (wheel, RotationZ, -base_2),
+        ]);
+        // n·(θ × e_z) = sin α θy − cos α θx
+        let mut mesh_tilt = participation(&[
+            (pinion, RotationY, sin),
+            (pinion, RotationX, -cos),
+            (wheel, RotationY, -sin),
+            (wheel, RotationX, cos),
+        ]);
+        let mut friction = participation(&[
+            (pinion, X, cos),
+            (pinion, Y, -sin),
+            (wheel, X, -cos),
+            (wheel, Y, sin),
+            (pinion, RotationZ, -pitch_1 * sin),
+            (wheel, RotationZ, pitch_2 * sin),
+        ]);
+        let mut friction_lever =
+            participation(&[(pinion, RotationZ, -1.0), (wheel, RotationZ, -1.0)]);
+        let mut pinion_torque = participation(&[(self.shafts[0].end, RotationZ, 1.0)]);
+        let mut wheel_torque = participation(&[(self.shafts[1].end, RotationZ, 1.0)]);
+
+        let mut bearings = self.bearing_gains(matrices, solution);
+
+        let signs = orientation(&mesh[RIGID_MODES..], solution);
+        let [w_1, w_2] = [mesh[0], mesh[1]];
+        let norm = w_1.hypot(w_2);
+        // The pinion turns forward in the neutral mode.
+        let forward = (w_2 * pinion_torque[0] - w_1 * pinion_torque[1]).signum();
+        for column in [
+            &mut mesh,
+            &mut mesh_tilt,
+            &mut friction,
+            &mut friction_lever,
+            &mut pinion_torque,
+            &mut wheel_torque,
+        ]
+        .into_iter()
+        .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
+        {
+            let [a, b] = [column[0], column[1]];
+            column[0] = forward * (w_2 * a - w_1 * b) / norm;
+            column[1] = (w_1 * a + w_2 * b) / norm;
+            for (value, sign) in column[RIGID_MODES..].iter_mut().zip(&signs) {
+                *value *= sign;
+            }
+        }
+        let mut torque: Vec<f64> = (pinion_torque.iter().zip(&wheel_torque))
+            .map(|(one, two)| base_1 * one - base_2 * two)
+            .collect();
+        // Zero by construction; only round-off of the rotation is removed.
+        mesh[0] = 0.0;
+        torque[0] = 0.0;
+        // Shafts turn in their bearings; the neutral rotation grows without bound.
+        for bearing in &mut bearings {
+            bearing.gain[..RIGID_MODES].fill(0.0);
+        }
+
+        Ok(ModalStructure {
+            teeth: self.gears.teeth[0],
+            wheel_teeth: Some(self.gears.teeth[1]),
+            rated_force: self.gears.rated_force(),
+            frequency: solution.frequencies(),
+            damping,
+            mesh,
+            mesh_tilt,
+            torque,
+            pinion_torque: Some(pinion_torque),
+            wheel_torque: Some(wheel_torque),
+            friction,
+            friction_lever,
+            residual_flexibility: 0.0,
+            bearings,
+        })
+    }
+
+    /// Gains of every bearing that the assembly can load: along the line of centres, across
+    /// it, axially.
+    fn bearing_gains(&self, matrices: &AssembledMatrices, solution: &Modes) -> Vec<BearingGain> {
+        let mut gains = Vec::new();
+        for (name, shaft) in ["pinion", "wheel"].iter().zip(&self.shafts) {
+            for (number, support) in (1..).zip(&shaft.supports) {
+                let bearing = support.stiffness;
+                for (direction, freedom, stiffness) in [
+                    ("line", Freedom::X, bearing.line_of_centres),
+                    ("across", Freedom::Y, bearing.across),
+                    ("axial", Freedom::Z, bearing.axial),
+                ] {
+                    let shaft_side = std::iter::once((support.node, freedom, stiffness));
+                    let seat_side = support.seat.map(|seat| (seat, freedom, -stiffness));
+                    let terms: Vec<_> = shaft_side.chain(seat_side).collect();
+                    let force = matrices.functional(&terms);
+                    // No spring, or nothing that could load it.
+                    if force.iter().any(|&coefficient| coefficient != 0.0) {
+                        gains.push(BearingGain {
+                            name: format!("{name} {number} {direction}"),
+                            gain: solution.participation(&force),
+                        });
+                    }
+                }
+            }
+        }
+        gains
+    }
+}
+
+/// Sign of every elastic mode, from its mesh participation.
+fn orientation(mesh: &[f64], solution: &Modes) -> Vec<f64> {
+    let largest = mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
+    (mesh.iter().enumerate())
+        .map(|(index, &w)| {
+            // Below this a participation is round-off of a zero.
+            if w.abs() > 1e-8 * largest {
+                return w.signum();
+            }
+            let shape = solution.shape.col(RIGID_MODES + index);
+            let peak = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            // The first of those that tie within round-off.
+            shape
+                .iter()
+                .find(|v| v.abs() > (1.0 - 1e-6) * peak)
+                .map_or(1.0, |v| v.signum())
+        })
+        .collect()
+}

@@ -1,0 +1,83 @@
+//! A flank whose law is given by functions, for closed forms.
+
+use atlas::gear::{FlankLaw, PairCompliance, PathOfContact};
+
+type Law<T> = Box<dyn Fn(f64) -> T + Sync>;
+
+pub struct FunctionFlank {
+    pub path: PathOfContact,
+    pub compliance: Law<PairCompliance>,
+    pub relief: Law<f64>,
+    /// By s and z.
+    pub deviation: Box<dyn Fn(f64, f64) -> f64 + Sync>,
+    pub kinks: Vec<f64>,
+}
+
+impl FunctionFlank {
+    /// The same stiffness times width \[N/m²\] everywhere, and rigid gear bodies.
+    pub fn constant(path: PathOfContact, stiffness: f64) -> Self {
+        let compliance = split(1.0 / stiffness, 0.0);
+        Self {
+            path,
+            compliance: Box::new(move |_| compliance),
+            relief: Box::new(|_| 0.0),
+            deviation: Box::new(|_, _| 0.0),
+            kinks: Vec::new(),
+        }
+    }
+}
+
+/// A compliance of teeth and contact and one of the bodies, spread over their parts.
+pub fn split(tooth: f64, foundation: f64) -> PairCompliance {
+    PairCompliance {
+        tooth: [0.3 * tooth, 0.5 * tooth],
+        hertz: 0.2 * tooth,
+        foundation: [0.4 * foundation, 0.6 * foundation],
+    }
+}
+
+impl FlankLaw for FunctionFlank {
+    fn path(&self) -> PathOfContact {
+        self.path
+    }
+
+    fn compliance(&self, s: f64) -> PairCompliance {
+        (self.compliance)(s)
+    }
+
+    fn relief(&self, s: f64) -> f64 {
+        (self.relief)(s)
+    }
+
+    fn deviation(&self, s: f64, z: f64) -> f64 {
+        (self.deviation)(s, z)
+    }
+
+    fn kinks(&self) -> Vec<f64> {
+        self.kinks.clone()
+    }
+}
+
+/// A path of the given contact ratio, the pitch point at mesh phase 0.3 of the first pair.
+pub fn path(contact_ratio: f64) -> PathOfContact {
+    let base_pitch = 11.8e-3;
+    PathOfContact {
+        base_pitch,
+        start: -0.3 * base_pitch,
+        end: (contact_ratio - 0.3) * base_pitch,
+        pitch_point: 0.0,
+    }
+}
+
+/// The default drive's force at 50 N m \[N\] and its face \[m\].
+pub fn default_force() -> f64 {
+    50.0 / (0.04 * 20f64.to_radians().cos())
+}
+
+pub const FACE_WIDTH: f64 = 0.02;
+
+/// Stiffness times width of the default drive's mesh \[N/m²\].
+pub const STIFFNESS: f64 = 4e8 / FACE_WIDTH;
+
+/// Misalignment of the default drive's published case \[rad\].
+pub const MISALIGNMENT: f64 = 1e-3;

@@ -1,0 +1,269 @@
+//! The mesh over its cycle: stiffness that varies within segments, a load centroid that wanders
+//! along the face, friction that turns round at the pitch point.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use atlas::analysis::EnergyAudit;
+use atlas::model::{Division, Drive, Model, Stiffness, TrajectoryState};
+use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
+use atlas::reference::{Extended, Reference};
+use common::march::{Events, ROUND_OFF, march, march_with, settled, volterra};
+use common::{Case, relative_difference, state_difference};
+use std::f64::consts::TAU;
+
+/// Two pairs in mesh up to 0.6, then one: each an arch, as tooth bending makes it.
+fn arches() -> Vec<Division> {
+    let arch = |end, top: f64, series: [f64; 3]| Division {
+        stiffness: Stiffness::series([
+            top,
+            series[0] * top,
+            -series[1] * top,
+            0.0,
+            series[2] * top,
+            1e-3 * top,
+            -2e-4 * top,
+            1e-5 * top,
+        ]),
+        ..Division::level(end, top)
+    };
+    vec![
+        arch(0.3, 4.4e8, [0.02, 0.03, -0.004]),
+        arch(0.6, 4.45e8, [-0.02, 0.03, 0.004]),
+        arch(1.0, 3.3e8, [0.01, 0.06, -0.01]),
+    ]
+}
+
+/// Levels on equal divisions, the load wandering along the face by 4 mm and friction turning.
+fn wandering(count: u32) -> Vec<Division> {
+    (0..count)
+        .map(|i| {
+            let phase = (f64::from(i) + 0.5) / f64::from(count);
+            let rubbing = if phase < 0.6 { 1.0 - phase / 0.3 } else { -1.0 };
+            Division {
+                load_centre: 4e-3 * (TAU * phase).sin(),
+                friction: [rubbing, 6e-3 * (phase - 0.5)],
+                ..Division::level(
+                    f64::from(i + 1) / f64::from(count),
+                    if phase < 0.6 { 4.444e8 } else { 3.333e8 },
+                )
+            }
+        })
+        .collect()
+}
+
+/// Both at once.
+fn everything() -> Vec<Division> {
+    let mut divisions = arches();
+    for (division, (centre, friction)) in divisions.iter_mut().zip([
+        (3e-3, [0.4, -2e-3]),
+        (-1e-3, [-0.3, 1e-3]),
+        (-4e-3, [-1.0, 4e-3]),
+    ]) {
+        division.load_centre = centre;
+        division.friction = friction;
+    }
+    divisions
+}
+
+/// Drives whose tilt matters, with each of these meshes.
+fn models() -> Vec<(String, Model)> {
+    let mut six = common::six_modes();
+    six.0.mesh_tilt = vec![0.0, 0.0, 4.0, -3.0, 6.0, -2.0];
+    six.0.friction_lever = vec![3.0, 1.0, -4.0, 2.0, 5.0, 1.0];
+    let drives: [(&str, Case); 3] = [
+        ("one degree", common::one_degree()),
+        ("six modes", six),
+        ("forty modes", common::forty_modes()),
+    ];
+    let mut models = Vec::new();
+    for (name, (structure, drive, point)) in drives {
+        for (course, mesh) in [
+            ("arches", arches()),
+            ("12 wandering", wandering(12)),
+            ("60 wandering", wandering(60)),
+            ("everything", everything()),
+        ] {
+            let drive = Drive {
+                mesh,
+                friction: 0.1,
+                ..drive.clone()
+            };
+            let model = Model::new(&structure, &drive, point).unwrap();
+            models.push((format!("{name}, {course}"), model));
+        }
+    }
+    models
+}
+
+/// Same events, worst difference of states and event times over single cycles.
+fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64, f64, usize) {
+    let reference = Reference::new(model);
+    let mut start = settled(model, 40);
+    let (mut state, mut time, mut events) = (0.0f64, 0.0f64, 0);
+    for _ in 0..cycles {
+        let exact = reference.march(&start, 1).unwrap();
+        let mut seen = Events::default();
+        let (end, _) = march_with(kernel, &start, 1, &mut seen);
+        assert_eq!(seen.0.len(), exact.crossings.len());
+        for (a, b) in seen.0.iter().zip(&exact.crossings) {
+            assert_eq!((a.from, a.to), (b.from, b.to));
+            time = time.max((a.time - b.time).abs() / model.period());
+        }
+        state = state.max(state_difference(model, &end.state, &exact.end.state));
+        events += seen.0.len();
+        start = end;
+    }
+    (state, time, events)
+}
+
+#[test]
+fn the_structured_kernel_is_the_reference_on_every_instruction_set() {
+    for (name, model) in models() {
+        for set in InstructionSet::available() {
+            let kernel = Volterra::with_instructions(&model, ROUND_OFF, 10_000, set);
+            let (state, time, events) = against_reference(&model, &kernel, 6);
+            println!(
+                "{name}, {}: state {state:.1e}, time {time:.1e}, {events} events, {} windows",
+                set.name(),
+                kernel.windows_per_cycle()
+            );
+            assert!(state < 1e-13 && time < 1e-14, "{name}: {state:e} {time:e}");
+            assert!(events > 6, "{name} does not rattle");
+        }
+    }
+}
+
+#[test]
+fn the_structured_kernel_is_exact_to_thirty_digits() {
+    for (name, model) in models() {
+        let (extended, kernel) = (Extended::new(&model), volterra(&model));
+        let mut start = settled(&model, 40);
+        for _ in 0..3 {
+            let exact = extended.march(&start, 1).unwrap();
+            let end = march(&kernel, &start, 1);
+            let off = state_difference(&model, &end.state, &exact.end().state);
+            assert!(off < 1e-13, "{name}: {off:e}");
+            start = end;
+        }
+    }
+}
+
+/// Small steps know nothing of series, certificates or cuts: order one through rattle.
+#[test]
+fn small_steps_converge_to_it() {
+    for (name, model) in models().into_iter().skip(4).take(4) {
+        // An event's error depends on where in its step it falls: the worst of some cycles.
+        let starts: Vec<_> = (40..46).map(|cycles| settled(&model, cycles)).collect();
+        let errors = [2_000, 16_000, 128_000].map(|steps| {
+            let stepping = Stepping::new(&model, steps, 10_000);
+            let error = |start| {
+                let exact = march(&volterra(&model), start, 1);
+                let end = march(&stepping, start, 1);
+                relative_difference(&end.state, &exact.state)
+            };
+            starts.iter().map(error).fold(0.0, f64::max)
+        });
+        println!("{name}: {errors:?}");
+        assert!(errors[2] < 1e-5, "{name}: {errors:?}");
+        for pair in errors.windows(2) {
+            let order = (pair[0] / pair[1]).log(8.0);
+            assert!((0.6..1.6).contains(&order), "{name}: {errors:?}");
+        }
+    }
+}
+
+/// The mesh does work where its stiffness varies and where δ steps; friction takes some.
+#[test]
+fn energy_closes() {
+    for (name, model) in models() {
+        let kernel = volterra(&model);
+        let mut audit = EnergyAudit::new(&model);
+        let start = settled(&model, 40);
+        let (end, counters) = march_with(&kernel, &start, 200, &mut audit);
+        let residual = audit.residual(&end).unwrap();
+        println!(
+            "{name}: residual {residual:.1e}, {} events",
+            counters.events
+        );
+        assert!(residual < 1e-11, "{name}: {residual:e}");
+    }
+}
+
+/// A tangent is the difference of two trajectories close to each other, whichever window a
+/// factorised system closes, and whichever step of δ lies between.
+#[test]
+fn tangents_are_differences() {
+    for (name, model) in models() {
+        let kernel = volterra(&model);
+        let start = settled(&model, 41);
+        let n = model.modes();
+        let size = model.half_gap;
+        for component in [0, n - 1, n, 2 * n - 1] {
+            let step = 1e-7 * size * if component < n { 1.0 } else { 1e4 };
+            let moved = |by: f64| {
+                let mut from = start.clone();
+                from.state[component] += by;
+                march(&kernel, &TrajectoryState::new(&model, from.state, 41), 1).state
+            };
+            let (ahead, behind) = (moved(step), moved(-step));
+            let mut tangents = Tangents::zeros(n, 1);
+            tangents.vector_mut(0)[component] = 1.0;
+            let mut trajectory = start.clone();
+            kernel
+                .march(
+                    &mut trajectory,
+                    &mut tangents,
+                    &mut kernel.workspace(),
+                    &mut (),
+                    &mut Counters::default(),
+                )
+                .unwrap();
+            let difference: Vec<f64> = (ahead.iter().zip(&behind))
+                .map(|(a, b)| (a - b) / (2.0 * step))
+                .collect();
+            let off = relative_difference(tangents.vector(0), &difference);
+            assert!(off < 1e-4, "{name}, component {component}: {off:e}");
+        }
+    }
+}
+
+/// Sixty levels of an arch converge to the arch as the square of their number, and cost more.
+#[test]
+fn levels_converge_to_the_course() {
+    let (structure, drive, point) = common::six_modes();
+    let exact = Drive {
+        mesh: arches(),
+        ..drive.clone()
+    };
+    let smooth = Model::new(&structure, &exact, point).unwrap();
+    let start = settled(&smooth, 40);
+    let end = march(&volterra(&smooth), &start, 1);
+    let errors = [60u32, 240, 960].map(|count| {
+        let mesh = (0..count)
+            .map(|i| {
+                let phase = (f64::from(i) + 0.5) / f64::from(count);
+                let segment = smooth.cycle.segment_at(phase * smooth.period());
+                let level = segment.stiffness_at(phase);
+                Division::level(f64::from(i + 1) / f64::from(count), level)
+            })
+            .collect();
+        let model = Model::new(
+            &structure,
+            &Drive {
+                mesh,
+                ..drive.clone()
+            },
+            point,
+        )
+        .unwrap();
+        let coarse = march(&volterra(&model), &start, 1);
+        relative_difference(&coarse.state, &end.state)
+    });
+    println!("{errors:?}");
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log(4.0);
+        assert!((1.7..2.3).contains(&order), "{errors:?}");
+    }
+}

@@ -1,0 +1,433 @@
+//! The rigid-body tiers against closed forms, and against each other: a tier whose released
+//! motions are held stiffly is the tier below.
+// Helpers outside the test functions may unwrap, too.
+#![allow(clippy::unwrap_used)]
+
+use atlas::gear::{GearPair, ToothForm};
+use atlas::shaft::{
+    Bearing, Disc, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
+};
+use std::f64::consts::PI;
+
+const DENSITY: f64 = 7850.0;
+const PEDESTAL: Pedestal = Pedestal {
+    line_of_centres: 4e8,
+    across: 3e8,
+    mass: 3.0,
+};
+
+fn gears() -> GearPair {
+    GearPair {
+        teeth: [20, 30],
+        module: 4e-3,
+        pressure_angle: 20f64.to_radians(),
+        face_width: 20e-3,
+        body_length: [70e-3, 40e-3],
+        rated_torque: 50.0,
+        form: ToothForm::default(),
+    }
+}
+
+/// The default drive's shafts.
+fn shafts() -> [Shaft; 2] {
+    let bearing = |axial| Bearing {
+        line_of_centres: 1.25e8,
+        across: 1e8,
+        axial,
+        tilt: 2e4,
+    };
+    [(22e-3, 2e-3), (26e-3, 5e-3)].map(|(diameter, end_inertia)| Shaft {
+        diameter,
+        span: 0.12,
+        overhang: 0.04,
+        gear_position: 0.45,
+        end_inertia,
+        bearings: [bearing(1e8), bearing(0.0)],
+    })
+}
+
+fn rigid(tier: Tier, shafts: [Shaft; 2]) -> ModalStructure {
+    let drive = drive(tier, shafts);
+    let all = drive.tier.freedoms();
+    drive.modes(all, all, false).unwrap()
+}
+
+fn drive(tier: Tier, shafts: [Shaft; 2]) -> RigidDrive {
+    RigidDrive {
+        tier,
+        gears: gears(),
+        shafts,
+        density: DENSITY,
+        damping: 0.01,
+        damping_overrides: Vec::new(),
+    }
+}
+
+fn flexible(stiffening: f64) -> FlexibleDrive {
+    FlexibleDrive {
+        gears: gears(),
+        shafts: shafts(),
+        young_modulus: 206e9 * stiffening,
+        shear_modulus: 79e9 * stiffening,
+        density: DENSITY,
+        shear_coefficient: 0.9,
+        elements: [3, 5, 7],
+        damping: 0.01,
+        damping_overrides: Vec::new(),
+    }
+}
+
+fn pedestals(pedestal: Pedestal) -> Tier {
+    Tier::Pedestal([[pedestal; 2]; 2])
+}
+
+/// A shaft with its gear, from its parts: mass, polar inertia, inertia about a diameter
+/// through the centre of mass, and that centre's distance from the gear.
+struct Body {
+    mass: f64,
+    polar: f64,
+    transverse: f64,
+    centre: f64,
+}
+
+fn body(index: usize, shaft: &Shaft) -> Body {
+    let gears = gears();
+    let length = shaft.span + shaft.overhang;
+    let rod_mass = 0.25 * PI * shaft.diameter.powi(2) * length * DENSITY;
+    let rod_polar = rod_mass * shaft.diameter.powi(2) / 8.0;
+    let rod_offset = 0.5 * (shaft.span - shaft.overhang) - shaft.gear_position * shaft.span;
+    let pitch = gears.module * f64::from(gears.teeth[index]);
+    let gear = Disc::annulus(pitch, shaft.diameter, gears.body_length[index], DENSITY).unwrap();
+    let mass = rod_mass + gear.mass;
+    let centre = rod_mass * rod_offset / mass;
+    let rod_transverse = 0.5 * rod_polar + rod_mass * length.powi(2) / 12.0;
+    Body {
+        mass,
+        polar: rod_polar + gear.polar_inertia + shaft.end_inertia,
+        transverse: rod_transverse
+            + rod_mass * (rod_offset - centre).powi(2)
+            + gear.transverse_inertia
+            + gear.mass * centre.powi(2),
+        centre,
+    }
+}
+
+/// Frequencies \[rad/s\] of `M u'' + K u = 0`, M diagonal, K symmetric 2 × 2.
+fn pair_frequencies(masses: [f64; 2], [[a, b], [_, d]]: [[f64; 2]; 2]) -> [f64; 2] {
+    let [a, d] = [a / masses[0], d / masses[1]];
+    let half = 0.5 * (a + d);
+    let root = (0.25 * (a - d).powi(2) + b * b / (masses[0] * masses[1])).sqrt();
+    [half - root, half + root].map(f64::sqrt)
+}
+
+fn assert_frequencies(structure: &ModalStructure, expected: &[f64], tolerance: f64) {
+    let mut expected = expected.to_vec();
+    expected.sort_by(f64::total_cmp);
+    assert_eq!(structure.frequency[..2], [0.0, 0.0]);
+    assert_eq!(structure.modes(), expected.len() + 2);
+    for (found, wanted) in structure.frequency[2..].iter().zip(&expected) {
+        assert!((found / wanted - 1.0).abs() < tolerance, "{found} {wanted}");
+    }
+}
+
+#[test]
+fn torsional_drive_on_a_closed_mesh() {
+    let structure = rigid(Tier::Torsional, shafts());
+    assert_eq!(structure.frequency, [0.0, 0.0]);
+    let [base_1, base_2] = gears().base_radii();
+    let [one, two] = [0, 1].map(|index| body(index, &shafts()[index]).polar);
+    let expected = base_1.powi(2) / one + base_2.powi(2) / two;
+    // ω² = k Σ r²/J: the mesh feels the relative rotation alone.
+    assert_eq!(structure.mesh[0], 0.0);
+    assert!((structure.mesh[1].powi(2) / expected - 1.0).abs() < 1e-13);
+    assert!((structure.torque[1] / structure.mesh[1] - 1.0).abs() < 1e-13);
+    assert!(structure.friction[0].abs() < 1e-14);
+    assert!(structure.bearings.is_empty());
+    println!("closed mesh: {} rad/s", (4e8 * expected).sqrt());
+}
+
+/// All tiers describe one machine: their rigid rotations are those of the flexible drive.
+#[test]
+fn rigid_rotations_are_those_of_the_flexible_drive() {
+    let reference = flexible(1.0).modes(12, 12, false).unwrap();
+    for tier in [
+        Tier::Torsional,
+        Tier::Translational,
+        Tier::Tilting,
+        pedestals(PEDESTAL),
+    ] {
+        let structure = rigid(tier, shafts());
+        assert_eq!(structure.rigid_modes(), 2);
+        let torques = |s: &ModalStructure| {
+            [
+                s.pinion_torque.clone().unwrap(),
+                s.wheel_torque.clone().unwrap(),
+            ]
+        };
+        for (ours, theirs) in [&structure.mesh, &structure.torque, &structure.friction]
+            .into_iter()
+            .chain(torques(&structure).iter())
+            .zip(
+                [&reference.mesh, &reference.torque, &reference.friction]
+                    .into_iter()
+                    .chain(torques(&reference).iter()),
+            )
+        {
+            let scale = theirs[1].abs();
+            for mode in 0..2 {
+                assert!((ours[mode] - theirs[mode]).abs() < 1e-9 * scale);
+            }
+        }
+    }
+}
+
+#[test]
+fn translational_bodies_are_masses_on_both_bearings() {
+    let structure = rigid(Tier::Translational, shafts());
+    let masses = [0, 1].map(|index| body(index, &shafts()[index]).mass);
+    let expected: Vec<f64> = (masses.iter())
+        .flat_map(|mass| [2.5e8, 2e8].map(|stiffness: f64| (stiffness / mass).sqrt()))
+        .collect();
+    assert_frequencies(&structure, &expected, 1e-12);
+    // Σ mesh² over the elastic modes: n·u of two masses.
+    let sum: f64 = structure.mesh[2..].iter().map(|w| w * w).sum();
+    let wanted: f64 = masses.iter().map(|mass| 1.0 / mass).sum();
+    assert!((sum / wanted - 1.0).abs() < 1e-12);
+    assert!(structure.mesh_tilt.iter().all(|&w| w == 0.0));
+    let names: Vec<&str> = structure.bearings.iter().map(|b| b.name.as_str()).collect();
+    assert_eq!(names.len(), 8);
+    assert!(names.iter().all(|name| !name.ends_with("axial")));
+}
+
+/// A rigid rotor on two springs at unequal distances from its centre of mass: 2 × 2 in each
+/// plane, with unequal springs and tilt springs, and an axial mode.
+#[test]
+fn tilting_rotor_on_two_springs_at_unequal_distances() {
+    let mut shafts = shafts();
+    shafts[1].bearings[1].across = 0.4e8;
+    shafts[1].bearings[1].tilt = 0.0;
+    shafts[0].gear_position = 0.7;
+    let mut expected = Vec::new();
+    for (index, shaft) in shafts.iter().enumerate() {
+        let body = body(index, shaft);
+        let centre = shaft.gear_position * shaft.span + body.centre;
+        let arms = [-centre, shaft.span - centre];
+        for pick in [|b: &Bearing| b.line_of_centres, |b: &Bearing| b.across] {
+            let [mut direct, mut coupled, mut tilting] = [0.0; 3];
+            for (bearing, arm) in shaft.bearings.iter().zip(arms) {
+                direct += pick(bearing);
+                coupled += pick(bearing) * arm;
+                tilting += pick(bearing) * arm * arm + bearing.tilt;
+            }
+            let stiffness = [[direct, coupled], [coupled, tilting]];
+            expected.extend(pair_frequencies([body.mass, body.transverse], stiffness));
+        }
+        expected.push((1e8 / body.mass).sqrt());
+    }
+    assert_frequencies(&rigid(Tier::Tilting, shafts), &expected, 1e-12);
+}
+
+/// Amid symmetric spans each body bounces on both bearings and pedestals as one chain of two
+/// masses, and tilts on them as another: `m u'' = −k (u − v)`, `M v'' = k (u − v) − K v`.
+#[test]
+fn pedestals_make_chains_of_two_masses() {
+    let mut shafts = shafts();
+    for shaft in &mut shafts {
+        shaft.overhang = 0.0;
+        shaft.gear_position = 0.5;
+    }
+    let structure = rigid(pedestals(PEDESTAL), shafts.clone());
+    let chain = |inertia, seat, bearing: f64, ground: f64, tilt: f64| {
+        let stiffness = [[bearing + tilt, -bearing], [-bearing, bearing + ground]];
+        pair_frequencies([inertia, seat], stiffness)
+    };
+    let mut expected = Vec::new();
+    for (index, shaft) in shafts.iter().enumerate() {
+        let body = body(index, shaft);
+        assert!(body.centre.abs() < 1e-15);
+        let arm = (0.5 * shaft.span).powi(2);
+        for (bearing, ground) in [
+            (shaft.bearings[0].line_of_centres, PEDESTAL.line_of_centres),
+            (shaft.bearings[0].across, PEDESTAL.across),
+        ] {
+            let seats = 2.0 * PEDESTAL.mass;
+            expected.extend(chain(body.mass, seats, 2.0 * bearing, 2.0 * ground, 0.0));
+            // Seats on opposite sides move against each other: θ a each way.
+            expected.extend(chain(
+                body.transverse,
+                seats * arm,
+                2.0 * bearing * arm,
+                2.0 * ground * arm,
+                2.0 * shaft.bearings[0].tilt,
+            ));
+        }
+        expected.push((1e8 / body.mass).sqrt());
+    }
+    assert_frequencies(&structure, &expected, 1e-12);
+}
+
+/// Pedestals lighter and lighter become springs in series with the bearings; what is left falls
+/// with their mass.
+#[test]
+fn light_pedestals_are_springs_in_series() {
+    let mut softer = shafts();
+    for bearing in softer.iter_mut().flat_map(|shaft| &mut shaft.bearings) {
+        bearing.line_of_centres = 1.0 / (1.0 / bearing.line_of_centres + 1.0 / 4e8);
+        bearing.across = 1.0 / (1.0 / bearing.across + 1.0 / 3e8);
+    }
+    let series = rigid(Tier::Tilting, softer);
+    let [coarse, fine] = [1e-2, 1e-4].map(|mass| {
+        let sprung = drive(pedestals(Pedestal { mass, ..PEDESTAL }), shafts());
+        deviation(&sprung.modes(12, 12, false).unwrap(), &series)
+    });
+    println!("light pedestals: {coarse:.1e} at 10 g, {fine:.1e} at 0.1 g");
+    assert!(fine < 1e-4, "{fine:e}");
+    assert!(
+        (50.0..200.0).contains(&(coarse / fine)),
+        "{coarse:e} {fine:e}"
+    );
+}
+
+/// Largest relative difference of the elastic frequencies that `lower` has, and of the mesh
+/// participations over the largest of them.
+fn deviation(upper: &ModalStructure, lower: &ModalStructure) -> f64 {
+    let largest = lower.mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
+    (0..lower.modes())
+        .map(|mode| {
+            let frequency = match lower.frequency[mode] {
+                0.0 => upper.frequency[mode],
+                wanted => (upper.frequency[mode] / wanted - 1.0).abs(),
+            };
+            frequency.max((upper.mesh[mode] - lower.mesh[mode]).abs() / largest)
+        })
+        .fold(0.0, f64::max)
+}
+
+/// Asserts that `upper` tends to `lower` as what holds the motions it releases stiffens: with
+/// the inverse of the stiffness.
+fn assert_limit(name: &str, upper: impl Fn(f64) -> ModalStructure, lower: &ModalStructure) {
+    let [coarse, fine] = [1e4, 1e6].map(|stiffening| deviation(&upper(stiffening), lower));
+    println!("{name}: {coarse:.1e} at 1e4, {fine:.1e} at 1e6");
+    assert!(coarse < 1e-2, "{name}: {coarse:e}");
+    let gain = coarse / fine;
+    assert!((50.0..200.0).contains(&gain), "{name}: {gain}");
+}
+
+#[test]
+fn a_pedestal_drive_on_stiff_pedestals_tilts_only() {
+    let lower = rigid(Tier::Tilting, shafts());
+    let upper = |stiffening: f64| {
+        rigid(
+            pedestals(Pedestal {
+                line_of_centres: 4e8 * stiffening,
+                across: 3e8 * stiffening,
+                mass: 3.0,
+            }),
+            shafts(),
+        )
+    };
+    assert_limit("pedestal to tilting", upper, &lower);
+}
+
+#[test]
+fn a_tilting_drive_held_against_tilt_translates_only() {
+    let lower = rigid(Tier::Translational, shafts());
+    let upper = |stiffening: f64| {
+        let mut shafts = shafts();
+        for bearing in shafts.iter_mut().flat_map(|shaft| &mut shaft.bearings) {
+            bearing.tilt *= stiffening;
+            bearing.axial *= stiffening;
+        }
+        rigid(Tier::Tilting, shafts)
+    };
+    assert_limit("tilting to translational", upper, &lower);
+}
+
+/// The mesh then feels the rotations alone: the mode of the closed mesh is that of the
+/// torsional drive, and what the bearings yield is their static flexibility.
+#[test]
+fn a_translational_drive_on_stiff_bearings_rotates_only() {
+    let lower = rigid(Tier::Torsional, shafts());
+    let soft = |stiffening: f64| {
+        let mut shafts = shafts();
+        for bearing in shafts.iter_mut().flat_map(|shaft| &mut shaft.bearings) {
+            bearing.line_of_centres *= stiffening;
+            bearing.across *= stiffening;
+        }
+        drive(Tier::Translational, shafts)
+            .modes(6, 2, true)
+            .unwrap()
+    };
+    let (sin, cos) = gears().pressure_angle.sin_cos();
+    for stiffening in [1.0, 1e4] {
+        let upper = soft(stiffening);
+        assert!(deviation(&upper, &lower) < 1e-12);
+        let exact = 2.0 * (sin * sin / 2.5e8 + cos * cos / 2e8) / stiffening;
+        assert!((upper.residual_flexibility / exact - 1.0).abs() < 1e-12);
+    }
+}
+
+/// Lowest modes of the flexible drive with stiff shafts; the upper ones stay far above.
+#[test]
+fn a_flexible_drive_with_stiff_shafts_is_the_tilting_drive() {
+    let lower = rigid(Tier::Tilting, shafts());
+    let upper = |stiffening: f64| flexible(stiffening).modes(12, 12, false).unwrap();
+    assert_limit("flexible to tilting", upper, &lower);
+}
+
+#[test]
+fn more_modes_than_freedoms_are_refused() {
+    for (tier, freedoms) in [
+        (Tier::Torsional, 2),
+        (Tier::Translational, 6),
+        (Tier::Tilting, 12),
+        (pedestals(PEDESTAL), 20),
+    ] {
+        assert_eq!(tier.freedoms(), freedoms);
+        let drive = drive(tier, shafts());
+        assert_eq!(
+            drive.modes(freedoms, freedoms, false).unwrap().modes(),
+            freedoms
+        );
+        assert_eq!(
+            drive.modes(freedoms + 1, 2, false),
+            Err(ShaftError::ModeCount {
+                requested: freedoms + 1,
+                least: 1,
+                available: freedoms
+            })
+        );
+    }
+}
+
+/// A tier needs only what holds the motions that it releases.
+#[test]
+fn what_a_tier_releases_must_be_held() {
+    let without = |change: fn(&mut Bearing)| {
+        let mut shafts = shafts();
+        shafts[1].bearings.iter_mut().for_each(change);
+        shafts
+    };
+    let modes = |tier: Tier, shafts| drive(tier, shafts).modes(2, 2, false);
+    let free = |direction| {
+        Err(ShaftError::NotHeld {
+            shaft: 2,
+            direction,
+        })
+    };
+    let axial = || without(|bearing| bearing.axial = 0.0);
+    assert!(modes(Tier::Translational, axial()).is_ok());
+    assert_eq!(modes(Tier::Tilting, axial()), free("axially"));
+    let across = || without(|bearing| bearing.across = 0.0);
+    assert!(modes(Tier::Torsional, across()).is_ok());
+    let direction = "across the line of centres";
+    assert_eq!(modes(Tier::Translational, across()), free(direction));
+    let floating = Pedestal {
+        mass: 0.0,
+        ..PEDESTAL
+    };
+    assert!(matches!(
+        modes(pedestals(floating), shafts()),
+        Err(ShaftError::NotPositive { .. })
+    ));
+}
