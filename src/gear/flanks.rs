@@ -14,8 +14,8 @@ use std::f64::consts::PI;
 const NO_BACKLASH: f64 = 1e-9;
 
 /// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
-/// within 1e-12 (see the test of its convergence).
-const NODES: usize = 20;
+/// within 1e-10 (see the test of its convergence).
+pub(super) const NODES: usize = 20;
 
 /// Where contact can be, on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
