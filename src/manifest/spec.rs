@@ -2,7 +2,7 @@
 //! validated. Everything is SI; nothing here knows how it was typed.
 
 use super::expand::Between;
-use crate::shaft::{FlexibleDrive, ModalStructure};
+use crate::shaft::{FlexibleDrive, ModalStructure, RigidDrive};
 use std::sync::Arc;
 
 /// A whole job.
@@ -124,7 +124,7 @@ pub struct PointSpec {
 pub struct ModelSpec {
     /// Where the structure comes from.
     pub source: StructureSource,
-    /// Modes computed (`flexible`); the file's own count for `modal`.
+    /// Modes computed; the file's own count for `modal`.
     pub modes: usize,
     /// Modes kept, at most `modes`.
     pub retained: usize,
@@ -135,10 +135,23 @@ pub struct ModelSpec {
 /// Where the structure comes from; points with equal structure share one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StructureSource {
+    /// Assembled from rigid bodies: one of the four tiers.
+    Rigid(Arc<RigidDrive>),
     /// Assembled from shafts, bearings and gear bodies.
     Flexible(Arc<FlexibleDrive>),
     /// Read from a modal file (already checked).
     Modal(Arc<ModalStructure>),
+}
+
+impl StructureSource {
+    /// The model kind, as in the manifest.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Rigid(drive) => drive.tier.name(),
+            Self::Flexible(_) => "flexible",
+            Self::Modal(_) => "modal",
+        }
+    }
 }
 
 /// The gear mesh.
