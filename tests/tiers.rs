@@ -307,6 +307,7 @@ fn deviation(upper: &ModalStructure, lower: &ModalStructure) -> f64 {
 
 /// Asserts that `upper` tends to `lower` as what holds the motions it releases stiffens: with
 /// the inverse of the stiffness.
+#[allow(clippy::print_stdout)]
 fn assert_limit(name: &str, upper: impl Fn(f64) -> ModalStructure, lower: &ModalStructure) {
     let [coarse, fine] = [1e4, 1e6].map(|stiffening| deviation(&upper(stiffening), lower));
     println!("{name}: {coarse:.1e} at 1e4, {fine:.1e} at 1e6");
