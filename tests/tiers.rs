@@ -47,7 +47,10 @@ fn shafts() -> [Shaft; 2] {
 }
 
 fn rigid(tier: Tier, shafts: [Shaft; 2]) -> ModalStructure {
-    let drive = drive(tier, shafts);
+    all_modes(&drive(tier, shafts))
+}
+
+fn all_modes(drive: &RigidDrive) -> ModalStructure {
     let all = drive.tier.freedoms();
     drive.modes(all, all, false).unwrap()
 }
@@ -57,9 +60,17 @@ fn drive(tier: Tier, shafts: [Shaft; 2]) -> RigidDrive {
         tier,
         gears: gears(),
         shafts,
+        pedestals: Some([[PEDESTAL; 2]; 2]),
         density: DENSITY,
         damping: 0.01,
         damping_overrides: Vec::new(),
+    }
+}
+
+fn on_pedestals(pedestal: Pedestal) -> RigidDrive {
+    RigidDrive {
+        pedestals: Some([[pedestal; 2]; 2]),
+        ..drive(Tier::Pedestal, shafts())
     }
 }
 
@@ -75,10 +86,6 @@ fn flexible(stiffening: f64) -> FlexibleDrive {
         damping: 0.01,
         damping_overrides: Vec::new(),
     }
-}
-
-fn pedestals(pedestal: Pedestal) -> Tier {
-    Tier::Pedestal([[pedestal; 2]; 2])
 }
 
 /// A shaft with its gear, from its parts: mass, polar inertia, inertia about a diameter
@@ -150,12 +157,7 @@ fn torsional_drive_on_a_closed_mesh() {
 #[test]
 fn rigid_rotations_are_those_of_the_flexible_drive() {
     let reference = flexible(1.0).modes(12, 12, false).unwrap();
-    for tier in [
-        Tier::Torsional,
-        Tier::Translational,
-        Tier::Tilting,
-        pedestals(PEDESTAL),
-    ] {
+    for tier in Tier::ALL {
         let structure = rigid(tier, shafts());
         assert_eq!(structure.rigid_modes(), 2);
         let torques = |s: &ModalStructure| {
@@ -236,7 +238,7 @@ fn pedestals_make_chains_of_two_masses() {
         shaft.overhang = 0.0;
         shaft.gear_position = 0.5;
     }
-    let structure = rigid(pedestals(PEDESTAL), shafts.clone());
+    let structure = rigid(Tier::Pedestal, shafts.clone());
     let chain = |inertia, seat, bearing: f64, ground: f64, tilt: f64| {
         let stiffness = [[bearing + tilt, -bearing], [-bearing, bearing + ground]];
         pair_frequencies([inertia, seat], stiffness)
@@ -277,7 +279,7 @@ fn light_pedestals_are_springs_in_series() {
     }
     let series = rigid(Tier::Tilting, softer);
     let [coarse, fine] = [1e-2, 1e-4].map(|mass| {
-        let sprung = drive(pedestals(Pedestal { mass, ..PEDESTAL }), shafts());
+        let sprung = on_pedestals(Pedestal { mass, ..PEDESTAL });
         deviation(&sprung.modes(12, 12, false).unwrap(), &series)
     });
     println!("light pedestals: {coarse:.1e} at 10 g, {fine:.1e} at 0.1 g");
@@ -317,14 +319,11 @@ fn assert_limit(name: &str, upper: impl Fn(f64) -> ModalStructure, lower: &Modal
 fn a_pedestal_drive_on_stiff_pedestals_tilts_only() {
     let lower = rigid(Tier::Tilting, shafts());
     let upper = |stiffening: f64| {
-        rigid(
-            pedestals(Pedestal {
-                line_of_centres: 4e8 * stiffening,
-                across: 3e8 * stiffening,
-                mass: 3.0,
-            }),
-            shafts(),
-        )
+        all_modes(&on_pedestals(Pedestal {
+            line_of_centres: 4e8 * stiffening,
+            across: 3e8 * stiffening,
+            mass: 3.0,
+        }))
     };
     assert_limit("pedestal to tilting", upper, &lower);
 }
@@ -377,12 +376,7 @@ fn a_flexible_drive_with_stiff_shafts_is_the_tilting_drive() {
 
 #[test]
 fn more_modes_than_freedoms_are_refused() {
-    for (tier, freedoms) in [
-        (Tier::Torsional, 2),
-        (Tier::Translational, 6),
-        (Tier::Tilting, 12),
-        (pedestals(PEDESTAL), 20),
-    ] {
+    for (tier, freedoms) in Tier::ALL.into_iter().zip([2, 6, 12, 20]) {
         assert_eq!(tier.freedoms(), freedoms);
         let drive = drive(tier, shafts());
         assert_eq!(
@@ -422,12 +416,15 @@ fn what_a_tier_releases_must_be_held() {
     assert!(modes(Tier::Torsional, across()).is_ok());
     let direction = "across the line of centres";
     assert_eq!(modes(Tier::Translational, across()), free(direction));
-    let floating = Pedestal {
+    let floating = on_pedestals(Pedestal {
         mass: 0.0,
         ..PEDESTAL
-    };
+    });
     assert!(matches!(
-        modes(pedestals(floating), shafts()),
+        floating.modes(2, 2, false),
         Err(ShaftError::NotPositive { .. })
     ));
+    let mut bare = drive(Tier::Pedestal, shafts());
+    bare.pedestals = None;
+    assert_eq!(bare.modes(2, 2, false), Err(ShaftError::NoPedestals));
 }

@@ -3,7 +3,7 @@
 use super::{BAD_INPUT, answer};
 use crate::manifest::{
     self, Carried, CourseSpec, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec,
-    SectionSpec, StiffnessSpec, StructureSource, TableSpec,
+    SectionSpec, StiffnessSpec, TableSpec,
 };
 use clap::Args;
 use serde_json::{Value, json};
@@ -113,7 +113,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         "model".to_owned(),
         format!(
             "{}, {} of {} modes kept{}",
-            kind(first),
+            first.model.source.kind(),
             span(retained.0, retained.1),
             span(modes.0, modes.1),
             if first.model.mta {
@@ -301,13 +301,6 @@ fn analyses(point: &PointSpec) -> String {
     }
 }
 
-fn kind(point: &PointSpec) -> &'static str {
-    match point.model.source {
-        StructureSource::Flexible(_) => "flexible",
-        StructureSource::Modal(_) => "modal",
-    }
-}
-
 fn kernel(kernel: &KernelSpec) -> String {
     match kernel {
         KernelSpec::Volterra { tolerance } if *tolerance == f64::EPSILON => {
@@ -362,7 +355,7 @@ fn job_json(name: &str, job: &Job) -> Value {
             "chains": job.points.len() / carried.length,
             "chain_length": carried.length,
         })),
-        "model": first.map(kind),
+        "model": first.map(|p| p.model.source.kind()),
         "retained_min": retained.0,
         "retained_max": retained.1,
         "kernel": first.map(|p| match p.run.kernel {

@@ -5,6 +5,7 @@
 //! pinion's (s > 0). The roll angles are `tan α_w + s/r_b1` of the pinion and
 //! `tan α_w − s/r_b2` of the wheel.
 
+use super::compliance::{BODY_RATIO, RingCompliance, rings};
 use super::{GearError, GearPair, Relief, Tooth};
 use crate::numerics::quadrature::GaussLegendre;
 use std::f64::consts::PI;
@@ -13,8 +14,8 @@ use std::f64::consts::PI;
 const NO_BACKLASH: f64 = 1e-9;
 
 /// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
-/// within 1e-12 (see the test of its convergence).
-const NODES: usize = 20;
+/// within 1e-10 (see the test of its convergence).
+pub(super) const NODES: usize = 20;
 
 /// Where contact can be, on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,7 +71,10 @@ pub struct Flanks {
     pub clearance: [f64; 2],
     /// Face width \[m\].
     pub face_width: f64,
+    /// Bores of the gear bodies \[m\].
+    pub bores: [f64; 2],
     path: PathOfContact,
+    pub(super) rings: Vec<[RingCompliance; 2]>,
     pub(super) pair: GearPair,
     pub(super) rule: GaussLegendre,
 }
@@ -137,7 +141,8 @@ impl Flanks {
                 centre_distance,
             });
         }
-        check_bodies(pair, &teeth)?;
+        let bores = bores(pair, &teeth)?;
+        let rings = rings(pair, &teeth, bores, contact_ratio as usize);
         Ok(Self {
             teeth,
             pressure_angle,
@@ -146,7 +151,9 @@ impl Flanks {
             backlash: backlash.max(0.0),
             clearance,
             face_width: pair.face_width,
+            bores,
             path,
+            rings,
             pair: pair.clone(),
             rule: GaussLegendre::new(NODES),
         })
@@ -251,12 +258,14 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
     Ok(())
 }
 
-/// The bodies must be known and lie in the range for which their compliance is.
-fn check_bodies(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
-    for ((gear, tooth), bore) in (1..).zip(teeth).zip(pair.form.bore) {
-        let bore = bore.ok_or(GearError::NoBore { gear })?;
+/// The bores, which must be known and make bodies whose compliance is.
+fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
+    let [least, most] = BODY_RATIO;
+    let mut bores = [0.0; 2];
+    for (index, tooth) in teeth.iter().enumerate() {
+        let gear = index + 1;
+        let bore = pair.form.bore[index].ok_or(GearError::NoBore { gear })?;
         let ratio = 2.0 * tooth.root_radius / bore;
-        let [least, most] = super::compliance::BODY_RATIO;
         if !(least..=most).contains(&ratio) {
             return Err(GearError::BodyRatio {
                 gear,
@@ -266,6 +275,7 @@ fn check_bodies(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
                 most,
             });
         }
+        bores[index] = bore;
     }
-    Ok(())
+    Ok(bores)
 }

@@ -12,7 +12,10 @@ use super::spec::{
     PoincareSpec, RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource,
     TableSpec, TorqueRipple, TransmissionErrorHarmonic, TwoLevels,
 };
-use crate::shaft::{Bearing, BearingGain, FlexibleDrive, ModalStructure, Shaft};
+use crate::gear::GearPair;
+use crate::shaft::{
+    Bearing, BearingGain, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft,
+};
 
 /// Changes whenever the meaning of the hashed bytes does.
 const FORMAT: &str = "atlas job 1";
@@ -110,15 +113,11 @@ impl JobHash {
             retained,
             mta,
         } = model;
+        self.text(source.kind());
         match source {
-            StructureSource::Flexible(drive) => {
-                self.text("flexible");
-                self.drive(drive);
-            }
-            StructureSource::Modal(structure) => {
-                self.text("modal");
-                self.structure(structure);
-            }
+            StructureSource::Rigid(drive) => self.rigid(drive),
+            StructureSource::Flexible(drive) => self.drive(drive),
+            StructureSource::Modal(structure) => self.structure(structure),
         }
         self.integer(*modes as u64);
         self.integer(*retained as u64);
@@ -137,6 +136,59 @@ impl JobHash {
             damping,
             damping_overrides,
         } = drive;
+        self.machine(gears, shafts);
+        for value in [
+            young_modulus,
+            shear_modulus,
+            density,
+            shear_coefficient,
+            damping,
+        ] {
+            self.number(*value);
+        }
+        for &count in elements {
+            self.integer(count as u64);
+        }
+        self.overrides(damping_overrides);
+    }
+
+    fn rigid(&mut self, drive: &RigidDrive) {
+        let RigidDrive {
+            // The kind is its name.
+            tier: _,
+            gears,
+            shafts,
+            pedestals,
+            density,
+            damping,
+            damping_overrides,
+        } = drive;
+        self.machine(gears, shafts);
+        self.number(*density);
+        self.number(*damping);
+        self.overrides(damping_overrides);
+        self.optional(pedestals.as_ref(), |hash, pedestals| {
+            for pedestal in pedestals.iter().flatten() {
+                let Pedestal {
+                    line_of_centres,
+                    across,
+                    mass,
+                } = *pedestal;
+                hash.numbers(&[line_of_centres, across, mass]);
+            }
+        });
+    }
+
+    fn overrides(&mut self, overrides: &[(usize, f64)]) {
+        self.integer(overrides.len() as u64);
+        for &(mode, ratio) in overrides {
+            self.integer(mode as u64);
+            self.number(ratio);
+        }
+    }
+
+    /// What all drives have.
+    fn machine(&mut self, gears: &GearPair, shafts: &[Shaft; 2]) {
         self.gears(gears);
         for shaft in shafts {
             let Shaft {
@@ -161,23 +213,6 @@ impl JobHash {
                     self.number(*value);
                 }
             }
-        }
-        for value in [
-            young_modulus,
-            shear_modulus,
-            density,
-            shear_coefficient,
-            damping,
-        ] {
-            self.number(*value);
-        }
-        for &count in elements {
-            self.integer(count as u64);
-        }
-        self.integer(damping_overrides.len() as u64);
-        for &(mode, ratio) in damping_overrides {
-            self.integer(mode as u64);
-            self.number(ratio);
         }
     }
 

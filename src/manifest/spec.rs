@@ -3,7 +3,7 @@
 
 use super::expand::Between;
 use crate::gear::GearPair;
-use crate::shaft::{FlexibleDrive, ModalStructure};
+use crate::shaft::{FlexibleDrive, ModalStructure, RigidDrive};
 use std::sync::Arc;
 
 /// A whole job.
@@ -125,7 +125,7 @@ pub struct PointSpec {
 pub struct ModelSpec {
     /// Where the structure comes from.
     pub source: StructureSource,
-    /// Modes computed (`flexible`); the file's own count for `modal`.
+    /// Modes computed; the file's own count for `modal`.
     pub modes: usize,
     /// Modes kept, at most `modes`.
     pub retained: usize,
@@ -136,6 +136,8 @@ pub struct ModelSpec {
 /// Where the structure comes from; points with equal structure share one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StructureSource {
+    /// Assembled from rigid bodies: one of the four tiers.
+    Rigid(Arc<RigidDrive>),
     /// Assembled from shafts, bearings and gear bodies.
     Flexible(Arc<FlexibleDrive>),
     /// Read from a modal file (already checked).
@@ -145,12 +147,20 @@ pub enum StructureSource {
 impl StructureSource {
     /// The drawing of the gears, their bores the shafts' diameters; none of a modal file.
     pub fn gears(&self) -> Option<GearPair> {
+        let (gears, shafts) = match self {
+            Self::Rigid(drive) => (&drive.gears, &drive.shafts),
+            Self::Flexible(drive) => (&drive.gears, &drive.shafts),
+            Self::Modal(_) => return None,
+        };
+        Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))
+    }
+
+    /// The model kind, as in the manifest.
+    pub fn kind(&self) -> &'static str {
         match self {
-            Self::Flexible(drive) => {
-                let diameters = drive.shafts.each_ref().map(|shaft| shaft.diameter);
-                Some(drive.gears.on_shafts(diameters))
-            }
-            Self::Modal(_) => None,
+            Self::Rigid(drive) => drive.tier.name(),
+            Self::Flexible(_) => "flexible",
+            Self::Modal(_) => "modal",
         }
     }
 }

@@ -46,8 +46,8 @@ pub struct Shaft {
     pub bearings: [Bearing; 2],
 }
 
-/// Stiffness of one bearing.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Stiffness of one bearing; none by default.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Bearing {
     /// Along the line of centres, x \[N/m\].
     pub line_of_centres: f64,

@@ -66,6 +66,9 @@ pub enum ShaftError {
         /// The free motion.
         direction: &'static str,
     },
+    /// Pedestals are released but not described.
+    #[error("the pedestal tier needs what its four bearings stand on: give their pedestals")]
+    NoPedestals,
     /// An assembly call names a node that was never added.
     #[error("node {node} does not exist; the assembly has {nodes} nodes, counted from 0")]
     NoSuchNode {

@@ -15,7 +15,7 @@ use super::train::{ShaftNodes, Support, Train};
 use crate::gear::GearPair;
 
 /// What a rigid-body model releases. Everything else is fixed to the ground.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tier {
     /// The rotations of both bodies: 2 degrees of freedom. Mounts are rigid.
     Torsional,
@@ -23,36 +23,44 @@ pub enum Tier {
     Translational,
     /// And axial displacement and tilts of both: 12.
     Tilting,
-    /// And x and y of the four bearing seats, `[pinion, wheel]` by `[first, second]`: 20.
-    Pedestal([[Pedestal; 2]; 2]),
+    /// And x and y of the four bearing seats: 20.
+    Pedestal,
 }
 
 impl Tier {
+    /// All four, by degrees of freedom.
+    pub const ALL: [Self; 4] = [
+        Self::Torsional,
+        Self::Translational,
+        Self::Tilting,
+        Self::Pedestal,
+    ];
+
     /// The name of the model kind.
-    pub fn name(&self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Torsional => "torsional",
             Self::Translational => "translational",
             Self::Tilting => "tilting",
-            Self::Pedestal(_) => "pedestal",
+            Self::Pedestal => "pedestal",
         }
     }
 
     /// Degrees of freedom.
-    pub fn freedoms(&self) -> usize {
+    pub fn freedoms(self) -> usize {
         match self {
             Self::Torsional => 2,
             Self::Translational => 6,
             Self::Tilting => 12,
-            Self::Pedestal(_) => 20,
+            Self::Pedestal => 20,
         }
     }
 
-    fn released(&self) -> Released {
+    fn released(self) -> Released {
         match self {
             Self::Torsional => Released::Rotation,
             Self::Translational => Released::Translation,
-            Self::Tilting | Self::Pedestal(_) => Released::All,
+            Self::Tilting | Self::Pedestal => Released::All,
         }
     }
 }
@@ -67,6 +75,9 @@ pub struct RigidDrive {
     pub gears: GearPair,
     /// Pinion shaft, wheel shaft. Stiffness that holds a motion not released is of no effect.
     pub shafts: [Shaft; 2],
+    /// What the bearings stand on, `[pinion, wheel]` by `[first, second]`: needed by
+    /// [`Tier::Pedestal`], of no effect in other tiers.
+    pub pedestals: Option<[[Pedestal; 2]; 2]>,
     /// Density of shafts and gear bodies \[kg/m³\].
     pub density: f64,
     /// Global modal damping ratio of the elastic modes \[1\]; rigid modes are undamped.
@@ -81,7 +92,7 @@ impl RigidDrive {
     /// that the tier cannot load have no gain.
     ///
     /// # Errors
-    /// As there.
+    /// As there; [`ShaftError::NoPedestals`].
     pub fn modes(
         &self,
         modes: usize,
@@ -161,8 +172,11 @@ impl RigidDrive {
     /// Adds what a bearing stands on: a pedestal, or the ground.
     fn add_seat(&self, assembly: &mut Assembly, place: [usize; 2]) -> Result<usize, ShaftError> {
         let seat = assembly.add_node();
-        let pedestal = match &self.tier {
-            Tier::Pedestal(pedestals) => Some(pedestals[place[0]][place[1]]),
+        let pedestal = match self.tier {
+            Tier::Pedestal => {
+                let pedestals = self.pedestals.ok_or(ShaftError::NoPedestals)?;
+                Some(pedestals[place[0]][place[1]])
+            }
             Tier::Torsional | Tier::Translational | Tier::Tilting => None,
         };
         let held = match pedestal {

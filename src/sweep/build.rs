@@ -77,6 +77,7 @@ pub fn affordable(model: &Model, kernel: &KernelSpec) -> Result<(), BuildError> 
 /// The shaft model cannot be assembled or solved.
 pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
     match &spec.source {
+        StructureSource::Rigid(drive) => drive.modes(spec.modes, spec.retained, spec.mta),
         StructureSource::Flexible(drive) => drive.modes(spec.modes, spec.retained, spec.mta),
         StructureSource::Modal(structure) => structure.truncated(spec.retained, spec.mta),
     }

@@ -35,6 +35,8 @@ pub enum Dimension {
     Pressure,
     /// Density \[kg/m³\].
     Density,
+    /// Mass \[kg\].
+    Mass,
     /// Moment of inertia \[kg m²\].
     Inertia,
     /// Dimensionless ratio.
@@ -53,7 +55,7 @@ pub enum Dimension {
 }
 
 /// The dimensions that have a text form, with the exponents of kg, m, s and rad.
-const TEXT_FORMS: [(Dimension, Exponents); 13] = [
+const TEXT_FORMS: [(Dimension, Exponents); 14] = [
     (Dimension::Length, Exponents([0, 1, 0, 0])),
     (Dimension::Time, Exponents([0, 0, 1, 0])),
     (Dimension::Angle, Exponents([0, 0, 0, 1])),
@@ -65,6 +67,7 @@ const TEXT_FORMS: [(Dimension, Exponents); 13] = [
     (Dimension::Damping, Exponents([1, 0, -1, 0])),
     (Dimension::Pressure, Exponents([1, -1, -2, 0])),
     (Dimension::Density, Exponents([1, -3, 0, 0])),
+    (Dimension::Mass, Exponents([1, 0, 0, 0])),
     (Dimension::Inertia, Exponents([1, 2, 0, 0])),
     (Dimension::Ratio, Exponents([0, 0, 0, 0])),
 ];
@@ -84,6 +87,7 @@ impl Dimension {
             Self::Damping => "a damping coefficient",
             Self::Pressure => "a pressure or elastic modulus",
             Self::Density => "a density",
+            Self::Mass => "a mass",
             Self::Inertia => "a moment of inertia",
             Self::Ratio => "a ratio",
             Self::Participation => "a modal participation",
@@ -108,6 +112,7 @@ impl Dimension {
             Self::Damping => "N*s/m",
             Self::Pressure => "Pa",
             Self::Density => "kg/m^3",
+            Self::Mass => "kg",
             Self::Inertia => "kg*m^2",
             Self::Ratio => "1",
             Self::Participation => "1/sqrt(kg)",
@@ -132,6 +137,7 @@ impl Dimension {
             Self::Damping => "N*s/m, N*s/mm, kN*s/m",
             Self::Pressure => "Pa, kPa, MPa, GPa, N/mm^2",
             Self::Density => "kg/m^3, g/cm^3",
+            Self::Mass => "kg, g",
             Self::Inertia => "kg*m^2, kg*mm^2, g*cm^2",
             Self::Ratio => "%",
             Self::Participation

@@ -67,14 +67,17 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
     );
     holds(
         &over_torque,
-        &["20 N·m", "50 N·m", "200 N·m", "misalignment 0 rad"],
+        &["20 N·m", "50 N·m", "200 N·m", "misalignment 0 mrad"],
     );
+    // Without misalignment the torque changes nothing but the transmission error.
+    let together = over_torque.iter().filter(|t| t.0 == "20 … 200 N·m");
+    assert_eq!(together.count(), 2);
     let over_angle = shown("mesh-misalignment");
     holds(
         &over_angle,
         &[
-            "0 rad",
-            "100 µrad",
+            "0 mrad",
+            "0.1 mrad",
             "1 mrad",
             "load centre [mm]",
             "torque 50 N·m",
@@ -111,7 +114,7 @@ fn a_mesh_table_is_drawn_with_units_and_direct_labels() {
     holds(
         &contact,
         &[
-            "torque 20 N·m, misalignment 0 rad",
+            "torque 20 N·m, misalignment 0 mrad",
             "torque 200 N·m, misalignment 1 mrad",
         ],
     );

@@ -3,7 +3,7 @@
 
 use std::convert::Infallible;
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -56,15 +56,11 @@ fn start(shell: &str, role: &str, folder: &Path) -> Child {
 
 /// What another process prints after `child: `.
 fn heard(child: &mut Child) -> String {
-    // Byte by byte: nothing of a later line is taken.
-    let mut line = Vec::new();
-    for byte in child.stdout.as_mut().unwrap().bytes() {
-        match byte.unwrap() {
-            b'\n' => match String::from_utf8_lossy(&line).split_once("child: ") {
-                Some((_, said)) => return said.to_owned(),
-                None => line.clear(),
-            },
-            byte => line.push(byte),
+    // Each process says one line of its own: what is buffered beyond it is not missed.
+    let lines = BufReader::new(child.stdout.as_mut().unwrap()).lines();
+    for line in lines.map_while(Result::ok) {
+        if let Some((_, said)) = line.split_once("child: ") {
+            return said.to_owned();
         }
     }
     panic!("the other process ended without a word");

@@ -38,15 +38,25 @@ impl Polynomial {
     }
 }
 
+/// L*, M*, P* and Q*.
+pub(super) fn coefficients(half_angle: f64, ratio: f64) -> [f64; 4] {
+    [L, M, P, Q].map(|polynomial| polynomial.at(half_angle, ratio))
+}
+
+/// Height at which a force at angle β crosses the tooth's centre line, above the root circle and
+/// in root radii: `u/r_f = r_b/(r_f cos β) − 1`.
+pub(super) fn lever(tooth: &Tooth, angle: f64) -> f64 {
+    tooth.base_radius / (tooth.root_radius * angle.cos()) - 1.0
+}
+
 /// Foundation of a gear with a bore \[m\] under a tooth loaded at a roll angle, per unit width
 /// \[m²/N\].
 pub(super) fn compliance(tooth: &Tooth, roll: f64, bore: f64, young_modulus: f64) -> f64 {
     let half_angle = tooth.root_half_angle;
     let ratio = 2.0 * tooth.root_radius / bore;
-    let [l, m, p, q] = [L, M, P, Q].map(|polynomial| polynomial.at(half_angle, ratio));
+    let [l, m, p, q] = coefficients(half_angle, ratio);
     let angle = tooth.force_angle(roll);
-    let crossing = tooth.base_radius / angle.cos();
-    let lever = (crossing - tooth.root_radius) / (2.0 * tooth.root_radius * half_angle);
+    let lever = lever(tooth, angle) / (2.0 * half_angle);
     angle.cos().powi(2) / young_modulus
         * (l * lever * lever + m * lever + p * (1.0 + q * angle.tan().powi(2)))
 }

@@ -45,3 +45,67 @@ pub(super) fn approach(
         .sum();
     FRAC_2_PI * line_load * bodies
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEEL: Material = Material {
+        young_modulus: 206e9,
+        poisson_ratio: 0.3,
+    };
+    const IRON: Material = Material {
+        young_modulus: 115e9,
+        poisson_ratio: 0.25,
+    };
+
+    #[test]
+    fn one_material_gives_the_usual_formula() {
+        let usual = PI * 206e9 / (4.0 * (1.0 - 0.09));
+        assert!((linear(&[STEEL; 2]) * usual - 1.0).abs() < 1e-15);
+        // A rigid mate leaves half.
+        let rigid = Material {
+            young_modulus: 1e30,
+            ..STEEL
+        };
+        assert!((linear(&[STEEL, rigid]) * usual - 0.5).abs() < 1e-12);
+    }
+
+    /// The approach is the strain along the axis below the contact, summed: stresses under an
+    /// elliptical pressure in plane strain (Johnson 1985, eq. 4.46).
+    #[test]
+    fn the_approach_is_the_strain_below_the_contact() {
+        let materials = [STEEL, IRON];
+        let (radius, load, depths) = (8e-3, 3e5, [3e-3, 5e-3]);
+        let a = half_width(&materials, radius, load);
+        let peak = 2.0 * load / (PI * a);
+        let mut sum = 0.0;
+        for (material, depth) in materials.iter().zip(depths) {
+            let nu = material.poisson_ratio;
+            // Steps that grow with depth: z = a sinh v.
+            let (count, end) = (20_000, (depth / a).asinh());
+            for i in 0..count {
+                let v = end * (f64::from(i) + 0.5) / f64::from(count);
+                let (z, dz) = (a * v.sinh(), a * v.cosh() * end / f64::from(count));
+                let root = z.hypot(a);
+                let axial = -peak * a / root;
+                let lateral = -peak / a * ((a * a + 2.0 * z * z) / root - 2.0 * z);
+                let strain =
+                    ((1.0 - nu * nu) * axial - nu * (1.0 + nu) * lateral) / material.young_modulus;
+                sum -= strain * dz;
+            }
+        }
+        let approach = approach(&materials, radius, depths, load);
+        // The formula drops terms of the order (a/h)².
+        assert!((approach / sum - 1.0).abs() < 1e-3, "{approach} {sum} {a}");
+    }
+
+    #[test]
+    fn the_contact_stiffens_under_load() {
+        let at = |load: f64| approach(&[STEEL; 2], 8e-3, [3e-3; 2], load) / load;
+        // Ten times the load, ln(10)/2 less in each body's bracket.
+        let drop = FRAC_2_PI * 2.0 * (0.91 / 206e9) * 0.5 * 10f64.ln();
+        assert!(((at(1e4) - at(1e5)) / drop - 1.0).abs() < 1e-9);
+        assert_eq!(approach(&[STEEL; 2], 8e-3, [3e-3; 2], 0.0), 0.0);
+    }
+}

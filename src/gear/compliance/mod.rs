@@ -9,17 +9,23 @@
 mod beam;
 mod foundation;
 mod hertz;
+mod ring;
 
 pub use beam::ToothCompliance;
 pub(super) use foundation::BODY_RATIO;
+pub(super) use ring::RingCompliance;
 
-use super::Flanks;
+use super::{Flanks, GearPair, Tooth};
+use ring::RootLoad;
+use std::f64::consts::PI;
 
 /// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
 /// `[pinion, wheel]`.
 ///
-/// Pairs in contact at the same time stand on one body each: its compliance must count once a
-/// gear for the whole mesh force, not in series with every pair.
+/// Pairs in contact at the same time share the gear bodies, and each gives under the other's
+/// load ([`Flanks::body_coupling`]): of two pairs with forces F₁ and F₂ the first gives
+/// `(tooth + hertz + foundation₁) F₁ + coupling F₂`. That is a spring of compliance
+/// [`Self::own`] a pair, and one of the coupling's that carries `F₁ + F₂`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairCompliance {
     /// Bending, shear and compression of each tooth above its root circle.
@@ -34,6 +40,12 @@ impl PairCompliance {
     /// Teeth and contact without the bodies \[m²/N\].
     pub fn without_bodies(&self) -> f64 {
         self.tooth[0] + self.tooth[1] + self.hertz
+    }
+
+    /// What the pair does not share with another in contact, given their
+    /// [`Flanks::body_coupling`] \[m²/N\].
+    pub fn own(&self, coupling: [f64; 2]) -> f64 {
+        self.total() - coupling[0] - coupling[1]
     }
 
     /// All of it in series: a pair alone in contact \[m²/N\].
@@ -94,9 +106,55 @@ impl Flanks {
         foundation::compliance(
             &self.teeth[gear],
             self.roll(s)[gear],
-            // Checked when the flanks were made.
-            self.pair.form.bore[gear].unwrap_or(self.teeth[gear].root_radius),
+            self.bores[gear],
             self.pair.form.material[gear].young_modulus,
         )
     }
+
+    /// What the bodies of pinion and wheel give at the pair at position s under a unit line load
+    /// on the pair `ahead` base pitches further along the path, and the other way round, per unit
+    /// width \[m²/N\]; none where the two are not in contact at once.
+    pub fn body_coupling(&self, s: f64, ahead: usize) -> Option<[f64; 2]> {
+        let path = self.path();
+        let further = s + ahead as f64 * path.base_pitch;
+        // A pair that leaves contact within round-off is still in it.
+        let slack = 1e-9 * path.base_pitch;
+        if ahead == 0 || s < path.start - slack || further > path.end + slack {
+            return None;
+        }
+        let rings = self.rings.get(ahead - 1)?;
+        let (near, far) = (self.roll(s), self.roll(further));
+        Some([0, 1].map(|gear| {
+            let tooth = &self.teeth[gear];
+            let load = |roll: f64| {
+                let angle = tooth.force_angle(roll);
+                RootLoad::new(angle, foundation::lever(tooth, angle))
+            };
+            let young_modulus = self.pair.form.material[gear].young_modulus;
+            rings[gear].between(load(far[gear]), load(near[gear])) / young_modulus
+        }))
+    }
+}
+
+/// The bodies between teeth one, two ... base pitches apart, as many as can be in contact at
+/// once. Teeth further along the path are ahead in the sense of rotation: with the force on the
+/// wheel, against that on the pinion.
+pub(super) fn rings(
+    pair: &GearPair,
+    teeth: &[Tooth; 2],
+    bores: [f64; 2],
+    most: usize,
+) -> Vec<[RingCompliance; 2]> {
+    let ring = |gear: usize, ahead: f64| {
+        let tooth = &teeth[gear];
+        RingCompliance::new(
+            tooth.root_half_angle,
+            2.0 * tooth.root_radius / bores[gear],
+            pair.form.material[gear].poisson_ratio,
+            ahead * 2.0 * PI / f64::from(pair.teeth[gear]),
+        )
+    };
+    (1..=most)
+        .map(|ahead| [ring(0, -(ahead as f64)), ring(1, ahead as f64)])
+        .collect()
 }

@@ -3,9 +3,9 @@
 use super::{Bounds, Key, Kind};
 use crate::units::Dimension;
 use Dimension::{
-    Angle, AngularSpeed, Density, Force, ForceByDisplacement, Inertia, Length, ModalDisplacement,
-    ModalVelocity, Participation, ParticipationByLength, Pressure, Ratio, Stiffness, TiltStiffness,
-    Torque,
+    Angle, AngularSpeed, Density, Force, ForceByDisplacement, Inertia, Length, Mass,
+    ModalDisplacement, ModalVelocity, Participation, ParticipationByLength, Pressure, Ratio,
+    Stiffness, TiltStiffness, Torque,
 };
 use Kind::{Boolean, Choice, List, Text};
 use std::f64::consts::FRAC_PI_4;
@@ -61,8 +61,15 @@ pub(super) const MANY: f64 = 1e9;
 /// Fewest measured cycles from which an exponent gets an error bar: 32 blocks of ten.
 pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
 
-/// Model kinds; the first two exist in this version.
-const MODEL_KINDS: [&str; 2] = ["flexible", "modal"];
+/// Model kinds: the rigid-body tiers, flexible shafts, modes from a file.
+const MODEL_KINDS: [&str; 6] = [
+    "torsional",
+    "translational",
+    "tilting",
+    "pedestal",
+    "flexible",
+    "modal",
+];
 
 /// The keys of a manifest.
 #[rustfmt::skip]
@@ -72,7 +79,7 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     integer("job.seed", 0.0, 9.2e18, "1"),
     table("model"),
     key("model.kind", Choice(&MODEL_KINDS), ANY, r#""flexible""#),
-    integer("model.modes", 3.0, 1000.0, "40"),
+    integer("model.modes", 2.0, 1000.0, "40"),
     integer("model.retained", 1.0, 1000.0, "20"),
     key("model.mta", Boolean, ANY, "true"),
     quantity("model.damping", Ratio, BELOW_ONE, "0.01"),
@@ -136,6 +143,13 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("shafts.bearings.tilt.*", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#),
     key("shafts.bearings.axial", List("2 stiffnesses: first bearing, second bearing"), ANY, r#"["1e8 N/m", 0]"#),
     quantity("shafts.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#),
+    table("shafts.pedestals"),
+    key("shafts.pedestals.line_of_centres", Kind::Quantity(Stiffness), POSITIVE, r#""4e8 N/m""#),
+    quantity("shafts.pedestals.line_of_centres.*", Stiffness, POSITIVE, r#""4e8 N/m""#),
+    key("shafts.pedestals.across", Kind::Quantity(Stiffness), POSITIVE, r#""3e8 N/m""#),
+    quantity("shafts.pedestals.across.*", Stiffness, POSITIVE, r#""3e8 N/m""#),
+    key("shafts.pedestals.mass", Kind::Quantity(Mass), POSITIVE, r#""3 kg""#),
+    quantity("shafts.pedestals.mass.*", Mass, POSITIVE, r#""3 kg""#),
     table("shafts.<shaft>"),
     quantity("shafts.<shaft>.diameter", Length, POSITIVE, r#""22 mm""#),
     quantity("shafts.<shaft>.end_inertia", Inertia, NON_NEGATIVE, r#""2e-3 kg*m^2""#),
@@ -151,6 +165,13 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("shafts.<shaft>.bearings.tilt.*", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#),
     key("shafts.<shaft>.bearings.axial", List("2 stiffnesses: first bearing, second bearing"), ANY, r#"["1e8 N/m", 0]"#),
     quantity("shafts.<shaft>.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#),
+    table("shafts.<shaft>.pedestals"),
+    key("shafts.<shaft>.pedestals.line_of_centres", Kind::Quantity(Stiffness), POSITIVE, r#""4e8 N/m""#),
+    quantity("shafts.<shaft>.pedestals.line_of_centres.*", Stiffness, POSITIVE, r#""4e8 N/m""#),
+    key("shafts.<shaft>.pedestals.across", Kind::Quantity(Stiffness), POSITIVE, r#""3e8 N/m""#),
+    quantity("shafts.<shaft>.pedestals.across.*", Stiffness, POSITIVE, r#""3e8 N/m""#),
+    key("shafts.<shaft>.pedestals.mass", Kind::Quantity(Mass), POSITIVE, r#""3 kg""#),
+    quantity("shafts.<shaft>.pedestals.mass.*", Mass, POSITIVE, r#""3 kg""#),
     table("mesh"),
     quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#),
     key("mesh.stiffness", Choice(&["table", "piecewise", "continuous", "constant"]), ANY, r#""piecewise""#),

@@ -10,12 +10,13 @@ mod model;
 mod orbits;
 mod run;
 mod shafts;
+mod unfelt;
 
 use super::diagnostic::Issues;
 use super::grid::is_carried;
 use super::reader::{Child, Section};
-use super::spec::{AnalysesSpec, ExcitationSpec, MeshSpec, ModelSpec, RunSpec};
-use crate::shaft::{FlexibleDrive, ModalStructure};
+use super::spec::{AnalysesSpec, ExcitationSpec, MeshSpec, ModelSpec, RunSpec, StructureSource};
+use crate::shaft::ModalStructure;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -58,7 +59,7 @@ pub(super) struct Context<'a> {
     /// Modal files read so far; `None` for one with faults, already reported.
     pub modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
     /// The last drive: points that differ in nothing structural share it.
-    pub last_drive: Option<Arc<FlexibleDrive>>,
+    pub last_drive: Option<StructureSource>,
 }
 
 impl<'a> Context<'a> {

@@ -1,24 +1,15 @@
 //! `[model]`: where the structure comes from, and how many of its modes are kept.
 
-use super::{Context, gear, mesh, shafts};
+use super::shafts::{Elastic, ShaftSet};
+use super::{Context, gear, mesh, shafts, unfelt};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::modal_file;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{ModelSpec, StructureSource};
 use crate::manifest::tree::Value;
-use crate::shaft::FlexibleDrive;
+use crate::shaft::{FlexibleDrive, RigidDrive, Tier};
 use std::sync::Arc;
-
-/// Model kinds of the file format that this version does not have.
-const LATER_KINDS: [(&str, &str); 4] = [
-    ("torsional", LATER),
-    ("translational", LATER),
-    ("tilting", LATER),
-    ("pedestal", LATER),
-];
-const LATER: &str =
-    "kind = \"flexible\", or kind = \"modal\" with the modes of that model in a file";
 
 const DEFAULT_MODES: usize = 40;
 const DEFAULT_DAMPING: f64 = 0.01;
@@ -28,74 +19,133 @@ const RIGID_MODES: usize = 2;
 /// Degrees of freedom of a node, times two shafts.
 const FREEDOMS_PER_STATION: usize = 12;
 
+/// How `[gear]` and `[shafts]` become a structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DriveKind {
+    /// Rigid bodies.
+    Rigid(Tier),
+    /// Flexible shafts.
+    Flexible,
+    /// Not understood; the tables are read all the same, so that their own faults show at once.
+    Faulty,
+}
+
+impl DriveKind {
+    fn of(name: &str) -> Self {
+        let tier = Tier::ALL.into_iter().find(|tier| tier.name() == name);
+        tier.map_or(Self::Flexible, Self::Rigid)
+    }
+
+    /// The value of `model.kind`.
+    pub(super) fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Rigid(tier) => Some(tier.name()),
+            Self::Flexible => Some("flexible"),
+            Self::Faulty => None,
+        }
+    }
+}
+
 pub(super) fn read(
     root: &Section,
     issues: &mut Issues,
     context: &mut Context,
 ) -> Option<ModelSpec> {
     let section = root.required_child(issues, "model")?;
-    let kind = section.choice(issues, "kind", None, &LATER_KINDS);
+    let kind = section.choice(issues, "kind", None, &[]);
     let mta = section.boolean_or(issues, "mta", false);
     match kind {
         Some("modal") => modal(root, &section, issues, context, mta),
-        // With a faulty kind the drive is read all the same: its own faults show at once.
-        Some(_) => flexible(root, &section, issues, context, mta),
-        None => {
-            if root.has("gear") || root.has("shafts") {
-                flexible(root, &section, issues, context, mta);
-            }
-            None
+        Some(name) => drive(root, &section, issues, context, DriveKind::of(name), mta),
+        None if root.has("gear") || root.has("shafts") => {
+            drive(root, &section, issues, context, DriveKind::Faulty, mta)
         }
+        None => None,
     }
 }
 
-fn flexible(
+fn drive(
     root: &Section,
     section: &Section,
     issues: &mut Issues,
     context: &mut Context,
+    kind: DriveKind,
     mta: Option<bool>,
 ) -> Option<ModelSpec> {
-    section.without_effect(
-        issues,
-        &["file"],
-        "with kind = \"flexible\"",
-        "remove it, or set kind = \"modal\"",
-    );
-    let modes = section.count_or(issues, "modes", DEFAULT_MODES);
+    if let Some(name) = kind.name() {
+        section.without_effect(
+            issues,
+            &["file"],
+            &format!("with kind = \"{name}\""),
+            "remove it, or set kind = \"modal\"",
+        );
+    }
+    unfelt::check_axes(root, issues, kind);
+    let default_modes = match kind {
+        DriveKind::Rigid(tier) => tier.freedoms(),
+        DriveKind::Flexible | DriveKind::Faulty => DEFAULT_MODES,
+    };
+    let modes = section.count_or(issues, "modes", default_modes);
     let retained = retained(section, issues, modes, RIGID_MODES);
-    let damping = section.quantity_or(issues, "damping", DEFAULT_DAMPING);
-    let overrides = damping_overrides(section, issues, modes);
+    let damping = damping(section, issues, kind, modes);
     let gears = root
         .required_child(issues, "gear")
         .and_then(|section| gear::read(&section, issues));
     let set = root
         .required_child(issues, "shafts")
-        .and_then(|section| shafts::read(&section, issues, gears.as_ref()));
-    let (gears, set, modes) = (gears?, set?, modes?);
-    check_freedoms(section, issues, modes, set.elements)?;
-    let drive = FlexibleDrive {
-        gears,
-        shafts: set.shafts,
-        young_modulus: set.young_modulus,
-        shear_modulus: set.shear_modulus,
-        density: set.density,
-        shear_coefficient: set.shear_coefficient,
-        elements: set.elements,
-        damping: damping?,
-        damping_overrides: overrides?,
+        .and_then(|section| shafts::read(&section, issues, gears.as_ref(), kind));
+    if let Some(modes) = modes {
+        let elastic = set.as_ref().and_then(|set| set.elastic.as_ref());
+        check_freedoms(section, issues, modes, kind, elastic)?;
+    }
+    let modes = modes?;
+    let source = source(kind, gears?, set?, damping?)?;
+    let source = match &context.last_drive {
+        Some(last) if *last == source => last.clone(),
+        _ => source,
     };
-    let drive = match &context.last_drive {
-        Some(last) if **last == drive => Arc::clone(last),
-        _ => Arc::new(drive),
-    };
-    context.last_drive = Some(Arc::clone(&drive));
+    context.last_drive = Some(source.clone());
     Some(ModelSpec {
-        source: StructureSource::Flexible(drive),
+        source,
         modes,
         retained: retained?,
         mta: mta?,
     })
+}
+
+/// The drive that the tables describe; none of a faulty kind.
+fn source(
+    kind: DriveKind,
+    gears: GearPair,
+    set: ShaftSet,
+    (damping, damping_overrides): (f64, Vec<(usize, f64)>),
+) -> Option<StructureSource> {
+    match kind {
+        DriveKind::Faulty => None,
+        DriveKind::Rigid(tier) => Some(StructureSource::Rigid(Arc::new(RigidDrive {
+            tier,
+            gears,
+            shafts: set.shafts,
+            pedestals: set.pedestals,
+            density: set.density,
+            damping,
+            damping_overrides,
+        }))),
+        DriveKind::Flexible => {
+            let elastic = set.elastic?;
+            Some(StructureSource::Flexible(Arc::new(FlexibleDrive {
+                gears,
+                shafts: set.shafts,
+                young_modulus: elastic.young_modulus,
+                shear_modulus: elastic.shear_modulus,
+                density: set.density,
+                shear_coefficient: elastic.shear_coefficient,
+                elements: elastic.elements,
+                damping,
+                damping_overrides,
+            })))
+        }
+    }
 }
 
 fn modal(
@@ -191,6 +241,27 @@ fn retained(
     None
 }
 
+/// Damping ratio of the elastic modes, and overrides by mode.
+fn damping(
+    section: &Section,
+    issues: &mut Issues,
+    kind: DriveKind,
+    modes: Option<usize>,
+) -> Option<(f64, Vec<(usize, f64)>)> {
+    if kind == DriveKind::Rigid(Tier::Torsional) {
+        section.without_effect(
+            issues,
+            &["damping", "damping_overrides"],
+            "with kind = \"torsional\": both of its modes are rigid rotations and undamped",
+            "remove it, or release more with another kind",
+        );
+        return Some((DEFAULT_DAMPING, Vec::new()));
+    }
+    let damping = section.quantity_or(issues, "damping", DEFAULT_DAMPING);
+    let overrides = damping_overrides(section, issues, modes);
+    Some((damping?, overrides?))
+}
+
 fn damping_overrides(
     section: &Section,
     issues: &mut Issues,
@@ -227,10 +298,13 @@ fn damping_overrides(
                         message,
                     )
                     .label("no mode to override")
-                    .accepted(format!(
-                        "modes {} to {modes}, each once, counted from 1 in ascending frequency",
-                        RIGID_MODES + 1
-                    )),
+                    .accepted(match modes > RIGID_MODES {
+                        true => format!(
+                            "modes {} to {modes}, each once, counted from 1 in ascending frequency",
+                            RIGID_MODES + 1
+                        ),
+                        false => "none: both modes are rigid rotations".to_owned(),
+                    }),
                 );
                 complete = false;
             }
@@ -241,14 +315,27 @@ fn damping_overrides(
     complete.then_some(overrides)
 }
 
-/// The beam model must have at least as many freedoms as modes are asked of it.
+/// A model must have at least as many freedoms as modes are asked of it.
 fn check_freedoms(
     section: &Section,
     issues: &mut Issues,
     modes: usize,
-    elements: [usize; 3],
+    kind: DriveKind,
+    elastic: Option<&Elastic>,
 ) -> Option<()> {
-    let freedoms = FREEDOMS_PER_STATION * (elements.iter().sum::<usize>() + 1);
+    let (freedoms, model, remedy) = match (kind, elastic) {
+        (DriveKind::Rigid(tier), _) => (
+            tier.freedoms(),
+            tier.name(),
+            "ask for fewer modes, or leave model.modes out for all of them",
+        ),
+        (DriveKind::Flexible, Some(elastic)) => (
+            FREEDOMS_PER_STATION * (elastic.elements.iter().sum::<usize>() + 1),
+            "beam",
+            "ask for fewer modes, or raise shafts.elements",
+        ),
+        _ => return Some(()),
+    };
     if modes <= freedoms {
         return Some(());
     }
@@ -257,10 +344,12 @@ fn check_freedoms(
             DiagnosticKind::Inconsistent,
             section.span_of("modes"),
             "model.modes",
-            format!("`model.modes` = {modes} is more than the {freedoms} degrees of freedom of the beam model"),
+            format!(
+                "`model.modes` = {modes} is more than the {freedoms} degrees of freedom of the {model} model"
+            ),
         )
         .label(format!("at most {freedoms}"))
-        .remedy("ask for fewer modes, or raise shafts.elements"),
+        .remedy(remedy),
     );
     None
 }

@@ -1,17 +1,30 @@
-//! `[shafts]`: material, stations, bearings and end inertias. What both shafts share
-//! stands in `[shafts]`; `[shafts.pinion]` and `[shafts.wheel]` override it.
+//! `[shafts]`: material, stations, bearings, pedestals and end inertias. What both shafts
+//! share stands in `[shafts]`; `[shafts.pinion]` and `[shafts.wheel]` override it.
+//!
+//! The tables draw a machine; the model kind says what of it may move. A kind reads what it
+//! needs and checks whatever else is there, so that `model.kind` alone takes a drive from tier
+//! to tier. Pedestals are the exception: they stand only where they are felt.
 
+use super::model::DriveKind;
+use super::unfelt::feels;
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
-use crate::shaft::{Bearing, Shaft};
+use crate::shaft::{Bearing, Pedestal, Shaft, Tier};
 
 /// Shafts and their material.
 pub(super) struct ShaftSet {
     pub shafts: [Shaft; 2],
+    pub pedestals: Option<[[Pedestal; 2]; 2]>,
+    pub density: f64,
+    /// Complete for flexible shafts.
+    pub elastic: Option<Elastic>,
+}
+
+/// What makes shafts flexible, and how finely they are divided.
+pub(super) struct Elastic {
     pub young_modulus: f64,
     pub shear_modulus: f64,
-    pub density: f64,
     pub shear_coefficient: f64,
     pub elements: [usize; 3],
 }
@@ -23,25 +36,56 @@ pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
     gears: Option<&GearPair>,
+    kind: DriveKind,
 ) -> Option<ShaftSet> {
-    let young_modulus = section.quantity(issues, "young_modulus");
-    let shear_modulus = section.quantity(issues, "shear_modulus");
+    let elastic = elastic(section, issues, kind);
     let density = section.quantity(issues, "density");
+    let radii = gears.map(GearPair::pitch_radii);
+    let pinion = shaft(section, issues, "pinion", radii.map(|r| r[0]), kind);
+    let wheel = shaft(section, issues, "wheel", radii.map(|r| r[1]), kind);
+    let ((pinion, first), (wheel, second)) = (pinion?, wheel?);
+    Some(ShaftSet {
+        shafts: [pinion, wheel],
+        pedestals: first.zip(second).map(<[_; 2]>::from),
+        density: density?,
+        elastic: elastic?,
+    })
+}
+
+/// Moduli and elements: checked wherever they stand. The outer `None` is a fault, the inner
+/// one an incomplete set.
+fn elastic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<Option<Elastic>> {
+    let wanted = |key: &str| feels(kind, key) || section.has(key);
+    let mut modulus = |key: &str| match wanted(key) {
+        true => section.quantity(issues, key).map(Some),
+        false => Some(None),
+    };
+    let (young, shear) = (modulus("young_modulus"), modulus("shear_modulus"));
     let shear_coefficient =
         section.quantity_or(issues, "shear_coefficient", DEFAULT_SHEAR_COEFFICIENT);
-    let elements = section.integers::<3>(issues, "elements");
-    let pinion = shaft(section, issues, "pinion", gears.map(|g| g.pitch_radii()[0]));
-    let wheel = shaft(section, issues, "wheel", gears.map(|g| g.pitch_radii()[1]));
-    check_moduli(section, issues, young_modulus?, shear_modulus?)?;
-    let [overhang, first, second] = elements?.map(usize::try_from);
-    Some(ShaftSet {
-        shafts: [pinion?, wheel?],
-        young_modulus: young_modulus?,
-        shear_modulus: shear_modulus?,
-        density: density?,
-        shear_coefficient: shear_coefficient?,
-        elements: [overhang.ok()?, first.ok()?, second.ok()?],
-    })
+    let elements = match wanted("elements") {
+        true => elements(section, issues).map(Some),
+        false => Some(None),
+    };
+    let moduli = young?.zip(shear?);
+    if let Some((young, shear)) = moduli {
+        check_moduli(section, issues, young, shear)?;
+    }
+    let shear_coefficient = shear_coefficient?;
+    let complete = moduli.zip(elements?);
+    Some(complete.map(|(moduli, elements)| Elastic {
+        young_modulus: moduli.0,
+        shear_modulus: moduli.1,
+        shear_coefficient,
+        elements,
+    }))
+}
+
+fn elements(section: &Section, issues: &mut Issues) -> Option<[usize; 3]> {
+    let [overhang, first, second] = section
+        .integers::<3>(issues, "elements")?
+        .map(usize::try_from);
+    Some([overhang.ok()?, first.ok()?, second.ok()?])
 }
 
 /// `ν = E/2G − 1` must lie in (−1, 1/2], else one of the two has a slip in it.
@@ -65,12 +109,14 @@ fn check_moduli(section: &Section, issues: &mut Issues, young: f64, shear: f64) 
     None
 }
 
+/// One shaft and what its bearings stand on.
 fn shaft(
     shared: &Section,
     issues: &mut Issues,
     name: &'static str,
     pitch_radius: Option<f64>,
-) -> Option<Shaft> {
+    kind: DriveKind,
+) -> Option<(Shaft, Option<[Pedestal; 2]>)> {
     let own = shared.required_child(issues, name)?;
     let diameter = own.quantity(issues, "diameter");
     let end_inertia = own.quantity(issues, "end_inertia");
@@ -78,9 +124,15 @@ fn shaft(
         let section = if own.has(key) { &own } else { shared };
         section.quantity(issues, key)
     };
-    let (span, overhang, gear_position) =
-        (either("span"), either("overhang"), either("gear_position"));
-    let bearings = bearings(shared, &own, issues);
+    let (span, overhang) = (either("span"), either("overhang"));
+    let place = "gear_position";
+    let gear_position = match feels(kind, place) || own.has(place) || shared.has(place) {
+        true => either(place),
+        // Nothing feels where it stands.
+        false => Some(0.5),
+    };
+    let bearings = bearings(shared, &own, issues, kind);
+    let pedestals = pedestals(shared, &own, issues, kind);
     let diameter = diameter?;
     if pitch_radius.is_some_and(|radius| diameter >= 2.0 * radius) {
         issues.push(
@@ -98,40 +150,88 @@ fn shaft(
         );
         return None;
     }
-    Some(Shaft {
+    let shaft = Shaft {
         diameter,
         span: span?,
         overhang: overhang?,
         gear_position: gear_position?,
         end_inertia: end_inertia?,
         bearings: bearings?,
-    })
+    };
+    Some((shaft, pedestals?))
 }
 
-fn bearings(shared: &Section, own: &Section, issues: &mut Issues) -> Option<[Bearing; 2]> {
-    let common = shared.child(issues, "bearings");
-    let special = own.child(issues, "bearings");
-    let (common, special) = match (common, special) {
-        (Child::Invalid, _) | (_, Child::Invalid) => return None,
-        (Child::Absent, Child::Absent) => {
-            shared.missing(issues, "bearings");
-            return None;
+/// A table that both shafts share, and one of a shaft that overrides it key by key.
+struct Layers<'t> {
+    common: Section<'t>,
+    special: Option<Section<'t>>,
+}
+
+impl<'t> Layers<'t> {
+    /// The layers of one name. The outer `None` is a fault; the inner one stands for a table
+    /// that is in neither and not required.
+    fn read(
+        shared: &Section<'t>,
+        own: &Section<'t>,
+        issues: &mut Issues,
+        name: &str,
+        required: bool,
+    ) -> Option<Option<Self>> {
+        let common = shared.child(issues, name);
+        let special = own.child(issues, name);
+        let (common, special) = match (common, special) {
+            (Child::Invalid, _) | (_, Child::Invalid) => return None,
+            (Child::Absent, Child::Absent) if required => {
+                shared.missing(issues, name);
+                return None;
+            }
+            (Child::Absent, Child::Absent) => return Some(None),
+            (Child::Present(common), Child::Present(special)) => (common, Some(special)),
+            (Child::Present(only), Child::Absent) | (Child::Absent, Child::Present(only)) => {
+                (only, None)
+            }
+        };
+        Some(Some(Self { common, special }))
+    }
+
+    /// Where a key is read.
+    fn of(&self, key: &str) -> &Section<'t> {
+        match &self.special {
+            Some(special) if special.has(key) => special,
+            _ => &self.common,
         }
-        (Child::Present(common), Child::Present(special)) => (common, Some(special)),
-        (Child::Present(only), Child::Absent) | (Child::Absent, Child::Present(only)) => {
-            (only, None)
-        }
+    }
+
+    /// Both bearings' values of a key.
+    fn both(&self, issues: &mut Issues, key: &str) -> Option<[f64; 2]> {
+        self.of(key).one_or_pair(issues, key)
+    }
+}
+
+fn bearings(
+    shared: &Section,
+    own: &Section,
+    issues: &mut Issues,
+    kind: DriveKind,
+) -> Option<[Bearing; 2]> {
+    let needed = |key: &str| feels(kind, &format!("bearings.{key}"));
+    let Some(layers) = Layers::read(shared, own, issues, "bearings", needed("across"))? else {
+        return Some([Bearing::default(); 2]);
     };
-    let pick = |key: &str| match &special {
-        Some(special) if special.has(key) => special,
-        _ => &common,
+    let wanted = |key: &str| needed(key) || layers.of(key).has(key);
+    let mut both = |key: &str| match wanted(key) {
+        true => layers.both(issues, key),
+        false => Some([0.0; 2]),
     };
-    let line_of_centres = pick("line_of_centres").one_or_pair(issues, "line_of_centres");
-    let across = pick("across").one_or_pair(issues, "across");
-    let tilt = pick("tilt").one_or_pair(issues, "tilt");
-    let axial = pick("axial").pair(issues, "axial");
-    if axial == Some([0.0; 2]) {
-        let section = pick("axial");
+    let line_of_centres = both("line_of_centres");
+    let across = both("across");
+    let tilt = both("tilt");
+    let axial = match wanted("axial") {
+        true => layers.of("axial").pair(issues, "axial"),
+        false => Some([0.0; 2]),
+    };
+    if axial == Some([0.0; 2]) && needed("axial") {
+        let section = layers.of("axial");
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Inconsistent,
@@ -151,4 +251,38 @@ fn bearings(shared: &Section, own: &Section, issues: &mut Issues) -> Option<[Bea
         axial: axial[i],
         tilt: tilt[i],
     }))
+}
+
+/// What both bearings stand on; the outer `None` is a fault.
+fn pedestals(
+    shared: &Section,
+    own: &Section,
+    issues: &mut Issues,
+    kind: DriveKind,
+) -> Option<Option<[Pedestal; 2]>> {
+    if let Some(name) = kind.name().filter(|&name| name != Tier::Pedestal.name()) {
+        let why = format!("with kind = \"{name}\": its bearings stand on the ground");
+        for section in [shared, own] {
+            section.without_effect(
+                issues,
+                &["pedestals"],
+                &why,
+                "remove it, or set kind = \"pedestal\"",
+            );
+        }
+        return Some(None);
+    }
+    let required = kind == DriveKind::Rigid(Tier::Pedestal);
+    let Some(layers) = Layers::read(shared, own, issues, "pedestals", required)? else {
+        return Some(None);
+    };
+    let line_of_centres = layers.both(issues, "line_of_centres");
+    let across = layers.both(issues, "across");
+    let mass = layers.both(issues, "mass");
+    let (line_of_centres, across, mass) = (line_of_centres?, across?, mass?);
+    Some(Some([0, 1].map(|i| Pedestal {
+        line_of_centres: line_of_centres[i],
+        across: across[i],
+        mass: mass[i],
+    })))
 }

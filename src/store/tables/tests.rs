@@ -55,7 +55,9 @@ fn same(table: &MappedTable) {
         assert_eq!(bits(values), bits(&array.values), "{}", array.name);
         assert_eq!(table.unit(&array.name).unwrap(), array.unit);
         assert!(
-            values.is_empty() || !table.is_mapped() || values.as_ptr() as usize % ALIGNMENT == 0
+            values.is_empty()
+                || !table.is_mapped()
+                || (values.as_ptr() as usize).is_multiple_of(ALIGNMENT)
         );
     }
     assert_eq!(table.names().count(), 4);

@@ -1,7 +1,7 @@
 //! Stiffness, load centre and loaded transmission error over the mesh phase: lines for several
 //! torques in one picture, for several misalignments in another.
 
-use super::data::{MeshCurves, quantity};
+use super::data::MeshCurves;
 use super::labels::{self, Named};
 use super::spread;
 use crate::report::plot::axis::{Axis, padded, range};
@@ -29,25 +29,27 @@ const GAP: f64 = 18.0;
 
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     let (aligned, middle) = (mesh.aligned(), mesh.torque.len() / 2);
-    let torque = |index: usize| quantity(mesh.torque[index], mesh.unit("torque"));
-    let angle = |index: usize| quantity(mesh.misalignment[index], mesh.unit("misalignment"));
+    let (torques, torque_unit) = mesh.torques();
+    let (angles, angle_unit) = mesh.misalignments();
     let mut families = Vec::new();
     if mesh.torque.len() > 1 || mesh.misalignment.len() == 1 {
         let lines = spread(mesh.torque.len(), MOST).into_iter();
         families.push(Family {
             picture: "mesh",
-            title: "mesh over torque",
+            title: "mesh cycle by torque",
             held: mesh.misalignment_text(aligned),
-            members: lines.map(|t| ([aligned, t], torque(t))).collect(),
+            members: lines.map(|t| ([aligned, t], torques[t].clone())).collect(),
+            unit: torque_unit,
         });
     }
     if mesh.misalignment.len() > 1 {
         let lines = spread(mesh.misalignment.len(), MOST).into_iter();
         families.push(Family {
             picture: "mesh-misalignment",
-            title: "mesh over misalignment",
+            title: "mesh cycle by misalignment",
             held: mesh.torque_text(middle),
-            members: lines.map(|m| ([m, middle], angle(m))).collect(),
+            members: lines.map(|m| ([m, middle], angles[m].clone())).collect(),
+            unit: angle_unit,
         });
     }
     let pictures = families.iter().filter_map(|family| family.draw(mesh));
@@ -74,6 +76,8 @@ struct Family {
     held: String,
     /// Places on the axes of the table, and the value that tells them apart.
     members: Vec<([usize; 2], String)>,
+    /// Unit of that value.
+    unit: String,
 }
 
 impl Family {
@@ -89,17 +93,21 @@ impl Family {
         let mut top = TOP;
         for (place, (array, name, lines)) in panels.iter().enumerate() {
             let values = lines.iter().flat_map(|line| &line.curve);
-            let bounds = padded(range(values.map(|[_, value]| *value)), 0.07);
+            let mut bounds = range(values.map(|[_, value]| *value));
+            if bounds[0] == bounds[1] {
+                // Nothing changes here; what changes elsewhere gives the scale.
+                bounds = mesh.bounds(array).unwrap_or(bounds);
+            }
             let panel = Panel {
                 left: LEFT,
                 right: RIGHT,
                 top,
                 bottom: top + HEIGHT,
                 across: Axis::linear("mesh phase", "1", [0.0, 1.0]),
-                up: Axis::linear(name, mesh.unit(array), bounds),
+                up: Axis::linear(name, mesh.unit(array), padded(bounds, 0.07)),
             };
             panel.frame(&mut canvas, place + 1 == panels.len());
-            labels::draw(&mut canvas, &panel, lines);
+            labels::draw(&mut canvas, &panel, lines, &self.unit);
             top += HEIGHT + GAP;
         }
         canvas.height = top - GAP + 64.0;

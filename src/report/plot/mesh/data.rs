@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use crate::report::plot::axis::scaled_unit;
+use crate::report::plot::axis::{range, scaled_unit};
 use crate::report::plot::canvas::Place;
 use crate::report::plot::error::PlotError;
 use crate::report::text::number;
@@ -86,7 +86,7 @@ impl MeshCurves {
             nodes,
             members,
         ];
-        // An array of single values has no axis for the members.
+        // Single values have no axis for the members.
         if shape != &full[..if members == 1 { 4 } else { 5 }] {
             return None;
         }
@@ -107,6 +107,12 @@ impl MeshCurves {
         Some(curve)
     }
 
+    /// Smallest and largest value of an array; none where it is not there.
+    pub fn bounds(&self, name: &str) -> Option<[f64; 2]> {
+        let (_, values) = self.table.array(name).ok()?;
+        Some(range(values.iter().copied()))
+    }
+
     /// Unit of an array; empty where it is not there.
     pub fn unit(&self, name: &str) -> &str {
         self.table.unit(name).unwrap_or_default()
@@ -122,25 +128,39 @@ impl MeshCurves {
         smallest.unwrap_or(0)
     }
 
+    /// The misalignments in one unit, and that unit.
+    pub fn misalignments(&self) -> (Vec<String>, String) {
+        quantities(&self.misalignment, self.unit("misalignment"))
+    }
+
+    /// The torques in one unit, and that unit.
+    pub fn torques(&self) -> (Vec<String>, String) {
+        quantities(&self.torque, self.unit("torque"))
+    }
+
     /// `misalignment 0.2 mrad`.
     pub fn misalignment_text(&self, index: usize) -> String {
-        let value = quantity(self.misalignment[index], self.unit("misalignment"));
-        format!("misalignment {value}")
+        let (texts, unit) = self.misalignments();
+        format!("misalignment {} {unit}", texts[index])
     }
 
     /// `torque 50 N·m`.
     pub fn torque_text(&self, index: usize) -> String {
-        format!(
-            "torque {}",
-            quantity(self.torque[index], self.unit("torque"))
-        )
+        let (texts, unit) = self.torques();
+        format!("torque {} {unit}", texts[index])
     }
 }
 
-/// A value in a unit that suits it.
-pub(super) fn quantity(value: f64, unit: &str) -> String {
-    let (factor, shown) = scaled_unit(unit, value.abs());
-    format!("{} {shown}", number(value * factor)).replace('-', "−")
+/// Some values in one unit that suits the largest, and that unit.
+fn quantities(values: &[f64], unit: &str) -> (Vec<String>, String) {
+    let largest = values
+        .iter()
+        .fold(0.0_f64, |most, value| most.max(value.abs()));
+    let (factor, shown) = scaled_unit(unit, largest);
+    let texts = values
+        .iter()
+        .map(|value| number(value * factor).replace('-', "−"));
+    (texts.collect(), shown)
 }
 
 /// The polynomial through `values` at `nodes`, at `x`.
@@ -178,9 +198,12 @@ mod tests {
     }
 
     #[test]
-    fn values_are_written_in_units_that_suit_them() {
-        assert_eq!(quantity(-2e-4, "rad"), "−200 µrad");
-        assert_eq!(quantity(0.0, "rad"), "0 rad");
-        assert_eq!(quantity(50.0, "N*m"), "50 N·m");
+    fn values_share_the_unit_of_the_largest() {
+        let (texts, unit) = quantities(&[-2e-4, 0.0, 1e-3], "rad");
+        assert_eq!(
+            (&texts[..], &unit[..]),
+            (&["−0.2", "0", "1"].map(String::from)[..], "mrad")
+        );
+        assert_eq!(quantities(&[50.0], "N*m").1, "N·m");
     }
 }

@@ -8,32 +8,60 @@ const APART: f64 = 16.0;
 /// Where names start, right of the panel \[px\].
 const ASIDE: f64 = 26.0;
 
-/// A line, its name and its colour.
+/// Lines closer than this everywhere are one to the eye \[px\].
+const SAME: f64 = 0.8;
+
+/// A line, what tells it from others, and its colour.
 pub(super) struct Named {
     pub curve: Vec<Place>,
     pub name: String,
     pub colour: Colour,
 }
 
-/// Draws lines into a panel and their names beside it.
-pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named]) {
-    let mut ends = Vec::new();
-    for line in lines {
-        let path: Vec<Place> = (line.curve.iter())
-            .filter(|[_, value]| value.is_finite())
-            .map(|[phase, value]| panel.at(*phase, *value))
-            .collect();
-        canvas.line(&path, line.colour, 1.8);
-        ends.push(path.last().map_or(panel.bottom, |end| end[1]));
+/// Draws lines into a panel and beside it their names, each followed by `unit`. Neighbours that
+/// lie on each other have one name: from the first to the last of them.
+pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &str) {
+    let paths: Vec<Vec<Place>> = lines.iter().map(|line| path(panel, line)).collect();
+    for (line, path) in lines.iter().zip(&paths) {
+        canvas.line(path, line.colour, 1.8);
     }
+    let groups = groups(&paths);
+    let end = |first: usize| paths[first].last().map_or(panel.bottom, |end| end[1]);
+    let ends: Vec<f64> = groups.iter().map(|&[_, last]| end(last)).collect();
     let places = apart(&ends, [panel.top, panel.bottom]);
-    for ((line, end), place) in lines.iter().zip(&ends).zip(places) {
+    for ((&[first, last], end), place) in groups.iter().zip(&ends).zip(places) {
         let x = panel.right;
         let leader = [[x + 2.0, *end], [x + 14.0, place], [x + 22.0, place]];
-        canvas.line(&leader, line.colour, 1.8);
+        canvas.line(&leader, lines[last].colour, 1.8);
+        let name = match first == last {
+            true => format!("{} {unit}", lines[first].name),
+            false => format!("{} … {} {unit}", lines[first].name, lines[last].name),
+        };
         let at = [x + ASIDE, place + 0.35 * TICK_SIZE];
-        canvas.text(at, &line.name, TICK_SIZE, INK, Anchor::Start);
+        canvas.text(at, name.trim_end(), TICK_SIZE, INK, Anchor::Start);
     }
+}
+
+fn path(panel: &Panel, line: &Named) -> Vec<Place> {
+    let finite = line.curve.iter().filter(|[_, value]| value.is_finite());
+    finite
+        .map(|[phase, value]| panel.at(*phase, *value))
+        .collect()
+}
+
+/// First and last of the neighbours that lie on each other.
+fn groups(paths: &[Vec<Place>]) -> Vec<[usize; 2]> {
+    let same = |a: &[Place], b: &[Place]| {
+        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a[1] - b[1]).abs() < SAME)
+    };
+    let mut groups: Vec<[usize; 2]> = Vec::new();
+    for (line, path) in paths.iter().enumerate() {
+        match groups.last_mut() {
+            Some([first, last]) if same(&paths[*first], path) => *last = line,
+            _ => groups.push([line, line]),
+        }
+    }
+    groups
 }
 
 /// Heights near those wanted, in their order, [`APART`] and between two bounds where there is
@@ -58,6 +86,14 @@ fn apart(wanted: &[f64], [top, bottom]: [f64; 2]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_on_each_other_are_one_group() {
+        let line = |y: f64| vec![[0.0, y], [1.0, 2.0 * y]];
+        let paths = [line(1.0), line(1.1), line(1.2), line(9.0), line(1.0)];
+        assert_eq!(groups(&paths), [[0, 2], [3, 3], [4, 4]]);
+        assert!(groups(&[]).is_empty());
+    }
 
     #[test]
     fn names_do_not_overlap_and_stay_beside_their_panel() {

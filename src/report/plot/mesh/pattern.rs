@@ -16,7 +16,7 @@ const SIZE: [f64; 2] = [700.0, 420.0];
 /// Between panels \[px\].
 const GAP: [f64; 2] = [34.0, 44.0];
 /// Colours told apart: neighbours of one colour are drawn as one.
-const STEPS: f64 = 48.0;
+const STEPS: f64 = 64.0;
 /// Where flanks do not touch.
 const APART: Colour = Colour(0xe4, 0xe4, 0xe4);
 

@@ -57,7 +57,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
         panel.frame(&mut canvas, place + 1 == torques.len());
         let at = [LEFT, top - 8.0];
         canvas.text(at, &mesh.torque_text(torque), TICK_SIZE, INK, Anchor::Start);
-        labels::draw(&mut canvas, &panel, &lines);
+        labels::draw(&mut canvas, &panel, &lines, "");
         top += HEIGHT + GAP;
     }
     canvas.height = top - GAP + 64.0;
