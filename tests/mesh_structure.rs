@@ -6,9 +6,9 @@
 mod flank;
 
 use atlas::gear::{
-    Contact, Face, Foundation, GearPair, LoadSharing, MeshTable, MeshTableInputs,
-    MisalignmentEnding, MisalignmentSearch, TiltCompliance, ToothForm, friction_direction,
-    loaded_misalignment, pairs_at,
+    Contact, Face, GearPair, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding,
+    MisalignmentSearch, TiltCompliance, ToothForm, friction_direction, loaded_misalignment,
+    pairs_at,
 };
 use atlas::shaft::{Bearing, FlexibleDrive, Shaft};
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
@@ -89,7 +89,6 @@ fn structure_takes_a_point_off_the_loss_of_stiffness() {
         torque: vec![50.0],
         longest_piece: 1.0 / 12.0,
         slices: 1,
-        foundation: Foundation::Strips,
         contact: Contact::Linear,
         pattern: false,
     };
@@ -122,7 +121,7 @@ fn centre(misalignment: f64) -> f64 {
     };
     let law = FunctionFlank::constant(path(1.0), STIFFNESS);
     let pairs = pairs_at(&law, 0.5, face).unwrap();
-    let sharing = LoadSharing::new(&pairs, face, misalignment, Foundation::Strips).unwrap();
+    let sharing = LoadSharing::new(&pairs, face, misalignment).unwrap();
     sharing.bear(default_force()).centre
 }
 

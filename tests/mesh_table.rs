@@ -6,8 +6,8 @@
 mod flank;
 
 use atlas::gear::{
-    Contact, Face, Foundation, LoadSharing, MeshTable, MeshTableCycle, MeshTableError,
-    MeshTableInputs, NODES, SharingError, pairs_at,
+    Contact, Face, LoadSharing, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, NODES,
+    SharingError, pairs_at,
 };
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, path, split};
 use std::f64::consts::{PI, TAU};
@@ -21,7 +21,6 @@ fn inputs() -> MeshTableInputs {
         torque: vec![50.0],
         longest_piece: 1.0 / 12.0,
         slices: 4,
-        foundation: Foundation::Strips,
         contact: Contact::Linear,
         pattern: false,
     }
@@ -145,8 +144,7 @@ fn polynomials_follow_the_law_between_their_nodes() {
             for step in 0..97 {
                 let phase = (f64::from(step) + 0.37) / 97.0;
                 let pairs = pairs_at(&law, phase, face).unwrap();
-                let sharing =
-                    LoadSharing::new(&pairs, face, misalignment, Foundation::Strips).unwrap();
+                let sharing = LoadSharing::new(&pairs, face, misalignment).unwrap();
                 let load = sharing.bear(cycle.force);
                 close(cycle.value(&cycle.stiffness, phase), load.stiffness, 1e-10);
                 close(cycle.value(&cycle.centre, phase), load.centre, 1e-9);

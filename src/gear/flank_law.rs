@@ -14,6 +14,13 @@ pub trait FlankLaw: Sync {
     /// Compliance of a pair at s, `start ≤ s ≤ end`.
     fn compliance(&self, s: f64) -> PairCompliance;
 
+    /// What the gear bodies give at the pair at s under a unit line load on the pair `ahead`
+    /// base pitches further, both in contact, and the other way round \[m²/N\]. 0: a body of
+    /// its own for every pair.
+    fn coupling(&self, _s: f64, _ahead: usize) -> f64 {
+        0.0
+    }
+
     /// Material removed from both flanks at s \[m\].
     fn relief(&self, s: f64) -> f64;
 

@@ -29,7 +29,6 @@ pub use misalignment::{
 };
 pub use pair::GearPair;
 pub use sharing::{
-    Contact, ContactPair, Face, Foundation, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
-    pairs_at,
+    Contact, ContactPair, Face, LoadSharing, MOST_PAIRS, SharedLoad, SharingError, pairs_at,
 };
 pub use tooth::{ProfilePoint, Tooth};

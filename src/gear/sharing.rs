@@ -4,15 +4,14 @@
 //! approach of the gears along the line of action. A pair j presses with the line load
 //!
 //! ```text
-//! q_j(z) = max(0, y(z) − g_j(z)) / c_j,     x = y(z) + Σ_j f_j q_j(z),     F = Σ_j ∫ q_j dz
+//! x = g_j(z) + Σ_i C_ji q_i(z) where q_j > 0, x ≤ that elsewhere,     F = Σ_j ∫ q_j dz
 //! ```
 //!
-//! with c its tooth and contact compliance, f the compliance of the gear bodies below it (both
-//! times width) and the gap `g_j(z) = ε z + relief + deviation`. The bodies are common to the
-//! pairs: their deflection `Σ f_j q_j` is counted once. It is the one of a body with the
-//! flexibility `C_ij = (f_i + f_j)/2` at the load's own mean, `Σ p_i u_i`, p the load shares.
-//! Conry & Seireg 1973 pose the problem of deformation compatibility; slices do not
-//! support each other here, as in any thin-slice model.
+//! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the
+//! bodies between two pairs `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. A body is
+//! one for all pairs: what its share of `C_jj` and `C_ji` have in common counts once. Conry &
+//! Seireg 1973 pose the problem of deformation compatibility; slices do not support each other
+//! here, as in any thin-slice model.
 //!
 //! Within a slice the part of the gap that is common to the pairs is a straight line. F(x) is
 //! then piecewise quadratic and monotone, and solved exactly, whatever the number of slices:
@@ -29,17 +28,6 @@ use ramp::Ramp;
 
 /// Most pairs that share a load.
 pub const MOST_PAIRS: usize = 3;
-
-/// How the gear bodies pass on the load of a part of the face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-pub enum Foundation {
-    /// Under the load: each slice of the body bears its own slice of the teeth. Right where
-    /// the loaded part is long beside the thickness of a tooth.
-    Strips,
-    /// As a whole: it gives way over the full width, and does not tilt, wherever the load
-    /// acts.
-    Body,
-}
 
 /// The face and its slices.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +54,7 @@ pub enum SharingError {
     /// More pairs than there is room for.
     #[error("{found} pairs in contact; at most {MOST_PAIRS} can share the load")]
     TooManyPairs {
-        /// How many.
+        /// How many, counted no further than that.
         found: usize,
     },
     /// A quantity outside its physical range.
@@ -86,6 +74,14 @@ pub enum SharingError {
         "the contact compliance at {position} m from the pitch point does not settle under its own load; is the law's derivative its own?"
     )]
     Unsettled {
+        /// Place on the line of action \[m\].
+        position: f64,
+    },
+    /// Pairs that take each other's load away.
+    #[error(
+        "the gear bodies couple the pair at {position} m from the pitch point so strongly with another that one loses load when the gears approach"
+    )]
+    Coupling {
         /// Place on the line of action \[m\].
         position: f64,
     },
@@ -112,6 +108,8 @@ pub struct ContactPair {
     intercept: f64,
     /// Compliance of both gear bodies, times width \[m²/N\].
     foundation: f64,
+    /// That between this pair and the ones ahead of it, nearest first \[m²/N\].
+    coupling: Vec<f64>,
     /// Material missing at the borders of the slices \[m\].
     gap: Vec<f64>,
 }
@@ -130,6 +128,13 @@ impl ContactPair {
         let gap: Vec<f64> = (0..=face.slices)
             .map(|border| relief + law.deviation(position, face.border(border)))
             .collect();
+        let path = law.path();
+        let ahead = |pairs: usize| position + pairs as f64 * path.base_pitch;
+        let coupling: Vec<f64> = (1..)
+            .take_while(|&pairs| pairs < MOST_PAIRS && ahead(pairs) <= path.end)
+            .map(|pairs| law.coupling(position, pairs))
+            .collect();
+        let bad_coupling = coupling.iter().copied().find(|c| !c.is_finite());
         let bad_gap = gap.iter().copied().find(|gap| !gap.is_finite());
         for (name, value, valid, accepted) in [
             (
@@ -143,6 +148,12 @@ impl ContactPair {
                 foundation,
                 foundation >= 0.0 && foundation.is_finite(),
                 "finite and not negative",
+            ),
+            (
+                "compliance of the gear bodies between two pairs [m²/N]",
+                bad_coupling.unwrap_or(0.0),
+                bad_coupling.is_none(),
+                "finite",
             ),
             (
                 "material missing from the flanks [m]",
@@ -166,13 +177,14 @@ impl ContactPair {
             contact: compliance.hertz,
             intercept: 0.0,
             foundation,
+            coupling,
             gap,
         })
     }
 
-    /// Compliance of teeth and contact, times width \[m²/N\].
-    fn tooth(&self) -> f64 {
-        self.teeth + self.contact
+    /// Compliance of the pair alone in contact, times width \[m²/N\].
+    fn compliance(&self) -> f64 {
+        self.teeth + self.contact + self.foundation
     }
 
     /// What the tooth spring has to close at the border of a slice \[m\].
@@ -197,8 +209,9 @@ pub fn pairs_at(
     face: Face,
 ) -> Result<Vec<ContactPair>, SharingError> {
     let path = law.path();
-    (0..)
-        .map(|pair| path.start + (phase + f64::from(pair)) * path.base_pitch)
+    // One too many is enough to be refused.
+    (0..=MOST_PAIRS)
+        .map(|pair| path.start + (phase + pair as f64) * path.base_pitch)
         .take_while(|&position| position <= path.end)
         .map(|position| ContactPair::new(law, position, face))
         .collect()
@@ -225,8 +238,6 @@ pub struct SharedLoad {
 pub struct LoadSharing {
     face: Face,
     pairs: usize,
-    /// Compliance of the body as a whole under each pair's load \[m/N\].
-    body: [f64; MOST_PAIRS],
     /// One for each pair of each slice.
     ramps: Vec<Ramp>,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
@@ -240,14 +251,9 @@ impl LoadSharing {
     ///   grows with z.
     ///
     /// # Errors
-    /// No pair, more than [`MOST_PAIRS`], a face without width or slices, or an ε that is not
-    /// finite.
-    pub fn new(
-        pairs: &[ContactPair],
-        face: Face,
-        misalignment: f64,
-        foundation: Foundation,
-    ) -> Result<Self, SharingError> {
+    /// No pair, more than [`MOST_PAIRS`], a face without width or slices, an ε that is not
+    /// finite, or bodies that couple pairs more strongly than any body does.
+    pub fn new(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<Self, SharingError> {
         if pairs.is_empty() {
             return Err(SharingError::NoPair);
         }
@@ -266,23 +272,15 @@ impl LoadSharing {
                 accepted: "finite",
             });
         }
-        let local = foundation == Foundation::Strips;
         let mut ramps = Vec::with_capacity(pairs.len() * face.slices);
         for slice in 0..face.slices {
-            ramp::add_slice(&mut ramps, pairs, face, slice, misalignment, local);
+            ramp::add_slice(&mut ramps, pairs, face, slice, misalignment)?;
         }
         let mut knots: Vec<f64> = ramps.iter().flat_map(|r| [r.low, r.high]).collect();
         knots.sort_unstable_by(f64::total_cmp);
-        let mut body = [0.0; MOST_PAIRS];
-        if !local {
-            for (body, pair) in body.iter_mut().zip(pairs) {
-                *body = pair.foundation / face.width;
-            }
-        }
         Ok(Self {
             face,
             pairs: pairs.len(),
-            body,
             ramps,
             knots,
         })
@@ -295,28 +293,24 @@ impl LoadSharing {
 
     /// How a force is borne, and the loaded length of each pair \[m\].
     fn bear_with_lengths(&self, force: f64) -> (SharedLoad, [f64; MOST_PAIRS]) {
-        let teeth = self.approach(force);
+        let approach = self.approach(force);
         let mut loads = [0.0; MOST_PAIRS];
-        let mut slopes = [0.0; MOST_PAIRS];
+        let mut stiffness = 0.0;
         let (mut moment, mut loaded) = (0.0, [0.0; MOST_PAIRS]);
         for ramp in &self.ramps {
-            let travel = ramp.travel(teeth);
-            for (pair, stiffness) in ramp.stiffness.iter().enumerate() {
-                loads[pair] += stiffness * travel.mean;
-                slopes[pair] += stiffness * travel.engaged;
+            let travel = ramp.travel(approach);
+            for (load, stiffness) in loads.iter_mut().zip(&ramp.stiffness) {
+                *load += stiffness * travel.mean;
             }
+            stiffness += ramp.total() * travel.engaged;
             moment += ramp.total() * travel.moment;
             loaded[ramp.pair] += travel.engaged;
         }
         let total: f64 = loads.iter().sum();
         let part = |value: f64| if total > 0.0 { value / total } else { 0.0 };
-        let yields = |values: &[f64]| -> f64 {
-            let terms = values.iter().zip(&self.body);
-            terms.map(|(value, body)| value * body).sum()
-        };
         let shared = SharedLoad {
-            deflection: teeth + yields(&loads),
-            stiffness: slopes.iter().sum::<f64>() / (1.0 + yields(&slopes)),
+            deflection: approach,
+            stiffness,
             centre: part(moment),
             share: loads.map(part),
             contact_fraction: loaded.iter().sum::<f64>() / self.ramps.len() as f64,
@@ -327,11 +321,11 @@ impl LoadSharing {
 
     /// Line load under a force \[N/m\], pair by pair the mean on each slice.
     pub fn pattern(&self, force: f64) -> Vec<f64> {
-        let teeth = self.approach(force);
+        let approach = self.approach(force);
         let mut pattern = vec![0.0; self.pairs * self.face.slices];
         let width = self.face.width / self.face.slices as f64;
         for ramp in &self.ramps {
-            let mean = ramp.travel(teeth).mean / width;
+            let mean = ramp.travel(approach).mean / width;
             for pair in 0..self.pairs {
                 pattern[pair * self.face.slices + ramp.slice] += ramp.stiffness[pair] * mean;
             }
@@ -339,7 +333,7 @@ impl LoadSharing {
         pattern
     }
 
-    /// Approach of the teeth under a force \[m\].
+    /// Approach of the gears under a force \[m\].
     ///
     /// The last knot that needs no more force is found, and the quadratic from there on
     /// solved; its terms are sums of what is engaged, not of changes since the first knot, so

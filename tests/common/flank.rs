@@ -7,6 +7,8 @@ type Law<T> = Box<dyn Fn(f64) -> T + Sync>;
 pub struct FunctionFlank {
     pub path: PathOfContact,
     pub compliance: Law<PairCompliance>,
+    /// Between a pair at s and one so many base pitches ahead.
+    pub coupling: Box<dyn Fn(f64, usize) -> f64 + Sync>,
     pub relief: Law<f64>,
     /// By s and z.
     pub deviation: Box<dyn Fn(f64, f64) -> f64 + Sync>,
@@ -22,6 +24,7 @@ impl FunctionFlank {
         Self {
             path,
             compliance: Box::new(move |_| compliance),
+            coupling: Box::new(|_, _| 0.0),
             relief: Box::new(|_| 0.0),
             deviation: Box::new(|_, _| 0.0),
             kinks: Vec::new(),
@@ -46,6 +49,10 @@ impl FlankLaw for FunctionFlank {
 
     fn compliance(&self, s: f64) -> PairCompliance {
         (self.compliance)(s)
+    }
+
+    fn coupling(&self, s: f64, ahead: usize) -> f64 {
+        (self.coupling)(s, ahead)
     }
 
     fn relief(&self, s: f64) -> f64 {

@@ -100,12 +100,11 @@ fn cells(
     let positions: Vec<f64> = pairs.iter().map(|p| p.position - pitch_point).collect();
     let mut cells = Vec::with_capacity(inputs.misalignment.len() * inputs.torque.len());
     for &misalignment in &inputs.misalignment {
-        let mut sharing = LoadSharing::new(&pairs, face, misalignment, inputs.foundation)?;
+        let mut sharing = LoadSharing::new(&pairs, face, misalignment)?;
         for &torque in &inputs.torque {
             let force = torque / inputs.base_radius;
             if inputs.contact == Contact::LoadDependent {
-                let foundation = inputs.foundation;
-                sharing = LoadSharing::under(law, phase, face, misalignment, foundation, force)?;
+                sharing = LoadSharing::under(law, phase, face, misalignment, force)?;
             }
             let load = sharing.bear(force);
             let friction = friction_direction(&positions, &load.share);

@@ -15,7 +15,7 @@ pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
 
 use super::GearPair;
-use super::sharing::{Contact, Foundation, MOST_PAIRS};
+use super::sharing::{Contact, MOST_PAIRS};
 
 /// Gauss nodes of a piece.
 pub const NODES: usize = 8;
@@ -36,8 +36,6 @@ pub struct MeshTableInputs {
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern.
     pub slices: usize,
-    /// How the gear bodies pass on the load of a part of the face.
-    pub foundation: Foundation,
     /// How the flanks yield where they touch.
     pub contact: Contact,
     /// Whether to keep the contact pattern.
@@ -55,7 +53,6 @@ impl MeshTableInputs {
             torque: vec![gears.rated_torque],
             longest_piece: 1.0 / 12.0,
             slices: 64,
-            foundation: Foundation::Strips,
             contact: Contact::Linear,
             pattern: false,
         }

@@ -1,6 +1,6 @@
 //! Flanks that stiffen as they flatten: the contact law follows the load it bears.
 
-use super::{ContactPair, Face, Foundation, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
+use super::{ContactPair, Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
 use crate::gear::FlankLaw;
 
 /// How the flanks yield where they touch.
@@ -40,7 +40,6 @@ impl LoadSharing {
         phase: f64,
         face: Face,
         misalignment: f64,
-        foundation: Foundation,
         force: f64,
     ) -> Result<Self, SharingError> {
         let mut pairs = pairs_at(law, phase, face)?;
@@ -51,7 +50,7 @@ impl LoadSharing {
             for (pair, line_load) in pairs.iter_mut().zip(line_load) {
                 pair.linearise(law, line_load)?;
             }
-            let sharing = Self::new(&pairs, face, misalignment, foundation)?;
+            let sharing = Self::new(&pairs, face, misalignment)?;
             let (shared, lengths) = sharing.bear_with_lengths(force);
             let settled = |old: f64, new: f64| (new - old).abs() <= SETTLED * old;
             let next: [f64; MOST_PAIRS] = std::array::from_fn(|pair| {

@@ -1,6 +1,7 @@
 //! One slice of one pair as a spring whose contact spreads from one border to the other.
 
-use super::{ContactPair, Face, MOST_PAIRS};
+use super::{ContactPair, Face, MOST_PAIRS, SharingError};
+use crate::numerics::linalg::invert;
 
 /// A one-sided spring with a gap that is a straight line across its slice: without load up
 /// to `low`, in full contact from `high` on.
@@ -77,18 +78,15 @@ impl Ramp {
 /// Adds one ramp for each pair on a slice.
 ///
 /// The pairs' mean gap, misalignment included, is the line that all follow; what a pair
-/// differs from it by is constant on the slice. Above the line the pairs come into contact in
-/// the order of their offsets o. Every new contact bends the relation between the approach
-/// and the tooth deflection y, `x = y + Σ f max(0, y − o)/c`, and so changes what the older
-/// ones gain with x.
+/// differs from it by is constant on the slice. With u the approach above that line, pairs come
+/// into contact one after the other, and between two such knots all loads are linear in u.
 pub(super) fn add_slice(
     ramps: &mut Vec<Ramp>,
     pairs: &[ContactPair],
     face: Face,
     slice: usize,
     misalignment: f64,
-    local: bool,
-) {
+) -> Result<(), SharingError> {
     let count = pairs.len() as f64;
     let [from, to] = [slice, slice + 1].map(|border| {
         let mean = pairs.iter().map(|p| p.gap(border)).sum::<f64>() / count;
@@ -101,39 +99,110 @@ pub(super) fn add_slice(
         [to, from]
     };
     let mean = pairs.iter().map(|p| p.mean_gap(slice)).sum::<f64>() / count;
-    let mut order: Vec<usize> = (0..pairs.len()).collect();
-    let offset = |pair: usize| pairs[pair].mean_gap(slice) - mean;
-    order.sort_by(|&a, &b| offset(a).total_cmp(&offset(b)));
-
+    let mut joining = Joining::new(pairs, |pair| pairs[pair].mean_gap(slice) - mean);
     let width = face.width / face.slices as f64;
-    let mut knot = offset(order[0]);
-    // Approach per tooth deflection.
-    let mut bend = 1.0;
-    let mut before = [0.0; MOST_PAIRS];
-    for (rank, &pair) in order.iter().enumerate() {
-        if rank > 0 {
-            knot += (offset(pair) - offset(order[rank - 1])) * bend;
-        }
-        if local {
-            bend += pairs[pair].foundation / pairs[pair].tooth();
-        }
-        let mut now = [0.0; MOST_PAIRS];
-        for &other in &order[..=rank] {
-            now[other] = width / (pairs[other].tooth() * bend);
-        }
-        let mut stiffness = now;
-        for (change, before) in stiffness.iter_mut().zip(&before) {
-            *change -= before;
-        }
-        before = now;
+    for _ in pairs {
+        let before = joining.gain;
+        let pair = joining.next()?;
         ramps.push(Ramp {
             slice,
             pair,
-            low: low + knot,
-            high: high + knot,
+            low: low + joining.knot,
+            high: high + joining.knot,
             low_place,
             high_place,
-            stiffness,
+            stiffness: std::array::from_fn(|p| width * (joining.gain[p] - before[p])),
         });
+    }
+    Ok(())
+}
+
+/// Pairs that come into contact as the gears approach, at one place of the face.
+struct Joining<'a> {
+    pairs: &'a [ContactPair],
+    /// Compliances times width \[m²/N\].
+    compliance: [[f64; MOST_PAIRS]; MOST_PAIRS],
+    /// Gap of each pair \[m\].
+    offset: [f64; MOST_PAIRS],
+    joined: [bool; MOST_PAIRS],
+    /// Approach at which the last pair joined \[m\].
+    knot: f64,
+    /// Line loads there \[N/m\].
+    load: [f64; MOST_PAIRS],
+    /// Their derivatives beyond it \[N/m²\].
+    gain: [f64; MOST_PAIRS],
+}
+
+impl<'a> Joining<'a> {
+    fn new(pairs: &'a [ContactPair], offset: impl Fn(usize) -> f64) -> Self {
+        let mut compliance = [[0.0; MOST_PAIRS]; MOST_PAIRS];
+        for (i, pair) in pairs.iter().enumerate() {
+            compliance[i][i] = pair.compliance();
+            for (j, &coupling) in (i + 1..pairs.len()).zip(&pair.coupling) {
+                compliance[i][j] = coupling;
+                compliance[j][i] = coupling;
+            }
+        }
+        let count = pairs.len();
+        Self {
+            pairs,
+            compliance,
+            offset: std::array::from_fn(|pair| if pair < count { offset(pair) } else { 0.0 }),
+            joined: [false; MOST_PAIRS],
+            knot: 0.0,
+            load: [0.0; MOST_PAIRS],
+            gain: [0.0; MOST_PAIRS],
+        }
+    }
+
+    /// The pair that joins next; knot, loads and gains become those of its joining.
+    fn next(&mut self) -> Result<usize, SharingError> {
+        // A pair's gap closes by the approach less what the others' loads push it away.
+        let pushed = |pair: usize, loads: &[f64; MOST_PAIRS]| -> f64 {
+            let terms = self.compliance[pair].iter().zip(loads);
+            terms.map(|(c, q)| c * q).sum()
+        };
+        let first = !self.joined.contains(&true);
+        let next = (0..self.pairs.len())
+            .filter(|&pair| !self.joined[pair])
+            .filter_map(|pair| {
+                if first {
+                    return Some((pair, self.offset[pair]));
+                }
+                let closing = 1.0 - pushed(pair, &self.gain);
+                let open = self.offset[pair] + pushed(pair, &self.load) - self.knot;
+                (closing > 0.0).then(|| (pair, self.knot + open.max(0.0) / closing))
+            })
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let position = self.pairs[0].position;
+        let (pair, knot) = next.ok_or(SharingError::Coupling { position })?;
+        for (load, gain) in self.load.iter_mut().zip(&self.gain) {
+            *load += gain * (knot - self.knot);
+        }
+        self.knot = knot;
+        self.joined[pair] = true;
+        self.gain = self.gains();
+        let gaining = (0..self.pairs.len()).all(|p| !self.joined[p] || self.gain[p] > 0.0);
+        let position = self.pairs[pair].position;
+        gaining
+            .then_some(pair)
+            .ok_or(SharingError::Coupling { position })
+    }
+
+    /// What the line loads of the joined pairs gain with the approach: `C⁻¹ 1` among them.
+    fn gains(&self) -> [f64; MOST_PAIRS] {
+        let scale = self.compliance[0][0];
+        // The others stand aside on a diagonal of their own.
+        let among: [[f64; MOST_PAIRS]; MOST_PAIRS] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| match self.joined[i] && self.joined[j] {
+                true => self.compliance[i][j] / scale,
+                false => f64::from(u8::from(i == j)),
+            })
+        });
+        let inverse = invert(&among);
+        std::array::from_fn(|i| {
+            let row = (0..MOST_PAIRS).filter(|&j| self.joined[i] && self.joined[j]);
+            row.map(|j| inverse[i][j] / scale).sum()
+        })
     }
 }
