@@ -4,7 +4,7 @@
 ///
 /// The default is an unshifted pair of the ISO 53 profile C rack at its reference centre
 /// distance, of steel, without relief.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ToothForm {
     /// Profile shift coefficients x \[1\], in modules, positive away from the axis.
     pub profile_shift: [f64; 2],
@@ -47,7 +47,7 @@ impl Default for ToothForm {
 }
 
 /// Basic rack of the gears, in modules (ISO 53). Its dedendum is the addendum of the tool.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BasicRack {
     /// Addendum `h_a` \[1\].
     pub addendum: f64,
@@ -68,7 +68,7 @@ impl Default for BasicRack {
 }
 
 /// Linear relief of a flank.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Relief {
     /// Most material taken off, normal to the flank \[m\]; 0: no relief.
     pub amount: f64,
@@ -78,7 +78,7 @@ pub struct Relief {
 }
 
 /// An isotropic elastic material.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Material {
     /// Young's modulus E \[Pa\].
     pub young_modulus: f64,

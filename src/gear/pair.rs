@@ -4,7 +4,7 @@ use super::{GearError, ToothForm, inverse_involute, involute};
 
 /// An involute spur pair of one module and one pressure angle, without which two gears do not
 /// mesh: a drawing with unlike ones cannot be expressed. Arrays are `[pinion, wheel]`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GearPair {
     /// Number of teeth.
     pub teeth: [u32; 2],
