@@ -79,7 +79,7 @@ fn a_table_is_shown_by_key_and_by_file() {
     for wanted in [
         "kind         mesh",
         &mesh,
-        "\"face_width\": 0.02",
+        "\n    face_width: 0.02\n",
         "4 × 3 × 8 × 8",
     ] {
         assert!(text.contains(wanted), "`{wanted}` is not in {text}");
@@ -207,9 +207,9 @@ fn the_gears_of_a_manifest_have_a_table() {
     assert!(said(folder, &["table", "list"]).contains("\n2 tables"));
 
     for (arguments, words) in [
-        (["--torque", "50 N"], "a force"),
+        (["--torque", "50 N"], "a unit of force, not a torque"),
         (["--torque", "50 N*m,20 N*m"], "increase"),
-        (["--misalignment", "2"], "misalignment"),
+        (["--misalignment", "2 mm"], "a unit of length, not an angle"),
         (["--tables", "/dev/null/x"], "a file, not a folder"),
     ] {
         let status = if arguments[0] == "--tables" { 1 } else { 2 };

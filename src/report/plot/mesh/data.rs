@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use crate::report::plot::axis::{range, scaled_unit};
+use crate::report::plot::axis::scaled_unit;
 use crate::report::plot::canvas::Place;
 use crate::report::plot::error::PlotError;
 use crate::report::text::number;
@@ -117,12 +117,6 @@ impl MeshCurves {
             edges.push(ends[1]);
         }
         edges
-    }
-
-    /// Smallest and largest value of an array; none where it is not there.
-    pub fn bounds(&self, name: &str) -> Option<[f64; 2]> {
-        let (_, values) = self.table.array(name).ok()?;
-        Some(range(values.iter().copied()))
     }
 
     /// Unit of an array; empty where it is not there.
