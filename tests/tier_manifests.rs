@@ -41,7 +41,7 @@ fn without(text: &str, keys: &[&str]) -> String {
 
 fn model(job: &Job, point: usize) -> Model {
     let point = &job.points[point];
-    build::model(&build::structure(&point.model).unwrap(), point).unwrap()
+    common::parts().model(point).unwrap()
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! `atlas table build m.toml`: the mesh table of a manifest's gears, computed and kept.
 
+use std::collections::BTreeSet;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -11,11 +12,12 @@ use serde_json::{Value, json};
 use signal_hook::consts::SIGXFSZ;
 use signal_hook::flag;
 
-use super::{Folder, NO_ACCESS};
+use super::{NO_ACCESS, TablesFolder};
 use crate::cli::{BAD_INPUT, answer, check, fail, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
-use crate::manifest::{self, Job, StructureSource};
+use crate::manifest::{self, Job, PointSpec, StiffnessSpec};
 use crate::store::{FetchedMesh, Origin};
+use crate::sweep::build::Parts;
 use crate::units::{self, Dimension};
 
 /// Arguments of `atlas table build`.
@@ -23,8 +25,10 @@ use crate::units::{self, Dimension};
 pub struct BuildArgs {
     /// The manifest, with a drawing of its gears.
     manifest: PathBuf,
-    /// Angles between the flanks, separated by commas, increasing.
-    #[arg(long, value_name = "ANGLE,...", value_delimiter = ',', default_value = "0 mrad",
+    /// Angles between the flanks, separated by commas, increasing: one table of these and the
+    /// torques [default: tables of the loads and misalignments that the points of the manifest
+    /// have, or of 0].
+    #[arg(long, value_name = "ANGLE,...", value_delimiter = ',',
         value_parser = |text: &str| quantity(text, Dimension::Angle))]
     misalignment: Vec<f64>,
     /// Torques on the pinion, separated by commas, increasing [default: the rated torque].
@@ -35,7 +39,7 @@ pub struct BuildArgs {
     #[arg(long)]
     pattern: bool,
     #[command(flatten)]
-    folder: Folder,
+    folder: TablesFolder,
     /// Print nothing but errors.
     #[arg(long, short)]
     quiet: bool,
@@ -57,6 +61,11 @@ pub fn run(args: &BuildArgs) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
+    let by_points = args.misalignment.is_empty() && args.torque.is_empty() && !args.pattern;
+    let tabled = |point: &PointSpec| matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
+    if by_points && job.points.iter().any(tabled) {
+        return needed(args, &job);
+    }
     let drawings = drawings(&job);
     if drawings.is_empty() {
         let message =
@@ -84,54 +93,98 @@ pub fn run(args: &BuildArgs) -> ExitCode {
         if fetched.origin == Origin::BuiltInMemory {
             return ExitCode::from(NO_ACCESS);
         }
-        tables.push(fetched);
+        tables.push((fetched.file, fetched.origin));
     }
-    let text = match (args.json, args.quiet) {
-        (true, _) => format!("{:#}\n", Value::from_iter(tables.iter().map(record))),
-        (false, true) => String::new(),
-        (false, false) => tables.iter().map(line).collect(),
-    };
-    answer(&text, ExitCode::SUCCESS)
+    report(args, &tables)
 }
 
 /// The different pairs of gears of a job, their bores those of the shafts.
 fn drawings(job: &Job) -> Vec<GearPair> {
-    let mut last = None;
     let mut drawings = Vec::new();
     for point in &job.points {
-        let StructureSource::Flexible(drive) = &point.model.source else {
-            continue;
+        let gears = match &point.mesh.stiffness {
+            StiffnessSpec::Table(table) => Some(table.gears.clone()),
+            _ => point.model.source.gears(),
         };
-        // Points of one structure share it: most are done with here.
-        if last.replace(Arc::as_ptr(drive)) == Some(Arc::as_ptr(drive)) {
-            continue;
-        }
-        let diameters = [0, 1].map(|shaft| drive.shafts[shaft].diameter);
-        let gears = drive.gears.on_shafts(diameters);
-        if !drawings.contains(&gears) {
+        if let Some(gears) = gears
+            && !drawings.contains(&gears)
+        {
             drawings.push(gears);
         }
     }
     drawings
 }
 
-fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
-    let mut inputs = MeshTableInputs {
-        misalignment: args.misalignment.clone(),
-        pattern: args.pattern,
-        ..MeshTableInputs::of_gears(gears)
-    };
-    if !args.torque.is_empty() {
-        inputs.torque.clone_from(&args.torque);
+/// The tables that the points of a job use.
+fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
+    let parts = Parts::new(args.folder.store());
+    let bar = progress_bar(args, "{spinner} {pos} loads and misalignments");
+    parts.prepare(&job.points, &mut || bar.inc(1));
+    bar.finish_and_clear();
+    // What could not be computed says why where it is asked for again.
+    let faults: BTreeSet<String> = (job.points.iter())
+        .filter_map(|point| parts.model(point).err())
+        .map(|error| error.to_string())
+        .collect();
+    if !faults.is_empty() {
+        let lines: Vec<String> = faults.into_iter().collect();
+        return fail(BAD_INPUT, &lines.join("\nerror: "));
     }
+    for warning in parts.meshes().warnings() {
+        // Nothing can be done when standard error is closed.
+        _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+    }
+    let files = parts.meshes().files();
+    if files
+        .iter()
+        .any(|(_, origin)| *origin == Origin::BuiltInMemory)
+    {
+        return ExitCode::from(NO_ACCESS);
+    }
+    report(args, &files)
+}
+
+/// Says what was built.
+fn report(args: &BuildArgs, files: &[(PathBuf, Origin)]) -> ExitCode {
+    let text = match (args.json, args.quiet) {
+        (true, _) => {
+            let records = files
+                .iter()
+                .map(|(file, origin)| json!({ "file": file, "origin": word(*origin) }));
+            format!("{:#}\n", Value::from_iter(records))
+        }
+        (false, true) => String::new(),
+        (false, false) => (files.iter())
+            .map(|(file, origin)| format!("{:<9} {}\n", word(*origin), file.display()))
+            .collect(),
+    };
+    answer(&text, ExitCode::SUCCESS)
+}
+
+fn progress_bar(args: &BuildArgs, template: &str) -> ProgressBar {
     let target = match args.quiet || !std::io::stderr().is_terminal() {
         true => ProgressDrawTarget::hidden(),
         false => ProgressDrawTarget::stderr(),
     };
     let bar = ProgressBar::with_draw_target(None, target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} mesh phases  ETA {eta}") {
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
+    bar
+}
+
+fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
+    let mut inputs = MeshTableInputs {
+        pattern: args.pattern,
+        ..MeshTableInputs::of_gears(gears)
+    };
+    if !args.misalignment.is_empty() {
+        inputs.misalignment.clone_from(&args.misalignment);
+    }
+    if !args.torque.is_empty() {
+        inputs.torque.clone_from(&args.torque);
+    }
+    let bar = progress_bar(args, "{bar:30} {pos}/{len} mesh phases  ETA {eta}");
     let progress = |_, all: usize| {
         bar.set_length(all as u64);
         bar.inc(1);
@@ -143,18 +196,9 @@ fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
 }
 
 /// `computed`, or `found`.
-fn word(table: &FetchedMesh) -> &'static str {
-    match table.origin {
+fn word(origin: Origin) -> &'static str {
+    match origin {
         Origin::Found => "found",
         Origin::Built | Origin::BuiltInMemory => "computed",
     }
-}
-
-fn line(table: &FetchedMesh) -> String {
-    let file = table.file.display();
-    format!("{:<9} {file}\n", word(table))
-}
-
-fn record(table: &FetchedMesh) -> Value {
-    json!({ "file": table.file, "origin": word(table) })
 }

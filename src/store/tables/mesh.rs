@@ -234,9 +234,8 @@ mod tests {
             store.path(CacheKind::Mesh, &key(gears, inputs))
         };
         let mut paths = vec![path(&gears(), &inputs)];
-        let changed: [fn(&mut GearPair); 6] = [
+        let changed: [fn(&mut GearPair); 5] = [
             |gears| gears.teeth[1] += 1,
-            |gears| gears.rated_torque *= 1.0 + f64::EPSILON,
             |gears| gears.form.profile_shift[0] = 0.1,
             |gears| gears.form.bore[1] = None,
             |gears| gears.form.rack.tip_radius *= 0.5,
@@ -260,7 +259,7 @@ mod tests {
         }
         paths.sort();
         paths.dedup();
-        assert_eq!(paths.len(), 11);
+        assert_eq!(paths.len(), 10);
     }
 
     #[test]
