@@ -41,17 +41,18 @@ fn stiffness_is_that_of_the_teeth_in_contact() {
     let position = |phase: f64| flanks.path().start + phase * flanks.path().base_pitch;
     for step in 0..40 {
         let phase = (f64::from(step) + 0.5) / 40.0;
-        let first = flanks.compliance(position(phase));
-        let mut springs = 1.0 / first.without_bodies();
-        let mut bodies = first.total() - first.without_bodies();
+        let a = flanks.compliance(position(phase)).total();
+        let mut compliance = a;
         if phase < transition {
-            let second = flanks.compliance(position(phase + 1.0));
-            let spring = 1.0 / second.without_bodies();
-            let body = second.total() - second.without_bodies();
-            bodies = (springs * bodies + spring * body) / (springs + spring);
-            springs += spring;
+            let d = flanks.compliance(position(phase + 1.0)).total();
+            let c: f64 = flanks
+                .body_coupling(position(phase), 1)
+                .unwrap()
+                .iter()
+                .sum();
+            compliance = (a * d - c * c) / (a + d - 2.0 * c);
         }
-        let exact = gears.face_width / (1.0 / springs + bodies);
+        let exact = gears.face_width / compliance;
         let found = cycle.value(&cycle.stiffness, phase);
         assert!(
             (found / exact - 1.0).abs() < 1e-9,
@@ -137,10 +138,15 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     let jump = rated(&plain).peak_to_peak();
     let flanks = Flanks::new(&plain).unwrap();
     let length = (flanks.contact_ratio() - 1.0) * flanks.path().base_pitch;
-    let single = flanks.compliance(0.0).total() / plain.face_width * plain.rated_force();
+    // What the pair that comes finds open behind a pair alone in contact.
+    let coming = flanks.path().start;
+    let coupling = flanks.body_coupling(coming, 1).unwrap();
+    let own = flanks
+        .compliance(coming + flanks.path().base_pitch)
+        .own(coupling);
     let mut relieved = plain.clone();
     relieved.form.tip_relief = [Relief {
-        amount: 0.9 * single,
+        amount: own * plain.rated_force() / plain.face_width,
         length,
     }; 2];
     let cycle = rated(&relieved);
