@@ -70,6 +70,7 @@ fn default_flank() -> FunctionFlank {
     let body = one - tooth;
     FunctionFlank {
         compliance: Box::new(move |_| split(tooth, body)),
+        coupling: Box::new(move |_, _| body),
         ..FunctionFlank::constant(path(1.6), STIFFNESS)
     }
 }

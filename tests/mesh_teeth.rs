@@ -41,46 +41,48 @@ fn stiffness_is_that_of_the_teeth_in_contact() {
     let position = |phase: f64| flanks.path().start + phase * flanks.path().base_pitch;
     for step in 0..40 {
         let phase = (f64::from(step) + 0.5) / 40.0;
-        let first = flanks.compliance(position(phase));
-        let mut springs = 1.0 / first.without_bodies();
-        let mut bodies = first.total() - first.without_bodies();
+        let a = flanks.compliance(position(phase)).total();
+        let mut compliance = a;
         if phase < transition {
-            let second = flanks.compliance(position(phase + 1.0));
-            let spring = 1.0 / second.without_bodies();
-            let body = second.total() - second.without_bodies();
-            bodies = (springs * bodies + spring * body) / (springs + spring);
-            springs += spring;
+            let d = flanks.compliance(position(phase + 1.0)).total();
+            let c: f64 = flanks
+                .body_coupling(position(phase), 1)
+                .unwrap()
+                .iter()
+                .sum();
+            compliance = (a * d - c * c) / (a + d - 2.0 * c);
         }
-        let exact = gears.face_width / (1.0 / springs + bodies);
+        let exact = gears.face_width / compliance;
         let found = cycle.value(&cycle.stiffness, phase);
         assert!(
             (found / exact - 1.0).abs() < 1e-9,
             "{phase}: {found}, {exact}"
         );
     }
-    // Two pairs in contact do not double the bodies.
-    let [double, single] = [0.5 * transition, 0.5 * (transition + 1.0)]
-        .map(|phase| cycle.value(&cycle.stiffness, phase));
-    let ratio = double / single;
-    println!(
-        "mean {:.4e}, double {double:.4e}, single {single:.4e}, contact ratio {}",
-        cycle.mean_stiffness(),
-        flanks.contact_ratio()
-    );
-    assert!(ratio > 1.2 && ratio < 1.6, "{ratio}");
 }
 
-/// The calibrated drive has 4.444e8 and 3.333e8 N/m, ISO 6336-1 method B about 3.8e8 N/m.
+/// ISO 6336-1:2006, method B, at the rated load. One pair agrees; two are softer here, since the
+/// bodies twist on bores as small as their shafts, which pairs share: that ratio is nearer to
+/// the calibrated drive's 1.333.
 #[test]
-fn the_mean_is_near_the_standard_s() {
-    let cycle = rated(&gears());
-    let mean = cycle.mean_stiffness();
-    println!(
-        "mean {mean:.4e}, peak to peak {:.4e}, harmonics {:?}",
-        cycle.peak_to_peak(),
-        cycle.harmonics(5)
-    );
-    assert!((mean / 3.8e8 - 1.0).abs() < 0.25, "{mean}");
+fn levels_are_near_the_standard_s() {
+    let gears = gears();
+    let flanks = Flanks::new(&gears).unwrap();
+    let cycle = rated(&gears);
+    let q = 0.04723 + 0.15551 / 20.0 + 0.25791 / 30.0;
+    let rack = 1.0 + 0.5 * (1.2 - 1.25);
+    let specific_load = gears.rated_torque / 0.04 / 20.0;
+    let single = 20e6 / q * 0.8 * rack * (specific_load / 100.0).powf(0.25);
+    let mean = single * (0.75 * flanks.contact_ratio() + 0.25);
+    let transition = flanks.contact_ratio().fract();
+    let [double, alone] = [0.5 * transition, 0.5 * (transition + 1.0)]
+        .map(|phase| cycle.value(&cycle.stiffness, phase));
+    println!("alone {alone:.4e} ({single:.4e}), double {double:.4e}");
+    println!("mean {:.4e} ({mean:.4e})", cycle.mean_stiffness());
+    println!("{:.4e}, {:?}", cycle.peak_to_peak(), cycle.harmonics(3));
+    assert!((alone / single - 1.0).abs() < 0.05);
+    assert!((cycle.mean_stiffness() / mean - 1.0).abs() < 0.25);
+    assert!((double / alone - 1.333).abs() < 0.1);
 }
 
 /// The wedge's loaded length goes with the root of the compliance: the loss is smaller than the
@@ -137,10 +139,15 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     let jump = rated(&plain).peak_to_peak();
     let flanks = Flanks::new(&plain).unwrap();
     let length = (flanks.contact_ratio() - 1.0) * flanks.path().base_pitch;
-    let single = flanks.compliance(0.0).total() / plain.face_width * plain.rated_force();
+    // What the pair that comes finds open behind a pair alone in contact.
+    let coming = flanks.path().start;
+    let coupling = flanks.body_coupling(coming, 1).unwrap();
+    let own = flanks
+        .compliance(coming + flanks.path().base_pitch)
+        .own(coupling);
     let mut relieved = plain.clone();
     relieved.form.tip_relief = [Relief {
-        amount: 0.9 * single,
+        amount: own * plain.rated_force() / plain.face_width,
         length,
     }; 2];
     let cycle = rated(&relieved);

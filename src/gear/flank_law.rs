@@ -52,6 +52,11 @@ impl FlankLaw for Flanks {
         self.compliance(s)
     }
 
+    fn coupling(&self, s: f64, ahead: usize) -> f64 {
+        let gears = self.body_coupling(s, ahead);
+        gears.map_or(0.0, |[pinion, wheel]| pinion + wheel)
+    }
+
     fn relief(&self, s: f64) -> f64 {
         self.relief(s)
     }
