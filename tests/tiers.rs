@@ -515,7 +515,11 @@ fn gear_flexibility(shaft: &Shaft, springs: [f64; 2]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig {
+        cases: 64,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
 
     /// What modes hold of a structure whatever it is: its mobility at the mesh,
     /// `Σ w² = w M⁻¹ w`, and its flexibility there, `Σ w²/ω² = w K⁻¹ w`.
