@@ -76,8 +76,6 @@ impl TableSummary {
     /// The summary as text for a terminal.
     pub fn render(&self) -> String {
         let mut text = String::new();
-        let mut inputs = String::new();
-        push_json(&mut inputs, &self.inputs, 1);
         for (name, value) in [
             ("kind", self.kind.name()),
             ("key", &self.key),
@@ -85,16 +83,17 @@ impl TableSummary {
             ("size", &size_text(self.bytes)),
             ("computed by", &self.program),
             ("last used", &self.used),
-            ("inputs", &inputs),
         ] {
             _ = writeln!(text, "{name:<13}{value}");
         }
+        text.push_str("inputs");
+        push_json(&mut text, &self.inputs, 1);
         let rows = self.arrays.iter().map(ArraySummary::cells);
         let head = ["array", "unit", "shape", "least", "greatest"].map(str::to_owned);
         let rows: Vec<[String; 5]> = std::iter::once(head).chain(rows).collect();
         let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
         let widths: [usize; 5] = std::array::from_fn(|column| width(column).unwrap_or(0));
-        text.push('\n');
+        text.push_str("\n\n");
         for [name, unit, shape, least, greatest] in &rows {
             let [a, b, c, d, e] = widths;
             let line = format!("{name:<a$}  {unit:<b$}  {shape:<c$}  {least:>d$}  {greatest:>e$}");
