@@ -19,7 +19,7 @@ mod common;
 #[path = "cycle/scenes.rs"]
 mod scenes;
 
-use atlas::model::Model;
+use atlas::model::{Division, Model};
 use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
 use atlas::reference::Reference;
 use common::Case;

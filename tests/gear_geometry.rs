@@ -344,4 +344,7 @@ fn drawings_that_do_not_run_say_why() {
     soft.form.material[1].young_modulus = 1e9;
     soft.form.thinning[1] = f64::NAN;
     assert!(matches!(refuse(&soft), GearError::Negative { .. }));
+    soft.form.thinning[1] = 0.0;
+    soft.form.tip_diameter[1] = Some(f64::NAN);
+    assert!(matches!(refuse(&soft), GearError::NotPositive { .. }));
 }

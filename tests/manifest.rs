@@ -626,7 +626,7 @@ fn a_drawing_may_say_more_of_its_teeth() {
     .unwrap();
     let gears = |text: &str| match &job(text).points[0].model.source {
         StructureSource::Flexible(drive) => drive.gears.clone(),
-        StructureSource::Modal(_) => panic!("not a flexible drive"),
+        other => panic!("not a flexible drive but {}", other.kind()),
     };
     assert_eq!(gears(&text).form, ToothForm::default());
     let full = gears(&with(
@@ -794,7 +794,7 @@ fn points_share_what_they_have_in_common() {
     let first = &job.points[0];
     let stiffness = |point: &PointSpec| match &point.mesh.stiffness {
         StiffnessSpec::Piecewise(values) => values.clone(),
-        StiffnessSpec::Constant(_) | StiffnessSpec::Continuous(_) => panic!("not piecewise"),
+        other => panic!("not piecewise but {other:?}"),
     };
     for point in &job.points {
         assert!(Arc::ptr_eq(&stiffness(point), &stiffness(first)));

@@ -16,7 +16,6 @@ use atlas::model::{Contact, Division, Drive, InitialState, Model, OperatingPoint
 use atlas::propagate::Event;
 use atlas::reference::Reference;
 use atlas::store::{ResultTable, TableKind};
-use atlas::sweep::build;
 use common::march::volterra;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::convert::Infallible;
@@ -168,7 +167,7 @@ fn job(place: &Place) -> Job {
 
 fn model_of(job: &Job, index: usize) -> Model {
     let point = &job.points[index];
-    build::model(&build::structure(&point.model).unwrap(), point).unwrap()
+    common::parts().model(point).unwrap()
 }
 
 /// The chains: other axes outermost, then the direction, then the speed as it is marched.

@@ -7,6 +7,7 @@ use atlas::gear::{GearPair, ToothForm};
 use atlas::shaft::{
     Bearing, Disc, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
 };
+use proptest::prelude::*;
 use std::f64::consts::PI;
 
 const DENSITY: f64 = 7850.0;
@@ -307,6 +308,7 @@ fn deviation(upper: &ModalStructure, lower: &ModalStructure) -> f64 {
 
 /// Asserts that `upper` tends to `lower` as what holds the motions it releases stiffens: with
 /// the inverse of the stiffness.
+#[allow(clippy::print_stdout)]
 fn assert_limit(name: &str, upper: impl Fn(f64) -> ModalStructure, lower: &ModalStructure) {
     let [coarse, fine] = [1e4, 1e6].map(|stiffening| deviation(&upper(stiffening), lower));
     println!("{name}: {coarse:.1e} at 1e4, {fine:.1e} at 1e6");
@@ -427,4 +429,131 @@ fn what_a_tier_releases_must_be_held() {
     let mut bare = drive(Tier::Pedestal, shafts());
     bare.pedestals = None;
     assert_eq!(bare.modes(2, 2, false), Err(ShaftError::NoPedestals));
+}
+
+/// Whatever is released, the bearings pass on the whole mesh force: `−F n` on the pinion and
+/// `+F n` on the wheel, under static load.
+#[test]
+fn bearing_forces_balance_the_mesh_force() {
+    let (sin, cos) = gears().pressure_angle.sin_cos();
+    for tier in [Tier::Translational, Tier::Tilting, Tier::Pedestal] {
+        let structure = rigid(tier, shafts());
+        // Static equilibrium under a unit load: ω² q = torque − mesh.
+        let force = |gain: &[f64]| -> f64 {
+            (2..tier.freedoms())
+                .map(|i| {
+                    let square = structure.frequency[i].powi(2);
+                    gain[i] * (structure.torque[i] - structure.mesh[i]) / square
+                })
+                .sum()
+        };
+        for (shaft, sign) in [("pinion", -1.0), ("wheel", 1.0)] {
+            for (direction, exact) in [("line", sin), ("across", cos)] {
+                let felt = structure.bearings.iter().filter(|bearing| {
+                    bearing.name.starts_with(shaft) && bearing.name.ends_with(direction)
+                });
+                let sum: f64 = felt.map(|bearing| force(&bearing.gain)).sum();
+                assert!(
+                    (sum - sign * exact).abs() < 1e-10,
+                    "{shaft} {direction}: {sum}"
+                );
+            }
+        }
+    }
+}
+
+/// Any shaft on any bearings.
+fn any_shaft() -> impl Strategy<Value = Shaft> {
+    let stiffness = || 1e7..1e9f64;
+    let bearing = move || {
+        (stiffness(), stiffness(), 0.0..1e5f64).prop_map(|(line_of_centres, across, tilt)| {
+            Bearing {
+                line_of_centres,
+                across,
+                axial: 1e8,
+                tilt,
+            }
+        })
+    };
+    let lengths = (15e-3..35e-3f64, 0.06..0.3f64, 0.0..0.1f64, 0.1..0.9f64);
+    (lengths, 0.0..1e-2f64, [bearing(), bearing()]).prop_map(
+        |((diameter, span, overhang, gear_position), end_inertia, bearings)| Shaft {
+            diameter,
+            span,
+            overhang,
+            gear_position,
+            end_inertia,
+            bearings,
+        },
+    )
+}
+
+fn any_pedestal() -> impl Strategy<Value = Pedestal> {
+    let stiffness = || 1e7..1e9f64;
+    (stiffness(), stiffness(), 0.1..10.0f64).prop_map(|(line_of_centres, across, mass)| Pedestal {
+        line_of_centres,
+        across,
+        mass,
+    })
+}
+
+/// Displacement of a gear by a unit force on it: a rigid bar on two springs and tilt springs.
+fn gear_flexibility(shaft: &Shaft, springs: [f64; 2]) -> f64 {
+    let gear = shaft.gear_position * shaft.span;
+    let [mut direct, mut coupled, mut tilting] = [0.0; 3];
+    for ((bearing, spring), arm) in shaft
+        .bearings
+        .iter()
+        .zip(springs)
+        .zip([-gear, shaft.span - gear])
+    {
+        direct += spring;
+        coupled += spring * arm;
+        tilting += spring * arm * arm + bearing.tilt;
+    }
+    tilting / (direct * tilting - coupled * coupled)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// What modes hold of a structure whatever it is: its mobility at the mesh,
+    /// `Σ w² = w M⁻¹ w`, and its flexibility there, `Σ w²/ω² = w K⁻¹ w`.
+    #[test]
+    fn sums_over_all_modes_are_mobility_and_flexibility(
+        shafts in [any_shaft(), any_shaft()],
+        seats in [[any_pedestal(), any_pedestal()], [any_pedestal(), any_pedestal()]],
+    ) {
+        let base = gears().base_radii();
+        let (sin, cos) = gears().pressure_angle.sin_cos();
+        for tier in [Tier::Tilting, Tier::Pedestal] {
+            let mut machine = drive(tier, shafts.clone());
+            machine.pedestals = Some(seats);
+            let structure = all_modes(&machine);
+            let flexibility = machine.modes(tier.freedoms(), 2, true).unwrap().residual_flexibility;
+            let (mut mobility, mut exact) = (0.0, 0.0);
+            for (index, shaft) in shafts.iter().enumerate() {
+                let body = body(index, shaft);
+                mobility += base[index].powi(2) / body.polar
+                    + 1.0 / body.mass
+                    + body.centre.powi(2) / body.transverse;
+                let springs = |bearing: fn(&Bearing) -> f64, seat: fn(&Pedestal) -> f64| {
+                    [0, 1].map(|number| {
+                        let yields = match tier {
+                            Tier::Pedestal => 1.0 / seat(&seats[index][number]),
+                            _ => 0.0,
+                        };
+                        1.0 / (1.0 / bearing(&shaft.bearings[number]) + yields)
+                    })
+                };
+                let along = springs(|b| b.line_of_centres, |p| p.line_of_centres);
+                let across = springs(|b| b.across, |p| p.across);
+                exact += sin * sin * gear_flexibility(shaft, along)
+                    + cos * cos * gear_flexibility(shaft, across);
+            }
+            let sum: f64 = structure.mesh.iter().map(|w| w * w).sum();
+            prop_assert!((sum / mobility - 1.0).abs() < 1e-10, "{sum} {mobility}");
+            prop_assert!((flexibility / exact - 1.0).abs() < 1e-9, "{flexibility} {exact}");
+        }
+    }
 }

@@ -50,7 +50,7 @@ fn model(load: f64, speed: f64) -> (ModalStructure, Model) {
     let mut point = job(QUICKSTART).points[0].clone();
     (point.load, point.speed) = (load, speed);
     let structure = build::structure(&point.model).unwrap();
-    let model = build::model(&structure, &point).unwrap();
+    let model = common::parts().model(&point).unwrap();
     (structure.clone(), model)
 }
 

@@ -16,6 +16,7 @@ mod poincare;
 mod point;
 mod questions;
 mod recurrence;
+mod recurring;
 mod spectrum;
 mod trace;
 mod twin;

@@ -10,6 +10,7 @@
 //! from the universal convolution table. Nothing here is shared with the way a kernel moves
 //! its state on, so that the two check each other.
 
+use super::recurring::Recurring;
 use crate::model::{Block, Model};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series};
@@ -35,17 +36,10 @@ type Exponential = [Complex; KERNEL_TERMS];
 #[derive(Debug, Clone)]
 pub struct ModalMotion<'m> {
     model: Cow<'m, Model>,
-    /// Exponentials of all blocks on windows of two lengths: one that came twice running, which
-    /// is the kernel's own and will come again, and that of the last other window, a cut.
-    own: Exponentials,
-    cut: Exponentials,
-}
-
-/// Exponentials of all blocks on a window of some length \[s\].
-#[derive(Debug, Clone)]
-struct Exponentials {
-    duration: f64,
-    blocks: Vec<Exponential>,
+    /// Exponentials of all blocks on windows of the kernel's own lengths, and on the last other
+    /// window, a cut.
+    own: Recurring<Vec<Exponential>>,
+    cut: Vec<Exponential>,
 }
 
 impl<'m> ModalMotion<'m> {
@@ -56,31 +50,33 @@ impl<'m> ModalMotion<'m> {
 
     /// The motion of the blocks of a model that is kept.
     pub fn of(model: Cow<'m, Model>) -> Self {
-        let none = Exponentials {
-            duration: 0.0,
-            blocks: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
-        };
         Self {
+            own: Recurring::new(),
+            cut: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
             model,
-            own: none.clone(),
-            cut: none,
         }
     }
 
     /// The motion on a window.
     pub fn on<'a>(&'a mut self, window: &Window<'a>) -> ModalSeries<'a> {
         let tau = window.duration;
-        if self.cut.duration == tau {
-            std::mem::swap(&mut self.own, &mut self.cut);
-        } else if self.own.duration != tau {
-            self.cut.duration = tau;
-            for (block, out) in self.model.blocks.iter().zip(&mut self.cut.blocks) {
+        let blocks = &self.model.blocks;
+        let fill = |out: &mut [Exponential]| {
+            for (block, out) in blocks.iter().zip(out) {
                 exponential(block, tau, out);
             }
-        }
-        let exponentials = match self.own.duration == tau {
-            true => &self.own.blocks,
-            false => &self.cut.blocks,
+        };
+        let own = self.own.find(tau, || {
+            let mut own = vec![[(0.0, 0.0); KERNEL_TERMS]; blocks.len()];
+            fill(&mut own);
+            own
+        });
+        let exponentials = match own {
+            Some(own) => own,
+            None => {
+                fill(&mut self.cut);
+                &self.cut
+            }
         };
         let respond = |series: &[f64]| {
             let mut out = [[0.0; TERMS]; KERNEL_TERMS];

@@ -47,7 +47,7 @@ enum Command {
     Plot(plot::PlotArgs),
     /// Record one trajectory with its events
     Trace(trace::TraceArgs),
-    /// List, show, verify or remove the tables that runs keep for the next run
+    /// Build, list, show, verify or remove computed tables
     Table(table::TableArgs),
     /// Print a completion script for a shell
     Completions {

@@ -127,7 +127,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         Err(error) => return fail(failure(&error), &with_causes(&error)),
     };
     let points = sweep::shard_points(job.points.len(), job.chain_length(), args.shard).len() as u64;
-    let parts = Parts::new(Some(args.tables.store()));
+    let parts = Parts::new(args.tables.store());
     let mut display = Display::new(points, args.quiet);
     let (started, clock) = (SystemTime::now(), Instant::now());
     let swept = sweep::run(

@@ -71,7 +71,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
             return fail(BAD_INPUT, &lines.join("\nerror: "));
         }
     };
-    let parts = Parts::new(Some(args.tables.store()));
+    let parts = Parts::new(args.tables.store());
     let model = match model(&point, &parts) {
         Ok(model) => model,
         Err(message) => return fail(BAD_INPUT, &message),

@@ -235,7 +235,13 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
         relief()
             .filter(|relief| relief.amount != 0.0)
             .map(|relief| ("length of relief [m]", relief.length)),
-    );
+    )
+    .chain(given(
+        "centre distance [m]",
+        std::slice::from_ref(&form.centre_distance),
+    ))
+    .chain(given("tip diameter [m]", &form.tip_diameter))
+    .chain(given("bore [m]", &form.bore));
     for (quantity, value) in positive {
         if !(value.is_finite() && value > 0.0) {
             return Err(GearError::NotPositive { quantity, value });
@@ -256,6 +262,14 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
         }
     }
     Ok(())
+}
+
+/// The values that a drawing does give, named.
+fn given(
+    quantity: &'static str,
+    values: &[Option<f64>],
+) -> impl Iterator<Item = (&'static str, f64)> {
+    values.iter().flatten().map(move |value| (quantity, *value))
 }
 
 /// The bores, which must be known and make bodies whose compliance is.

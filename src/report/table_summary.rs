@@ -76,7 +76,8 @@ impl TableSummary {
     /// The summary as text for a terminal.
     pub fn render(&self) -> String {
         let mut text = String::new();
-        let inputs = format!("{:#}", self.inputs).replace('\n', "\n  ");
+        let mut inputs = String::new();
+        push_json(&mut inputs, &self.inputs, 1);
         for (name, value) in [
             ("kind", self.kind.name()),
             ("key", &self.key),
@@ -132,6 +133,18 @@ fn summary(table: &MappedTable, array: &ArrayHeader) -> ArraySummary {
     }
 }
 
+/// JSON with a key a line, lists in one line.
+fn push_json(text: &mut String, value: &Value, depth: usize) {
+    let Value::Object(map) = value else {
+        _ = write!(text, " {value}");
+        return;
+    };
+    for (key, value) in map {
+        _ = write!(text, "\n{:indent$}{key}:", "", indent = 2 * depth);
+        push_json(text, value, depth + 1);
+    }
+}
+
 /// A number of bytes for people: `512 B`, `1.5 MiB`.
 pub fn size_text(bytes: u64) -> String {
     let mut size = bytes as f64;
@@ -150,6 +163,18 @@ pub fn size_text(bytes: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn inputs_have_a_key_a_line() {
+        let inputs =
+            serde_json::json!({ "teeth": [25, 31], "rack": { "addendum": 1.0 }, "x": null });
+        let mut text = String::new();
+        push_json(&mut text, &inputs, 1);
+        assert_eq!(
+            text,
+            "\n  teeth: [25,31]\n  rack:\n    addendum: 1.0\n  x: null"
+        );
+    }
 
     #[test]
     fn sizes_are_readable() {

@@ -53,7 +53,7 @@ pub use run::{
 pub use table::{Column, Table};
 pub use tables::{
     ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
-    Cleaned, Fetched, MappedTable, Origin, TableStore, Unwanted,
+    Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, Origin, TableStore, Unwanted,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
 pub use writer::{ResultLayout, ResultWriter, Written};

@@ -15,7 +15,7 @@ use crate::model::{
 use crate::propagate::Volterra;
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::TableStore;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Why a point's system cannot be built.
@@ -257,8 +257,8 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Nothing at hand yet; mesh tables are kept in `tables`, or in memory alone.
-    pub fn new(tables: Option<TableStore>) -> Self {
+    /// Nothing at hand yet; mesh tables are kept in `tables`.
+    pub fn new(tables: TableStore) -> Self {
         Self {
             structures: Mutex::default(),
             meshes: MeshTables::new(tables),
@@ -276,6 +276,31 @@ impl Parts {
     /// A structure, a mesh or a value that is refused.
     pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
         model(&*self.structure(&point.model)?, point, &self.meshes)
+    }
+
+    /// Fetches or computes the mesh tables of some points, each on all threads of the current
+    /// rayon pool; `progress` is told of every table. What fails is left for its points to say.
+    pub fn prepare<'a>(
+        &self,
+        points: impl IntoIterator<Item = &'a PointSpec>,
+        progress: &mut dyn FnMut(),
+    ) {
+        let mut seen = HashSet::new();
+        for point in points {
+            let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
+                continue;
+            };
+            let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
+            // With shafts that tilt the structure matters as well.
+            let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
+            if !seen.insert((Arc::as_ptr(spec), numbers, tilt)) {
+                continue;
+            }
+            if let Ok(structure) = self.structure(&point.model) {
+                _ = self.meshes.mesh(point, spec, &structure);
+            }
+            progress();
+        }
     }
 
     /// The structure of a model specification, computed once.

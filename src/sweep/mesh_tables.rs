@@ -8,16 +8,14 @@ use crate::gear::{
 use crate::manifest::{CourseSpec, PointSpec, TableSpec};
 use crate::model::{Division, STIFFNESS_TERMS, Stiffness};
 use crate::shaft::ModalStructure;
-use crate::store::{Arrays, CacheError, CacheKind, CacheWarning, MappedTable, TableStore};
-use std::collections::{BTreeSet, HashMap};
+use crate::store::{MeshFetchError, Origin, TableStore};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Longest piece of a table whose stiffness is used as it is, in mesh cycles: windows end with
 /// pieces, and the polynomials of longer ones would not be resolved.
 const LONGEST_PIECE: f64 = 0.25;
-
-/// Version of the method behind the numbers in a table.
-const METHOD: u32 = 1;
 
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
@@ -28,12 +26,12 @@ pub enum MeshError {
     /// The gears are not a pair that meshes.
     #[error(transparent)]
     Gear(#[from] GearError),
-    /// The table cannot be computed.
+    /// The load under some misalignment cannot be shared.
     #[error(transparent)]
     Table(#[from] MeshTableError),
-    /// The table's arrays do not fit each other.
+    /// There is no table.
     #[error(transparent)]
-    Arrays(#[from] CacheError),
+    Fetch(#[from] MeshFetchError),
     /// The flanks under load have no misalignment that the shafts agree with.
     #[error(
         "misalignment and shaft tilt do not settle after {steps} steps (last misalignment {misalignment:.3e} rad, residual {residual:.1e} rad); lower the load, stiffen shafts or bearings, or set mesh.shaft_tilt = false"
@@ -62,26 +60,36 @@ pub struct TabledMesh {
 /// Mesh tables at hand. Points of a grid mostly share one.
 #[derive(Debug)]
 pub struct MeshTables {
-    store: Option<TableStore>,
+    store: TableStore,
     known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
     warnings: Mutex<BTreeSet<String>>,
+    files: Mutex<BTreeMap<PathBuf, Origin>>,
 }
 
 impl MeshTables {
-    /// Tables kept in a store, or in memory alone.
-    pub fn new(store: Option<TableStore>) -> Self {
+    /// Tables kept in a store.
+    pub fn new(store: TableStore) -> Self {
         Self {
             store,
             known: Mutex::default(),
             tilts: Mutex::default(),
             warnings: Mutex::default(),
+            files: Mutex::default(),
         }
     }
 
     /// What the user should know of the cache, each once.
     pub fn warnings(&self) -> Vec<String> {
         lock(&self.warnings).iter().cloned().collect()
+    }
+
+    /// The files of the tables used so far, and how each was come by.
+    pub fn files(&self) -> Vec<(PathBuf, Origin)> {
+        let files = lock(&self.files);
+        (files.iter())
+            .map(|(file, origin)| (file.clone(), *origin))
+            .collect()
     }
 
     /// The mesh of a point that takes its stiffness from the table of `spec`.
@@ -160,31 +168,16 @@ impl MeshTables {
         misalignment: f64,
         force: f64,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let inputs = inputs(&spec.gears, misalignment, force);
-        let words = serde_json::json!({
-            "method": METHOD,
-            "gears": spec.gears,
-            "table": inputs,
-        });
-        let key = words.to_string();
+        let key = format!("{:?} {misalignment:e} {force:e}", spec.gears);
         if let Some(known) = lock(&self.known).get(&key) {
             return Ok(known.clone());
         }
-        let build = || -> Result<MeshTable, MeshError> {
-            let flanks = Flanks::new(&spec.gears)?;
-            Ok(MeshTable::build(&flanks, &inputs, &|_, _| ())?)
-        };
-        let table = match &self.store {
-            None => build()?,
-            Some(store) => {
-                let fetched =
-                    store.get_or_build(CacheKind::Mesh, &words, || to_arrays(&build()?))?;
-                let notes = fetched.warnings.iter().map(CacheWarning::to_string);
-                lock(&self.warnings).extend(notes);
-                from_arrays(&fetched.table, &inputs)?
-            }
-        };
-        let cycle = Arc::new(table.cycle(0, 0));
+        let inputs = inputs(&spec.gears, misalignment, force);
+        let fetched = self.store.mesh_table(&spec.gears, &inputs, &|_, _| ())?;
+        let notes = fetched.warnings.iter().map(ToString::to_string);
+        lock(&self.warnings).extend(notes);
+        lock(&self.files).insert(fetched.file, fetched.origin);
+        let cycle = Arc::new(fetched.table.cycle(0, 0));
         lock(&self.known).insert(key, cycle.clone());
         Ok(cycle)
     }
@@ -223,68 +216,4 @@ fn divisions(cycle: &MeshTableCycle, course: CourseSpec) -> Vec<Division> {
             })
             .collect(),
     }
-}
-
-/// Every array of a table, as a file keeps it.
-fn to_arrays(table: &MeshTable) -> Result<Arrays, MeshError> {
-    let [misalignments, torques, pieces, nodes] = table.shape();
-    let shape = [misalignments, torques, pieces, nodes];
-    let with_pairs = [
-        misalignments,
-        torques,
-        pieces,
-        nodes,
-        table.share.len() / table.centre.len(),
-    ];
-    let mut arrays = Arrays::new();
-    let axes: [(&str, &str, &Vec<f64>); 4] = [
-        ("misalignment", "rad", &table.misalignment),
-        ("torque", "N m", &table.torque),
-        ("breaks", "1", &table.breaks),
-        ("node", "1", &table.node),
-    ];
-    for (name, unit, values) in axes {
-        arrays.push(name, unit, &[values.len()], values.clone())?;
-    }
-    let fields: [(&str, &str, &Vec<f64>); 6] = [
-        ("stiffness", "N/m", &table.stiffness),
-        ("centre", "m", &table.centre),
-        ("transmission_error", "m", &table.transmission_error),
-        ("friction", "1", &table.friction),
-        ("friction_lever", "m", &table.friction_lever),
-        ("contact_fraction", "1", &table.contact_fraction),
-    ];
-    for (name, unit, values) in fields {
-        arrays.push(name, unit, &shape, values.clone())?;
-    }
-    arrays.push("share", "1", &with_pairs, table.share.clone())?;
-    if !table.pattern.is_empty() {
-        let shape = [misalignments, torques, pieces * nodes, table.slices];
-        arrays.push("pattern", "N/m", &shape, table.pattern.clone())?;
-    }
-    Ok(arrays)
-}
-
-/// The table that [`to_arrays`] took apart.
-fn from_arrays(table: &MappedTable, inputs: &MeshTableInputs) -> Result<MeshTable, MeshError> {
-    let read = |name: &str| table.array(name).map(|(_, values)| values.to_vec());
-    Ok(MeshTable {
-        base_radius: inputs.base_radius,
-        misalignment: read("misalignment")?,
-        torque: read("torque")?,
-        breaks: read("breaks")?,
-        node: read("node")?,
-        stiffness: read("stiffness")?,
-        centre: read("centre")?,
-        transmission_error: read("transmission_error")?,
-        friction: read("friction")?,
-        friction_lever: read("friction_lever")?,
-        contact_fraction: read("contact_fraction")?,
-        share: read("share")?,
-        pattern: match inputs.pattern {
-            true => read("pattern")?,
-            false => Vec::new(),
-        },
-        slices: inputs.slices,
-    })
 }

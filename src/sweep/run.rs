@@ -193,6 +193,8 @@ pub fn run(
             reason: error.to_string(),
         })?;
 
+    pool.install(|| parts.prepare(queue.iter().map(|turn| &job.points[turn.first]), &mut || ()));
+
     let ahead = AHEAD.max(threads * length) as u64;
     let next = AtomicUsize::new(0);
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);

@@ -12,6 +12,9 @@ pub mod march;
 
 use atlas::model::{Division, Drive, Model, OperatingPoint, RippleInput, RippleShaft};
 use atlas::shaft::ModalStructure;
+use atlas::store::TableStore;
+use atlas::sweep::build::Parts;
+use std::path::Path;
 
 /// A drive at an operating point.
 pub type Case = (ModalStructure, Drive, OperatingPoint);
@@ -174,6 +177,13 @@ fn default_drive() -> ModalStructure {
         friction_lever: column("friction_lever"),
         ..structure(&[], 0.0, &[], &[])
     }
+}
+
+/// Structures and tables for building models from manifests; tables are kept where cargo keeps
+/// what tests leave.
+pub fn parts() -> Parts {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp/tables");
+    Parts::new(TableStore::open(folder))
 }
 
 /// Largest difference of two states (length 2N), first and second components each

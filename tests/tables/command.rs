@@ -79,7 +79,7 @@ fn a_table_is_shown_by_key_and_by_file() {
     for wanted in [
         "kind         mesh",
         &mesh,
-        "\"face_width\": 0.02",
+        "\n    face_width: 0.02\n",
         "4 × 3 × 8 × 8",
     ] {
         assert!(text.contains(wanted), "`{wanted}` is not in {text}");
@@ -170,4 +170,53 @@ fn bad_arguments_end_with_status_2() {
     fs::write(folder.path().join("file"), "").unwrap();
     let text = refused(folder.path(), &["table", "list", "--tables", "file"], 1);
     assert!(text.contains("a file, not a folder"), "{text}");
+}
+
+#[test]
+fn the_gears_of_a_manifest_have_a_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/manifests/quickstart.toml");
+    let build = [
+        "table",
+        "build",
+        manifest,
+        "--misalignment",
+        "0 mrad,0.2 mrad",
+        "--pattern",
+    ];
+    let text = said(folder, &build);
+    assert!(text.starts_with("computed  tables/mesh-"), "{text}");
+    let again = said(folder, &build);
+    assert_eq!(again, text.replace("computed ", "found    "));
+    let file = text.split_whitespace().nth(1).unwrap();
+    let shown: Value =
+        serde_json::from_str(&said(folder, &["table", "show", file, "--json"])).unwrap();
+    assert_eq!(shown["inputs"]["table"]["misalignment"], json!([0.0, 2e-4]));
+    assert_eq!(shown["arrays"][4]["name"], "stiffness");
+    // A steel spur pair: 10 to 20 N/(mm µm) (ISO 6336-1).
+    let width = shown["inputs"]["gears"]["face_width"].as_f64().unwrap();
+    let most = shown["arrays"][4]["greatest"].as_f64().unwrap() / width;
+    assert!((1e10..2.5e10).contains(&most), "{most:e}");
+    let pictures = said(folder, &["plot", file, "--format", "svg"]);
+    assert_eq!(pictures.lines().count(), 3, "{pictures}");
+    // Three torques are another table.
+    let other = [&build[..], &["--torque", "20 N*m,50 N*m,100 N*m", "--json"]].concat();
+    let other: Value = serde_json::from_str(&said(folder, &other)).unwrap();
+    assert_eq!(other[0]["origin"], "computed");
+    assert!(said(folder, &["table", "list"]).contains("\n2 tables"));
+
+    for (arguments, words) in [
+        (["--torque", "50 N"], "a unit of force, not a torque"),
+        (["--torque", "50 N*m,20 N*m"], "increase"),
+        (["--misalignment", "2 mm"], "a unit of length, not an angle"),
+        (["--tables", "/dev/null/x"], "a file, not a folder"),
+    ] {
+        let status = if arguments[0] == "--tables" { 1 } else { 2 };
+        let text = refused(folder, &[&build[..3], &arguments].concat(), status);
+        assert!(text.contains(words), "{arguments:?}: {text}");
+    }
+    let modal = concat!(env!("CARGO_MANIFEST_DIR"), "/manifests/basins.toml");
+    let text = refused(folder, &["table", "build", modal], 2);
+    assert!(text.contains("has no drawing of its gears"), "{text}");
 }

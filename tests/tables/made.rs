@@ -115,31 +115,22 @@ pub fn mesh(with_pattern: bool) -> Arrays {
         .push("share", "1", &[&shape[..], &[3]].concat(), share)
         .unwrap();
     if with_pattern {
-        let (phases, slices) = (60, 32);
-        let mut values = Vec::new();
-        for (misalignment, torque) in grid() {
-            for phase in 0..phases {
-                let share = shares((f64::from(phase) + 0.5) / f64::from(phases))[0];
-                for slice in 0..slices {
-                    let z = (f64::from(slice) + 0.5) / f64::from(slices);
-                    let reach = contact(misalignment, torque);
-                    let load = 2.0 * torque / 0.035 / 0.02 * share / reach;
-                    let wedge = if misalignment > 0.0 {
-                        (1.0 - (1.0 - z) / reach).max(0.0)
-                    } else {
-                        0.5
-                    };
-                    values.push(load * wedge);
+        let slices = 32;
+        let load = |misalignment: f64, torque: f64, phase: f64| -> Vec<f64> {
+            let reach = contact(misalignment, torque);
+            let load = 2.0 * torque / 0.035 / 0.02 * shares(phase)[0] / reach;
+            let wedge = |slice: usize| {
+                let z = (slice as f64 + 0.5) / slices as f64;
+                match misalignment > 0.0 {
+                    true => (1.0 - (1.0 - z) / reach).max(0.0),
+                    false => 0.5,
                 }
-            }
-        }
-        let shape = [
-            MISALIGNMENT.len(),
-            TORQUE.len(),
-            phases as usize,
-            slices as usize,
-        ];
-        arrays.push("pattern", "N/m", &shape, values).unwrap();
+            };
+            (0..slices).map(|slice| load * wedge(slice)).collect()
+        };
+        let [misalignments, torques, pieces, nodes] = shape;
+        let shape = [misalignments, torques, pieces * nodes, slices];
+        arrays.push("pattern", "N/m", &shape, over(&load)).unwrap();
     }
     arrays
 }

@@ -7,6 +7,7 @@
 use super::rule::{NODES, Rule};
 use super::stretches::Stretches;
 use crate::analysis::modal_series::TERMS;
+use crate::analysis::recurring::Recurring;
 use crate::numerics::exponential::{Complex, LARGEST_HALF_ARGUMENT, legendre_series, multiply};
 use crate::numerics::legendre::polynomials;
 use crate::numerics::quadrature::GaussLegendre;
@@ -30,63 +31,27 @@ const DENOMINATORS: [u32; SUBORDERS] = [4, 3, 2, 3, 4];
 /// periods of every sub-order.
 pub(super) const SUBORDER_WINDOW: u64 = 24;
 
-/// Integrals of the Legendre polynomials against some exponentials, on windows of one length.
-#[derive(Debug, Clone)]
-struct Integrals {
-    frequencies: Vec<f64>,
-    /// Length of the last window, and the length that `table` is for: a length that comes
-    /// twice running is the kernel's own and will come again, others are cuts.
-    last_length: f64,
-    length: f64,
-    table: Vec<[Complex; TERMS]>,
-}
+/// `∫ P_n e^{−iωt} dt` for every frequency.
+type Table = Vec<[Complex; TERMS]>;
 
-impl Integrals {
-    fn new(frequencies: Vec<f64>) -> Self {
-        Self {
-            last_length: 0.0,
-            length: 0.0,
-            table: vec![[(0.0, 0.0); TERMS]; frequencies.len()],
-            frequencies,
-        }
+/// `∫ δ e^{−iω t} dt` over a window, t from its start, given those of the polynomials.
+fn integral(integrals: &[Complex; TERMS], series: &[f64; TERMS]) -> Complex {
+    let mut value = (0.0, 0.0);
+    for (a, integral) in series.iter().zip(integrals) {
+        value.0 += a * integral.0;
+        value.1 += a * integral.1;
     }
-
-    /// Whether the table is for windows of this length; makes it so where worth while.
-    fn known(&mut self, length: f64) -> bool {
-        if length != self.length && length == self.last_length {
-            self.length = length;
-            for (frequency, integrals) in self.frequencies.iter().zip(&mut self.table) {
-                window_integrals(*frequency, length, integrals);
-            }
-        }
-        self.last_length = length;
-        length == self.length
-    }
-
-    /// `∫ δ e^{−iω t} dt` over a window, t from its start, for frequency `index`.
-    fn on(&self, index: usize, known: bool, length: f64, series: &[f64; TERMS]) -> Complex {
-        let mut cut = [(0.0, 0.0); TERMS];
-        let integrals = if known {
-            &self.table[index]
-        } else {
-            window_integrals(self.frequencies[index], length, &mut cut);
-            &cut
-        };
-        let mut value = (0.0, 0.0);
-        for (a, integral) in series.iter().zip(integrals) {
-            value.0 += a * integral.0;
-            value.1 += a * integral.1;
-        }
-        value
-    }
+    value
 }
 
 /// Fourier integrals at sub-orders and whole orders.
 #[derive(Debug, Clone)]
 pub(super) struct Fourier {
     mesh_frequency: f64,
-    /// Sub-orders, then whole orders.
-    integrals: Integrals,
+    /// Sub-orders, then whole orders \[rad/s\].
+    frequencies: Vec<f64>,
+    /// Integrals of the Legendre polynomials on windows of the kernel's own lengths.
+    known: Recurring<Table>,
     pub(super) suborders: Suborders,
 }
 
@@ -97,7 +62,8 @@ impl Fourier {
         let orders = fractions.chain((1..=harmonics).map(|h| h as f64));
         Self {
             mesh_frequency,
-            integrals: Integrals::new(orders.map(|order| order * mesh_frequency).collect()),
+            frequencies: orders.map(|order| order * mesh_frequency).collect(),
+            known: Recurring::new(),
             suborders: Suborders::new(),
         }
     }
@@ -113,17 +79,25 @@ impl Fourier {
         sums: &mut [Complex],
     ) {
         let tau = window.duration;
-        let known = self.integrals.known(tau);
-        let highest = 0.5 * sums.len() as f64 * self.mesh_frequency * tau;
-        let mut below = [(0.0, 0.0); SUBORDERS];
-        let mut first = SUBORDERS;
-        if known || highest > WIDEST_TURN {
-            for (index, value) in below.iter_mut().enumerate() {
-                *value = self.integrals.on(index, known, tau, series);
+        let frequencies = &self.frequencies;
+        let table = || -> Table {
+            let mut table = vec![[(0.0, 0.0); TERMS]; frequencies.len()];
+            for (frequency, integrals) in frequencies.iter().zip(&mut table) {
+                window_integrals(*frequency, tau, integrals);
             }
-        } else {
-            first = 0;
-        }
+            table
+        };
+        let highest = 0.5 * sums.len() as f64 * self.mesh_frequency * tau;
+        let computed;
+        let table = match self.known.find(tau, table) {
+            // Too many turns for the nodes: the table is worth while even for a cut.
+            None if highest > WIDEST_TURN => {
+                computed = table();
+                Some(&computed)
+            }
+            known => known,
+        };
+        let mut below = [(0.0, 0.0); SUBORDERS];
         let start = turn(self.mesh_frequency * window.start);
         let mut rotation = start;
         let mut add = |sum: &mut Complex, value: Complex| {
@@ -132,9 +106,12 @@ impl Fourier {
             sum.1 += value.1;
             rotation = multiply(rotation, start);
         };
-        if first == SUBORDERS {
-            for (index, sum) in (SUBORDERS..).zip(sums) {
-                add(sum, self.integrals.on(index, known, tau, series));
+        if let Some(table) = table {
+            for (value, integrals) in below.iter_mut().zip(table) {
+                *value = integral(integrals, series);
+            }
+            for (integrals, sum) in table[SUBORDERS..].iter().zip(sums) {
+                add(sum, integral(integrals, series));
             }
         } else {
             let slowest = self.mesh_frequency * tau / 12.0;

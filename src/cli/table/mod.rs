@@ -1,5 +1,6 @@
-//! `atlas table`: the cache of computed tables, looked at and looked after.
+//! `atlas table`: the cache of computed tables, filled, looked at and looked after.
 
+mod build;
 mod clean;
 mod list;
 mod show;
@@ -22,6 +23,8 @@ pub struct TableArgs {
 
 #[derive(Debug, Subcommand)]
 enum TableCommand {
+    /// Compute and keep the mesh table of a manifest's gears
+    Build(build::BuildArgs),
     /// List the tables by kind and key
     List(list::ListArgs),
     /// Show what a table was computed from and what it holds
@@ -54,6 +57,7 @@ const NO_ACCESS: u8 = 1;
 /// verified table is damaged, 2 for bad input.
 pub fn run(args: &TableArgs) -> ExitCode {
     match &args.command {
+        TableCommand::Build(args) => build::run(args),
         TableCommand::List(args) => list::run(args),
         TableCommand::Show(args) => show::run(args),
         TableCommand::Verify(args) => verify::run(args),

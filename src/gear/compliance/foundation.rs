@@ -2,13 +2,11 @@
 //!
 //! Sainsot, Velex & Duverger, "Contribution of gear body to tooth deflections – a new
 //! bidimensional analytical formula", J. Mech. Des. 126 (2004) 748: the tooth's force and moment
-//! on the root circle of an elastic ring held at its bore,
-//!
-//!     δ E L/F = cos² β (L* (u/S)² + M* (u/S) + P* (1 + Q* tan² β)),
-//!
-//! u the height above the root circle at which the line of action crosses the tooth's centre
-//! line, S the arc of the tooth on the root circle, and L*, M*, P*, Q* polynomials of half the
-//! tooth's angle θ_f and of h, root radius over bore radius.
+//! on the root circle of an elastic ring held at its bore give
+//! `δ E L/F = cos² β (L* (u/S)² + M* (u/S) + P* (1 + Q* tan² β))`, u the height above the root
+//! circle at which the line of action crosses the tooth's centre line, S the arc of the tooth on
+//! the root circle, and L*, M*, P*, Q* polynomials of half the tooth's angle θ_f and of h, root
+//! radius over bore radius.
 
 use crate::gear::Tooth;
 

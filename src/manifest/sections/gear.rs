@@ -1,6 +1,6 @@
 //! `[gear]`: the pair as its drawing gives it.
 
-use crate::gear::{BasicRack, GearPair, Material, Relief, ToothForm};
+use crate::gear::{BasicRack, Flanks, GearError, GearPair, Material, Relief, ToothForm};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 
@@ -29,7 +29,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         rated_torque: rated_torque?,
         form: form?,
     };
-    check_centre_distance(section, issues, &pair)?;
+    check(section, issues, &pair)?;
     Some(pair)
 }
 
@@ -126,15 +126,29 @@ fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief;
     }))
 }
 
-/// Shifts and centre distance must leave a line of action: the structure's modes need its angle.
-fn check_centre_distance(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
-    let Err(error) = pair.operating_pressure_angle() else {
+/// A drawing that says more of its teeth must be a pair that runs. Bodies are judged where their
+/// compliance is asked for.
+fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
+    if pair.form == ToothForm::default() {
         return Some(());
+    }
+    let error = match Flanks::new(pair) {
+        Ok(_) | Err(GearError::NoBore { .. } | GearError::BodyRatio { .. }) => return Some(()),
+        Err(error) => error,
     };
-    let key = match section.has("centre_distance") {
-        true => "centre_distance",
-        false => "profile_shift",
+    let suspects = match error {
+        GearError::RackTip { .. } => ["rack"].as_slice(),
+        GearError::PointedTip { .. }
+        | GearError::TipBelowForm { .. }
+        | GearError::Interference { .. }
+        | GearError::ContactRatio { .. }
+        | GearError::TipInRoot { .. } => &["tip_diameter", "profile_shift", "rack", "teeth"],
+        GearError::Undercut { .. } => &["profile_shift", "rack", "teeth"],
+        _ => &["centre_distance", "profile_shift"],
     };
+    let key = (suspects.iter().copied())
+        .find(|key| section.has(key))
+        .unwrap_or("teeth");
     issues.push(
         Diagnostic::new(
             DiagnosticKind::Inconsistent,
@@ -142,7 +156,7 @@ fn check_centre_distance(section: &Section, issues: &mut Issues, pair: &GearPair
             &section.path_of(key),
             error.to_string(),
         )
-        .label("does not fit module, teeth and pressure_angle"),
+        .label("does not fit the rest of the drawing"),
     );
     None
 }

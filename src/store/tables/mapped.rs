@@ -156,7 +156,7 @@ pub(super) fn open_head(path: &Path) -> Result<(Mapping, Head), CacheFault> {
 
 fn unreadable(error: std::io::Error) -> CacheFault {
     match error.kind() {
-        ErrorKind::NotFound => CacheFault::Missing,
+        ErrorKind::NotFound | ErrorKind::NotADirectory => CacheFault::Missing,
         _ => CacheFault::Unreadable(error),
     }
 }

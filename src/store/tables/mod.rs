@@ -15,6 +15,7 @@ mod key;
 mod layout;
 mod map;
 mod mapped;
+mod mesh;
 mod write;
 
 pub use arrays::Arrays;
@@ -24,6 +25,7 @@ pub use folder::{CacheEntry, CacheWarning, Cleaned, Fetched, Origin, TableStore,
 pub use header::{ArrayHeader, CacheHeader};
 pub use key::CacheKind;
 pub use mapped::MappedTable;
+pub use mesh::{FetchedMesh, MeshFetchError};
 
 #[cfg(test)]
 mod tests;

@@ -11,11 +11,12 @@ use crate::report::plot::panel::Panel;
 use crate::report::plot::ramp::viridis;
 use crate::report::plot::{Drawn, Picture, What};
 
-/// Panels: array, name of the axis up.
-const PANELS: [(&str, &str); 3] = [
-    ("stiffness", "mesh stiffness"),
-    ("centre", "load centre"),
-    ("transmission_error", "loaded TE"),
+/// Panels: array, name of the axis up, least range shown in SI: less is round-off, or nothing
+/// beside a face of centimetres.
+const PANELS: [(&str, &str, f64); 3] = [
+    ("stiffness", "mesh stiffness", 1e3),
+    ("centre", "load centre", 2e-6),
+    ("transmission_error", "loaded TE", 1e-9),
 ];
 /// Most lines of a panel.
 const MOST: usize = 5;
@@ -24,7 +25,7 @@ const BRIGHTEST: f64 = 0.72;
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 815.0;
 const TOP: f64 = 72.0;
-const HEIGHT: f64 = 178.0;
+const HEIGHT: f64 = 202.0;
 const GAP: f64 = 18.0;
 
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
@@ -87,17 +88,13 @@ impl Family {
         let mut canvas = Canvas::titled(&title, &self.held);
         let panels: Vec<_> = PANELS
             .iter()
-            .map(|(array, name)| (*array, *name, self.lines(mesh, array)))
-            .filter(|(_, _, lines)| !lines.is_empty())
+            .map(|(array, name, least)| (*array, *name, *least, self.lines(mesh, array)))
+            .filter(|(.., lines)| !lines.is_empty())
             .collect();
         let mut top = TOP;
-        for (place, (array, name, lines)) in panels.iter().enumerate() {
+        for (place, (array, name, least, lines)) in panels.iter().enumerate() {
             let values = lines.iter().flat_map(|line| &line.curve);
-            let mut bounds = range(values.map(|[_, value]| *value));
-            if bounds[0] == bounds[1] {
-                // Nothing changes here; what changes elsewhere gives the scale.
-                bounds = mesh.bounds(array).unwrap_or(bounds);
-            }
+            let bounds = widened(range(values.map(|[_, value]| *value)), *least);
             let panel = Panel {
                 left: LEFT,
                 right: RIGHT,
@@ -125,5 +122,25 @@ impl Family {
             })
         };
         self.members.iter().enumerate().filter_map(line).collect()
+    }
+}
+
+/// A range at least so wide, about the same middle.
+fn widened([low, high]: [f64; 2], least: f64) -> [f64; 2] {
+    match high - low < least {
+        true => [0.5 * (low + high - least), 0.5 * (low + high + least)],
+        false => [low, high],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn round_off_is_not_blown_up() {
+        assert_eq!(widened([-1e-18, 1e-18], 2e-6), [-1e-6, 1e-6]);
+        assert_eq!(widened([3.0, 3.0], 1.0), [2.5, 3.5]);
+        assert_eq!(widened([0.0, 2.0], 1.0), [0.0, 2.0]);
     }
 }

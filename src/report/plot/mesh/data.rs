@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use crate::report::plot::axis::{range, scaled_unit};
+use crate::report::plot::axis::scaled_unit;
 use crate::report::plot::canvas::Place;
 use crate::report::plot::error::PlotError;
 use crate::report::text::number;
@@ -107,10 +107,16 @@ impl MeshCurves {
         Some(curve)
     }
 
-    /// Smallest and largest value of an array; none where it is not there.
-    pub fn bounds(&self, name: &str) -> Option<[f64; 2]> {
-        let (_, values) = self.table.array(name).ok()?;
-        Some(range(values.iter().copied()))
+    /// Edges of the cells around the nodes in mesh phase: ends of pieces, and halfway between
+    /// nodes.
+    pub fn phase_edges(&self) -> Vec<f64> {
+        let mut edges = vec![self.breaks[0]];
+        for ends in self.breaks.windows(2) {
+            let middles = self.nodes.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+            edges.extend(middles.map(|x| ends[0] + 0.5 * (1.0 + x) * (ends[1] - ends[0])));
+            edges.push(ends[1]);
+        }
+        edges
     }
 
     /// Unit of an array; empty where it is not there.

@@ -27,11 +27,13 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     };
     let (shape, values) = (mesh.table.array("pattern"))
         .map_err(|_| unfit("the table was made without a contact pattern"))?;
-    let counts = match *shape {
-        [m, t, phases, slices]
-            if [m, t] == [mesh.misalignment.len(), mesh.torque.len()] && phases * slices > 0 =>
+    let edges = mesh.phase_edges();
+    let phases = edges.len() - 1;
+    let slices = match *shape {
+        [m, t, p, slices]
+            if [m, t, p] == [mesh.misalignment.len(), mesh.torque.len(), phases] && slices > 0 =>
         {
-            [phases, slices]
+            slices
         }
         _ => {
             return Err(unfit(
@@ -41,7 +43,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     };
     let rows = ends(mesh.aligned(), farthest(mesh));
     let columns = ends(0, mesh.torque.len() - 1);
-    let cells = counts[0] * counts[1];
+    let cells = phases * slices;
     let pattern = |row: usize, column: usize| {
         let first = (row * mesh.torque.len() + column) * cells;
         &values[first..first + cells]
@@ -51,7 +53,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
         .flat_map(|&r| columns.iter().map(move |&c| (r, c)));
     let most = range(shown.flat_map(|(r, c)| pattern(r, c)).copied())[1].max(f64::MIN_POSITIVE);
     let title = format!("{}: contact pattern", mesh.name);
-    let subtitle = "load along the lines of contact; grey: flanks do not touch";
+    let subtitle = "load of all pairs on a unit of face width; grey: flanks do not touch";
     let mut canvas = Canvas::titled(&title, subtitle);
     let fit =
         |axis: usize, count: usize| (SIZE[axis] - GAP[axis] * (count - 1) as f64) / count as f64;
@@ -69,7 +71,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
                 up: Axis::linear("place / face width", "1", [-0.5, 0.5]),
             };
             frame(&mut canvas, &panel, right == 0, down + 1 == rows.len());
-            cover(&mut canvas, &panel, counts, pattern(row, column), most);
+            cover(&mut canvas, &panel, &edges, pattern(row, column), most);
             let words = [mesh.torque_text(column), mesh.misalignment_text(row)].join(", ");
             canvas.text([left, top - 8.0], &words, TICK_SIZE, INK, Anchor::Start);
         }
@@ -106,14 +108,10 @@ fn frame(canvas: &mut Canvas, panel: &Panel, first: bool, lowest: bool) {
     }
 }
 
-/// The cells, from left to right; slices from the lower end of the face upwards.
-fn cover(
-    canvas: &mut Canvas,
-    panel: &Panel,
-    [phases, slices]: [usize; 2],
-    values: &[f64],
-    most: f64,
-) {
+/// The cells between phases, from left to right; slices from the lower end of the face upwards.
+fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], most: f64) {
+    let phases = edges.len() - 1;
+    let slices = values.len() / phases;
     let step = |phase: usize, slice: usize| {
         let value = values[phase * slices + slice];
         // NaN is no load either.
@@ -127,7 +125,7 @@ fn cover(
             let run = (start..phases)
                 .take_while(|&p| step(p, slice) == own)
                 .count();
-            let x = |edge: usize| panel.x(edge as f64 / phases as f64);
+            let x = |edge: usize| panel.x(edges[edge]);
             let colour = own.map_or(APART, |step| viridis(f64::from(step) / STEPS));
             // A little too large, because abutting edges show as seams in some viewers.
             let right = (x(start + run) + 0.3).min(panel.right);

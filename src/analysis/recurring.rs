@@ -1,0 +1,98 @@
+//! What is kept for windows whose length comes again: a kernel has a few lengths of its own,
+//! and cuts have any.
+
+/// Windows looked back at: more than a kernel has in a cycle between two of one length.
+const LOOKED_BACK: usize = 32;
+
+/// Most lengths kept.
+const MOST: usize = 8;
+
+/// Values by length of window \[s\], for lengths that were met lately.
+#[derive(Debug, Clone)]
+pub struct Recurring<T> {
+    /// Lengths met, the latest wherever `next` stands before.
+    recent: [f64; LOOKED_BACK],
+    next: usize,
+    kept: Vec<(f64, T)>,
+    /// The one to give way when all places are taken.
+    oldest: usize,
+}
+
+impl<T> Recurring<T> {
+    /// Nothing met yet.
+    pub fn new() -> Self {
+        Self {
+            recent: [0.0; LOOKED_BACK],
+            next: 0,
+            kept: Vec::new(),
+            oldest: 0,
+        }
+    }
+
+    /// The value for a length, made by `make` when it comes again; none when it is new.
+    pub fn find(&mut self, length: f64, make: impl FnOnce() -> T) -> Option<&T> {
+        let known = self.kept.iter().position(|(kept, _)| *kept == length);
+        let place = match known {
+            Some(place) => place,
+            None => {
+                let again = self.recent.contains(&length);
+                self.recent[self.next] = length;
+                self.next = (self.next + 1) % LOOKED_BACK;
+                if !again {
+                    return None;
+                }
+                let value = (length, make());
+                if self.kept.len() < MOST {
+                    self.kept.push(value);
+                    self.kept.len() - 1
+                } else {
+                    let place = self.oldest;
+                    self.oldest = (place + 1) % MOST;
+                    self.kept[place] = value;
+                    place
+                }
+            }
+        };
+        Some(&self.kept[place].1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_again_is_made_once() {
+        let mut made = 0;
+        let mut kept = Recurring::new();
+        let mut cuts = 0;
+        for cycle in 0..10 {
+            // Three lengths of its own and a cut that never comes again.
+            for length in [1.0, 2.0, 1.0, 3.0, 4.0 + f64::from(cycle)] {
+                match kept.find(length, || {
+                    made += 1;
+                    length
+                }) {
+                    Some(value) => assert_eq!(*value, length),
+                    None => cuts += 1,
+                }
+            }
+        }
+        assert_eq!(made, 3);
+        assert_eq!(cuts, 10 + 3);
+    }
+
+    #[test]
+    fn more_lengths_than_places_are_still_right() {
+        let mut kept = Recurring::new();
+        for round in 0..4 {
+            for i in 0..2 * MOST {
+                let length = 1.0 + i as f64;
+                if let Some(value) = kept.find(length, || length) {
+                    assert_eq!(*value, length);
+                    assert!(round > 0);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! `atlas table build m.toml`: the mesh table of a manifest's gears, computed and kept.
+
+use std::collections::BTreeSet;
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
+use signal_hook::consts::SIGXFSZ;
+use signal_hook::flag;
+
+use super::{NO_ACCESS, TablesFolder};
+use crate::cli::{BAD_INPUT, answer, check, fail, with_causes};
+use crate::gear::{GearPair, MeshTableInputs};
+use crate::manifest::{self, Job, PointSpec, StiffnessSpec};
+use crate::store::{FetchedMesh, Origin};
+use crate::sweep::build::Parts;
+use crate::units::{self, Dimension};
+
+/// Arguments of `atlas table build`.
+#[derive(Debug, Args)]
+pub struct BuildArgs {
+    /// The manifest, with a drawing of its gears.
+    manifest: PathBuf,
+    /// Angles between the flanks, separated by commas, increasing: one table of these and the
+    /// torques [default: tables of the loads and misalignments that the points of the manifest
+    /// have, or of 0].
+    #[arg(long, value_name = "ANGLE,...", value_delimiter = ',',
+        value_parser = |text: &str| quantity(text, Dimension::Angle))]
+    misalignment: Vec<f64>,
+    /// Torques on the pinion, separated by commas, increasing [default: the rated torque].
+    #[arg(long, value_name = "TORQUE,...", value_delimiter = ',',
+        value_parser = |text: &str| quantity(text, Dimension::Torque))]
+    torque: Vec<f64>,
+    /// Keep the contact pattern, too.
+    #[arg(long)]
+    pattern: bool,
+    #[command(flatten)]
+    folder: TablesFolder,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    quiet: bool,
+    /// Print JSON for programs.
+    #[arg(long)]
+    json: bool,
+}
+
+fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
+    units::parse(text.trim(), dimension).map_err(|error| error.to_string())
+}
+
+/// Builds the tables: status 0 when all are kept, 1 where one cannot be, 2 for bad input.
+pub fn run(args: &BuildArgs) -> ExitCode {
+    let job = match manifest::load(&args.manifest) {
+        Ok(job) => job,
+        Err(errors) => {
+            check::report(&errors);
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let by_points = args.misalignment.is_empty() && args.torque.is_empty() && !args.pattern;
+    let tabled = |point: &PointSpec| matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
+    if by_points && job.points.iter().any(tabled) {
+        return needed(args, &job);
+    }
+    let drawings = drawings(&job);
+    if drawings.is_empty() {
+        let message =
+            "has no drawing of its gears; a manifest of model.kind = \"flexible\" has one";
+        return fail(
+            BAD_INPUT,
+            &format!("`{}` {message}", args.manifest.display()),
+        );
+    }
+    // Unwatched, this one would end the process without a word when a file outgrows
+    // `ulimit -f`; watched, the write fails and the error is said.
+    if let Err(error) = flag::register(SIGXFSZ, Arc::default()) {
+        return fail(NO_ACCESS, &with_causes(&error));
+    }
+    let mut tables = Vec::new();
+    for gears in &drawings {
+        let fetched = match fetch(args, gears) {
+            Ok(fetched) => fetched,
+            Err(message) => return fail(BAD_INPUT, &message),
+        };
+        for warning in &fetched.warnings {
+            // Nothing can be done when standard error is closed.
+            _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+        }
+        if fetched.origin == Origin::BuiltInMemory {
+            return ExitCode::from(NO_ACCESS);
+        }
+        tables.push((fetched.file, fetched.origin));
+    }
+    report(args, &tables)
+}
+
+/// The different pairs of gears of a job, their bores those of the shafts.
+fn drawings(job: &Job) -> Vec<GearPair> {
+    let mut drawings = Vec::new();
+    for point in &job.points {
+        let gears = match &point.mesh.stiffness {
+            StiffnessSpec::Table(table) => Some(table.gears.clone()),
+            _ => point.model.source.gears(),
+        };
+        if let Some(gears) = gears
+            && !drawings.contains(&gears)
+        {
+            drawings.push(gears);
+        }
+    }
+    drawings
+}
+
+/// The tables that the points of a job use.
+fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
+    let parts = Parts::new(args.folder.store());
+    let bar = progress_bar(args, "{spinner} {pos} loads and misalignments");
+    parts.prepare(&job.points, &mut || bar.inc(1));
+    bar.finish_and_clear();
+    // What could not be computed says why where it is asked for again.
+    let faults: BTreeSet<String> = (job.points.iter())
+        .filter_map(|point| parts.model(point).err())
+        .map(|error| error.to_string())
+        .collect();
+    if !faults.is_empty() {
+        let lines: Vec<String> = faults.into_iter().collect();
+        return fail(BAD_INPUT, &lines.join("\nerror: "));
+    }
+    for warning in parts.meshes().warnings() {
+        // Nothing can be done when standard error is closed.
+        _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+    }
+    let files = parts.meshes().files();
+    if files
+        .iter()
+        .any(|(_, origin)| *origin == Origin::BuiltInMemory)
+    {
+        return ExitCode::from(NO_ACCESS);
+    }
+    report(args, &files)
+}
+
+/// Says what was built.
+fn report(args: &BuildArgs, files: &[(PathBuf, Origin)]) -> ExitCode {
+    let text = match (args.json, args.quiet) {
+        (true, _) => {
+            let records = files
+                .iter()
+                .map(|(file, origin)| json!({ "file": file, "origin": word(*origin) }));
+            format!("{:#}\n", Value::from_iter(records))
+        }
+        (false, true) => String::new(),
+        (false, false) => (files.iter())
+            .map(|(file, origin)| format!("{:<9} {}\n", word(*origin), file.display()))
+            .collect(),
+    };
+    answer(&text, ExitCode::SUCCESS)
+}
+
+fn progress_bar(args: &BuildArgs, template: &str) -> ProgressBar {
+    let target = match args.quiet || !std::io::stderr().is_terminal() {
+        true => ProgressDrawTarget::hidden(),
+        false => ProgressDrawTarget::stderr(),
+    };
+    let bar = ProgressBar::with_draw_target(None, target);
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
+    let mut inputs = MeshTableInputs {
+        pattern: args.pattern,
+        ..MeshTableInputs::of_gears(gears)
+    };
+    if !args.misalignment.is_empty() {
+        inputs.misalignment.clone_from(&args.misalignment);
+    }
+    if !args.torque.is_empty() {
+        inputs.torque.clone_from(&args.torque);
+    }
+    let bar = progress_bar(args, "{bar:30} {pos}/{len} mesh phases  ETA {eta}");
+    let progress = |_, all: usize| {
+        bar.set_length(all as u64);
+        bar.inc(1);
+    };
+    let store = args.folder.store();
+    let fetched = store.mesh_table(gears, &inputs, &progress);
+    bar.finish_and_clear();
+    fetched.map_err(|error| with_causes(&error))
+}
+
+/// `computed`, or `found`.
+fn word(origin: Origin) -> &'static str {
+    match origin {
+        Origin::Found => "found",
+        Origin::Built | Origin::BuiltInMemory => "computed",
+    }
+}
