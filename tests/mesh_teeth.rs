@@ -77,9 +77,6 @@ fn levels_are_near_the_standard_s() {
     let transition = flanks.contact_ratio().fract();
     let [double, alone] = [0.5 * transition, 0.5 * (transition + 1.0)]
         .map(|phase| cycle.value(&cycle.stiffness, phase));
-    println!("alone {alone:.4e} ({single:.4e}), double {double:.4e}");
-    println!("mean {:.4e} ({mean:.4e})", cycle.mean_stiffness());
-    println!("{:.4e}, {:?}", cycle.peak_to_peak(), cycle.harmonics(3));
     assert!((alone / single - 1.0).abs() < 0.05);
     assert!((cycle.mean_stiffness() / mean - 1.0).abs() < 0.25);
     assert!((double / alone - 1.333).abs() < 0.1);
@@ -105,7 +102,6 @@ fn misalignment_costs_what_a_wedge_costs() {
         );
     }
     let drop = 1.0 - tilted.mean_stiffness() / aligned.mean_stiffness();
-    println!("drop {drop}, centre {}", tilted.mean_centre());
     assert!(drop > 0.2 && drop < 0.42, "{drop}");
 }
 
@@ -118,7 +114,6 @@ fn flattening_flanks_stiffen() {
         inputs.contact = Contact::LoadDependent;
     });
     let means = [0, 1, 2].map(|i| table.cycle(0, i).mean_stiffness());
-    println!("stiffening {means:?}");
     assert!(means[0] < means[1] && means[1] < means[2]);
     assert!(means[2] / means[0] < 1.3, "{means:?}");
     // Its derivative is the law's own.
@@ -151,7 +146,6 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
         length,
     }; 2];
     let cycle = rated(&relieved);
-    println!("jump {jump:.3e}, relieved {:.3e}", cycle.peak_to_peak());
     assert!(cycle.peak_to_peak() < 0.6 * jump);
     let start = length / flanks.path().base_pitch;
     for phase in [start, flanks.contact_ratio() - start] {
