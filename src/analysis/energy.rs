@@ -21,6 +21,7 @@ use crate::model::{Contact, Model, STIFFNESS_TERMS, Segment, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{Event, Observer, Window};
+use std::sync::OnceLock;
 
 /// Audits the energy balance of a trajectory made of companion blocks.
 #[derive(Debug, Clone)]
@@ -32,7 +33,7 @@ pub struct EnergyAudit<'m> {
     turnover: f64,
     last: Option<Last>,
     /// Exact for the square of a deflection times the slope of a stiffness.
-    rule: GaussLegendre,
+    rule: &'static GaussLegendre,
 }
 
 /// How the last window ended.
@@ -49,6 +50,7 @@ struct Last {
 impl<'m> EnergyAudit<'m> {
     /// An audit that starts with the first window shown.
     pub fn new(model: &'m Model) -> Self {
+        static RULE: OnceLock<GaussLegendre> = OnceLock::new();
         Self {
             model,
             motion: ModalMotion::new(model),
@@ -56,7 +58,7 @@ impl<'m> EnergyAudit<'m> {
             balance: 0.0,
             turnover: 0.0,
             last: None,
-            rule: GaussLegendre::new(TERMS + STIFFNESS_TERMS),
+            rule: RULE.get_or_init(|| GaussLegendre::new(TERMS + STIFFNESS_TERMS)),
         }
     }
 

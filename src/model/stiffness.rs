@@ -60,6 +60,9 @@ impl Stiffness {
 
     /// The smallest of its values at the ends and at the nodes of a fine rule \[N/m\].
     pub fn smallest(&self) -> f64 {
+        if self.is_constant() {
+            return self.series[0];
+        }
         let inside = GaussLegendre::new(2 * STIFFNESS_TERMS);
         let places = inside.nodes.iter().copied().chain([-1.0, 1.0]);
         places.map(|x| self.at(x)).fold(f64::INFINITY, f64::min)

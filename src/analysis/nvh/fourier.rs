@@ -13,6 +13,7 @@ use crate::numerics::legendre::polynomials;
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::Window;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Half turn \[rad\] of the highest harmonic over a window up to which the Gauss rule, exact
 /// to degree 95, integrates it with 23rd-degree deflections to round-off.
@@ -32,7 +33,8 @@ const DENOMINATORS: [u32; SUBORDERS] = [4, 3, 2, 3, 4];
 pub(super) const SUBORDER_WINDOW: u64 = 24;
 
 /// `∫ P_n e^{−iωt} dt` for every frequency.
-type Table = Vec<[Complex; TERMS]>;
+/// Shared, because a clone of the statistics is taken whenever they are looked at.
+type Table = Arc<[[Complex; TERMS]]>;
 
 /// `∫ δ e^{−iω t} dt` over a window, t from its start, given those of the polynomials.
 fn integral(integrals: &[Complex; TERMS], series: &[f64; TERMS]) -> Complex {
@@ -81,11 +83,12 @@ impl Fourier {
         let tau = window.duration;
         let frequencies = &self.frequencies;
         let table = || -> Table {
-            let mut table = vec![[(0.0, 0.0); TERMS]; frequencies.len()];
-            for (frequency, integrals) in frequencies.iter().zip(&mut table) {
-                window_integrals(*frequency, tau, integrals);
-            }
-            table
+            let of = |frequency: &f64| {
+                let mut integrals = [(0.0, 0.0); TERMS];
+                window_integrals(*frequency, tau, &mut integrals);
+                integrals
+            };
+            frequencies.iter().map(of).collect()
         };
         let highest = 0.5 * sums.len() as f64 * self.mesh_frequency * tau;
         let computed;
@@ -107,7 +110,7 @@ impl Fourier {
             rotation = multiply(rotation, start);
         };
         if let Some(table) = table {
-            for (value, integrals) in below.iter_mut().zip(table) {
+            for (value, integrals) in below.iter_mut().zip(table.iter()) {
                 *value = integral(integrals, series);
             }
             for (integrals, sum) in table[SUBORDERS..].iter().zip(sums) {

@@ -38,7 +38,7 @@ const SHARES: [f64; 3] = [0.5, 0.9, 0.99];
 #[derive(Debug, Clone)]
 pub struct Nvh {
     period: f64,
-    rule: Rule,
+    rule: &'static Rule,
     origin: Origin,
     /// First and present mesh cycle; none before any window.
     cycles: Option<[u64; 2]>,
@@ -59,7 +59,7 @@ impl Nvh {
         let mesh_frequency = std::f64::consts::TAU / model.period();
         Self {
             period: model.period(),
-            rule: Rule::new(),
+            rule: Rule::shared(),
             origin: Origin {
                 centre: [0.0; 2],
                 half_gap: model.half_gap,
@@ -225,7 +225,7 @@ impl Observer for Nvh {
             fourier.add(
                 window,
                 &deflection,
-                &self.rule,
+                self.rule,
                 &weighted,
                 &mut sums.harmonics,
             );

@@ -3,6 +3,7 @@
 use crate::analysis::modal_series::TERMS;
 use crate::numerics::legendre::{derivative, evaluate, polynomials};
 use crate::numerics::quadrature::GaussLegendre;
+use std::sync::OnceLock;
 
 /// Nodes of the rule for third and fourth powers: exact to degree 95 ≥ 4·23.
 pub(super) const NODES: usize = 48;
@@ -17,7 +18,13 @@ pub(super) struct Rule {
 }
 
 impl Rule {
-    pub(super) fn new() -> Self {
+    /// The rule, which knows nothing of any drive and is made once.
+    pub(super) fn shared() -> &'static Self {
+        static RULE: OnceLock<Rule> = OnceLock::new();
+        RULE.get_or_init(Self::new)
+    }
+
+    fn new() -> Self {
         let gauss = GaussLegendre::new(NODES);
         let mut table = Box::new([[0.0; NODES]; TERMS]);
         let mut weights = Box::new([0.0; NODES]);
