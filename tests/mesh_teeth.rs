@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use atlas::gear::{
-    Contact, Face, FlankLaw, Flanks, GearPair, LoadSharing, MeshTable, MeshTableCycle,
+    BasicRack, Contact, Face, FlankLaw, Flanks, GearPair, LoadSharing, MeshTable, MeshTableCycle,
     MeshTableInputs, Relief, ToothForm, pairs_at,
 };
 
@@ -163,4 +163,37 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     let load = sharing.bear(cycle.force);
     let found = cycle.value(&cycle.transmission_error, 0.31);
     assert!((found / load.deflection - 1.0).abs() < 1e-6);
+}
+
+/// No pair of a real body takes load from another: small pinions, large wheels, thin and solid
+/// bodies, three pairs at once.
+#[test]
+fn bodies_of_many_shapes_share_their_load() {
+    for teeth in [[18, 18], [19, 48], [25, 120], [62, 62]] {
+        for bore in [1.5, 3.0, 6.5] {
+            for (addendum, dedendum, tip_radius) in [(1.0, 1.25, 0.38), (1.3, 1.5, 0.2)] {
+                let mut gears = gears();
+                gears.teeth = teeth;
+                gears.form.rack = BasicRack {
+                    addendum,
+                    dedendum,
+                    tip_radius,
+                };
+                let root = |z: u32| gears.module * (f64::from(z) - 2.0 * dedendum);
+                gears.form.bore = teeth.map(|z| Some(root(z) / bore));
+                // Long teeth of small pinions are undercut, which is another matter.
+                let Ok(flanks) = Flanks::new(&gears) else {
+                    assert!(addendum > 1.0, "{teeth:?}");
+                    continue;
+                };
+                let table = table(&gears, |inputs| inputs.misalignment = vec![0.0, 5e-4]);
+                let three = table.share.chunks(3).any(|p| p[2] > 0.0);
+                assert_eq!(three, flanks.contact_ratio() > 2.0, "{teeth:?}");
+                for share in table.share.chunks(3) {
+                    assert!((share.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+                    assert!(share.iter().all(|p| *p >= 0.0));
+                }
+            }
+        }
+    }
 }

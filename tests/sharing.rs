@@ -359,9 +359,10 @@ mod bisection {
                 let fits = (0..count).all(|p| {
                     let row = self.compliance[p].iter().zip(&loads);
                     let pushed: f64 = row.map(|(c, q)| c * q).sum();
+                    // Where a pair just touches, rounding may leave it on neither side.
                     match inside.contains(&p) {
-                        true => loads[p] >= 0.0,
-                        false => u - self.gap[p] <= pushed,
+                        true => loads[p] >= -1e-7,
+                        false => u - self.gap[p] <= pushed + 1e-17,
                     }
                 });
                 if fits {
@@ -442,7 +443,7 @@ mod bisection {
         #[test]
         fn finds_the_same_load(
             pairs in vec((1e-11..1e-10f64, 0.0..1e-10f64, 0.0..2e-5f64), 1..=3),
-            part in 0.0..0.9f64,
+            part in 0.0..0.8f64,
             misalignment in prop_oneof![1e-6..2e-3f64, -2e-3..-1e-6f64],
             force in 10.0..5000.0f64,
             slices in 1..20usize,
@@ -452,10 +453,10 @@ mod bisection {
             let index = move |s: f64| {
                 (((s - path.start) / path.base_pitch).floor() as usize).min(count - 1)
             };
-            // Neighbours share a part of what the stiffer body gives, others half of that.
+            // Neighbours share a part of what the stiffer body gives, others that part of it.
             let bodies: Vec<f64> = pairs.iter().map(|(_, f, _)| *f).collect();
             let coupling = move |i: usize, ahead: usize| {
-                part * bodies[i].min(bodies[i + ahead]) / ahead as f64
+                part.powi(ahead as i32) * bodies[i].min(bodies[i + ahead])
             };
             let compliance = (0..count)
                 .map(|i| {
