@@ -92,7 +92,7 @@ fn two_levels_have_closed_means_jumps_and_harmonics() {
     let jump = cycle.force / (2.0 * single);
     close(cycle.peak_to_peak(), jump, 1e-12);
     // A pulse of that height over the single-pair part, 0.6 to 1.
-    for (harmonic, amplitude, phase) in cycle.harmonics(12) {
+    for (harmonic, amplitude, phase) in cycle.harmonics(&cycle.transmission_error, 12) {
         let m = f64::from(harmonic);
         let exact = 2.0 * jump * (PI * m * 0.4).sin() / (PI * m);
         assert!((amplitude - exact.abs()).abs() < 1e-13 * jump, "{harmonic}");
@@ -194,7 +194,7 @@ fn means_do_not_depend_on_the_pieces() {
             cycle.mean_stiffness(),
             cycle.mean(&cycle.friction_lever),
             cycle.peak_to_peak(),
-            cycle.harmonics(3)[2].1,
+            cycle.harmonics(&cycle.transmission_error, 3)[2].1,
         ]
     };
     let fine = mean(1.0 / 96.0);

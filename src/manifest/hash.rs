@@ -4,13 +4,13 @@
 //! forgotten here does not compile.
 
 mod gear;
+mod mesh;
 
 use super::sections::Resolved;
 use super::spec::{
-    AnalysesSpec, Axis, Carried, CourseSpec, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec,
-    KernelSpec, LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec,
-    PoincareSpec, RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource,
-    TableSpec, TorqueRipple, TransmissionErrorHarmonic, TwoLevels,
+    AnalysesSpec, Axis, Carried, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
+    LyapunovSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec, RunSpec,
+    SectionSpec, ShaftName, SliceSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
 };
 use crate::gear::GearPair;
 use crate::shaft::{
@@ -260,66 +260,17 @@ impl JobHash {
         }
     }
 
-    fn mesh(&mut self, mesh: &MeshSpec) {
-        let MeshSpec {
-            half_gap,
-            stiffness,
-            damping,
-            friction,
-            misalignment,
-        } = mesh;
-        self.number(*half_gap);
-        match stiffness {
-            StiffnessSpec::Constant(value) => {
-                self.text("constant");
-                self.number(*value);
-            }
-            StiffnessSpec::Piecewise(values) => {
-                self.text("piecewise");
-                self.numbers(values);
-            }
-            StiffnessSpec::Continuous(TwoLevels {
-                double_pair,
-                single_pair,
-                transition,
-            }) => {
-                self.text("continuous");
-                self.numbers(&[*double_pair, *single_pair, *transition]);
-            }
-            StiffnessSpec::Table(table) => {
-                let TableSpec {
-                    gears,
-                    course,
-                    shaft_tilt,
-                } = &**table;
-                self.text("table");
-                self.gears(gears);
-                match course {
-                    CourseSpec::Segments(count) => self.integer(u64::from(*count)),
-                    CourseSpec::Continuous => self.text("continuous"),
-                }
-                self.flag(*shaft_tilt);
-                self.number(*misalignment);
-            }
-        }
-        match damping {
-            DampingSpec::Ratio(value) => {
-                self.text("ratio");
-                self.number(*value);
-            }
-            DampingSpec::Coefficient(value) => {
-                self.text("coefficient");
-                self.number(*value);
-            }
-        }
-        self.number(*friction);
-    }
-
     fn excitation(&mut self, excitation: &ExcitationSpec) {
         let ExcitationSpec {
             transmission_error,
+            table_harmonics,
             torque_ripple,
         } = excitation;
+        // Named rather than flagged: jobs without them keep the hash they had.
+        if *table_harmonics > 0 {
+            self.text("table harmonics");
+            self.integer(u64::from(*table_harmonics));
+        }
         self.integer(transmission_error.len() as u64);
         for term in transmission_error {
             let TransmissionErrorHarmonic {

@@ -90,6 +90,9 @@ fn model(
     meshes: &MeshTables,
 ) -> Result<Model, BuildError> {
     let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let mut error: Vec<_> = (point.excitation.transmission_error.iter())
+        .map(|h| (h.harmonic, h.amplitude, h.phase))
+        .collect();
     let (mesh, mean) = match &point.mesh.stiffness {
         StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
         StiffnessSpec::Piecewise(values) => (Division::levels(values, &[]), average(values)),
@@ -99,6 +102,7 @@ fn model(
         }
         StiffnessSpec::Table(spec) => {
             let mesh = meshes.mesh(point, spec, structure)?;
+            error.extend(mesh.transmission_error);
             (mesh.divisions, mesh.mean_stiffness)
         }
     };
@@ -110,12 +114,7 @@ fn model(
         },
         mesh,
         friction: point.mesh.friction,
-        transmission_error: point
-            .excitation
-            .transmission_error
-            .iter()
-            .map(|h| (h.harmonic, h.amplitude, h.phase))
-            .collect(),
+        transmission_error: error,
         torque_ripple: point
             .excitation
             .torque_ripple

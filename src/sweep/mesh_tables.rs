@@ -53,6 +53,9 @@ pub struct TabledMesh {
     pub divisions: Vec<Division>,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
+    /// Transmission error of the flanks under load: (multiple of the mesh frequency, amplitude
+    /// \[m\], phase \[rad\]).
+    pub transmission_error: Vec<(u32, f64, f64)>,
     /// How the misalignment under load was found, where shafts tilt.
     pub tilt: Option<MisalignmentReport>,
 }
@@ -115,6 +118,8 @@ impl MeshTables {
         Ok(TabledMesh {
             divisions: divisions(&cycle, spec.course),
             mean_stiffness: cycle.mean_stiffness(),
+            transmission_error: cycle
+                .harmonics(&cycle.tangent_error(), point.excitation.table_harmonics),
             tilt,
         })
     }

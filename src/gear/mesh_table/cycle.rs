@@ -173,15 +173,15 @@ impl MeshTableCycle {
         highest - lowest
     }
 
-    /// The first `count` harmonics of the loaded transmission error,
-    /// `x = mean + Σ A_m cos(2π m φ + ψ_m)`: (m, A_m \[m\], ψ_m \[rad\]).
-    pub fn harmonics(&self, count: u32) -> Vec<(u32, f64, f64)> {
+    /// The first `count` harmonics of one of this cycle's quantities,
+    /// `mean + Σ A_m cos(2π m φ + ψ_m)`: (m, A_m, ψ_m \[rad\]).
+    pub fn harmonics(&self, values: &[[f64; NODES]], count: u32) -> Vec<(u32, f64, f64)> {
         // Enough nodes for a polynomial times an oscillation over the longest piece.
         let longest = (self.breaks.windows(2)).fold(0.0_f64, |m, ends| m.max(ends[1] - ends[0]));
         let turns = f64::from(count) * longest;
         let rule = GaussLegendre::new(16 + (8.0 * turns).ceil() as usize);
         let mut sums = vec![[0.0; 2]; count as usize];
-        for (ends, values) in self.breaks.windows(2).zip(&self.transmission_error) {
+        for (ends, values) in self.breaks.windows(2).zip(values) {
             let half = 0.5 * (ends[1] - ends[0]);
             let series = series(values);
             for (x, weight) in rule.nodes.iter().zip(&rule.weights) {

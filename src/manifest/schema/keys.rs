@@ -191,6 +191,7 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     integer("excitation.transmission_error.*.harmonic", 1.0, 1000.0, "1"),
     quantity("excitation.transmission_error.*.amplitude", Length, NON_NEGATIVE, r#""5 um""#),
     quantity("excitation.transmission_error.*.phase", Angle, ANY, r#""90 deg""#),
+    integer("excitation.table_harmonics", 0.0, 100.0, "10"),
     key("excitation.torque_ripple", List("tables"), ANY, r#"[{ shaft = "pinion", order = 2, amplitude = "3 N*m" }]"#),
     table("excitation.torque_ripple.*"),
     key("excitation.torque_ripple.*.shaft", Choice(&["pinion", "wheel"]), ANY, r#""pinion""#),

@@ -3,13 +3,15 @@
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{
-    ExcitationSpec, ShaftName, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
+    ExcitationSpec, MeshSpec, ShaftName, StiffnessSpec, StructureSource, TorqueRipple,
+    TransmissionErrorHarmonic,
 };
 
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
     source: Option<&StructureSource>,
+    mesh: Option<&MeshSpec>,
 ) -> Option<ExcitationSpec> {
     let errors = section.tables(issues, "transmission_error").map(|tables| {
         let read: Vec<_> = tables.iter().map(|table| harmonic(table, issues)).collect();
@@ -22,7 +24,17 @@ pub(super) fn read(
             .collect();
         read.into_iter().collect::<Option<Vec<_>>>()
     });
+    if mesh.is_some_and(|mesh| !matches!(mesh.stiffness, StiffnessSpec::Table(_))) {
+        section.without_effect(
+            issues,
+            &["table_harmonics"],
+            "without a mesh table",
+            "remove it, or set mesh.stiffness = \"table\"",
+        );
+    }
+    let table_harmonics = section.integer_or(issues, "table_harmonics", 0);
     Some(ExcitationSpec {
+        table_harmonics: u32::try_from(table_harmonics?).ok()?,
         transmission_error: errors??,
         torque_ripple: ripples??,
     })

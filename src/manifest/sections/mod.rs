@@ -87,7 +87,7 @@ pub(super) fn resolve(
     });
     let source = model.as_ref().map(|model| &model.source);
     let excitation = match root.child(issues, "excitation") {
-        Child::Present(section) => excitation::read(&section, issues, source),
+        Child::Present(section) => excitation::read(&section, issues, source, mesh.as_ref()),
         Child::Absent => Some(ExcitationSpec::default()),
         Child::Invalid => None,
     };
