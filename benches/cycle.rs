@@ -24,7 +24,7 @@ use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Vol
 use atlas::reference::Reference;
 use common::Case;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use scenes::{drive, quiet, settled, volterra};
+use scenes::{computed, drive, quiet, settled, volterra};
 use serde_json::{Map, Value, json};
 use std::hint::black_box;
 use std::path::Path;
@@ -80,6 +80,8 @@ fn scenes() -> Vec<(String, Case)> {
         case.1.mesh = Division::levels(&[4.444e8, 3.333e8], &[ratio - 1.0]);
         scenes.push((format!("continuous/{ratio}"), case));
     }
+    scenes.push(("computed/60".to_owned(), computed(Some(60))));
+    scenes.push(("computed/course".to_owned(), computed(None)));
     scenes
 }
 

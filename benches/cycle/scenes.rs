@@ -2,7 +2,8 @@
 //! that a cycle takes.
 
 use crate::common::{self, Case};
-use atlas::model::{Division, InitialState, Model, OperatingPoint, TrajectoryState};
+use atlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
+use atlas::model::{Division, InitialState, Model, OperatingPoint, Stiffness, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use serde_json::{Value, json};
 
@@ -53,6 +54,52 @@ pub fn quiet(modes: usize) -> Case {
     let mut case = drive(modes, 1.0, 1200.0);
     case.1.transmission_error.clear();
     case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
+    case
+}
+
+/// Rattle with the mesh computed from the gears of the default drive, on stiff cores: means over
+/// equal segments, or the course as it is. Friction turns round at the pitch point.
+pub fn computed(segments: Option<usize>) -> Case {
+    let mut case = drive(40, 0.05, 1200.0);
+    let gears = GearPair {
+        teeth: [20, 30],
+        module: 4e-3,
+        pressure_angle: 20f64.to_radians(),
+        face_width: 20e-3,
+        body_length: [70e-3, 40e-3],
+        rated_torque: 50.0,
+        form: ToothForm {
+            bore: [Some(48e-3), Some(76e-3)],
+            ..ToothForm::default()
+        },
+    };
+    let inputs = MeshTableInputs {
+        longest_piece: 0.25,
+        ..MeshTableInputs::of_gears(&gears)
+    };
+    let flanks = Flanks::new(&gears).expect("the default gears mesh");
+    let table = MeshTable::build(&flanks, &inputs, &|_, _| ()).expect("their load is shared");
+    let cycle = table.cycle(0, 0);
+    case.1.friction = 0.05;
+    case.1.mesh = match segments {
+        Some(count) => (1..)
+            .zip(cycle.segment_means(count))
+            .map(|(number, means)| Division {
+                end: f64::from(number) / count as f64,
+                stiffness: Stiffness::constant(means.stiffness),
+                load_centre: means.centre,
+                friction: [means.friction, means.friction_lever],
+            })
+            .collect(),
+        None => (cycle.pieces().iter())
+            .map(|piece| Division {
+                end: piece.end,
+                stiffness: Stiffness::series(piece.stiffness),
+                load_centre: piece.centre,
+                friction: [piece.friction, piece.friction_lever],
+            })
+            .collect(),
+    };
     case
 }
 

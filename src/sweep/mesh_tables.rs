@@ -13,9 +13,13 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Longest piece of a table whose stiffness is used as it is, in mesh cycles: windows end with
-/// pieces, and the polynomials of longer ones would not be resolved.
+/// Longest piece of a table, in mesh cycles: the polynomials of longer ones would not be
+/// resolved.
 const LONGEST_PIECE: f64 = 0.25;
+
+/// The same where load centroid or friction matter and the stiffness is used as it is: their
+/// means over longer pieces would be the largest error of all.
+const LONGEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
@@ -114,7 +118,12 @@ impl MeshTables {
                 (report.misalignment().unwrap_or(unloaded), Some(report))
             }
         };
-        let cycle = self.cycle(spec, misalignment, force)?;
+        let turning = point.mesh.friction > 0.0 || misalignment != 0.0;
+        let longest = match spec.course {
+            CourseSpec::Continuous if turning => LONGEST_TURNING_PIECE,
+            _ => LONGEST_PIECE,
+        };
+        let cycle = self.cycle(spec, misalignment, force, longest)?;
         Ok(TabledMesh {
             divisions: divisions(&cycle, spec.course),
             mean_stiffness: cycle.mean_stiffness(),
@@ -142,7 +151,7 @@ impl MeshTables {
         let mut fault = None;
         let search = MisalignmentSearch::default();
         let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
-            let inputs = inputs(&spec.gears, misalignment, force);
+            let inputs = inputs(&spec.gears, misalignment, force, LONGEST_PIECE);
             match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
                 Ok(table) => table.cycle(0, 0).mean_centre(),
                 Err(error) => {
@@ -172,12 +181,13 @@ impl MeshTables {
         spec: &TableSpec,
         misalignment: f64,
         force: f64,
+        longest: f64,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let key = format!("{:?} {misalignment:e} {force:e}", spec.gears);
+        let key = format!("{:?} {misalignment:e} {force:e} {longest:e}", spec.gears);
         if let Some(known) = lock(&self.known).get(&key) {
             return Ok(known.clone());
         }
-        let inputs = inputs(&spec.gears, misalignment, force);
+        let inputs = inputs(&spec.gears, misalignment, force, longest);
         let fetched = self.store.mesh_table(&spec.gears, &inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
@@ -192,11 +202,11 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn inputs(gears: &GearPair, misalignment: f64, force: f64) -> MeshTableInputs {
+fn inputs(gears: &GearPair, misalignment: f64, force: f64, longest: f64) -> MeshTableInputs {
     let mut inputs = MeshTableInputs::of_gears(gears);
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
-    inputs.longest_piece = LONGEST_PIECE;
+    inputs.longest_piece = longest;
     inputs
 }
 

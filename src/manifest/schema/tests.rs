@@ -39,7 +39,9 @@ fn the_nearest_name_is_near() {
 
 #[test]
 fn ranges_read_as_words() {
-    let any = find(MANIFEST, "mesh.misalignment").unwrap().bounds;
+    let any = find(MANIFEST, "excitation.transmission_error.*.phase")
+        .unwrap()
+        .bounds;
     assert_eq!(
         find(MANIFEST, "mesh.friction").unwrap().bounds.words(),
         "at least 0 and less than 1"
