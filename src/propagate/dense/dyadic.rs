@@ -4,10 +4,11 @@
 //! down to Δ/2²⁰; the last stretch is a polynomial. What is left of a cell after an event is
 //! crossed by the binary digits of its length.
 
+use super::course::Course;
 use super::exits::{Bounds, Sight, Verdict};
 use super::exponential;
 use super::generator::Generator;
-use super::march::{Course, Exit, Method, Piece, Workspace};
+use super::march::{Exit, Method, Piece, Workspace};
 use super::matrix::{Operator, dot};
 use super::series::{BoundRows, Series, judge_all, locate};
 use super::show::Taylor;
@@ -80,7 +81,7 @@ impl<'m> Dyadic<'m> {
     /// # Errors
     /// Stiffness that varies within a segment, or a speed too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
-        let course = Course::new::<Tables>(model, cells, event_limit, None)?;
+        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
         let table = |generator: &Generator, class: usize| {
             Table::new(
                 generator,

@@ -5,7 +5,7 @@
 //! every level.
 
 use super::generator::Generator;
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 /// Largest product of rate and step that the series takes.
 const SERIES_REACH: f64 = 0.25;
@@ -58,38 +58,53 @@ const BOUND_TERMS: usize = 12;
 /// Room for rounding in a bound.
 const SLACK: f64 = 1.0 + 1e-9;
 
-/// Widens `bound`, entry by entry, to `|row e^{Lt}|` for all t in \[0, `duration`\]; gives
-/// `row e^{L duration}`.
+/// Widens `bound`, entry by entry, to `|row e^{Lt} through|` for all t in \[0, `duration`\].
 pub fn bound_row(
     generator: &Generator,
     rate: f64,
     duration: f64,
     row: &[f64],
+    through: Option<MatRef<'_, f64>>,
     bound: &mut [f64],
-) -> Vec<f64> {
+) {
     let pieces = (rate * duration / BOUND_REACH).ceil().max(1.0);
     let step = duration / pieces;
     let mut start = row.to_vec();
     let (mut term, mut next) = (vec![0.0; row.len()], vec![0.0; row.len()]);
     for _ in 0..pieces as usize {
         term.copy_from_slice(&start);
-        let mut end = start.clone();
-        let mut size: Vec<f64> = start.iter().map(|v| v.abs()).collect();
+        let mut size = vec![0.0; row.len()];
+        add_sizes(&term, through, &mut size);
         for k in 1..=BOUND_TERMS {
             generator.apply_to_row(&term, &mut next);
             for v in &mut next {
                 *v *= step / k as f64;
             }
             std::mem::swap(&mut term, &mut next);
-            for ((end, size), v) in end.iter_mut().zip(&mut size).zip(&term) {
-                *end += v;
-                *size += v.abs();
+            for (start, v) in start.iter_mut().zip(&term) {
+                *start += v;
             }
+            add_sizes(&term, through, &mut size);
         }
         for (bound, size) in bound.iter_mut().zip(&size) {
             *bound = bound.max(SLACK * size);
         }
-        start = end;
     }
-    start
+}
+
+/// Adds the sizes of the entries of `row · through`.
+fn add_sizes(row: &[f64], through: Option<MatRef<'_, f64>>, sizes: &mut [f64]) {
+    match through {
+        None => {
+            for (size, v) in sizes.iter_mut().zip(row) {
+                *size += v.abs();
+            }
+        }
+        Some(map) => {
+            for (j, size) in sizes.iter_mut().enumerate().take(map.ncols()) {
+                let column = map.col(j).iter().zip(row);
+                *size += column.map(|(m, r)| m * r).sum::<f64>().abs();
+            }
+        }
+    }
 }

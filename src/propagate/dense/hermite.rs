@@ -6,10 +6,11 @@
 //! product, the guard becomes a polynomial there, and its root is refined from the cubic through
 //! values and slopes at the nodes.
 
+use super::course::Course;
 use super::exits::{Sight, Verdict};
 use super::exponential;
 use super::generator::Generator;
-use super::march::{Course, Exit, Method, Piece, Workspace};
+use super::march::{Exit, Method, Piece, Workspace};
 use super::matrix::{Operator, dot, padded};
 use super::series::{BoundRows, Series, TERMS, judge_all, locate};
 use super::show::Taylor;
@@ -103,7 +104,7 @@ impl<'m> Hermite<'m> {
     /// # Errors
     /// Stiffness that varies within a segment, or a speed too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
-        let course = Course::new::<Tables>(model, cells, event_limit, None)?;
+        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
         let table = |generator: &Generator, class: usize| {
             Table::new(
                 generator,

@@ -5,13 +5,11 @@
 //! piece may not pass the end of its cell; in free flight, where the method allows it, only the
 //! end of the cycle and a change of direction. A method may also cross several cells at once.
 
+use super::course::{Clock, Course};
 use super::exits::{Margin, Sight};
-use super::generator::{Generator, Layout};
-use super::grid::Grid;
-use super::matrix::{Operator, dot, reach};
+use super::matrix::{dot, reach};
 use super::show::{Picture, show};
-use super::{DenseError, TableSize};
-use crate::model::{Contact, Model, Surface, TrajectoryState};
+use crate::model::{Contact, Surface, TrajectoryState};
 use crate::propagate::{Counters, Event, Observer, Stop, Tangents, saltation};
 
 /// Deflections beyond this many half gaps count as divergence.
@@ -90,32 +88,7 @@ pub(super) trait Method: Sync {
     }
 
     /// Moves a tangent vector over the cells just run.
-    fn follow_run(
-        &self,
-        _: &Piece,
-        _: usize,
-        _: &mut [f64],
-        _: &mut Self::Scratch,
-        _: &mut Counters,
-    ) {
-    }
-}
-
-/// What all table kernels know of their model.
-#[derive(Debug)]
-pub(super) struct Course<'m> {
-    pub model: &'m Model,
-    pub layout: Layout,
-    pub grid: Grid,
-    /// Generators in contact, one a class.
-    pub contact: Vec<Generator>,
-    /// Generators of free flight, one a flight.
-    pub flight: Vec<Generator>,
-    /// (cos, sin) of the transmission error's harmonics at the start of every cell.
-    phases: Vec<f64>,
-    event_limit: u32,
-    /// Events are put off to the next of so many equal parts of the cycle.
-    event_grid: Option<u32>,
+    fn follow_run(&self, _: &mut [f64], _: &mut Self::Scratch, _: &mut Counters) {}
 }
 
 /// Scratch memory of a table kernel.
@@ -129,77 +102,7 @@ pub struct Workspace<S> {
     scratch: S,
 }
 
-/// Where a piece starts.
-#[derive(Debug, Clone, Copy)]
-struct Clock {
-    cycle: u64,
-    /// Time within the cycle \[s\].
-    time: f64,
-    /// The cell in force.
-    cell: usize,
-    /// Whether it starts now.
-    aligned: bool,
-    crossed: Option<Surface>,
-}
-
-impl<'m> Course<'m> {
-    pub fn new<M: Method>(
-        model: &'m Model,
-        cells: u32,
-        event_limit: u32,
-        event_grid: Option<u32>,
-    ) -> Result<Self, DenseError> {
-        let grid = Grid::new(model, cells, M::REACH)?;
-        let segment = |class: usize| &model.cycle.segments[grid.classes[class].segment];
-        let contact = (0..grid.classes.len())
-            .map(|class| Generator::new(model, segment(class), true))
-            .collect();
-        let flight = (grid.flights.iter())
-            .map(|&class| Generator::new(model, segment(class), false))
-            .collect();
-        let phases = (grid.cells.iter())
-            .flat_map(|cell| {
-                (model.transmission_error.iter()).flat_map(|h| {
-                    let (sin, cos) = (h.angular_frequency * cell.start).sin_cos();
-                    [cos, sin]
-                })
-            })
-            .collect();
-        Ok(Self {
-            model,
-            layout: Layout::new(model),
-            contact,
-            flight,
-            phases,
-            event_limit,
-            event_grid,
-            grid,
-        })
-    }
-
-    /// Size of tables of these operators.
-    pub fn bytes<'o>(&self, operators: impl Iterator<Item = &'o Operator>) -> TableSize {
-        let (mut count, mut bytes) = (0, 0);
-        for operator in operators {
-            count += 1;
-            bytes += operator.bytes();
-        }
-        TableSize {
-            operators: count,
-            bytes,
-            cells: self.grid.cells.len(),
-        }
-    }
-
-    /// The generator in force on a cell.
-    pub fn generator(&self, cell: usize, contact: Contact) -> &Generator {
-        let class = self.grid.cells[cell].class;
-        match contact.touching() {
-            true => &self.contact[class],
-            false => &self.flight[self.grid.classes[class].flight],
-        }
-    }
-
+impl Course<'_> {
     pub fn workspace<S>(&self, scratch: S) -> Workspace<S> {
         let padded = self.layout.padded();
         Workspace {
@@ -314,7 +217,7 @@ impl<'m> Course<'m> {
                 self.show_run(&piece, cells, clock.cycle, w, observer);
             }
             for x in &mut w.tangents[..w.tangent_count] {
-                method.follow_run(&piece, cells, x, &mut w.scratch, counters);
+                method.follow_run(x, &mut w.scratch, counters);
                 counters.tangent_windows += 1;
             }
             self.align(clock, clock.cell + cells);
@@ -421,36 +324,6 @@ impl<'m> Course<'m> {
             stop += 1;
         }
         stop
-    }
-
-    fn align(&self, clock: &mut Clock, cell: usize) {
-        clock.time = self.grid.time(cell);
-        clock.cell = cell;
-        clock.aligned = true;
-    }
-
-    /// Writes the carried entries of the augmented state.
-    fn set_carried(&self, clock: &Clock, contact: Contact, z: &mut [f64]) {
-        let layout = &self.layout;
-        z[layout.constant()] = 1.0;
-        z[layout.side()] = contact.sign();
-        let (ripples, errors) =
-            z[layout.pairs()..layout.dimension()].split_at_mut(2 * layout.ripples);
-        for (pair, r) in ripples.chunks_exact_mut(2).zip(&self.model.ripple) {
-            let (sin, cos) = r.phase_at(clock.cycle, clock.time).sin_cos();
-            pair.copy_from_slice(&[cos, sin]);
-        }
-        if clock.aligned {
-            errors.copy_from_slice(&self.phases[clock.cell * errors.len()..][..errors.len()]);
-            return;
-        }
-        for (pair, h) in errors
-            .chunks_exact_mut(2)
-            .zip(&self.model.transmission_error)
-        {
-            let (sin, cos) = (h.angular_frequency * clock.time).sin_cos();
-            pair.copy_from_slice(&[cos, sin]);
-        }
     }
 
     /// The surface beyond which a piece starts, beyond round-off.

@@ -6,28 +6,37 @@
 //! | [`Dyadic`] | propagators for Δ/2ᵐ; an event is bracketed by halving, one product a guard evaluation |
 //! | [`Hermite`] | certificates from rows, a cubic Hermite guess, one or two more products |
 //! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products a piece |
+//! | [`Fused`] | the same, and certified runs of 1, 2, 4, 8 cells or a whole cycle in one product |
+//!
+//! [`PowerJumps`] crosses any number of cycles of constant contact.
 //!
 //! All march the augmented state of [`generator`] and share the loop of [`march`]: events are
 //! located to round-off on the same surfaces, with the same saltation, counters, observers and
 //! limits as every other kernel.
 
 mod basis;
+mod course;
 mod dyadic;
 mod eigen;
 mod exits;
 mod exponential;
+mod fused;
 mod generator;
 mod grid;
 mod hermite;
+mod jumps;
 mod march;
 mod matrix;
 mod series;
 mod show;
 mod spectral;
+mod steady;
 mod waves;
 
 pub use dyadic::Dyadic;
+pub use fused::Fused;
 pub use hermite::Hermite;
+pub use jumps::PowerJumps;
 pub use spectral::{Conditioning, Spectral};
 
 /// Why a table kernel cannot be built for a model.

@@ -56,8 +56,8 @@ impl BoundRows {
         let curvature = generator.curvature();
         let mut jerk = vec![0.0; padded];
         generator.apply_to_row(&curvature, &mut jerk);
-        bound_row(generator, rate, duration, &curvature, &mut second);
-        bound_row(generator, rate, duration, &jerk, &mut third);
+        bound_row(generator, rate, duration, &curvature, None, &mut second);
+        bound_row(generator, rate, duration, &jerk, None, &mut third);
         Self { second, third }
     }
 

@@ -3,8 +3,9 @@
 //! The state is carried from node to node by the Taylor series of the structured generator, so
 //! that what is shown does not depend on the kernel's tables.
 
+use super::course::Course;
 use super::generator::Generator;
-use super::march::{Course, Piece};
+use super::march::Piece;
 use super::matrix::dot;
 use crate::numerics::legendre::transforms24;
 use crate::propagate::{Observer, Window};

@@ -6,10 +6,11 @@
 //! spans.
 
 use super::basis::{Basis, POWERS};
+use super::course::Course;
 use super::exits::{Bounds, Margin, Sight};
 use super::exponential;
 use super::generator::Generator;
-use super::march::{Course, Exit, Method, Piece, Workspace};
+use super::march::{Exit, Method, Piece, Workspace};
 use super::matrix::{Operator, dot, padded};
 use super::series::locate;
 use super::waves;
@@ -257,14 +258,14 @@ impl<'m> Spectral<'m> {
         event_limit: u32,
         event_grid: Option<u32>,
     ) -> Result<Self, DenseError> {
-        let course = Course::new::<Tables>(model, cells, event_limit, event_grid)?;
+        let course = Course::new(model, cells, Tables::REACH, event_limit, event_grid)?;
         let tables = Tables::new(&course)?;
         Ok(Self { course, tables })
     }
 
     /// How well every basis behaves, contact first.
     pub fn conditioning(&self) -> Vec<Conditioning> {
-        self.tables.all().map(|table| table.conditioning).collect()
+        self.tables.conditioning().collect()
     }
 
     /// Size of the tables.
@@ -315,6 +316,10 @@ impl Tables {
 
     fn all(&self) -> impl Iterator<Item = &Table> {
         self.contact.iter().chain(&self.flight)
+    }
+
+    pub fn conditioning(&self) -> impl Iterator<Item = Conditioning> {
+        self.all().map(|table| table.conditioning)
     }
 
     pub fn operators(&self) -> impl Iterator<Item = &Operator> {
