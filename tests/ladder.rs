@@ -209,7 +209,11 @@ fn any_case() -> impl Strategy<Value = Case> {
                 let weights: Vec<f64> = (modes.iter().enumerate())
                     .map(|(i, mode)| if i == 0 { 1.0 } else { size * mode.1 })
                     .collect();
-                let mut structure = common::structure(&frequency, ratio, &weights, &weights);
+                // A nearly rigid mode would give way to a torque by kilometres.
+                let torque: Vec<f64> = (frequency.iter().zip(&weights))
+                    .map(|(f, w)| if (1e-9..20.0).contains(f) { 0.0 } else { *w })
+                    .collect();
+                let mut structure = common::structure(&frequency, ratio, &weights, &torque);
                 let rigid = |i: usize| frequency[i] == 0.0;
                 structure.mesh_tilt = (0..count)
                     .map(|i| if rigid(i) { 0.0 } else { size * modes[i].2 })
@@ -264,7 +268,11 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
         prop_assert!(basis.reconstruction < 1e-10, "{basis:?}");
     }
     let exact = volterra(&model);
-    let mut start = model.start(&atlas::model::InitialState::Static);
+    // Just in contact, at rest: nearly rigid modes have no equilibrium within reach.
+    let rigid = model.relative_rotation().unwrap();
+    let mut state = vec![0.0; 2 * model.modes()];
+    state[rigid] = 1.2 * model.half_gap / model.first_gains()[rigid].deflection[0];
+    let mut start = TrajectoryState::new(&model, state, 0);
     let mut compared = 0;
     for _ in 0..6 {
         let Ok((end, events)) = cycle(&exact, &start) else {

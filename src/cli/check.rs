@@ -289,6 +289,9 @@ fn kernel(kernel: &KernelSpec) -> String {
         }
         KernelSpec::Volterra { tolerance } => format!("kernel volterra to {tolerance:e}"),
         KernelSpec::Stepping { steps } => format!("kernel stepping, {steps} steps a cycle"),
+        KernelSpec::Tables { ladder, cells } => {
+            format!("kernel {}, at least {cells} cells", ladder.name())
+        }
     }
 }
 
@@ -342,6 +345,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         "kernel": first.map(|p| match p.run.kernel {
             KernelSpec::Volterra { .. } => "volterra",
             KernelSpec::Stepping { .. } => "stepping",
+            KernelSpec::Tables { ladder, .. } => ladder.name(),
         }),
         "analyses": first.map(|p| {
             let names = [

@@ -6,9 +6,9 @@
 use super::sections::Resolved;
 use super::spec::{
     AnalysesSpec, Axis, Carried, DampingSpec, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
-    LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec,
-    RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource, TorqueRipple,
-    TransmissionErrorHarmonic, TwoLevels,
+    Ladder, LyapunovSpec, MeshSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec,
+    PoincareSpec, RunSpec, SectionSpec, ShaftName, SliceSpec, StiffnessSpec, StructureSource,
+    TorqueRipple, TransmissionErrorHarmonic, TwoLevels,
 };
 use crate::gear::GearPair;
 use crate::shaft::{Bearing, BearingGain, FlexibleDrive, ModalStructure, Shaft};
@@ -328,6 +328,16 @@ impl JobHash {
             KernelSpec::Stepping { steps } => {
                 self.text("stepping");
                 self.integer(u64::from(*steps));
+            }
+            KernelSpec::Tables { ladder, cells } => {
+                self.text(ladder.name());
+                self.integer(u64::from(*cells));
+                if let Ladder::Spectral {
+                    event_grid: Some(parts),
+                } = ladder
+                {
+                    self.integer(u64::from(*parts));
+                }
             }
         }
         match initial {

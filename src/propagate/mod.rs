@@ -16,7 +16,9 @@ mod tangents;
 mod volterra;
 
 pub use counters::Counters;
-pub use dense::{Conditioning, DenseError, Dyadic, Fused, Hermite, PowerJumps, Spectral, TableSize};
+pub use dense::{
+    Conditioning, DenseError, Dyadic, Fused, Hermite, PowerJumps, Spectral, TableSize,
+};
 pub use observer::{Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;

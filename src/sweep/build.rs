@@ -11,7 +11,7 @@ use crate::manifest::{
 use crate::model::{
     Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
-use crate::propagate::Volterra;
+use crate::propagate::{DenseError, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,6 +25,9 @@ pub enum BuildError {
     /// The model cannot be formed.
     #[error("the model cannot be formed: {0}")]
     Model(#[from] ModelError),
+    /// The kernel's tables cannot be built.
+    #[error(transparent)]
+    Tables(#[from] DenseError),
     /// There is no such slice of initial states.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),

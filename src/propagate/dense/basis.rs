@@ -20,11 +20,12 @@ use super::matrix::padded;
 use crate::numerics::linalg;
 use faer::{Mat, c64};
 
-/// Eigenvalues below this over a mesh period are slow.
-const SLOW: f64 = 0.05;
+/// Eigenvalues below this over a mesh period are slow: splitting the constant input off a wave
+/// of rate λ loses a factor (λT)⁻² of accuracy.
+const SLOW: f64 = 0.5;
 
-/// Highest power of the slow group's polynomial: 0.05⁹/9! is 10⁻¹⁸.
-pub const POWERS: usize = 8;
+/// Highest power of the slow group's polynomial: 0.5¹⁵/15! is 10⁻¹⁷.
+pub const POWERS: usize = 14;
 
 /// Largest condition number of a basis that serves.
 const WORST_CONDITION: f64 = 1e9;
@@ -45,7 +46,7 @@ pub struct Basis {
     pub nu: Vec<f64>,
     /// Slow coordinates m; 1 and s follow them.
     pub slow: usize,
-    /// Gᵏ/k! of the slow group with its constants, k = 0 … [`POWERS`].
+    /// Gᵏ/k! of the slow group with its constants, k = 0 … [`POWERS`] or as far as they go.
     pub powers: Vec<Mat<f64>>,
     /// Condition number of the eigenvector basis of the blocks, in scaled coordinates.
     pub condition: f64,
@@ -112,7 +113,7 @@ impl Basis {
                 condition: f64::INFINITY,
             });
         };
-        if !(condition <= WORST_CONDITION) {
+        if condition.is_nan() || condition > WORST_CONDITION {
             return Err(DenseError::Defective { condition });
         }
         follow(&a, &apart, &waves, &mut columns);
@@ -289,7 +290,12 @@ impl Basis {
         }
         let mut powers = vec![Mat::<f64>::identity(m + 2, m + 2)];
         for k in 1..=POWERS {
-            powers.push(&g * &powers[k - 1] * faer::Scale(1.0 / k as f64));
+            let power = &g * &powers[k - 1] * faer::Scale(1.0 / k as f64);
+            // A nilpotent group's series ends early.
+            if power.norm_max() == 0.0 {
+                break;
+            }
+            powers.push(power);
         }
         let rates = |value: fn(&(f64, f64)) -> f64, harmonic: fn(&f64) -> f64| {
             let own = parts.waves.iter().map(value);
@@ -312,8 +318,9 @@ impl Basis {
 
     /// `e^{Gt}` of the slow group with its constants.
     pub fn slow_exponential(&self, time: f64) -> Mat<f64> {
-        let mut sum = self.powers[POWERS].clone();
-        for power in self.powers[..POWERS].iter().rev() {
+        let size = self.slow + 2;
+        let mut sum = Mat::zeros(size, size);
+        for power in self.powers.iter().rev() {
             sum = sum * faer::Scale(time) + power;
         }
         sum

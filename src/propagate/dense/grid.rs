@@ -70,8 +70,7 @@ impl Grid {
             rate,
         };
         let fewest = f64::from(cells).max(rate * cycle.period / reach);
-        // Written so that a rate that is not finite is refused too.
-        if !(fewest <= MOST_CELLS) {
+        if fewest.is_nan() || fewest > MOST_CELLS {
             return Err(DenseError::TooManyCells { cells: fewest });
         }
         for (segment, s) in cycle.segments.iter().enumerate() {

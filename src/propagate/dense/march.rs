@@ -189,7 +189,7 @@ impl Course<'_> {
         self.set_carried(clock, *contact, &mut w.state);
         let generator = self.generator(clock.cell, *contact);
         let deflection = dot(&generator.deflection, &w.state);
-        if !(deflection.abs() <= FARTHEST * self.model.half_gap) {
+        if deflection.is_nan() || deflection.abs() > FARTHEST * self.model.half_gap {
             return Err(Stop::Diverged { cycle: clock.cycle });
         }
         let whole = clock.aligned && stop == clock.cell + 1;
@@ -333,6 +333,8 @@ impl Course<'_> {
             deflection: [deflection, 0.0, 0.0],
         };
         Margin::of(piece.contact, self.model.half_gap)
+            // The surface just crossed is where it was found, to the round-off of finding it.
+            .filter(|margin| piece.crossed != Some(margin.surface))
             .find(|margin| margin.see(&sight).value < -piece.noise)
             .map(|margin| margin.surface)
     }

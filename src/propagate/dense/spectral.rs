@@ -182,8 +182,8 @@ impl Table {
             &mut factors.sine[..lanes],
         );
         let entries = self.slow * self.slow;
-        factors.slow[..entries].copy_from_slice(&self.powers[POWERS]);
-        for power in self.powers[..POWERS].iter().rev() {
+        factors.slow[..entries].fill(0.0);
+        for power in self.powers.iter().rev() {
             for (entry, p) in factors.slow[..entries].iter_mut().zip(power) {
                 *entry = *entry * time + p;
             }
@@ -211,6 +211,8 @@ struct Guard<'t> {
     table: &'t Table,
     amplitudes: [&'t [f64]; 2],
     polynomial: [f64; POWERS + 1],
+    /// Powers of time in use.
+    terms: usize,
 }
 
 impl Guard<'_> {
@@ -219,7 +221,7 @@ impl Guard<'_> {
         let table = self.table;
         let [a, b, c] = waves::sum([&table.alpha, &table.nu], self.amplitudes, time);
         let [mut value, mut slope, mut half_curvature] = [0.0; 3];
-        for q in self.polynomial.iter().rev() {
+        for q in self.polynomial[..self.terms].iter().rev() {
             half_curvature = half_curvature * time + slope;
             slope = slope * time + value;
             value = value * time + q;
@@ -231,7 +233,7 @@ impl Guard<'_> {
     fn bounds(&self, time: f64) -> [f64; 3] {
         let mut bounds = [0.0; 3];
         for (order, bound) in bounds.iter_mut().enumerate() {
-            for k in (order + 1..=POWERS).rev() {
+            for k in (order + 1..self.terms).rev() {
                 let falling: usize = (k - order..=k).product();
                 *bound = *bound * time + falling as f64 * self.polynomial[k].abs();
             }
@@ -414,6 +416,7 @@ impl Method for Tables {
             table,
             amplitudes: [&re[..lanes], &im[..lanes]],
             polynomial: [0.0; POWERS + 1],
+            terms: table.polynomial.len() / table.slow,
         };
         let rows = table.polynomial.chunks_exact(table.slow);
         for (q, row) in guard.polynomial.iter_mut().zip(rows) {
