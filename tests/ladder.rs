@@ -81,10 +81,6 @@ fn hold<K: Kernel>(name: &str, model: &Model, kernel: &K) {
         work += counters;
         start = end;
     }
-    println!(
-        "{name}: state {state:.1e}, time {time:.1e}, {} events",
-        work.events
-    );
     assert!(state < 5e-13 && time < 1e-13, "{name}: {state:e} {time:e}");
     assert!(work.events >= 8, "{name} does not rattle");
 }

@@ -1,9 +1,9 @@
 //! Dense operators and their products with a vector: the inner loops of the table kernels.
 //!
-//! An operator is stored in panels of up to 32 rows; within a panel column follows column, so
-//! that a product reads memory once and in order. Rows are padded to a multiple of 8 doubles
-//! and start on cache lines. The instruction set is chosen at run time; results differ between
-//! sets within rounding (fused or separate multiply-add), never between runs on one.
+//! An operator is stored column after column, rows padded to a multiple of 8 doubles and starting
+//! on cache lines, so that a product reads memory once and in order; eight columns are added to
+//! the result at a time. The instruction set is chosen at run time; results differ between sets
+//! within rounding (fused or separate multiply-add), never between runs on one.
 
 use faer::MatRef;
 use multiversion::multiversion;
@@ -12,8 +12,8 @@ use multiversion::target::target_cfg_f;
 /// Doubles in a lane group.
 pub const LANES: usize = 8;
 
-/// Lane groups in a panel.
-const PANEL: usize = 4;
+/// Columns added at a time.
+const TOGETHER: usize = 8;
 
 /// One lane group, on a cache line of its own.
 #[derive(Debug, Clone, Copy)]
@@ -38,18 +38,18 @@ impl Operator {
     pub fn new(matrix: MatRef<'_, f64>) -> Self {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
         let groups = padded(rows) / LANES;
-        let mut data = Vec::with_capacity(groups * columns);
-        for panel in (0..groups).step_by(PANEL) {
-            for column in 0..columns {
-                for group in panel..groups.min(panel + PANEL) {
-                    let entry = |row: usize| match row < rows {
-                        true => matrix[(row, column)],
-                        false => 0.0,
-                    };
-                    data.push(Lanes(std::array::from_fn(|l| entry(group * LANES + l))));
-                }
-            }
-        }
+        let entry = |row: usize, column: usize| match row < rows {
+            true => matrix[(row, column)],
+            false => 0.0,
+        };
+        let data = (0..columns)
+            .flat_map(|column| {
+                let entry = &entry;
+                (0..groups).map(move |group| {
+                    Lanes(std::array::from_fn(|l| entry(group * LANES + l, column)))
+                })
+            })
+            .collect();
         Self {
             data,
             groups,
@@ -76,54 +76,38 @@ impl Operator {
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn multiply(data: &[Lanes], x: &[f64], y: &mut [f64]) {
     if target_cfg_f!(target_feature = "fma") {
-        panels::<true>(data, x, y);
+        columns::<true>(data, x, y);
     } else {
-        panels::<false>(data, x, y);
+        columns::<false>(data, x, y);
     }
 }
 
 #[inline(always)]
-fn panels<const FUSED: bool>(mut data: &[Lanes], x: &[f64], y: &mut [f64]) {
-    for y in y.chunks_mut(PANEL * LANES) {
-        let (panel, rest) = data.split_at(y.len() / LANES * x.len());
-        match y.len() / LANES {
-            4 => rows::<4, FUSED>(panel, x, y),
-            3 => rows::<3, FUSED>(panel, x, y),
-            2 => rows::<2, FUSED>(panel, x, y),
-            _ => rows::<1, FUSED>(panel, x, y),
-        }
-        data = rest;
-    }
-}
-
-/// A panel of `G` lane groups. Even and odd columns are summed apart, so that additions need
-/// not wait for one another.
-#[inline(always)]
-fn rows<const G: usize, const FUSED: bool>(panel: &[Lanes], x: &[f64], y: &mut [f64]) {
-    let mut sums = [[[0.0; LANES]; G]; 2];
-    let (columns, _) = panel.as_chunks::<G>();
-    let (pairs, last) = columns.as_chunks::<2>();
-    let (values, last_value) = x.as_chunks::<2>();
-    for (pair, value) in pairs.iter().zip(values) {
-        for side in 0..2 {
-            for g in 0..G {
+fn columns<const FUSED: bool>(data: &[Lanes], x: &[f64], y: &mut [f64]) {
+    let (y, _) = y.as_chunks_mut::<LANES>();
+    y.fill([0.0; LANES]);
+    let groups = y.len();
+    let (together, last) = x.as_chunks::<TOGETHER>();
+    let (whole, rest) = data.split_at(together.len() * TOGETHER * groups);
+    for (x, block) in together.iter().zip(whole.chunks_exact(TOGETHER * groups)) {
+        let column = |k: usize| &block[k * groups..][..groups];
+        let c: [&[Lanes]; TOGETHER] = std::array::from_fn(column);
+        for (i, y) in y.iter_mut().enumerate() {
+            let mut sum = *y;
+            for k in 0..TOGETHER {
+                let c = &c[k][i].0;
                 for l in 0..LANES {
-                    sums[side][g][l] =
-                        fma::<FUSED>(pair[side][g].0[l], value[side], sums[side][g][l]);
+                    sum[l] = fma::<FUSED>(c[l], x[k], sum[l]);
                 }
             }
+            *y = sum;
         }
     }
-    for (column, value) in last.iter().zip(last_value) {
-        for g in 0..G {
+    for (x, column) in last.iter().zip(rest.chunks_exact(groups)) {
+        for (y, c) in y.iter_mut().zip(column) {
             for l in 0..LANES {
-                sums[0][g][l] = fma::<FUSED>(column[g].0[l], *value, sums[0][g][l]);
+                y[l] = fma::<FUSED>(c.0[l], *x, y[l]);
             }
-        }
-    }
-    for g in 0..G {
-        for l in 0..LANES {
-            y[g * LANES + l] = sums[0][g][l] + sums[1][g][l];
         }
     }
 }

@@ -138,6 +138,9 @@ pub fn sum(rates: [&[f64]; 2], amplitudes: [&[f64]; 2], time: f64) -> [f64; 3] {
 
 const LANES: usize = 8;
 
+/// Waves whose factors are formed at a time.
+const BLOCK: usize = 32;
+
 #[inline(always)]
 fn sum_body<const FUSED: bool>(
     [alpha, nu]: [&[f64]; 2],
@@ -145,18 +148,30 @@ fn sum_body<const FUSED: bool>(
     time: f64,
 ) -> [f64; 3] {
     let mut sums = [[0.0; LANES]; 3];
-    let (alpha, nu) = (alpha.as_chunks::<LANES>().0, nu.as_chunks::<LANES>().0);
-    let (re, im) = (re.as_chunks::<LANES>().0, im.as_chunks::<LANES>().0);
-    for i in 0..alpha.len().min(nu.len()).min(re.len()).min(im.len()) {
-        for l in 0..LANES {
-            let (a, n) = (alpha[i][l], nu[i][l]);
-            let (c, s) = factor::<FUSED>(a, n, time);
-            let x = re[i][l] * c - im[i][l] * s;
-            let y = re[i][l] * s + im[i][l] * c;
-            let (dx, dy) = (a * x - n * y, a * y + n * x);
-            sums[0][l] += x;
-            sums[1][l] += dx;
-            sums[2][l] += a * dx - n * dy;
+    let (mut cosine, mut sine) = ([0.0; BLOCK], [0.0; BLOCK]);
+    for start in (0..alpha.len()).step_by(BLOCK) {
+        let block = start..alpha.len().min(start + BLOCK);
+        let (alpha, nu) = (&alpha[block.clone()], &nu[block.clone()]);
+        let (re, im) = (&re[block.clone()], &im[block.clone()]);
+        let (cosine, sine) = (&mut cosine[..block.len()], &mut sine[..block.len()]);
+        factors_body::<FUSED>([alpha, nu], time, cosine, sine);
+        let (a, n) = (alpha.as_chunks::<LANES>().0, nu.as_chunks::<LANES>().0);
+        let (p, q) = (re.as_chunks::<LANES>().0, im.as_chunks::<LANES>().0);
+        let (c, s) = (cosine.as_chunks::<LANES>().0, sine.as_chunks::<LANES>().0);
+        for i in 0..block.len() / LANES {
+            let x: [f64; LANES] = std::array::from_fn(|l| p[i][l] * c[i][l] - q[i][l] * s[i][l]);
+            let y: [f64; LANES] = std::array::from_fn(|l| p[i][l] * s[i][l] + q[i][l] * c[i][l]);
+            let dx: [f64; LANES] = std::array::from_fn(|l| a[i][l] * x[l] - n[i][l] * y[l]);
+            let dy: [f64; LANES] = std::array::from_fn(|l| a[i][l] * y[l] + n[i][l] * x[l]);
+            for l in 0..LANES {
+                sums[0][l] += x[l];
+            }
+            for l in 0..LANES {
+                sums[1][l] += dx[l];
+            }
+            for l in 0..LANES {
+                sums[2][l] += a[i][l] * dx[l] - n[i][l] * dy[l];
+            }
         }
     }
     sums.map(|s| ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])))
