@@ -12,7 +12,7 @@ use crate::manifest::{
 use crate::model::{
     Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
-use crate::propagate::Volterra;
+use crate::propagate::{DenseError, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::TableStore;
 use std::collections::{HashMap, HashSet};
@@ -30,6 +30,9 @@ pub enum BuildError {
     /// The mesh cannot be computed from the drawing of the gears.
     #[error("the mesh cannot be computed: {0}")]
     Mesh(#[from] MeshError),
+    /// The kernel's tables cannot be built.
+    #[error(transparent)]
+    Tables(#[from] DenseError),
     /// There is no such slice of initial states.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),
