@@ -1,0 +1,204 @@
+//! Kernels against integrators that share nothing with them but the model: one in doubles,
+//! and one in extended precision that knows the trajectory to some 30 digits.
+
+use super::candidate::{Candidate, Course};
+use super::drives::{self, Case};
+use super::{Extent, Line, Subjects, Trouble};
+use crate::analysis::EnergyNorm;
+use crate::model::{InitialState, Model, TrajectoryState};
+use crate::reference::{Extended, ExtendedPassage, Reference};
+
+/// A trajectory known to all digits, cycle by cycle, each from the rounded end of the one
+/// before.
+struct Truth {
+    name: String,
+    model: Model,
+    norm: EnergyNorm,
+    cycles: Vec<(TrajectoryState, ExtendedPassage)>,
+}
+
+/// How far a kernel goes astray.
+#[derive(Debug, Clone, Copy, Default)]
+struct Departure {
+    /// Of states after one cycle, energy norm \[half gaps\].
+    state: f64,
+    /// Of event times \[cycles\].
+    time: f64,
+    /// Cycles with another sequence of events, or counted otherwise than shown.
+    strays: usize,
+}
+
+impl Truth {
+    fn new(case: &Case, cycles: u64) -> Result<Self, Trouble> {
+        let model = case.model()?;
+        let mut passages = Vec::new();
+        let extended = Extended::new(&model);
+        let mut start = drives::rattling(&model)?;
+        for _ in 0..cycles {
+            let passage = extended.march(&start, 1)?;
+            let end = passage.end();
+            passages.push((start, passage));
+            start = end;
+        }
+        Ok(Self {
+            name: case.name.clone(),
+            norm: EnergyNorm::new(&model),
+            cycles: passages,
+            model,
+        })
+    }
+
+    fn events(&self) -> usize {
+        let events = self.cycles.iter().map(|(_, exact)| exact.crossings.len());
+        events.sum()
+    }
+
+    /// Error of a state \[half gaps\].
+    fn error(&self, exact: &ExtendedPassage, state: &[f64]) -> f64 {
+        let error = self.norm.length(&exact.difference(state)) / self.norm.unit();
+        // A maximum would swallow it.
+        if error.is_nan() { f64::INFINITY } else { error }
+    }
+
+    fn departure(&self, kernel: &Candidate) -> Result<Departure, Trouble> {
+        let kernel = kernel.on(&self.model);
+        let mut worst = Departure::default();
+        for (start, exact) in &self.cycles {
+            let Course {
+                end,
+                events,
+                counters,
+            } = kernel.course(start, 1)?;
+            let pairs = || events.iter().zip(&exact.crossings);
+            let same = events.len() == exact.crossings.len()
+                && counters.events == events.len() as u64
+                && end.contact == exact.contact
+                && pairs().all(|(a, b)| (a.cycle, a.from, a.to) == (b.cycle, b.from, b.to));
+            worst.strays += usize::from(!same);
+            worst.state = worst.state.max(self.error(exact, &end.state));
+            for (event, crossing) in pairs() {
+                let late = (event.time - crossing.time.value()) - crossing.time.rest();
+                worst.time = worst.time.max(late.abs() / self.model.period());
+            }
+        }
+        Ok(worst)
+    }
+
+    /// The same of the reference integrator, states only.
+    fn departure_of_reference(&self, cycles: usize) -> Result<f64, Trouble> {
+        let reference = Reference::new(&self.model);
+        let mut worst = 0.0f64;
+        for (start, exact) in self.cycles.iter().take(cycles) {
+            let end = reference.march(start, 1)?.end;
+            worst = worst.max(self.error(exact, &end.state));
+        }
+        Ok(worst)
+    }
+}
+
+const EXTENDED: &str = "integrator of 30 digits";
+
+/// Single mesh cycles of rattle: state, event times, sequence of events.
+pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let cycles = subjects.extent.pick(12, 120);
+    let mut truths = Vec::new();
+    for case in &subjects.cases {
+        truths.push(Truth::new(case, cycles)?);
+    }
+    if subjects.extent == Extent::Full {
+        for case in drives::grid()? {
+            truths.push(Truth::new(&case, cycles)?);
+        }
+    }
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let mut all = Departure::default();
+        for truth in &truths {
+            let one = truth.departure(kernel)?;
+            lines.push(Line::at_most(
+                format!("{}: state after a cycle, {}", kernel.name, truth.name),
+                EXTENDED,
+                one.state,
+                1e-13,
+                "half gaps",
+            ));
+            all.time = all.time.max(one.time);
+            all.strays += one.strays;
+        }
+        let events: usize = truths.iter().map(Truth::events).sum();
+        let marched: usize = truths.iter().map(|truth| truth.cycles.len()).sum();
+        lines.push(Line::at_most(
+            format!("{}: times of {events} events", kernel.name),
+            EXTENDED,
+            all.time,
+            1e-14,
+            "cycles",
+        ));
+        lines.push(Line::at_most(
+            format!("{}: sequence of events, {marched} cycles", kernel.name),
+            EXTENDED,
+            all.strays as f64,
+            0.0,
+            "cycles",
+        ));
+        lines.push(Line::between(
+            format!("{}: events met", kernel.name),
+            "a drive that rattles",
+            events as f64 / marched as f64,
+            [1.0, 20.0],
+            "per cycle",
+        ));
+    }
+    let mut worst = 0.0f64;
+    for truth in &truths {
+        worst = worst.max(truth.departure_of_reference(4)?);
+    }
+    lines.push(Line::at_most(
+        "the reference integrator: state after a cycle",
+        EXTENDED,
+        worst,
+        1e-13,
+        "half gaps",
+    ));
+    Ok(lines)
+}
+
+/// Many cycles without an event, where errors add up and are not mixed by rattle.
+pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let cycles = subjects.extent.pick(20, 1000);
+    let mut known = Vec::new();
+    for case in &subjects.cases {
+        let case = case.in_constant_contact();
+        let model = case.model()?;
+        let start = model.start(&InitialState::Static);
+        let exact = Reference::new(&model).march(&start, cycles)?;
+        known.push((model, start, exact));
+    }
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let (mut worst, mut events) = (0.0f64, 0);
+        for (model, start, exact) in &known {
+            let course = kernel.on(model).course(start, cycles)?;
+            let norm = EnergyNorm::new(model);
+            let apart = norm.distance(&course.end.state, &exact.end.state) / norm.unit();
+            worst = if apart.is_nan() {
+                f64::INFINITY
+            } else {
+                worst.max(apart)
+            };
+            events += course.events.len() + exact.crossings.len();
+        }
+        lines.push(Line::at_most(
+            format!(
+                "{}: {cycles} cycles in contact, {} drives, {events} events",
+                kernel.name,
+                known.len()
+            ),
+            "reference integrator",
+            worst,
+            1e-12,
+            "half gaps",
+        ));
+    }
+    Ok(lines)
+}
