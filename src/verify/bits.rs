@@ -50,11 +50,7 @@ fn on_threads<T: Send>(
 /// Probes of attractors and a mesh table on one thread and on three.
 pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let kernel = subjects.kernel()?;
-    let case = subjects
-        .cases
-        .first()
-        .ok_or(Trouble::Missing { what: "a drive" })?;
-    let model = case.model()?;
+    let model = subjects.default_drive()?.model()?;
     let question = MultistabilityQuestion {
         seed: 1,
         point_id: 0,

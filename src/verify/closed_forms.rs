@@ -2,6 +2,7 @@
 
 use super::candidate::Candidate;
 use super::drives::{self, structure};
+use super::report::worse;
 use super::{Line, Subjects, Trouble};
 use crate::model::{
     Contact, Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
@@ -28,7 +29,7 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 what: "an eigenvalue of the kernel's map",
             })?;
             for (found, exact) in found.iter().zip(exponents) {
-                worst = worst.max((found.0.hypot(found.1).ln() - exact).abs());
+                worst = worse(worst, (found.0.hypot(found.1).ln() - exact).abs());
             }
             if found.len() != exponents.len() {
                 worst = f64::NAN;
@@ -200,14 +201,14 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                         false => never = middle,
                     }
                 }
-                worst = worst.max((0.5 * (never + always) / exact - 1.0).abs());
+                worst = worse(worst, (0.5 * (never + always) / exact - 1.0).abs());
             }
         }
         lines.push(Line::at_most(
             format!("{}: amplitude that touches a stop", kernel.name),
             "d sqrt((k - w^2)^2 + c^2 w^2)",
             worst,
-            1e-9,
+            1e-11,
             "relative",
         ));
     }
@@ -256,7 +257,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         };
         for (index, event) in course.events.iter().take(2 * bounces).enumerate() {
             let time = event.cycle as f64 + event.time / model.period();
-            worst = f64::max(worst, (time - exact(index) / model.period()).abs());
+            worst = worse(worst, (time - exact(index) / model.period()).abs());
         }
         lines.push(Line::at_most(
             format!("{}: times of {bounces} bounces", kernel.name),

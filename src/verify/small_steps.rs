@@ -75,11 +75,12 @@ fn order_through_events(model: &Model, cycles: u32) -> Result<f64, Trouble> {
 /// Observed orders on the smallest and the largest drive.
 pub fn order(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(8, 40);
-    let (Some(first), Some(last)) = (subjects.cases.first(), subjects.cases.last()) else {
-        return Err(Trouble::Missing { what: "a drive" });
-    };
+    let mut ends = vec![subjects.default_drive()?];
+    if let [first, _, ..] = &subjects.cases[..] {
+        ends.insert(0, first);
+    }
     let mut lines = Vec::new();
-    for case in [first, last] {
+    for case in ends {
         lines.push(Line::between(
             format!("stepping: order in contact, {}", case.name),
             "reference integrator",

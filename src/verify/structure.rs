@@ -1,9 +1,13 @@
 //! Beam elements, discs, bearings and ties against published natural frequencies, within half
-//! a unit of the last digit printed.
+//! a unit of the last digit printed, and the default drive against another assembly.
 
-use super::{Line, Subjects, Trouble};
+use super::report::worse;
+use super::{Line, Subjects, Trouble, drives};
 use crate::shaft::{Assembly, BeamElement, Disc, Freedom, Material, Modes, Section, ShaftError};
 use std::f64::consts::TAU;
+
+/// Modes of the default drive from an independent finite-element assembly.
+const ASSEMBLY: &str = include_str!("../../tests/data/default-drive.modal.toml");
 
 /// The steel shaft of both rotors: 1.5 m × 50 mm in six Timoshenko elements with Cowper's shear
 /// coefficient.
@@ -52,7 +56,7 @@ fn worst(found: &[f64], published: &[f64]) -> f64 {
         return f64::NAN;
     }
     let apart = found.iter().zip(published).map(|(a, b)| (a - b).abs());
-    apart.fold(0.0, f64::max)
+    apart.fold(0.0, worse)
 }
 
 /// Two rotors at rest.
@@ -146,5 +150,27 @@ pub fn geared_torsion(_: &Subjects) -> Result<Vec<Line>, Trouble> {
         worst(&hertz, &[0.0, 425.4, 634.1, 3247.2]),
         0.05,
         "Hz",
+    )])
+}
+
+/// Elastic frequencies of the default drive, relative.
+pub fn assembly(_: &Subjects) -> Result<Vec<Line>, Trouble> {
+    const MISSING: Trouble = Trouble::Missing {
+        what: "the frequencies of the other assembly",
+    };
+    let table: toml::Table = ASSEMBLY.parse().map_err(|_| MISSING)?;
+    let column = table.get("frequency").and_then(toml::Value::as_array);
+    let theirs: Vec<f64> = (column.ok_or(MISSING)?.iter())
+        .filter_map(toml::Value::as_float)
+        .collect();
+    let ours = drives::shafts()?.modes(theirs.len(), theirs.len(), false)?;
+    let elastic = (ours.frequency.iter().zip(&theirs)).filter(|(_, other)| **other > 0.0);
+    let ratios: Vec<f64> = elastic.map(|(a, b)| a / b).collect();
+    Ok(vec![Line::at_most(
+        format!("default drive, {} elastic modes", ratios.len()),
+        "independent finite-element assembly",
+        worst(&ratios, &vec![1.0; theirs.len() - 2]),
+        1e-6,
+        "relative",
     )])
 }
