@@ -10,6 +10,7 @@ pub mod run;
 pub mod show;
 pub mod table;
 pub mod trace;
+pub mod verify;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
@@ -49,6 +50,9 @@ enum Command {
     Trace(trace::TraceArgs),
     /// Build, list, show, verify or remove computed tables
     Table(table::TableArgs),
+    /// Check this build on this machine against closed forms, published values and independent
+    /// integrators
+    Verify(verify::VerifyArgs),
     /// Print a completion script for a shell
     Completions {
         /// The shell
@@ -65,6 +69,7 @@ pub fn main() -> ExitCode {
         Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),
         Command::Table(args) => table::run(&args),
+        Command::Verify(args) => verify::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);
