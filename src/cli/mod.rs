@@ -3,6 +3,7 @@
 
 pub mod check;
 mod earlier;
+pub mod merge;
 pub mod plot;
 mod point;
 mod progress;
@@ -41,6 +42,8 @@ enum Command {
     Run(run::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),
+    /// Join the shards of a job into one set of results
+    Merge(merge::MergeArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),

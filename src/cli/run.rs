@@ -181,6 +181,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             obtained: "not bound".to_owned(),
         },
         totals,
+        shards: Vec::new(),
         warnings,
         manifest_hash: job.hash.clone(),
         manifest: job.text.clone(),

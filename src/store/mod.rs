@@ -21,6 +21,7 @@ mod error;
 mod file;
 mod horizon;
 mod journal;
+mod merge;
 mod nvh;
 mod orbits;
 mod probes;
@@ -30,6 +31,7 @@ mod run;
 mod table;
 mod tables;
 mod trace;
+mod weave;
 mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
@@ -44,11 +46,13 @@ pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
 pub use horizon::{HorizonRow, horizon_table};
 pub use journal::{Journal, SYNC_INTERVAL, journal_path};
+pub use merge::{MergeError, merge};
 pub use orbits::{OrbitRow, orbits_table};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
 pub use run::{
-    MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Totals, write_run,
+    MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, ShardRecord, Totals,
+    write_run,
 };
 pub use table::{Column, Table};
 pub use tables::{

@@ -32,12 +32,32 @@ pub struct RunRecord {
     pub placement: PlacementRecord,
     /// Counts and times over all points.
     pub totals: Totals,
+    /// The shards that it was joined from, where it was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shards: Vec<ShardRecord>,
     /// What the user should know, one sentence each.
     pub warnings: Vec<String>,
     /// Hash over what matters to physics, hexadecimal.
     pub manifest_hash: String,
     /// The manifest as the user wrote it.
     pub manifest: String,
+}
+
+/// What a joined record keeps of each shard.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShardRecord {
+    /// Which part.
+    pub shard: Shard,
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The machine it ran on.
+    pub machine: MachineRecord,
+    /// Threads and where they ran.
+    pub placement: PlacementRecord,
+    /// Counts and times over its points.
+    pub totals: Totals,
 }
 
 /// How a run ended.
@@ -182,6 +202,25 @@ impl Totals {
     }
 }
 
+impl Totals {
+    /// Adds those of another part of the job: times add up as if one part ran after the other.
+    pub fn add(&mut self, other: &Self) {
+        let sum = Self::new(
+            self.points + other.points,
+            self.ok + other.ok,
+            self.failed + other.failed,
+            self.cycles + other.cycles,
+            self.wall_time + other.wall_time,
+        );
+        *self = Self {
+            not_converged: self.not_converged + other.not_converged,
+            missing: self.missing + other.missing,
+            resumed: self.resumed + other.resumed,
+            ..sum
+        };
+    }
+}
+
 /// Where the record of a run (of a shard) lies.
 pub(super) fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     folder.join(match shard {
@@ -231,6 +270,7 @@ mod tests {
                 obtained: "not bound".into(),
             },
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
+            shards: Vec::new(),
             warnings: vec!["binding is not possible here".into()],
             manifest_hash: "0123abcd".into(),
             manifest: "[job]\nname = \"flex80\"\n".into(),
