@@ -82,6 +82,10 @@ fn threads_and_shards_change_nothing() {
     let two = place.whole("two", &["--threads", "2"]);
     assert_eq!(names(&one), RESULTS);
     assert_same(&one, &two);
+    for arguments in [["--threads", "7"], ["--threads", "16"]] {
+        let many = place.whole(arguments[1], &[&arguments[..], &["--pin"]].concat());
+        assert_same(&one, &many);
+    }
     for shard in ["1/2", "2/2"] {
         place.whole("parts", &["--shard", shard]);
     }
@@ -95,6 +99,43 @@ fn threads_and_shards_change_nothing() {
     }
     assert_eq!(status(&place.run("one", &["--shard", "1/2"])), 2);
     assert_same(&one, &place.path("parts"));
+}
+
+#[test]
+fn the_record_says_where_workers_were_to_run_and_where_they_ran() {
+    let place = Place::new(OSCILLATOR);
+    let ran = |out: &str, arguments: &[&str], machine: Option<&str>| {
+        let mut command = place.command(out, arguments);
+        command.envs(machine.map(|machine| ("HWLOC_SYNTHETIC", machine)));
+        let output = command.output().unwrap();
+        assert_eq!(status(&output), 0, "{}", stderr(&output));
+        let placement = place.record(out)["placement"].clone();
+        ["asked", "obtained"].map(|key| placement[key].as_str().unwrap().to_owned())
+    };
+    let [asked, obtained] = ran("free", &["--no-pin"], None);
+    assert!(
+        asked.ends_with("; not pinned") && obtained == "not pinned",
+        "{asked}, {obtained}"
+    );
+    let [asked, obtained] = ran("pinned", &["--threads", "1", "--pin"], None);
+    assert!(asked.starts_with("1 worker on 1 of "), "{asked}");
+    // Some sandboxes forbid it, and the record says so.
+    assert!(
+        obtained == "pinned" || obtained.starts_with("0 of 1 workers pinned: "),
+        "{obtained}"
+    );
+    // Nothing is bound by the description of another machine; the work is done all the same.
+    let [asked, obtained] = ran(
+        "other",
+        &["--threads", "4"],
+        Some("package:2 [numa] core:2 pu:2"),
+    );
+    assert_eq!(asked, "4 workers on 4 of 4 cores, 2 NUMA nodes; pinned");
+    assert_eq!(
+        obtained,
+        "0 of 4 workers pinned: the topology is not that of this machine"
+    );
+    assert_same(&place.path("free"), &place.path("other"));
 }
 
 #[test]

@@ -186,6 +186,7 @@ impl StoreError {
                 | Self::ForeignJournal { .. }
                 | Self::OtherJob { .. }
                 | Self::OtherProgram { .. }
+                | Self::PointTwice { .. }
                 | Self::AxisNameTaken { .. }
         )
     }

@@ -330,6 +330,9 @@ fn record(parts: &[Part]) -> RunRecord {
                 warnings.push(warning.clone());
             }
         }
+        if part.index > 1 {
+            whole.retries.extend(record.retries.iter().cloned());
+        }
         whole.shards.extend(record.shard.map(|shard| ShardRecord {
             shard,
             started: record.started.clone(),

@@ -27,6 +27,7 @@ mod orbits;
 mod probes;
 mod read;
 mod reorder;
+mod replace;
 mod run;
 mod table;
 mod tables;
@@ -50,9 +51,10 @@ pub use merge::{MergeError, merge};
 pub use orbits::{OrbitRow, orbits_table};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
+pub use replace::{replace, statuses};
 pub use run::{
-    MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, ShardRecord, Totals,
-    write_run,
+    MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState, ShardRecord,
+    Totals, write_run,
 };
 pub use table::{Column, Table};
 pub use tables::{

@@ -35,6 +35,9 @@ pub struct RunRecord {
     /// The shards that it was joined from, where it was.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shards: Vec<ShardRecord>,
+    /// Later runs that computed failed points again.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub retries: Vec<RetryRecord>,
     /// What the user should know, one sentence each.
     pub warnings: Vec<String>,
     /// Hash over what matters to physics, hexadecimal.
@@ -58,6 +61,25 @@ pub struct ShardRecord {
     pub placement: PlacementRecord,
     /// Counts and times over its points.
     pub totals: Totals,
+}
+
+/// A run that computed failed points of finished results again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RetryRecord {
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The program, which may be another than that of the other points.
+    pub program: ProgramRecord,
+    /// Points computed again; whole chains where the state is carried.
+    pub points: u64,
+    /// Of these, failed again.
+    pub failed: u64,
+    /// Mesh cycles marched.
+    pub cycles: u64,
+    /// Wall time \[s\].
+    pub wall_time: f64,
 }
 
 /// How a run ended.
@@ -271,6 +293,7 @@ mod tests {
             },
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
             shards: Vec::new(),
+            retries: Vec::new(),
             warnings: vec!["binding is not possible here".into()],
             manifest_hash: "0123abcd".into(),
             manifest: "[job]\nname = \"flex80\"\n".into(),
