@@ -317,6 +317,17 @@ fn results_are_recognised_refused_and_replaced() {
         "{}",
         stderr(&refused)
     );
+    for line in [
+        "- half_gap = \"15 um\"",
+        "+ half_gap = \"16 um\"",
+        "- poincare =",
+    ] {
+        assert!(
+            stderr(&refused).contains(line),
+            "{line}: {}",
+            stderr(&refused)
+        );
+    }
     assert_eq!(fs::read(out.join("points.parquet")).unwrap(), before);
     assert_eq!(names(&out), RESULTS, "untouched");
 
