@@ -4,6 +4,7 @@
 pub mod check;
 mod earlier;
 pub mod merge;
+pub mod plan;
 pub mod plot;
 mod point;
 mod process;
@@ -46,6 +47,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Join the shards of a job into one set of results
     Merge(merge::MergeArgs),
+    /// Say what a run will take, from a few of its points: time, memory, disk, placement
+    Plan(plan::PlanArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),

@@ -80,7 +80,7 @@ pub enum Retry {
 /// Most shards a job may be split into.
 const MOST_SHARDS: u32 = 100_000;
 
-fn parse_shard(text: &str) -> Result<Shard, String> {
+pub(super) fn parse_shard(text: &str) -> Result<Shard, String> {
     let shard = text.split_once('/').and_then(|(index, count)| {
         Some(Shard {
             index: index.parse().ok()?,

@@ -46,7 +46,7 @@ pub use columns::{
 pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
 pub use horizon::{HorizonRow, horizon_table};
-pub use journal::{Journal, SYNC_INTERVAL, journal_path};
+pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
 pub use merge::{MergeError, merge};
 pub use orbits::{OrbitRow, orbits_table};
 pub use probes::{ProbeRow, probes_table};

@@ -9,6 +9,7 @@
 
 pub mod build;
 mod chain;
+mod forecast;
 mod layout;
 mod mesh_tables;
 mod point;
@@ -18,6 +19,7 @@ mod run;
 mod turns;
 
 pub use chain::{Link, compute, lead_up};
+pub use forecast::{Forecast, Interval, forecast};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use point::Worker;
 pub use recorder::{Progress, Watcher};

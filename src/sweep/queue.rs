@@ -23,6 +23,11 @@ const LOOK: usize = 16;
 /// Modes whose work equals that of marching a cycle of none (README, "Measured").
 const FIXED_WORK: f64 = 40.0;
 
+/// Chains that may be begun before their turn.
+pub(super) fn look(workers: usize) -> usize {
+    LOOK * workers
+}
+
 /// Hands out chains.
 pub(super) struct Queue {
     turns: Vec<Turn>,
@@ -116,7 +121,7 @@ impl Queue {
             } else {
                 0
             },
-            look: LOOK * workers,
+            look: look(workers),
             ahead: AHEAD.max(workers * length) as u64,
             known: Mutex::new(known),
             turns,

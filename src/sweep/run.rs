@@ -6,7 +6,7 @@ use super::layout::layout;
 use super::point::Worker;
 use super::queue::{Next, Queue};
 use super::recorder::{Progress, Recorder, Watcher};
-use super::turns::{TakenOver, Turn, shard_points};
+use super::turns::{TakenOver, shard_points};
 use crate::manifest::Job;
 use crate::store::{Journal, ResultWriter, Shard, StoreError};
 use crate::topology::{Pinning, Plan, Topology, default_workers, plan};
@@ -102,22 +102,13 @@ pub fn run(
     progress.resumed = progress.done;
     watcher.resumed(&progress);
     let turns = taken_over.rest(&all);
-    let cores = topology.map_or(&[][..], |t| &t.cores);
-    let parallelism = std::thread::available_parallelism().ok();
-    let threads = options
-        .threads
-        .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)))
-        .clamp(1, pieces(job, &turns).max(1));
-    let seats = plan(cores, threads, options.pinning);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|i| format!("atlas-{i}"))
-        .build()
-        .map_err(|error| SweepError::Threads {
-            threads,
-            reason: error.to_string(),
-        })?;
-    let obtained = take_seats(&pool, &seats, topology);
+    let firsts = turns.iter().map(|turn| turn.first);
+    let Crew {
+        pool,
+        threads,
+        seats,
+        obtained,
+    } = start_workers(job, firsts, options, topology)?;
 
     let shards = shard.map_or(1, |shard| shard.count as usize);
     let queue = Queue::new(job, all.len(), turns, shards, threads);
@@ -195,6 +186,48 @@ pub fn run(
     })
 }
 
+/// Threads that are ready to work.
+pub(super) struct Crew {
+    pub pool: rayon::ThreadPool,
+    pub threads: usize,
+    /// Where they were to sit.
+    pub seats: Plan,
+    /// Where they sit, in words.
+    pub obtained: String,
+}
+
+/// Starts the workers for chains with these first points: as many as asked for, or one a
+/// core, and no more than there are pieces of work.
+pub(super) fn start_workers(
+    job: &Job,
+    firsts: impl Iterator<Item = usize>,
+    options: Options<'_>,
+    topology: Option<&Topology>,
+) -> Result<Crew, SweepError> {
+    let cores = topology.map_or(&[][..], |t| &t.cores);
+    let parallelism = std::thread::available_parallelism().ok();
+    let threads = options
+        .threads
+        .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)))
+        .clamp(1, pieces(job, firsts).max(1));
+    let seats = plan(cores, threads, options.pinning);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|i| format!("atlas-{i}"))
+        .build()
+        .map_err(|error| SweepError::Threads {
+            threads,
+            reason: error.to_string(),
+        })?;
+    let obtained = take_seats(&pool, &seats, topology);
+    Ok(Crew {
+        pool,
+        threads,
+        seats,
+        obtained,
+    })
+}
+
 /// Binds every worker to its seat where that is planned; says what came of it. A worker that
 /// cannot be bound works where the system puts it.
 fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology>) -> String {
@@ -213,9 +246,9 @@ fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology
 }
 
 /// Pieces of work that may be done at the same time: points, and probes where there are any.
-fn pieces(job: &Job, turns: &[Turn]) -> usize {
-    let pieces = turns.iter().map(|turn| {
-        let probes = job.points[turn.first].analyses.multistability;
+fn pieces(job: &Job, firsts: impl Iterator<Item = usize>) -> usize {
+    let pieces = firsts.map(|first| {
+        let probes = job.points[first].analyses.multistability;
         probes.map_or(1, |asked| asked.initial_conditions as usize)
     });
     pieces.sum()

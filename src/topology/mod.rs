@@ -7,5 +7,5 @@ mod placement;
 
 pub use binding::BindingError;
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
-pub use machine::Machine;
+pub use machine::{Machine, peak_memory};
 pub use placement::{Pinning, Plan, Seat, default_workers, plan};

@@ -121,6 +121,9 @@ fn preference(cores: &[Core]) -> Vec<usize> {
 impl fmt::Display for Plan {
     /// `4 workers on 4 of 8 cores, 2 NUMA nodes; not pinned`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.cores == 0 {
+            return f.write_str("not pinned: the cores of this machine are not known");
+        }
         let distinct = |pick: fn(&Seat) -> u64| {
             let mut values: Vec<u64> = self.seats.iter().map(pick).collect();
             values.sort_unstable();
@@ -246,6 +249,7 @@ mod tests {
     fn an_unknown_machine_has_no_seats() {
         let plan = plan(&[], 3, Pinning::Always);
         assert!(plan.seats.is_empty() && !plan.pinned);
+        assert!(plan.to_string().contains("not known"));
     }
 
     #[test]
