@@ -3,9 +3,13 @@
 
 pub mod check;
 mod earlier;
+pub mod merge;
+pub mod plan;
 pub mod plot;
 mod point;
+mod process;
 mod progress;
+mod retry;
 pub mod run;
 pub mod show;
 pub mod table;
@@ -42,6 +46,10 @@ enum Command {
     Run(run::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),
+    /// Join the shards of a job into one set of results
+    Merge(merge::MergeArgs),
+    /// Say what a run will take, from a few of its points: time, memory, disk, placement
+    Plan(plan::PlanArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
@@ -65,6 +73,8 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Merge(args) => merge::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),
