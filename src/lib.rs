@@ -25,3 +25,4 @@ pub mod store;
 pub mod sweep;
 pub mod topology;
 pub mod units;
+pub mod verify;

@@ -3,77 +3,18 @@
 
 #![allow(clippy::unwrap_used)]
 
-use arrow_array::RecordBatch;
-use arrow_array::cast::AsArray;
-use arrow_array::types::UInt64Type;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+#[path = "common/place.rs"]
+mod place;
+#[path = "common/results.rs"]
+mod results;
+
+use place::{OSCILLATOR, Place, status, stderr, stdout};
+use results::physics;
 use serde_json::Value;
-use std::fs::{self, File, OpenOptions};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::fs::{self, OpenOptions};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
-
-const OSCILLATOR: &str = include_str!("data/oscillator.toml");
-
-/// Columns that say where and how long, not what.
-const PLACEMENT: [&str; 3] = ["wall_time", "worker", "numa_node"];
-
-/// A folder of its own, with a manifest and the modal file.
-struct Place(TempDir);
-
-impl Place {
-    fn new(manifest: &str) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("m.toml"), manifest).unwrap();
-        fs::write(
-            folder.path().join("oscillator.modal.toml"),
-            include_str!("data/oscillator.modal.toml"),
-        )
-        .unwrap();
-        Self(folder)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn command(&self, out: &str, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
-        command
-            .current_dir(self.0.path())
-            .args(["run", "m.toml", "--out", out])
-            .args(arguments);
-        command
-    }
-
-    fn run(&self, out: &str, arguments: &[&str]) -> Output {
-        self.command(out, arguments).output().unwrap()
-    }
-
-    fn record(&self, out: &str) -> Value {
-        serde_json::from_slice(&fs::read(self.path(out).join("run.json")).unwrap()).unwrap()
-    }
-
-    /// Runs to the end; points that do not settle within their cycles are no matter here.
-    fn whole(&self, out: &str, arguments: &[&str]) -> PathBuf {
-        let output = self.run(out, arguments);
-        assert!([0, 3].contains(&status(&output)), "{}", stderr(&output));
-        self.path(out)
-    }
-}
-
-fn status(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
 
 /// Many points, each a while: a sweep that takes seconds.
 fn long() -> String {
@@ -83,57 +24,8 @@ fn long() -> String {
         .replace("transient = 50", "transient = 2000")
 }
 
-/// A table without its placement columns, in ascending `point_id` and, within a point, as
-/// written. Nulls stay nulls, numbers keep their bits.
-fn physics(folder: &Path, table: &str) -> String {
-    let path = folder.join(table);
-    let mut files = vec![path.clone()];
-    if path.is_dir() {
-        files = fs::read_dir(&path)
-            .unwrap()
-            .map(|entry| entry.unwrap().path())
-            .collect();
-    }
-    let mut rows: Vec<(u64, String)> = Vec::new();
-    for file in files {
-        let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(file).unwrap()).unwrap();
-        let mut last = None;
-        for batch in reader.build().unwrap() {
-            let batch = batch.unwrap();
-            let ids = batch.column(0).as_primitive::<UInt64Type>().clone();
-            for (row, id) in ids.values().iter().enumerate() {
-                assert!(last <= Some(*id), "rows are in point_id order");
-                last = Some(*id);
-                rows.push((*id, row_text(&batch, row)));
-            }
-        }
-    }
-    rows.sort_by_key(|row| row.0);
-    let lines: Vec<String> = rows.into_iter().map(|(_, line)| line).collect();
-    lines.join("\n")
-}
-
-/// Rust prints the shortest decimal number that gives the same bits back.
-fn row_text(batch: &RecordBatch, row: usize) -> String {
-    let schema = batch.schema();
-    let fields = schema.fields().iter().zip(batch.columns());
-    fields
-        .filter(|(field, _)| !PLACEMENT.contains(&field.name().as_str()))
-        .map(|(field, column)| format!("{}={:?}", field.name(), column.slice(row, 1)))
-        .collect()
-}
-
 fn assert_same(a: &Path, b: &Path) {
-    for table in ["points.parquet", "poincare.parquet", "spectra.parquet"] {
-        let (left, right) = (physics(a, table), physics(b, table));
-        assert!(!left.is_empty());
-        assert!(
-            left == right,
-            "{table} of {} and {}",
-            a.display(),
-            b.display()
-        );
-    }
+    results::assert_same(&TABLES, a, b);
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -144,6 +36,8 @@ fn names(folder: &Path) -> Vec<String> {
     names.sort();
     names
 }
+
+const TABLES: [&str; 3] = ["points.parquet", "poincare.parquet", "spectra.parquet"];
 
 const RESULTS: [&str; 4] = [
     "poincare.parquet",
@@ -188,6 +82,10 @@ fn threads_and_shards_change_nothing() {
     let two = place.whole("two", &["--threads", "2"]);
     assert_eq!(names(&one), RESULTS);
     assert_same(&one, &two);
+    for arguments in [["--threads", "7"], ["--threads", "16"]] {
+        let many = place.whole(arguments[1], &[&arguments[..], &["--pin"]].concat());
+        assert_same(&one, &many);
+    }
     for shard in ["1/2", "2/2"] {
         place.whole("parts", &["--shard", shard]);
     }
@@ -201,6 +99,43 @@ fn threads_and_shards_change_nothing() {
     }
     assert_eq!(status(&place.run("one", &["--shard", "1/2"])), 2);
     assert_same(&one, &place.path("parts"));
+}
+
+#[test]
+fn the_record_says_where_workers_were_to_run_and_where_they_ran() {
+    let place = Place::new(OSCILLATOR);
+    let ran = |out: &str, arguments: &[&str], machine: Option<&str>| {
+        let mut command = place.command(out, arguments);
+        command.envs(machine.map(|machine| ("HWLOC_SYNTHETIC", machine)));
+        let output = command.output().unwrap();
+        assert_eq!(status(&output), 0, "{}", stderr(&output));
+        let placement = place.record(out)["placement"].clone();
+        ["asked", "obtained"].map(|key| placement[key].as_str().unwrap().to_owned())
+    };
+    let [asked, obtained] = ran("free", &["--no-pin"], None);
+    assert!(
+        asked.ends_with("; not pinned") && obtained == "not pinned",
+        "{asked}, {obtained}"
+    );
+    let [asked, obtained] = ran("pinned", &["--threads", "1", "--pin"], None);
+    assert!(asked.starts_with("1 worker on 1 of "), "{asked}");
+    // Some sandboxes forbid it, and the record says so.
+    assert!(
+        obtained == "pinned" || obtained.starts_with("0 of 1 workers pinned: "),
+        "{obtained}"
+    );
+    // Nothing is bound by the description of another machine; the work is done all the same.
+    let [asked, obtained] = ran(
+        "other",
+        &["--threads", "4"],
+        Some("package:2 [numa] core:2 pu:2"),
+    );
+    assert_eq!(asked, "4 workers on 4 of 4 cores, 2 NUMA nodes; pinned");
+    assert_eq!(
+        obtained,
+        "0 of 4 workers pinned: the topology is not that of this machine"
+    );
+    assert_same(&place.path("free"), &place.path("other"));
 }
 
 #[test]
@@ -382,6 +317,17 @@ fn results_are_recognised_refused_and_replaced() {
         "{}",
         stderr(&refused)
     );
+    for line in [
+        "- half_gap = \"15 um\"",
+        "+ half_gap = \"16 um\"",
+        "- poincare =",
+    ] {
+        assert!(
+            stderr(&refused).contains(line),
+            "{line}: {}",
+            stderr(&refused)
+        );
+    }
     assert_eq!(fs::read(out.join("points.parquet")).unwrap(), before);
     assert_eq!(names(&out), RESULTS, "untouched");
 

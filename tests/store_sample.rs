@@ -237,6 +237,8 @@ fn write(folder: &Path, shard: Option<Shard>) {
             obtained: "none".into(),
         },
         totals: Totals::new(count, count - failed, failed, 1000 * (count - failed), 1.0),
+        shards: Vec::new(),
+        retries: Vec::new(),
         warnings: Vec::new(),
         manifest_hash: "0".into(),
         manifest: "# written by a test\n[job]\nname = \"sample\"\n".into(),

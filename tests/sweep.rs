@@ -5,8 +5,9 @@
 #![allow(clippy::unwrap_used)]
 
 mod common;
+#[path = "common/results.rs"]
+mod results;
 
-use arrow_array::RecordBatch;
 use atlas::analysis::{
     ModalState, MultistabilityQuestion, PoincareSample, Questions, SampleKind, Section,
     TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
@@ -17,9 +18,8 @@ use atlas::propagate::Event;
 use atlas::reference::Reference;
 use atlas::store::{ResultTable, TableKind};
 use common::march::volterra;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::convert::Infallible;
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
@@ -337,62 +337,9 @@ fn changes_are_refined_along_a_key_of_the_mesh() {
     assert_eq!(inside, 1, "{quiet} {lower:?} {upper:?}");
 }
 
-/// Columns that say where and how long, not what.
-const PLACEMENT: [&str; 3] = ["wall_time", "worker", "numa_node"];
-
-/// Every row of a table by `point_id`, bit for bit.
-fn physics(folder: &Path, table: &str) -> Vec<String> {
-    let path = folder.join(table);
-    let files: Vec<PathBuf> = match path.is_dir() {
-        true => fs::read_dir(&path)
-            .unwrap()
-            .map(|e| e.unwrap().path())
-            .collect(),
-        false => vec![path],
-    };
-    let mut rows: Vec<(u64, String)> = Vec::new();
-    for file in files {
-        let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(file).unwrap()).unwrap();
-        for batch in reader.build().unwrap() {
-            let batch = batch.unwrap();
-            let ids = ids(&batch);
-            rows.extend((0..batch.num_rows()).map(|row| (ids[row], row_text(&batch, row))));
-        }
-    }
-    rows.sort_by_key(|row| row.0);
-    rows.into_iter().map(|(_, text)| text).collect()
-}
-
-fn ids(batch: &RecordBatch) -> Vec<u64> {
-    use arrow_array::cast::AsArray;
-    use arrow_array::types::UInt64Type;
-    batch
-        .column(0)
-        .as_primitive::<UInt64Type>()
-        .values()
-        .to_vec()
-}
-
-fn row_text(batch: &RecordBatch, row: usize) -> String {
-    let schema = batch.schema();
-    let fields = schema.fields().iter().zip(batch.columns());
-    fields
-        .filter(|(field, _)| !PLACEMENT.contains(&field.name().as_str()))
-        .map(|(field, column)| format!("{}={:?}", field.name(), column.slice(row, 1)))
-        .collect()
-}
-
 fn assert_same(a: &Path, b: &Path) {
-    for table in ["points.parquet", "poincare.parquet", "transitions.parquet"] {
-        let (left, right) = (physics(a, table), physics(b, table));
-        assert!(!left.is_empty());
-        assert!(
-            left == right,
-            "{table} of {} and {}",
-            a.display(),
-            b.display()
-        );
-    }
+    let tables = ["points.parquet", "poincare.parquet", "transitions.parquet"];
+    results::assert_same(&tables, a, b);
 }
 
 #[test]
@@ -406,12 +353,7 @@ fn threads_and_shards_change_nothing() {
     assert_same(&one, &place.path("parts"));
     // Chains are dealt whole: the first of three has two of the four.
     let first = place.path("parts/points.parquet/shard-1-of-3.parquet");
-    let reader = ParquetRecordBatchReaderBuilder::try_new(File::open(first).unwrap()).unwrap();
-    let held: Vec<u64> = reader
-        .build()
-        .unwrap()
-        .flat_map(|b| ids(&b.unwrap()))
-        .collect();
+    let held = results::file_ids(&first);
     assert_eq!(held, (0..41).chain(123..164).collect::<Vec<u64>>());
 }
 

@@ -215,6 +215,9 @@ fn work_of_a_fixed_case_is_known() {
         events: 9,
         grazings: 0,
         tangent_windows: 0,
+        factorised: 0,
+        matvecs: 0,
+        guard_evaluations: 0,
     }
     ");
 }

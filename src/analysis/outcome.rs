@@ -30,6 +30,11 @@ impl Status {
             Self::Failed => "failed",
         }
     }
+
+    /// Whether nothing is known of the motion: diverged, event_storm, failed.
+    pub fn is_failure(&self) -> bool {
+        !matches!(self, Self::Ok | Self::NotConverged)
+    }
 }
 
 impl From<Stop> for Status {

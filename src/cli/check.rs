@@ -308,6 +308,9 @@ fn kernel(kernel: &KernelSpec) -> String {
         }
         KernelSpec::Volterra { tolerance } => format!("kernel volterra to {tolerance:e}"),
         KernelSpec::Stepping { steps } => format!("kernel stepping, {steps} steps a cycle"),
+        KernelSpec::Tables { ladder, cells } => {
+            format!("kernel {}, at least {cells} cells", ladder.name())
+        }
     }
 }
 
@@ -361,6 +364,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         "kernel": first.map(|p| match p.run.kernel {
             KernelSpec::Volterra { .. } => "volterra",
             KernelSpec::Stepping { .. } => "stepping",
+            KernelSpec::Tables { ladder, .. } => ladder.name(),
         }),
         "analyses": first.map(|p| {
             let names = [

@@ -48,11 +48,12 @@ pub fn look(
                 false => "choose a folder with --out, or remove that one",
             };
             return Err(format!(
-                "{here} holds results of another manifest (job {}{}, hash {}…; this one is {}…); {remedy}",
+                "{here} holds results of another manifest (job {}{}, hash {}…; this one is {}…); {remedy}\n{}",
                 record.job,
                 record.shard.map_or_else(String::new, |s| format!(", {s}")),
                 prefix(&record.manifest_hash),
                 prefix(&job.hash),
+                difference(&record.manifest, &job.text),
             ));
         }
         if record.shard.map(|s| s.count) != shard.map(|s| s.count) {
@@ -76,4 +77,59 @@ fn part(shard: Option<Shard>) -> String {
 /// Enough of a hash to tell two apart.
 fn prefix(hash: &str) -> &str {
     hash.get(..8).unwrap_or(hash)
+}
+
+/// Most lines of a difference that are shown.
+const SHOWN: usize = 12;
+
+/// Lines that only one of two manifests has, comments and spaces aside.
+fn difference(there: &str, here: &str) -> String {
+    let (there, here) = (bare(there), bare(here));
+    let only = |of: &[String], other: &[String], mark: &str| -> Vec<String> {
+        let lines = of.iter().filter(|line| !other.contains(line));
+        lines.map(|line| format!("  {mark} {line}")).collect()
+    };
+    let mut lines = only(&there, &here, "-");
+    lines.extend(only(&here, &there, "+"));
+    if lines.is_empty() {
+        return "their lines are the same: their order, or a file that they name, has changed"
+            .to_owned();
+    }
+    let more = lines.len().saturating_sub(SHOWN);
+    lines.truncate(SHOWN);
+    if more > 0 {
+        lines.push(format!("  … and {more} more"));
+    }
+    format!("what differs (- there, + here):\n{}", lines.join("\n"))
+}
+
+/// The lines of a manifest without comments, spaces and empty ones.
+fn bare(text: &str) -> Vec<String> {
+    let words = |line: &str| {
+        let code = line.split('#').next().unwrap_or_default();
+        code.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    text.lines()
+        .map(words)
+        .filter(|line| !line.is_empty())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_is_shown_without_comments() {
+        let there = "# a job\n[mesh]\nhalf_gap  = \"15 um\"  # half\n\n[run]\ncycles = 3\n";
+        let here =
+            "[mesh]\nhalf_gap = \"16 um\"\n[run] # marching\ncycles = 3\nkernel = \"volterra\"\n";
+        assert_eq!(
+            difference(there, here),
+            "what differs (- there, + here):\n  - half_gap = \"15 um\"\n  + half_gap = \"16 um\"\n  + kernel = \"volterra\""
+        );
+        assert!(difference(there, there).contains("a file that they name"));
+        let many: String = (0..40).map(|i| format!("a{i} = 1\n")).collect();
+        assert!(difference(&many, "").ends_with("… and 28 more"));
+    }
 }

@@ -3,13 +3,18 @@
 
 pub mod check;
 mod earlier;
+pub mod merge;
+pub mod plan;
 pub mod plot;
 mod point;
+mod process;
 mod progress;
+mod retry;
 pub mod run;
 pub mod show;
 pub mod table;
 pub mod trace;
+pub mod verify;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
@@ -41,6 +46,10 @@ enum Command {
     Run(run::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),
+    /// Join the shards of a job into one set of results
+    Merge(merge::MergeArgs),
+    /// Say what a run will take, from a few of its points: time, memory, disk, placement
+    Plan(plan::PlanArgs),
     /// Summarise a results folder
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
@@ -49,6 +58,9 @@ enum Command {
     Trace(trace::TraceArgs),
     /// Build, list, show, verify or remove computed tables
     Table(table::TableArgs),
+    /// Check this build on this machine against closed forms, published values and independent
+    /// integrators
+    Verify(verify::VerifyArgs),
     /// Print a completion script for a shell
     Completions {
         /// The shell
@@ -61,10 +73,13 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Merge(args) => merge::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),
         Command::Table(args) => table::run(&args),
+        Command::Verify(args) => verify::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);

@@ -1,7 +1,9 @@
 //! `atlas run m.toml`: computes every point of a job and writes its result files.
 
 use super::earlier::{self, Earlier};
+use super::process::Process;
 use super::progress::Display;
+use super::retry;
 use super::table::TablesFolder;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, check, fail, with_causes};
 use crate::manifest::{self, Job};
@@ -11,15 +13,10 @@ use crate::store::{
 };
 use crate::sweep::build::Parts;
 use crate::sweep::{self, Finished, Options, SweepError};
-use crate::topology::Topology;
-use clap::Args;
-use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
-use signal_hook::flag;
-use std::io;
+use crate::topology::Pinning;
+use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::{Instant, SystemTime};
 
 /// Arguments of `atlas run`.
@@ -33,14 +30,27 @@ pub struct RunArgs {
     /// Worker threads [default: one a core this process may use].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+    /// Bind workers to their cores even where they are fewer than the cores.
+    #[arg(long, conflicts_with = "no_pin")]
+    pub pin: bool,
+    /// Leave it to the system where workers run.
+    #[arg(long)]
+    pub no_pin: bool,
     /// Compute only part i of n, every n-th point (or chain of points): 1/4, 2/4, …
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
     /// Start over: replace results in the folder, drop what an interrupted run left.
     #[arg(long)]
     pub fresh: bool,
+    /// Compute points of finished results again and keep the others: those with status failed,
+    /// diverged or event_storm.
+    #[arg(long, value_name = "WHAT", conflicts_with = "fresh")]
+    pub retry: Option<Retry>,
+    /// Call the job off once so many points have failed; the same command goes on.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_failures: Option<u64>,
     #[command(flatten)]
-    tables: TablesFolder,
+    pub(super) tables: TablesFolder,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
@@ -49,10 +59,28 @@ pub struct RunArgs {
     pub json: bool,
 }
 
+impl RunArgs {
+    /// Whether workers are bound to their cores.
+    pub(super) fn pinning(&self) -> Pinning {
+        match (self.pin, self.no_pin) {
+            (true, _) => Pinning::Always,
+            (false, true) => Pinning::Never,
+            (false, false) => Pinning::Full,
+        }
+    }
+}
+
+/// What is to be computed again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Retry {
+    /// Points of which nothing is known.
+    Failed,
+}
+
 /// Most shards a job may be split into.
 const MOST_SHARDS: u32 = 100_000;
 
-fn parse_shard(text: &str) -> Result<Shard, String> {
+pub(super) fn parse_shard(text: &str) -> Result<Shard, String> {
     let shard = text.split_once('/').and_then(|(index, count)| {
         Some(Shard {
             index: index.parse().ok()?,
@@ -79,7 +107,17 @@ pub fn run(args: &RunArgs) -> ExitCode {
         .clone()
         .unwrap_or_else(|| Path::new("results").join(&job.name));
     match earlier::look(&folder, &job, args.shard, args.fresh) {
+        Ok(Earlier::Nothing) if args.retry.is_some() => fail(
+            BAD_INPUT,
+            &format!(
+                "{} holds no finished results of this manifest: run it without --retry first",
+                folder.display()
+            ),
+        ),
         Ok(Earlier::Nothing) => execute(args, &job, &folder),
+        Ok(Earlier::Complete(record)) if args.retry.is_some() => {
+            retry::run(args, &job, &folder, *record)
+        }
         Ok(Earlier::Complete(record)) => {
             let text = format!(
                 "{} already holds the results of this manifest ({} points); --fresh computes them again\n",
@@ -93,7 +131,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
 }
 
 /// Prints what was asked for at the end of a run and gives the exit status.
-fn close(args: &RunArgs, record: &RunRecord, text: &str) -> ExitCode {
+pub(super) fn close(args: &RunArgs, record: &RunRecord, text: &str) -> ExitCode {
     let status = status(record);
     if args.json {
         // A record is plain data; it always has a JSON form.
@@ -107,20 +145,20 @@ fn close(args: &RunArgs, record: &RunRecord, text: &str) -> ExitCode {
 }
 
 fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
-    let called_off = Arc::new(AtomicBool::new(false));
-    if let Err(error) = watch_signals(&called_off) {
-        return fail(1, &format!("cannot watch for signals: {error}"));
-    }
-    hush_workers();
-    let topology = Topology::current();
-    let mut warnings = Vec::new();
-    if let Err(error) = &topology {
-        warnings.push(format!("{error}; NUMA nodes are not recorded"));
-    }
-    let topology = topology.ok();
+    let Process {
+        called_off,
+        topology,
+        mut warnings,
+    } = match Process::prepare() {
+        Ok(process) => process,
+        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
+    };
     let options = Options {
         threads: args.threads.map(|n| n as usize),
+        pinning: args.pinning(),
         shard: args.shard,
+        only: None,
+        most_failures: args.max_failures,
     };
     let mut journal = match Journal::open(folder, &job.hash, args.shard, args.fresh) {
         Ok(journal) => journal,
@@ -177,10 +215,12 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         placement: PlacementRecord {
             threads_asked: args.threads,
             threads: finished.threads as u32,
-            asked: "none: the system places threads".to_owned(),
-            obtained: "not bound".to_owned(),
+            asked: finished.asked.clone(),
+            obtained: finished.obtained.clone(),
         },
         totals,
+        shards: Vec::new(),
+        retries: Vec::new(),
         warnings,
         manifest_hash: job.hash.clone(),
         manifest: job.text.clone(),
@@ -194,39 +234,17 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
     {
         return fail(1, &with_causes(&error));
     }
-    close(args, &record, &closing_line(&finished, &record, folder))
-}
-
-/// Lets Ctrl-C and SIGTERM call the sweep off; a second one ends the process at once.
-fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
-    for signal in [SIGINT, SIGTERM] {
-        let status = i32::from(INTERRUPTED);
-        flag::register_conditional_shutdown(signal, status, called_off.clone())?;
-        flag::register(signal, called_off.clone())?;
+    let text = closing_line(&finished, &record, folder);
+    let code = close(args, &record, &text);
+    match finished.gave_up {
+        true => ExitCode::from(FAILED_POINTS),
+        false => code,
     }
-    // Unwatched, this one would end the process without a word when a file outgrows
-    // `ulimit -f`; watched, the write fails and the error is said.
-    flag::register(SIGXFSZ, Arc::default())?;
-    Ok(())
 }
 
 /// Exit status when results cannot be written.
-fn failure(error: &StoreError) -> u8 {
+pub(super) fn failure(error: &StoreError) -> u8 {
     if error.is_refusal() { BAD_INPUT } else { 1 }
-}
-
-/// A panic in a worker becomes a row with its message; a backtrace amid the progress bar
-/// would only be noise.
-fn hush_workers() {
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let worker = std::thread::current()
-            .name()
-            .is_some_and(|name| name.starts_with("atlas-"));
-        if !worker {
-            usual(panic);
-        }
-    }));
 }
 
 fn status(record: &RunRecord) -> ExitCode {
@@ -268,6 +286,10 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
         RunState::Complete => {
             format!("\nresults in {folder}; atlas show {folder} summarises them\n")
         }
+        RunState::Interrupted if finished.gave_up => format!(
+            "\ncalled off, because so many points failed (--max-failures): {} points are missing, the others are in {folder}; the same command goes on from here\n",
+            finished.missing
+        ),
         RunState::Interrupted => format!(
             "\ninterrupted: {} points are missing, the others are in {folder}; the same command goes on from here\n",
             finished.missing

@@ -4,9 +4,9 @@ use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
 use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail};
 use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
-use crate::manifest::{self, Job, KernelSpec};
+use crate::manifest::{self, Job, KernelSpec, Ladder};
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Stepping, Volterra};
+use crate::propagate::{DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
 use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
 use crate::sweep::build::Parts;
 use crate::sweep::{self, build};
@@ -132,6 +132,15 @@ fn lead_up(
     Ok(link.start(model))
 }
 
+/// Why nothing was recorded.
+#[derive(Debug, thiserror::Error)]
+enum RecordError {
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    #[error(transparent)]
+    Tables(#[from] DenseError),
+}
+
 /// Marches, and writes the files as it goes.
 fn record(
     job: &Job,
@@ -140,29 +149,54 @@ fn record(
     question: &TraceQuestion,
     folder: &Path,
     start: Option<TrajectoryState>,
-) -> Result<TraceOutcome, StoreError> {
-    let label = TraceLabel {
-        job: job.name.clone(),
-        manifest_hash: job.hash.clone(),
-        point: point.values.clone(),
-        period: model.period(),
-        half_gap: model.half_gap,
-    };
-    let mut writer = TraceWriter::create(folder, &label, question.modal)?;
+) -> Result<TraceOutcome, RecordError> {
     let run = &point.spec.run;
-    let start = start.unwrap_or_else(|| model.start(&build::initial(&run.initial)));
-    let outcome = match run.kernel {
-        KernelSpec::Volterra { tolerance } => {
-            let kernel = Volterra::new(model, tolerance, run.event_limit);
-            trace(model, &kernel, start, question, &mut writer)?
-        }
-        KernelSpec::Stepping { steps } => {
-            let kernel = Stepping::new(model, steps, run.event_limit);
-            trace(model, &kernel, start, question, &mut writer)?
-        }
+    let limit = run.event_limit;
+    let recording = Recording {
+        label: TraceLabel {
+            job: job.name.clone(),
+            manifest_hash: job.hash.clone(),
+            point: point.values.clone(),
+            period: model.period(),
+            half_gap: model.half_gap,
+        },
+        start: start.unwrap_or_else(|| model.start(&build::initial(&run.initial))),
+        model,
+        question,
+        folder,
     };
-    writer.finish()?;
-    Ok(outcome)
+    Ok(match run.kernel {
+        KernelSpec::Volterra { tolerance } => {
+            recording.write(&Volterra::new(model, tolerance, limit))?
+        }
+        KernelSpec::Stepping { steps } => recording.write(&Stepping::new(model, steps, limit))?,
+        KernelSpec::Tables { ladder, cells } => match ladder {
+            Ladder::Dyadic => recording.write(&Dyadic::new(model, cells, limit)?)?,
+            Ladder::Hermite => recording.write(&Hermite::new(model, cells, limit)?)?,
+            Ladder::Spectral { event_grid } => {
+                recording.write(&Spectral::new(model, cells, limit, event_grid)?)?
+            }
+            Ladder::Fused => recording.write(&Fused::new(model, cells, limit)?)?,
+        },
+    })
+}
+
+/// What is recorded, and where.
+struct Recording<'a> {
+    label: TraceLabel,
+    start: TrajectoryState,
+    model: &'a Model,
+    question: &'a TraceQuestion,
+    folder: &'a Path,
+}
+
+impl Recording<'_> {
+    fn write<K: Kernel>(self, kernel: &K) -> Result<TraceOutcome, StoreError> {
+        let mut writer = TraceWriter::create(self.folder, &self.label, self.question.modal)?;
+        let outcome = trace(self.model, kernel, self.start, self.question, &mut writer)?;
+        writer.finish()?;
+        Ok(outcome)
+    }
 }
 
 fn summary(

@@ -8,7 +8,7 @@ mod mesh;
 
 use super::sections::Resolved;
 use super::spec::{
-    AnalysesSpec, Axis, Carried, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec,
+    AnalysesSpec, Axis, Carried, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec, Ladder,
     LyapunovSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec, RunSpec,
     SectionSpec, ShaftName, SliceSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
 };
@@ -317,6 +317,16 @@ impl JobHash {
             KernelSpec::Stepping { steps } => {
                 self.text("stepping");
                 self.integer(u64::from(*steps));
+            }
+            KernelSpec::Tables { ladder, cells } => {
+                self.text(ladder.name());
+                self.integer(u64::from(*cells));
+                if let Ladder::Spectral {
+                    event_grid: Some(parts),
+                } = ladder
+                {
+                    self.integer(u64::from(*parts));
+                }
             }
         }
         match initial {

@@ -333,6 +333,41 @@ pub enum KernelSpec {
         /// Steps a mesh cycle.
         steps: u32,
     },
+    /// A kernel of dense tables.
+    Tables {
+        /// Which.
+        ladder: Ladder,
+        /// Fewest unit steps a mesh cycle.
+        cells: u32,
+    },
+}
+
+/// The kernels of dense tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ladder {
+    /// Halving down to an event.
+    Dyadic,
+    /// Certificates and Hermite guesses.
+    Hermite,
+    /// Closed forms in eigenvectors.
+    Spectral {
+        /// Events are put off to the next of so many equal parts of the cycle.
+        event_grid: Option<u32>,
+    },
+    /// Closed forms, and certified runs of cells in one product.
+    Fused,
+}
+
+impl Ladder {
+    /// Its name in a manifest.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Dyadic => "dyadic",
+            Self::Hermite => "hermite",
+            Self::Spectral { .. } => "spectral",
+            Self::Fused => "fused",
+        }
+    }
 }
 
 /// Where the state starts.

@@ -23,6 +23,10 @@ pub struct Counters {
     pub tangent_windows: u64,
     /// Windows in contact whose varying stiffness no table had.
     pub factorised: u64,
+    /// Products of a dense operator with a state or tangent (table kernels).
+    pub matvecs: u64,
+    /// Evaluations of a guard at a time (table kernels).
+    pub guard_evaluations: u64,
 }
 
 impl std::ops::AddAssign for Counters {
@@ -37,5 +41,7 @@ impl std::ops::AddAssign for Counters {
         self.grazings += other.grazings;
         self.tangent_windows += other.tangent_windows;
         self.factorised += other.factorised;
+        self.matvecs += other.matvecs;
+        self.guard_evaluations += other.guard_evaluations;
     }
 }

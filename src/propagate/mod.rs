@@ -7,6 +7,7 @@
 //! observer, so that what nobody watches is not computed.
 
 mod counters;
+mod dense;
 pub mod events;
 mod observer;
 pub mod saltation;
@@ -15,6 +16,9 @@ mod tangents;
 mod volterra;
 
 pub use counters::Counters;
+pub use dense::{
+    Conditioning, DenseError, Dyadic, Fused, Hermite, PowerJumps, Spectral, TableSize,
+};
 pub use observer::{Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;

@@ -142,6 +142,16 @@ pub enum StoreError {
         /// The point.
         point_id: u64,
     },
+    /// Two files of one table both have rows of a point.
+    #[error(
+        "point {point_id} is in `{}` and in `{}`", paths[0].display(), paths[1].display()
+    )]
+    PointTwice {
+        /// The point.
+        point_id: u64,
+        /// The files.
+        paths: [PathBuf; 2],
+    },
     /// The Parquet library refused.
     #[error("cannot {action} `{}`", path.display())]
     Parquet {
@@ -176,6 +186,7 @@ impl StoreError {
                 | Self::ForeignJournal { .. }
                 | Self::OtherJob { .. }
                 | Self::OtherProgram { .. }
+                | Self::PointTwice { .. }
                 | Self::AxisNameTaken { .. }
         )
     }

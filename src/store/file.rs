@@ -25,9 +25,9 @@ use super::table::Table;
 /// Version of the column layout, stored as metadata `format`.
 pub(super) const FORMAT: &str = "atlas-results-1";
 /// Rows of a row group. Groups follow from the rows alone, never from timing.
-const GROUP_ROWS: usize = 16_384;
+pub(super) const GROUP_ROWS: usize = 16_384;
 /// List data of a row group \[bytes\], where rows are long.
-const GROUP_BYTES: usize = 16 << 20;
+pub(super) const GROUP_BYTES: usize = 16 << 20;
 
 /// How the name of an unfinished file ends.
 const PARTIAL: &str = ".partial";
@@ -60,6 +60,19 @@ pub enum TableKind {
 }
 
 impl TableKind {
+    /// The tables of a job, `points.parquet` last: it stands for a whole set of results.
+    pub(super) const OF_A_JOB: [Self; 9] = [
+        Self::Transitions,
+        Self::Orbits,
+        Self::Basins,
+        Self::Attractors,
+        Self::Horizon,
+        Self::Probes,
+        Self::Spectra,
+        Self::Poincare,
+        Self::Points,
+    ];
+
     /// Name of the file, or of the folder of shards.
     pub fn file_name(self) -> &'static str {
         match self {
@@ -120,6 +133,28 @@ pub(super) trait Row {
     }
 }
 
+/// Starts a Parquet file with the fields of a schema; `path` is what errors name.
+pub(super) fn start_writer<W: Write + Send>(
+    sink: W,
+    path: &Path,
+    schema: &Schema,
+    metadata: Vec<(String, String)>,
+) -> Result<ArrowWriter<W>, StoreError> {
+    let properties = WriterProperties::builder()
+        .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))
+        .build();
+    // Twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
+    let schema = Schema::new(schema.fields().clone())
+        .with_metadata(metadata.iter().cloned().collect::<Metadata>());
+    let mut writer = ArrowWriter::try_new(sink, Arc::new(schema), Some(properties))
+        .map_err(|source| StoreError::parquet(path, "write", source))?;
+    for (key, value) in metadata {
+        writer.append_key_value_metadata(KeyValue::new(key, value));
+    }
+    Ok(writer)
+}
+
 /// Encodes rows into any sink, a row group at a time.
 pub(super) struct TableWriter<R, W: Write + Send> {
     table: Table<R>,
@@ -140,10 +175,6 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
         table: Table<R>,
         metadata: &[(&str, String)],
     ) -> Result<Self, StoreError> {
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::ZSTD(ZstdLevel::default()))
-            .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))
-            .build();
         let own = [
             ("format", FORMAT.to_owned()),
             ("units", serde_json::json!(table.units()).to_string()),
@@ -157,14 +188,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
             .chain(metadata.iter().cloned())
             .map(|(key, value)| (key.to_owned(), value))
             .collect();
-        // Twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
-        let schema = Schema::new(table.schema().fields().clone())
-            .with_metadata(metadata.iter().cloned().collect::<Metadata>());
-        let mut writer = ArrowWriter::try_new(sink, Arc::new(schema), Some(properties))
-            .map_err(|source| StoreError::parquet(&path, "write", source))?;
-        for (key, value) in metadata {
-            writer.append_key_value_metadata(KeyValue::new(key, value));
-        }
+        let writer = start_writer(sink, &path, &table.schema(), metadata)?;
         let buffer = Vec::new();
         Ok(Self {
             table,

@@ -247,6 +247,12 @@ pub fn journal_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     })
 }
 
+/// What a point takes up in a journal \[bytes\].
+pub fn journal_bytes(row: &PointRow) -> u64 {
+    // A row is plain data; it always has an encoding.
+    postcard::to_allocvec(row).map_or(0, |payload| (FRAME + payload.len()) as u64)
+}
+
 /// Opens the file, creating it where needed, and locks it.
 fn open_locked(path: &Path) -> Result<File, StoreError> {
     let refused = |source| StoreError::io(path, "write", source);

@@ -21,15 +21,18 @@ mod error;
 mod file;
 mod horizon;
 mod journal;
+mod merge;
 mod nvh;
 mod orbits;
 mod probes;
 mod read;
 mod reorder;
+mod replace;
 mod run;
 mod table;
 mod tables;
 mod trace;
+mod weave;
 mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
@@ -43,12 +46,15 @@ pub use columns::{
 pub use error::StoreError;
 pub use file::{Shard, TableKind, table_path};
 pub use horizon::{HorizonRow, horizon_table};
-pub use journal::{Journal, SYNC_INTERVAL, journal_path};
+pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
+pub use merge::{MergeError, merge};
 pub use orbits::{OrbitRow, orbits_table};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
+pub use replace::{replace, statuses};
 pub use run::{
-    MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Totals, write_run,
+    MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState, ShardRecord,
+    Totals, write_run,
 };
 pub use table::{Column, Table};
 pub use tables::{

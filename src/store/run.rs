@@ -32,12 +32,54 @@ pub struct RunRecord {
     pub placement: PlacementRecord,
     /// Counts and times over all points.
     pub totals: Totals,
+    /// The shards that it was joined from, where it was.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shards: Vec<ShardRecord>,
+    /// Later runs that computed failed points again.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub retries: Vec<RetryRecord>,
     /// What the user should know, one sentence each.
     pub warnings: Vec<String>,
     /// Hash over what matters to physics, hexadecimal.
     pub manifest_hash: String,
     /// The manifest as the user wrote it.
     pub manifest: String,
+}
+
+/// What a joined record keeps of each shard.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShardRecord {
+    /// Which part.
+    pub shard: Shard,
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The machine it ran on.
+    pub machine: MachineRecord,
+    /// Threads and where they ran.
+    pub placement: PlacementRecord,
+    /// Counts and times over its points.
+    pub totals: Totals,
+}
+
+/// A run that computed failed points of finished results again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RetryRecord {
+    /// When it started, RFC 3339, UTC.
+    pub started: String,
+    /// When it ended, RFC 3339, UTC.
+    pub finished: String,
+    /// The program, which may be another than that of the other points.
+    pub program: ProgramRecord,
+    /// Points computed again; whole chains where the state is carried.
+    pub points: u64,
+    /// Of these, failed again.
+    pub failed: u64,
+    /// Mesh cycles marched.
+    pub cycles: u64,
+    /// Wall time \[s\].
+    pub wall_time: f64,
 }
 
 /// How a run ended.
@@ -182,6 +224,25 @@ impl Totals {
     }
 }
 
+impl Totals {
+    /// Adds those of another part of the job: times add up as if one part ran after the other.
+    pub fn add(&mut self, other: &Self) {
+        let sum = Self::new(
+            self.points + other.points,
+            self.ok + other.ok,
+            self.failed + other.failed,
+            self.cycles + other.cycles,
+            self.wall_time + other.wall_time,
+        );
+        *self = Self {
+            not_converged: self.not_converged + other.not_converged,
+            missing: self.missing + other.missing,
+            resumed: self.resumed + other.resumed,
+            ..sum
+        };
+    }
+}
+
 /// Where the record of a run (of a shard) lies.
 pub(super) fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     folder.join(match shard {
@@ -231,6 +292,8 @@ mod tests {
                 obtained: "not bound".into(),
             },
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
+            shards: Vec::new(),
+            retries: Vec::new(),
             warnings: vec!["binding is not possible here".into()],
             manifest_hash: "0123abcd".into(),
             manifest: "[job]\nname = \"flex80\"\n".into(),

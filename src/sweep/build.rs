@@ -7,12 +7,12 @@ use crate::analysis::{
 };
 use crate::manifest::{
     DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName, SliceSpec,
-    StiffnessSpec, StructureSource,
+    StiffnessSpec, StructureSource, TableSpec,
 };
 use crate::model::{
     Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
-use crate::propagate::Volterra;
+use crate::propagate::{DenseError, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::TableStore;
 use std::collections::{HashMap, HashSet};
@@ -30,6 +30,9 @@ pub enum BuildError {
     /// The mesh cannot be computed from the drawing of the gears.
     #[error("the mesh cannot be computed: {0}")]
     Mesh(#[from] MeshError),
+    /// The kernel's tables cannot be built.
+    #[error(transparent)]
+    Tables(#[from] DenseError),
     /// There is no such slice of initial states.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),
@@ -248,6 +251,31 @@ pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
     })
 }
 
+/// One point for every mesh table that some points need, with what it is of.
+fn meshes_wanted<'a>(
+    points: impl IntoIterator<Item = &'a PointSpec>,
+) -> Vec<(&'a PointSpec, &'a Arc<TableSpec>)> {
+    let mut seen = HashSet::new();
+    let mut wanted = Vec::new();
+    for point in points {
+        let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
+            continue;
+        };
+        let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
+        // With shafts that tilt the structure matters as well.
+        let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
+        if seen.insert((Arc::as_ptr(spec), numbers, tilt)) {
+            wanted.push((point, spec));
+        }
+    }
+    wanted
+}
+
+/// Mesh tables that some points need.
+pub fn tables_wanted<'a>(points: impl IntoIterator<Item = &'a PointSpec>) -> usize {
+    meshes_wanted(points).len()
+}
+
 /// Structures and mesh tables already at hand: points of a grid mostly share them.
 #[derive(Debug)]
 pub struct Parts {
@@ -284,17 +312,7 @@ impl Parts {
         points: impl IntoIterator<Item = &'a PointSpec>,
         progress: &mut dyn FnMut(),
     ) {
-        let mut seen = HashSet::new();
-        for point in points {
-            let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
-                continue;
-            };
-            let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
-            // With shafts that tilt the structure matters as well.
-            let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
-            if !seen.insert((Arc::as_ptr(spec), numbers, tilt)) {
-                continue;
-            }
+        for (point, spec) in meshes_wanted(points) {
             if let Ok(structure) = self.structure(&point.model) {
                 _ = self.meshes.mesh(point, spec, &structure);
             }

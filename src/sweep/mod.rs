@@ -1,6 +1,6 @@
 //! A grid of operating points over the cores of this machine.
 //!
-//! Workers of a rayon pool take chains in order and answer their points one by one; a writer
+//! Workers of a rayon pool take chains, long ones first, and answer their points one by one; a writer
 //! thread, fed through a bounded channel, streams the rows to Parquet in point order. A chain
 //! is one point, or all points along an axis where the state is carried from one to the
 //! next. A chain's numbers depend on the chain alone, so they are the same for any number
@@ -9,11 +9,19 @@
 
 pub mod build;
 mod chain;
+mod forecast;
+mod layout;
 mod mesh_tables;
 mod point;
+mod queue;
+mod recorder;
 mod run;
+mod turns;
 
 pub use chain::{Link, compute, lead_up};
+pub use forecast::{Forecast, Interval, forecast};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use point::Worker;
-pub use run::{Finished, Options, Progress, SweepError, Watcher, run, shard_points};
+pub use recorder::{Progress, Watcher};
+pub use run::{Finished, Options, SweepError, run};
+pub use turns::{shard_points, whole_chains};

@@ -6,9 +6,9 @@ use crate::analysis::{
     MultistabilityQuestion, OrbitQuestion, OrbitSurvey, PointOutcome, Questions, Status,
     investigate_onward, predictability, probe_basins, survey_orbits,
 };
-use crate::manifest::{KernelSpec, PointSpec};
+use crate::manifest::{KernelSpec, Ladder, PointSpec};
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Kernel, Stepping, Volterra};
+use crate::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
 use crate::store::{ChainEnd, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -102,6 +102,7 @@ pub fn kernel_name(kernel: &KernelSpec) -> &'static str {
     match kernel {
         KernelSpec::Volterra { .. } => "volterra",
         KernelSpec::Stepping { .. } => "stepping",
+        KernelSpec::Tables { ladder, .. } => ladder.name(),
     }
 }
 
@@ -135,6 +136,24 @@ fn answer(
             let kernel = Stepping::new(&model, steps, limit);
             ask(&model, &kernel, [start, own], &asked, called_off)
         }
+        KernelSpec::Tables { ladder, cells } => match ladder {
+            Ladder::Dyadic => {
+                let kernel = Dyadic::new(&model, cells, limit)?;
+                ask(&model, &kernel, [start, own], &asked, called_off)
+            }
+            Ladder::Hermite => {
+                let kernel = Hermite::new(&model, cells, limit)?;
+                ask(&model, &kernel, [start, own], &asked, called_off)
+            }
+            Ladder::Spectral { event_grid } => {
+                let kernel = Spectral::new(&model, cells, limit, event_grid)?;
+                ask(&model, &kernel, [start, own], &asked, called_off)
+            }
+            Ladder::Fused => {
+                let kernel = Fused::new(&model, cells, limit)?;
+                ask(&model, &kernel, [start, own], &asked, called_off)
+            }
+        },
     })
 }
 

@@ -1,73 +1,41 @@
-//! The pool, the channel and the writer.
+//! The pool and the channel between workers and writer.
 
 use super::build::Parts;
-use super::chain::{Link, compute};
+use super::chain::compute;
+use super::layout::layout;
 use super::point::Worker;
-use crate::analysis::Status;
-use crate::manifest::{Axis, Job};
-use crate::store::{
-    AxisColumn, ChainColumns, Journal, PointRow, ResultLayout, ResultWriter, SYNC_INTERVAL, Shard,
-    StoreError,
-};
-use crate::topology::Topology;
-use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
-use std::collections::HashMap;
+use super::queue::{Next, Queue};
+use super::recorder::{Progress, Recorder, Watcher};
+use super::turns::{TakenOver, shard_points};
+use crate::manifest::Job;
+use crate::store::{Journal, ResultWriter, Shard, StoreError};
+use crate::topology::{Pinning, Plan, Topology, default_workers, plan};
+use crossbeam_channel::bounded;
+use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 /// Rows on their way from workers to the writer.
 const CHANNEL: usize = 256;
 
-/// Points handed out beyond the oldest unfinished one; a chain a worker where that is more.
-/// Bounds what the writer has to keep in memory when one point takes much longer than its
-/// neighbours. It is looked at between chains only, so that the oldest always goes on.
-const AHEAD: usize = 4096;
-
 /// How a sweep is to be run.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Options {
+pub struct Options<'a> {
     /// Worker threads; one a core where absent.
     pub threads: Option<usize>,
+    /// Whether workers are bound to their cores.
+    pub pinning: Pinning,
     /// Part of a split job.
     pub shard: Option<Shard>,
-}
-
-/// Where a sweep stands, after every finished point.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Progress {
-    /// Points finished.
-    pub done: u64,
-    /// Of these, with a status other than ok.
-    pub not_ok: u64,
-    /// Of these, with status failed, diverged or event_storm.
-    pub failed: u64,
-    /// Of `done`, taken over from an earlier, interrupted run.
-    pub resumed: u64,
-    /// Mesh cycles marched by this run.
-    pub cycles: u64,
-}
-
-impl Progress {
-    fn count(&mut self, row: &PointRow) {
-        let status = &row.outcome.status;
-        self.done += 1;
-        self.not_ok += u64::from(*status != Status::Ok);
-        self.failed += u64::from(!matches!(status, Status::Ok | Status::NotConverged));
-    }
-}
-
-/// Told about every finished point, from the writer's thread.
-pub trait Watcher: Send {
-    /// Points of an earlier run were taken over; nothing has been computed yet.
-    fn resumed(&mut self, progress: &Progress);
-
-    /// A point was finished and handed to the writer.
-    fn point(&mut self, row: &PointRow, progress: &Progress);
+    /// Only these points, whole chains of them; the files are those of an undivided run.
+    pub only: Option<&'a BTreeSet<u64>>,
+    /// Failed points, those taken over not counted, after which the sweep is called off.
+    pub most_failures: Option<u64>,
 }
 
 /// How a sweep ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finished {
     /// Points of this run.
     pub points: u64,
@@ -77,6 +45,12 @@ pub struct Finished {
     pub missing: u64,
     /// Worker threads used.
     pub threads: usize,
+    /// Where they were to run, in words.
+    pub asked: String,
+    /// Where they ran.
+    pub obtained: String,
+    /// Whether it was called off for its failed points.
+    pub gave_up: bool,
 }
 
 /// Why a sweep could not run.
@@ -95,29 +69,6 @@ pub enum SweepError {
     },
 }
 
-/// Indices into a job's points that belong to a shard: every n-th chain, so that neighbours,
-/// which cost alike, are dealt out evenly. `chain` is the length of a chain, 1 where points
-/// are independent.
-pub fn shard_points(points: usize, chain: usize, shard: Option<Shard>) -> Vec<usize> {
-    let (first, step) = shard.map_or((0, 1), |s| (s.index as usize - 1, s.count as usize));
-    (0..points)
-        .step_by(chain)
-        .skip(first)
-        .step_by(step)
-        .flat_map(|begin| begin..begin + chain)
-        .collect()
-}
-
-/// A chain that is not finished.
-struct Turn {
-    /// Where it stands among all points of this run.
-    place: usize,
-    /// Its first point.
-    first: usize,
-    /// What is known of it from an earlier run.
-    link: Link,
-}
-
 /// Runs a job and writes its tables to `folder`. Points in the journal are taken over, the
 /// others are computed and appended to it; it is the caller's to remove once everything
 /// else is written. Raising `called_off` drops the points in flight; what is finished is
@@ -128,7 +79,7 @@ struct Turn {
 pub fn run(
     job: &Job,
     folder: &Path,
-    options: Options,
+    options: Options<'_>,
     parts: &Parts,
     journal: &mut Journal,
     topology: Option<&Topology>,
@@ -136,76 +87,45 @@ pub fn run(
     watcher: &mut dyn Watcher,
 ) -> Result<Finished, SweepError> {
     let length = job.chain_length();
-    let all = shard_points(job.points.len(), length, options.shard);
+    let mut all = shard_points(job.points.len(), length, options.shard);
+    if let Some(only) = options.only {
+        all.retain(|&i| only.contains(&job.points[i].point_id));
+    }
+    let shard = options.shard.filter(|_| options.only.is_none());
     let ids: Vec<u64> = all.iter().map(|&i| job.points[i].point_id).collect();
-    let mut writer = ResultWriter::create(folder, &layout(job, options.shard), ids)?;
+    let mut writer = ResultWriter::create(folder, &layout(job, shard), ids)?;
     let mut progress = Progress::default();
-    let mut done = vec![false; job.points.len() / length];
-    let mut links: HashMap<usize, Link> = HashMap::new();
-    journal.replay(|row| {
-        let point_id = row.point_id;
-        let (chain, place) = (point_id as usize / length, point_id as usize % length);
-        let done = done
-            .get_mut(chain)
-            .ok_or(StoreError::UnexpectedPoint { point_id })?;
-        if *done {
-            // Twice the same point, twice the same numbers.
-            return Ok(());
-        }
-        let link = links.entry(chain).or_default();
-        if place < link.passed() {
-            return Ok(());
-        }
-        if place > link.passed() {
-            return Err(StoreError::UnexpectedPoint { point_id });
-        }
-        link.pass(job, &row);
-        if link.passed() == length {
-            *done = true;
-            links.remove(&chain);
-        }
+    let taken_over = TakenOver::replay(job, journal, |row| {
         progress.count(&row);
         writer.push(row)
     })?;
     progress.resumed = progress.done;
     watcher.resumed(&progress);
-    let queue: Vec<Turn> = (0..all.len())
-        .step_by(length)
-        .filter(|&place| !done[all[place] / length])
-        .map(|place| Turn {
-            place,
-            first: all[place],
-            link: links.remove(&(all[place] / length)).unwrap_or_default(),
-        })
-        .collect();
-    let threads = options
-        .threads
-        .or(topology.map(|t| t.cores.len()))
-        .or(std::thread::available_parallelism().ok().map(usize::from))
-        .unwrap_or(1)
-        .clamp(1, work(job, &queue).max(1));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|i| format!("atlas-{i}"))
-        .build()
-        .map_err(|error| SweepError::Threads {
-            threads,
-            reason: error.to_string(),
-        })?;
+    let turns = taken_over.rest(&all);
+    let firsts = turns.iter().map(|turn| turn.first);
+    let Crew {
+        pool,
+        threads,
+        seats,
+        obtained,
+    } = start_workers(job, firsts, options, topology)?;
 
-    pool.install(|| parts.prepare(queue.iter().map(|turn| &job.points[turn.first]), &mut || ()));
+    let shards = shard.map_or(1, |shard| shard.count as usize);
+    let queue = Queue::new(job, all.len(), turns, shards, threads);
+    let firsts = queue.turns().iter().map(|turn| &job.points[turn.first]);
+    pool.install(|| parts.prepare(firsts, &mut || ()));
 
-    let ahead = AHEAD.max(threads * length) as u64;
-    let next = AtomicUsize::new(0);
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
     let ended = std::thread::scope(|scope| {
-        let mut recorder = Recorder {
+        let recorder = Recorder {
             writer,
             journal,
             progress,
             watcher,
             written: &written,
+            most_failures: options.most_failures,
+            called_off,
         };
         let writing = scope.spawn(move || {
             let recorded = recorder.record_all(&receiver);
@@ -213,8 +133,7 @@ pub fn run(
                 // Nothing more can be kept: no use in computing on.
                 called_off.store(true, Ordering::Relaxed);
             }
-            recorded?;
-            recorder.finish()
+            recorded
         });
         pool.broadcast(|context| {
             let worker = Worker {
@@ -222,17 +141,18 @@ pub fn run(
                 topology,
             };
             let sender = sender.clone();
-            while let Some(turn) = queue.get(next.fetch_add(1, Ordering::Relaxed)) {
-                while turn.place as u64 >= written.load(Ordering::Relaxed) + ahead
-                    && !called_off.load(Ordering::Relaxed)
-                {
-                    std::thread::sleep(Duration::from_millis(1));
-                }
-                let mut link = turn.link.clone();
-                while link.passed() < length {
-                    if called_off.load(Ordering::Relaxed) {
-                        return;
+            while !called_off.load(Ordering::Relaxed) {
+                let index = match queue.next(written.load(Ordering::Relaxed)) {
+                    Next::Chain(index) => index,
+                    Next::Wait => {
+                        std::thread::sleep(Duration::from_millis(1));
+                        continue;
                     }
+                    Next::End => return,
+                };
+                let turn = &queue.turns()[index];
+                let (mut link, clock) = (turn.link.clone(), Instant::now());
+                while link.passed() < length {
                     let point = &job.points[turn.first + link.passed()];
                     let Ok(row) = compute(job, point, &link, parts, worker, called_off) else {
                         return;
@@ -242,7 +162,11 @@ pub fn run(
                         // The writer has given up.
                         return;
                     }
+                    if called_off.load(Ordering::Relaxed) {
+                        return;
+                    }
                 }
+                queue.finished(index, clock.elapsed());
             }
         });
         drop(sender);
@@ -250,124 +174,82 @@ pub fn run(
             .join()
             .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     });
-    let (progress, missing) = ended?;
+    let recorded = ended?;
     Ok(Finished {
         points: all.len() as u64,
-        progress,
-        missing,
+        progress: recorded.progress,
+        missing: recorded.missing,
         threads,
+        asked: seats.to_string(),
+        obtained,
+        gave_up: recorded.gave_up,
     })
 }
 
-/// What the writer's thread works on.
-struct Recorder<'a> {
-    writer: ResultWriter,
-    journal: &'a mut Journal,
-    progress: Progress,
-    watcher: &'a mut dyn Watcher,
-    /// Points that have left the writer's memory, for the workers to see.
-    written: &'a AtomicU64,
+/// Threads that are ready to work.
+pub(super) struct Crew {
+    pub pool: rayon::ThreadPool,
+    pub threads: usize,
+    /// Where they were to sit.
+    pub seats: Plan,
+    /// Where they sit, in words.
+    pub obtained: String,
 }
 
-impl Recorder<'_> {
-    /// Takes rows until the channel closes.
-    fn record_all(&mut self, receiver: &Receiver<PointRow>) -> Result<(), StoreError> {
-        loop {
-            match receiver.recv_timeout(SYNC_INTERVAL) {
-                Ok(row) => self.record(row)?,
-                Err(RecvTimeoutError::Timeout) => self.journal.sync_if_due()?,
-                Err(RecvTimeoutError::Disconnected) => return Ok(()),
-            }
-        }
-    }
+/// Starts the workers for chains with these first points: as many as asked for, or one a
+/// core, and no more than there are pieces of work.
+pub(super) fn start_workers(
+    job: &Job,
+    firsts: impl Iterator<Item = usize>,
+    options: Options<'_>,
+    topology: Option<&Topology>,
+) -> Result<Crew, SweepError> {
+    let cores = topology.map_or(&[][..], |t| &t.cores);
+    let parallelism = std::thread::available_parallelism().ok();
+    let threads = options
+        .threads
+        .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)))
+        .clamp(1, pieces(job, firsts).max(1));
+    let seats = plan(cores, threads, options.pinning);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|i| format!("atlas-{i}"))
+        .build()
+        .map_err(|error| SweepError::Threads {
+            threads,
+            reason: error.to_string(),
+        })?;
+    let obtained = take_seats(&pool, &seats, topology);
+    Ok(Crew {
+        pool,
+        threads,
+        seats,
+        obtained,
+    })
+}
 
-    fn record(&mut self, row: PointRow) -> Result<(), StoreError> {
-        self.journal.append(&row)?;
-        self.progress.count(&row);
-        self.progress.cycles += row.outcome.cycles;
-        self.watcher.point(&row, &self.progress);
-        self.writer.push(row)?;
-        let waiting = self.writer.waiting() as u64;
-        self.written
-            .store(self.progress.done - waiting, Ordering::Relaxed);
-        Ok(())
-    }
-
-    /// Where the run stands at its end, and the number of points that are missing.
-    fn finish(self) -> Result<(Progress, u64), StoreError> {
-        self.journal.sync()?;
-        let written = self.writer.finish()?;
-        Ok((self.progress, written.missing))
+/// Binds every worker to its seat where that is planned; says what came of it. A worker that
+/// cannot be bound works where the system puts it.
+fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology>) -> String {
+    let Some(topology) = topology.filter(|_| seats.pinned) else {
+        return "not pinned".into();
+    };
+    let taken = pool.broadcast(|context| {
+        let seat = &seats.seats[context.index()];
+        topology.bind_current_thread(&seat.threads)
+    });
+    let bound = taken.iter().filter(|taken| taken.is_ok()).count();
+    match taken.iter().find_map(|taken| taken.as_ref().err()) {
+        None => "pinned".into(),
+        Some(error) => format!("{bound} of {} workers pinned: {error}", taken.len()),
     }
 }
 
 /// Pieces of work that may be done at the same time: points, and probes where there are any.
-fn work(job: &Job, queue: &[Turn]) -> usize {
-    let pieces = queue.iter().map(|turn| {
-        let probes = job.points[turn.first].analyses.multistability;
+fn pieces(job: &Job, firsts: impl Iterator<Item = usize>) -> usize {
+    let pieces = firsts.map(|first| {
+        let probes = job.points[first].analyses.multistability;
         probes.map_or(1, |asked| asked.initial_conditions as usize)
     });
     pieces.sum()
-}
-
-fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
-    let any = |pick: fn(&crate::manifest::AnalysesSpec) -> bool| {
-        job.points.iter().any(|p| pick(&p.analyses))
-    };
-    let column = |axis: &Axis| AxisColumn {
-        name: axis.name.clone(),
-        unit: axis.unit.clone(),
-    };
-    ResultLayout {
-        axes: job.axes.iter().map(column).collect(),
-        poincare: any(|a| a.poincare.is_some()),
-        spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
-        probes: any(|a| a.multistability.is_some()),
-        orbits: any(|a| a.orbits.is_some()),
-        chains: job.carried.as_ref().map(|carried| ChainColumns {
-            axis: column(&job.axes[carried.axis]),
-            transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),
-        }),
-        basins: job
-            .points
-            .iter()
-            .find_map(|p| p.analyses.multistability?.slice)
-            .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.velocity))),
-        horizon: any(|a| a.horizon.is_some()),
-        shard,
-    }
-}
-
-/// What a slice varies along a mode, counted from 0.
-fn slice_axis(mode: usize, velocity: bool) -> String {
-    let mode = mode + 1;
-    if velocity {
-        format!("velocity of mode {mode} as mesh deflection")
-    } else {
-        format!("mesh deflection by mode {mode}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shards_cover_every_point_once() {
-        for (points, chain, count) in [(0, 1, 1), (1, 1, 3), (80, 1, 7), (81, 1, 80), (84, 12, 3)] {
-            let mut seen = vec![0; points];
-            for index in 1..=count {
-                let own = shard_points(points, chain, Some(Shard { index, count }));
-                for whole in own.chunks(chain) {
-                    assert!(whole[0].is_multiple_of(chain), "chains stay whole");
-                    assert!(whole.windows(2).all(|pair| pair[1] == pair[0] + 1));
-                }
-                for i in own {
-                    seen[i] += 1;
-                }
-            }
-            assert!(seen.iter().all(|n| *n == 1));
-            assert_eq!(shard_points(points, chain, None).len(), points);
-        }
-    }
 }

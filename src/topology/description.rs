@@ -6,6 +6,7 @@
 
 use hwlocality::Topology as Hwloc;
 use hwlocality::cpu::binding::CpuBindingFlags;
+use hwlocality::cpu::cpuset::CpuSet;
 use hwlocality::object::TopologyObject;
 use hwlocality::object::attributes::ObjectAttributes;
 use hwlocality::object::types::{CacheType, ObjectType};
@@ -37,6 +38,8 @@ pub struct Core {
     pub package: usize,
     /// NUMA node its memory comes from first, as the system numbers it.
     pub numa_node: u32,
+    /// Which kind of core, slow ones first; all 0 where they are alike or nobody tells.
+    pub kind: u32,
     /// Its hardware threads that this process may use, as the system numbers them.
     pub threads: Vec<u32>,
 }
@@ -112,7 +115,8 @@ impl Topology {
     }
 
     fn describe(hwloc: Hwloc) -> Self {
-        let cores = describe_cores(&hwloc);
+        let usable = usable(&hwloc);
+        let cores = describe_cores(&hwloc, &usable);
         let mut numa_nodes: Vec<NumaNode> = hwloc
             .objects_with_type(ObjectType::NUMANode)
             .map(|node| NumaNode {
@@ -123,7 +127,7 @@ impl Topology {
                     }
                     _ => None,
                 },
-                threads: allowed_threads(&hwloc, node),
+                threads: usable_threads(&usable, node),
             })
             .collect();
         if numa_nodes.is_empty() {
@@ -188,32 +192,53 @@ fn os_index(object: &TopologyObject) -> u32 {
         .unwrap_or(0)
 }
 
+/// Hardware threads that the system allows this process and that it is bound to (`taskset`).
+fn usable(hwloc: &Hwloc) -> CpuSet {
+    let allowed = hwloc.allowed_cpuset().clone_target();
+    match hwloc.cpu_binding(CpuBindingFlags::THREAD) {
+        Ok(bound) if hwloc.is_this_system() && bound.intersects(&allowed) => allowed & bound,
+        _ => allowed,
+    }
+}
+
 /// The threads of an object that this process may use.
-fn allowed_threads(hwloc: &Hwloc, object: &TopologyObject) -> Vec<u32> {
+fn usable_threads(usable: &CpuSet, object: &TopologyObject) -> Vec<u32> {
     let Some(cpuset) = object.cpuset() else {
         return Vec::new();
     };
-    let allowed = hwloc.allowed_cpuset();
     cpuset
         .iter_set()
-        .filter(|&thread| allowed.is_set(thread))
+        .filter(|&thread| usable.is_set(thread))
         .filter_map(|thread| u32::try_from(usize::from(thread)).ok())
         .collect()
 }
 
-fn describe_cores(hwloc: &Hwloc) -> Vec<Core> {
+fn describe_cores(hwloc: &Hwloc, usable: &CpuSet) -> Vec<Core> {
+    let kinds: Vec<CpuSet> = match hwloc.cpu_kinds() {
+        // Sorted by speed where that is known.
+        Ok(kinds) if kinds.clone().all(|kind| kind.efficiency.is_some()) => {
+            kinds.map(|kind| kind.cpuset).collect()
+        }
+        _ => Vec::new(),
+    };
+    let kind = |object: &TopologyObject| {
+        let own = object.cpuset();
+        let at = own.and_then(|own| kinds.iter().position(|kind| kind.includes(own)));
+        at.map_or(0, |at| at as u32)
+    };
     let core = |object: &TopologyObject| Core {
         package: object
             .first_ancestor_with_type(ObjectType::Package)
             .map_or(0, TopologyObject::logical_index),
         numa_node: nearest_node(object),
-        threads: allowed_threads(hwloc, object),
+        kind: kind(object),
+        threads: usable_threads(usable, object),
     };
-    let usable = |core: &Core| !core.threads.is_empty();
+    let has_threads = |core: &Core| !core.threads.is_empty();
     let cores: Vec<Core> = hwloc
         .objects_with_type(ObjectType::Core)
         .map(core)
-        .filter(usable)
+        .filter(has_threads)
         .collect();
     if !cores.is_empty() {
         return cores;
@@ -222,7 +247,7 @@ fn describe_cores(hwloc: &Hwloc) -> Vec<Core> {
     hwloc
         .objects_with_type(ObjectType::PU)
         .map(core)
-        .filter(usable)
+        .filter(has_threads)
         .collect()
 }
 

@@ -31,6 +31,13 @@ impl Machine {
     }
 }
 
+/// Most memory that this process has held at once \[bytes\]; none where the system does not
+/// tell.
+pub fn peak_memory() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    kibibytes(&status, "VmHWM")
+}
+
 /// Value of the first `key : value` line.
 fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     text.lines().find_map(|line| {
@@ -41,7 +48,12 @@ fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
 
 /// `MemTotal` is given in KiB.
 fn memory_bytes(meminfo: &str) -> Option<u64> {
-    let kibibytes = field(meminfo, "MemTotal")?.strip_suffix("kB")?.trim();
+    kibibytes(meminfo, "MemTotal")
+}
+
+/// A number of KiB \[bytes\].
+fn kibibytes(text: &str, key: &str) -> Option<u64> {
+    let kibibytes = field(text, key)?.strip_suffix("kB")?.trim();
     Some(1024 * kibibytes.parse::<u64>().ok()?)
 }
 

@@ -22,7 +22,7 @@ use crate::numerics::random::Stream;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Streams of a point from this number on belong to its twins; those below to its own
 /// tangents and to its probes.
@@ -275,7 +275,7 @@ impl<'a, K: Kernel> Record<'a, K> {
 
     /// One cycle of the trajectory and its tangent.
     fn cycle(&mut self) -> Result<(), HorizonError> {
-        self.look_up()?;
+        CalledOff::check(self.called_off)?;
         let mut means = CycleMeans([0.0; 3]);
         self.kernel.march(
             &mut self.trajectory,
@@ -292,14 +292,6 @@ impl<'a, K: Kernel> Record<'a, K> {
         tangent.iter_mut().for_each(|x| *x /= length);
         self.growth.push(length.ln());
         Ok(())
-    }
-
-    fn look_up(&self) -> Result<(), CalledOff> {
-        if self.called_off.load(Ordering::Relaxed) {
-            Err(CalledOff)
-        } else {
-            Ok(())
-        }
     }
 
     /// A twin at the trajectory's present place.

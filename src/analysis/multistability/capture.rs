@@ -9,7 +9,6 @@ use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches};
 use crate::analysis::point::CalledOff;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
-use std::sync::atomic::Ordering;
 
 /// Distance \[half gaps\] from which an approach is worth watching. Watching costs nothing: the
 /// trajectory is marched on by it.
@@ -65,9 +64,7 @@ impl KnownOrbits {
         let mut workspace = kernel.workspace();
         let mut none = Tangents::none();
         while counters.cycles < cycles {
-            if field.called_off.load(Ordering::Relaxed) {
-                return Err(CalledOff);
-            }
+            CalledOff::check(field.called_off)?;
             let near = self.orbits.iter().find(|(_, orbit)| {
                 let apart = trajectory.cycle.abs_diff(orbit.start.cycle);
                 apart.is_multiple_of(self.excitation)

@@ -14,7 +14,7 @@ use crate::analysis::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 use serde::{Deserialize, Serialize};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 /// Longest period that can be asked for, in mesh cycles.
 pub const LONGEST_PERIOD: u32 = 64;
@@ -79,7 +79,7 @@ pub fn survey<K: Kernel>(
     let mut counters = Counters::default();
     let mut path = vec![trajectory.clone()];
     for _ in 0..question.cycles {
-        look_up(called_off)?;
+        CalledOff::check(called_off)?;
         let marched = kernel.march(
             trajectory,
             &mut Tangents::none(),
@@ -104,7 +104,7 @@ pub fn survey<K: Kernel>(
         .filter(|p| unit.is_some_and(|u| p.is_multiple_of(u)))
     {
         for guess in guesses(&norm, &path, period as usize, question.guesses as usize) {
-            look_up(called_off)?;
+            CalledOff::check(called_off)?;
             let guess = midway(model, &path[guess], &path[guess + period as usize]);
             let searched = seek(model, kernel, &norm, &guess, period, &mut workspace);
             // An iterate that diverges or storms is no orbit, and no fault of the point.
@@ -127,13 +127,6 @@ pub fn survey<K: Kernel>(
         orbits: found.into_iter().map(|(_, outcome)| outcome).collect(),
         cycles: counters.cycles,
     })
-}
-
-fn look_up(called_off: &AtomicBool) -> Result<(), CalledOff> {
-    match called_off.load(Ordering::Relaxed) {
-        true => Err(CalledOff),
-        false => Ok(()),
-    }
 }
 
 /// Places on the path that nearly return after `period` cycles, nearest first, no two within

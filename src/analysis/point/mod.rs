@@ -36,6 +36,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[error("called off before the point was finished")]
 pub struct CalledOff;
 
+impl CalledOff {
+    /// Ends the work where it was called off.
+    ///
+    /// # Errors
+    /// [`CalledOff`] when the flag is raised.
+    pub fn check(flag: &AtomicBool) -> Result<(), Self> {
+        match flag.load(Ordering::Relaxed) {
+            true => Err(Self),
+            false => Ok(()),
+        }
+    }
+}
+
 /// Averages of a twin's exponent: as many as an error bar takes. It is there to check the
 /// tangents over the same cycles, which more of them would not do any better.
 const TWIN_AVERAGES: usize = FEWEST_BLOCKS;
@@ -103,6 +116,12 @@ enum Halt {
 impl From<Stop> for Halt {
     fn from(stop: Stop) -> Self {
         Self::Stop(stop)
+    }
+}
+
+impl From<CalledOff> for Halt {
+    fn from(_: CalledOff) -> Self {
+        Self::CalledOff
     }
 }
 
@@ -214,7 +233,7 @@ impl<K: Kernel> March<'_, K> {
     /// Marches without watching.
     fn plain(&mut self, cycles: u64) -> Result<(), Halt> {
         for _ in 0..cycles {
-            self.look_up()?;
+            CalledOff::check(self.called_off)?;
             self.kernel.march(
                 &mut self.trajectory,
                 &mut Tangents::none(),
@@ -226,20 +245,11 @@ impl<K: Kernel> March<'_, K> {
         Ok(())
     }
 
-    /// Ends the work when it was called off.
-    fn look_up(&self) -> Result<(), Halt> {
-        if self.called_off.load(Ordering::Relaxed) {
-            Err(Halt::CalledOff)
-        } else {
-            Ok(())
-        }
-    }
-
     /// Audits the energy balance over some cycles, where it is to be audited at all.
     fn audit(&mut self, cycles: u64) -> Result<(), Halt> {
         let mut audit = EnergyAudit::new(self.model);
         for _ in 0..cycles.min(self.questions.audit_cycles) {
-            self.look_up()?;
+            CalledOff::check(self.called_off)?;
             self.kernel.march(
                 &mut self.trajectory,
                 &mut Tangents::none(),
@@ -258,7 +268,7 @@ impl<K: Kernel> March<'_, K> {
         instruments: &mut Instruments,
         observer: &mut O,
     ) -> Result<(), Halt> {
-        self.look_up()?;
+        CalledOff::check(self.called_off)?;
         let mut none = Tangents::none();
         let tangents = match &mut instruments.growth {
             Some(growth) => growth.tangents(),

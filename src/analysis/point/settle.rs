@@ -1,7 +1,7 @@
 //! Motions that repeat: found early by Newton's method, or by waiting until they do.
 
 use super::instruments::Instruments;
-use super::{Halt, March};
+use super::{CalledOff, Halt, March};
 use crate::analysis::orbits::floquet::{exponents, monodromy};
 use crate::analysis::orbits::shooting::{approaches, shoot, shortest};
 use crate::analysis::orbits::twins;
@@ -80,7 +80,7 @@ impl<K: Kernel> March<'_, K> {
     /// period and how it was found.
     pub(super) fn seek_orbit(&mut self, candidates: &[u32]) -> Result<Option<(u32, String)>, Halt> {
         for &period in candidates {
-            self.look_up()?;
+            CalledOff::check(self.called_off)?;
             let found = shoot(
                 self.model,
                 self.kernel,

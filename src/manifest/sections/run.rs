@@ -3,22 +3,14 @@
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Child, Section, entries, wrong_type};
 use crate::manifest::schema;
-use crate::manifest::spec::{InitialSpec, KernelSpec, RunSpec};
+use crate::manifest::spec::{InitialSpec, KernelSpec, Ladder, RunSpec};
 use crate::manifest::tree::Value;
 use crate::units::Dimension;
-
-/// Kernels of the file format that this version does not have.
-const LATER_KERNELS: [(&str, &str); 4] = [
-    ("dyadic", LATER),
-    ("hermite", LATER),
-    ("spectral", LATER),
-    ("fused", LATER),
-];
-const LATER: &str = "kernel = \"volterra\" (exact), or kernel = \"stepping\" to compare with";
 
 const DEFAULT_TRANSIENT: u64 = 200;
 const DEFAULT_CYCLES: u64 = 800;
 const DEFAULT_STEPS: u64 = 4096;
+const DEFAULT_CELLS: u64 = 60;
 const DEFAULT_AUDIT_CYCLES: u64 = 20;
 const DEFAULT_EVENT_LIMIT: u64 = 1000;
 
@@ -71,33 +63,62 @@ pub(super) fn read(
 }
 
 fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
-    match section.choice(issues, "kernel", Some("volterra"), &LATER_KERNELS) {
+    let chosen = section.choice(issues, "kernel", Some("volterra"), &[]);
+    let idle: &[&str] = match chosen {
+        Some("volterra") => &["steps", "cells", "event_grid"],
+        Some("stepping") => &["tolerance", "cells", "event_grid"],
+        Some("spectral") => &["tolerance", "steps"],
+        Some(_) => &["tolerance", "steps", "event_grid"],
+        None => &[],
+    };
+    if let Some(name) = chosen {
+        let why = format!("with kernel = \"{name}\"");
+        let remedy = match name {
+            "volterra" => {
+                "remove it, or set the kernel it belongs to; `tolerance` sets the accuracy of volterra"
+            }
+            "stepping" => {
+                "remove it, or set kernel = \"volterra\"; `steps` sets the accuracy of stepping"
+            }
+            _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
+        };
+        section.without_effect(issues, idle, &why, remedy);
+    }
+    match chosen {
+        Some("volterra") => {
+            let tolerance = tolerance(section, issues)?;
+            Some(KernelSpec::Volterra { tolerance })
+        }
         Some("stepping") => {
-            section.without_effect(
-                issues,
-                &["tolerance"],
-                "with kernel = \"stepping\"",
-                "remove it, or set kernel = \"volterra\"; `steps` sets the accuracy of stepping",
-            );
             let steps = section.integer_or(issues, "steps", DEFAULT_STEPS)?;
             Some(KernelSpec::Stepping {
                 steps: u32::try_from(steps).ok()?,
             })
         }
-        Some(_) => {
-            section.without_effect(
-                issues,
-                &["steps"],
-                "with kernel = \"volterra\"",
-                "remove it, or set kernel = \"stepping\"; `tolerance` sets the accuracy of volterra",
-            );
-            let tolerance = tolerance(section, issues)?;
-            Some(KernelSpec::Volterra { tolerance })
+        Some(name) => {
+            let cells = section.integer_or(issues, "cells", DEFAULT_CELLS);
+            let ladder = match name {
+                "dyadic" => Ladder::Dyadic,
+                "hermite" => Ladder::Hermite,
+                "spectral" => Ladder::Spectral {
+                    event_grid: match section.has("event_grid") {
+                        true => Some(u32::try_from(section.integer(issues, "event_grid")?).ok()?),
+                        false => None,
+                    },
+                },
+                _ => Ladder::Fused,
+            };
+            Some(KernelSpec::Tables {
+                ladder,
+                cells: u32::try_from(cells?).ok()?,
+            })
         }
         None => {
             // Which settings count is open; their own faults show all the same.
             tolerance(section, issues);
             section.integer_or(issues, "steps", DEFAULT_STEPS);
+            section.integer_or(issues, "cells", DEFAULT_CELLS);
+            section.integer_or(issues, "event_grid", 1);
             None
         }
     }

@@ -118,6 +118,8 @@ fn record(folder: &Path, state: RunState, points: u64, computed: u64) {
             obtained: "as asked".into(),
         },
         totals: Totals::new(points, computed, 0, 1000 * computed, 0.5),
+        shards: Vec::new(),
+        retries: Vec::new(),
         warnings: vec!["the machine was busy".into()],
         manifest_hash: "00".into(),
         manifest: String::new(),

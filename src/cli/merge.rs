@@ -1,0 +1,52 @@
+//! `atlas merge DIR… --out DIR`: joins the shards of a job into one set of results.
+
+use super::{BAD_INPUT, answer, fail, with_causes};
+use crate::store::{MergeError, merge};
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Arguments of `atlas merge`.
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// Folders with the shards of one job, one or several in each; they stay as they are.
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// Folder for the joined results; new or empty.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print the record of the whole (run.json) to standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Joins shards: status 0 when done, 2 where they do not make a whole.
+pub fn run(args: &MergeArgs) -> ExitCode {
+    let record = match merge(&args.folders, &args.out) {
+        Ok(record) => record,
+        Err(error) => {
+            let status = match &error {
+                MergeError::Store(error) if !error.is_refusal() => 1,
+                _ => BAD_INPUT,
+            };
+            return fail(status, &with_causes(&error));
+        }
+    };
+    if args.json {
+        // A record is plain data; it always has a JSON form.
+        let json = serde_json::to_string_pretty(&record).unwrap_or_default();
+        return answer(&format!("{json}\n"), ExitCode::SUCCESS);
+    }
+    if args.quiet {
+        return ExitCode::SUCCESS;
+    }
+    let (shards, points) = (record.shards.len(), record.totals.points);
+    let out = args.out.display();
+    let text = format!(
+        "{points} points of {shards} shards joined\nresults in {out}; atlas show {out} summarises them\n"
+    );
+    answer(&text, ExitCode::SUCCESS)
+}

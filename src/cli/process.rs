@@ -1,0 +1,73 @@
+//! What a sweep needs of the process: signals that call it off, silent workers, and the
+//! machine it runs on.
+
+use super::INTERRUPTED;
+use crate::topology::Topology;
+use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+use signal_hook::flag;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// A process ready for a sweep.
+#[derive(Debug)]
+pub struct Process {
+    /// Raised by Ctrl-C and SIGTERM.
+    pub called_off: Arc<AtomicBool>,
+    /// The machine, where it can be described.
+    pub topology: Option<Topology>,
+    /// What the user should know, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Process {
+    /// Watches signals, silences panics of workers and looks at the machine.
+    ///
+    /// # Errors
+    /// Signals cannot be watched.
+    pub fn prepare() -> io::Result<Self> {
+        let called_off = Arc::new(AtomicBool::new(false));
+        watch_signals(&called_off)?;
+        hush_workers();
+        let mut warnings = Vec::new();
+        let topology = match Topology::current() {
+            Ok(topology) => Some(topology),
+            Err(error) => {
+                warnings.push(format!("{error}; NUMA nodes are not recorded"));
+                None
+            }
+        };
+        Ok(Self {
+            called_off,
+            topology,
+            warnings,
+        })
+    }
+}
+
+/// Lets Ctrl-C and SIGTERM call the sweep off; a second one ends the process at once.
+fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
+    for signal in [SIGINT, SIGTERM] {
+        let status = i32::from(INTERRUPTED);
+        flag::register_conditional_shutdown(signal, status, called_off.clone())?;
+        flag::register(signal, called_off.clone())?;
+    }
+    // Unwatched, this one would end the process without a word when a file outgrows
+    // `ulimit -f`; watched, the write fails and the error is said.
+    flag::register(SIGXFSZ, Arc::default())?;
+    Ok(())
+}
+
+/// A panic in a worker becomes a row with its message; a backtrace amid the progress bar
+/// would only be noise.
+fn hush_workers() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let worker = std::thread::current()
+            .name()
+            .is_some_and(|name| name.starts_with("atlas-"));
+        if !worker {
+            usual(panic);
+        }
+    }));
+}

@@ -1,0 +1,180 @@
+//! `atlas run --retry failed`: computes the failed points of finished results again and puts
+//! them in the place of the old ones.
+//!
+//! They are computed into a hidden folder beside the tables, with a journal of its own, so
+//! that the results stay whole until every point is there and an interrupted retry is taken
+//! up by the same command.
+
+use super::process::Process;
+use super::progress::Display;
+use super::run::{RunArgs, close, failure};
+use super::{INTERRUPTED, answer, fail, with_causes};
+use crate::manifest::Job;
+use crate::store::{
+    Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, Totals, replace, statuses,
+    timestamp, write_run,
+};
+use crate::sweep::build::Parts;
+use crate::sweep::{self, Options, SweepError};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Instant, SystemTime};
+
+/// Statuses that are computed again.
+const FAILURES: [&str; 3] = ["failed", "diverged", "event_storm"];
+
+/// Computes what failed of the results in `folder`, which `record` describes, again.
+pub fn run(args: &RunArgs, job: &Job, folder: &Path, record: RunRecord) -> ExitCode {
+    match retry(args, job, folder, record) {
+        Ok(code) => code,
+        Err(error) => {
+            let status = match &error {
+                SweepError::Store(error) => failure(error),
+                SweepError::Threads { .. } => 1,
+            };
+            fail(status, &with_causes(&error))
+        }
+    }
+}
+
+fn retry(
+    args: &RunArgs,
+    job: &Job,
+    folder: &Path,
+    mut record: RunRecord,
+) -> Result<ExitCode, SweepError> {
+    // Nobody else may change these results meanwhile.
+    let lock = Journal::open(folder, &job.hash, args.shard, true)?;
+    let found = failed(folder, args)?;
+    let points = sweep::whole_chains(&found, job.chain_length());
+    let anew = retry_folder(folder, args);
+    let mut text = format!(
+        "{} has no failed points: nothing to compute again\n",
+        folder.display()
+    );
+    if !points.is_empty() {
+        let mut process = match Process::prepare() {
+            Ok(process) => process,
+            Err(error) => return Ok(fail(1, &format!("cannot watch for signals: {error}"))),
+        };
+        let mut journal = journal(&anew, job, &points)?;
+        let parts = Parts::new(args.tables.store());
+        let options = Options {
+            threads: args.threads.map(|n| n as usize),
+            pinning: args.pinning(),
+            shard: args.shard,
+            only: Some(&points),
+            most_failures: args.max_failures,
+        };
+        let mut display = Display::new(points.len() as u64, args.quiet);
+        let (started, clock) = (SystemTime::now(), Instant::now());
+        let swept = sweep::run(
+            job,
+            &anew,
+            options,
+            &parts,
+            &mut journal,
+            process.topology.as_ref(),
+            &process.called_off,
+            &mut display,
+        );
+        display.finish();
+        let finished = swept?;
+        if finished.missing > 0 {
+            lock.abandon();
+            let text = format!(
+                "interrupted: {} of {} points are missing, {} holds what it held; the same command goes on from here\n",
+                finished.missing,
+                finished.points,
+                folder.display()
+            );
+            return Ok(answer(&text, ExitCode::from(INTERRUPTED)));
+        }
+        replace(folder, args.shard, &points, &anew)?;
+        process.warnings.extend(parts.meshes().warnings());
+        record.warnings.append(&mut process.warnings);
+        let retry = RetryRecord {
+            started: timestamp(started),
+            finished: timestamp(SystemTime::now()),
+            program: ProgramRecord::current(),
+            points: points.len() as u64,
+            failed: finished.progress.failed,
+            cycles: finished.progress.cycles,
+            wall_time: clock.elapsed().as_secs_f64(),
+        };
+        text = format!(
+            "{} points computed again in {:.1} s, {} failed\nresults in {}\n",
+            retry.points,
+            retry.wall_time,
+            retry.failed,
+            folder.display()
+        );
+        record.retries.push(retry);
+    }
+    recount(&mut record, folder, args)?;
+    write_run(folder, &record)?;
+    // Last: until the record is written, the same command has to find it.
+    discard(&anew)?;
+    lock.abandon();
+    Ok(close(args, &record, &text))
+}
+
+/// Points with a status that says nothing of the motion.
+fn failed(folder: &Path, args: &RunArgs) -> Result<BTreeSet<u64>, StoreError> {
+    let mut found = statuses(folder, args.shard)?;
+    let failed = FAILURES.into_iter().filter_map(|name| found.remove(name));
+    Ok(failed.flatten().collect())
+}
+
+/// Brings the counts of a record in line with its table; its times stay those of the first
+/// run.
+fn recount(record: &mut RunRecord, folder: &Path, args: &RunArgs) -> Result<(), StoreError> {
+    let found = statuses(folder, args.shard)?;
+    let count = |name: &str| found.get(name).map_or(0, |points| points.len() as u64);
+    record.totals = Totals {
+        not_converged: count("not_converged"),
+        missing: 0,
+        resumed: record.totals.resumed,
+        ..Totals::new(
+            found.values().map(|points| points.len() as u64).sum(),
+            count("ok"),
+            FAILURES.into_iter().map(count).sum(),
+            record.totals.cycles,
+            record.totals.wall_time,
+        )
+    };
+    Ok(())
+}
+
+/// Where points are computed again.
+fn retry_folder(folder: &Path, args: &RunArgs) -> PathBuf {
+    folder.join(match args.shard {
+        None => ".retry".to_owned(),
+        Some(shard) => format!(".retry.{}", shard.stem()),
+    })
+}
+
+/// The journal of this very retry; one of other points or of another program is begun anew.
+fn journal(anew: &Path, job: &Job, points: &BTreeSet<u64>) -> Result<Journal, StoreError> {
+    let ids: Vec<String> = points.iter().map(u64::to_string).collect();
+    let hash = blake3::hash(format!("{} {}", job.hash, ids.join(",")).as_bytes()).to_hex();
+    match Journal::open(anew, &hash, None, false) {
+        Err(
+            StoreError::OtherJob { .. }
+            | StoreError::OtherProgram { .. }
+            | StoreError::ForeignJournal { .. },
+        ) => Journal::open(anew, &hash, None, true),
+        opened => opened,
+    }
+}
+
+/// Removes the folder of the retry, where there is one.
+fn discard(anew: &Path) -> Result<(), StoreError> {
+    match std::fs::remove_dir_all(anew) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(StoreError::io(anew, "remove", error))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,82 @@
+//! `atlas verify`: the validation ladder on this machine.
+
+use super::{answer, fail};
+use crate::topology::Machine;
+use crate::verify::{self, CHECKS, Check, Extent, Report, Subjects};
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::json;
+use std::io::IsTerminal;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Arguments of `atlas verify`.
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// Longer horizons and more drives: hours instead of two minutes
+    #[arg(long)]
+    full: bool,
+    /// Only this check; may be given more than once
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(CHECKS.iter().map(|check| check.name)))]
+    only: Vec<String>,
+    /// Print JSON for programs
+    #[arg(long)]
+    json: bool,
+}
+
+/// Carries out the checks: status 0 where every line passes, 1 where one fails.
+pub fn run(args: &VerifyArgs) -> ExitCode {
+    let extent = match args.full {
+        true => Extent::Full,
+        false => Extent::Quick,
+    };
+    let wanted = |check: &Check| args.only.is_empty() || args.only.iter().any(|n| n == check.name);
+    let checks: Vec<Check> = CHECKS.iter().copied().filter(wanted).collect();
+    let subjects = match Subjects::all(extent) {
+        Ok(subjects) => subjects,
+        Err(trouble) => return fail(1, &trouble.to_string()),
+    };
+    let bar = bar(checks.len() as u64);
+    let mut begun = 0;
+    let report = verify::run(&subjects, &checks, &mut |check| {
+        bar.set_position(begun);
+        bar.set_message(check.name);
+        begun += 1;
+    });
+    bar.finish_and_clear();
+    let text = match args.json {
+        true => format!("{:#}\n", document(&report)),
+        false => report.to_string(),
+    };
+    answer(&text, ExitCode::from(report.status()))
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn bar(checks: u64) -> ProgressBar {
+    let target = match std::io::stderr().is_terminal() {
+        true => ProgressDrawTarget::stderr(),
+        false => ProgressDrawTarget::hidden(),
+    };
+    let bar = ProgressBar::with_draw_target(Some(checks), target);
+    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} checks  {elapsed}  {msg}")
+    {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(250));
+    bar
+}
+
+/// The report for programs, with what it was made on.
+fn document(report: &Report) -> serde_json::Value {
+    let machine = Machine::current();
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "machine": { "cpu": machine.cpu, "isa": machine.isa, "system": machine.system },
+        "extent": report.extent.name(),
+        "passed": report.passed(),
+        "failures": report.failures(),
+        "seconds": report.seconds,
+        "checks": report.findings,
+    })
+}

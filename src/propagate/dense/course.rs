@@ -1,0 +1,144 @@
+//! What all table kernels know of their model, and where on its cycle they are.
+
+use super::generator::{Generator, Layout};
+use super::grid::Grid;
+use super::matrix::Operator;
+use super::{DenseError, TableSize};
+use crate::model::{Contact, Model, Surface};
+
+/// What all table kernels know of their model.
+#[derive(Debug)]
+pub(super) struct Course<'m> {
+    pub model: &'m Model,
+    pub layout: Layout,
+    pub grid: Grid,
+    /// Generators in contact, one a class.
+    pub contact: Vec<Generator>,
+    /// Generators of free flight, one a flight.
+    pub flight: Vec<Generator>,
+    /// (cos, sin) of the transmission error's harmonics at the start of every cell.
+    phases: Vec<f64>,
+    pub event_limit: u32,
+    /// Events are put off to the next of so many equal parts of the cycle.
+    pub event_grid: Option<u32>,
+}
+
+/// Where a piece starts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Clock {
+    /// Mesh cycle.
+    pub cycle: u64,
+    /// Time within the cycle \[s\].
+    pub time: f64,
+    /// The cell in force.
+    pub cell: usize,
+    /// Whether it starts now.
+    pub aligned: bool,
+    /// Surface just crossed, when an event happened here.
+    pub crossed: Option<Surface>,
+}
+
+impl<'m> Course<'m> {
+    /// The course of a model in cells no longer than `reach` over its fastest rate; see
+    /// [`Grid::new`].
+    pub fn new(
+        model: &'m Model,
+        cells: u32,
+        reach: f64,
+        event_limit: u32,
+        event_grid: Option<u32>,
+    ) -> Result<Self, DenseError> {
+        let grid = Grid::new(model, cells, reach)?;
+        let segment = |class: usize| &model.cycle.segments[grid.classes[class].segment];
+        let contact = (0..grid.classes.len())
+            .map(|class| Generator::new(model, segment(class), true))
+            .collect();
+        let flight = (grid.flights.iter())
+            .map(|&class| Generator::new(model, segment(class), false))
+            .collect();
+        let phases = (grid.cells.iter())
+            .flat_map(|cell| {
+                (model.transmission_error.iter()).flat_map(|h| {
+                    let (sin, cos) = (h.angular_frequency * cell.start).sin_cos();
+                    [cos, sin]
+                })
+            })
+            .collect();
+        Ok(Self {
+            model,
+            layout: Layout::new(model),
+            contact,
+            flight,
+            phases,
+            event_limit,
+            event_grid,
+            grid,
+        })
+    }
+
+    /// Size of tables of these operators.
+    pub fn bytes<'o>(&self, operators: impl Iterator<Item = &'o Operator>) -> TableSize {
+        let (mut count, mut bytes) = (0, 0);
+        for operator in operators {
+            count += 1;
+            bytes += operator.bytes();
+        }
+        TableSize {
+            operators: count,
+            bytes,
+            cells: self.grid.cells.len(),
+        }
+    }
+
+    /// The generator in force on a cell.
+    pub fn generator(&self, cell: usize, contact: Contact) -> &Generator {
+        let class = self.grid.cells[cell].class;
+        match contact.touching() {
+            true => &self.contact[class],
+            false => &self.flight[self.grid.classes[class].flight],
+        }
+    }
+
+    /// Puts the clock on a cell boundary.
+    pub fn align(&self, clock: &mut Clock, cell: usize) {
+        clock.time = self.grid.time(cell);
+        clock.cell = cell;
+        clock.aligned = true;
+    }
+
+    /// Writes the carried entries at the start of a cycle.
+    pub fn start_cycle(&self, cycle: u64, contact: Contact, z: &mut [f64]) {
+        let clock = Clock {
+            cycle,
+            time: 0.0,
+            cell: 0,
+            aligned: true,
+            crossed: None,
+        };
+        self.set_carried(&clock, contact, z);
+    }
+
+    /// Writes the carried entries of the augmented state.
+    pub fn set_carried(&self, clock: &Clock, contact: Contact, z: &mut [f64]) {
+        let layout = &self.layout;
+        z[layout.constant()] = 1.0;
+        z[layout.side()] = contact.sign();
+        let (ripples, errors) =
+            z[layout.pairs()..layout.dimension()].split_at_mut(2 * layout.ripples);
+        for (pair, r) in ripples.chunks_exact_mut(2).zip(&self.model.ripple) {
+            let (sin, cos) = r.phase_at(clock.cycle, clock.time).sin_cos();
+            pair.copy_from_slice(&[cos, sin]);
+        }
+        if clock.aligned {
+            errors.copy_from_slice(&self.phases[clock.cell * errors.len()..][..errors.len()]);
+            return;
+        }
+        for (pair, h) in errors
+            .chunks_exact_mut(2)
+            .zip(&self.model.transmission_error)
+        {
+            let (sin, cos) = (h.angular_frequency * clock.time).sin_cos();
+            pair.copy_from_slice(&[cos, sin]);
+        }
+    }
+}

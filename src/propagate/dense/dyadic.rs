@@ -1,0 +1,327 @@
+//! Dyadic descent: propagators for Δ/2ᵐ, and nothing else.
+//!
+//! A cell whose certificate fails is halved, left half first, one product a guard evaluation,
+//! down to Δ/2²⁰; the last stretch is a polynomial. What is left of a cell after an event is
+//! crossed by the binary digits of its length.
+
+use super::course::Course;
+use super::exits::{Bounds, Sight, Verdict};
+use super::exponential;
+use super::generator::Generator;
+use super::march::{Exit, Method, Piece, Workspace};
+use super::matrix::{Operator, dot};
+use super::series::{BoundRows, Series, judge_all, locate};
+use super::show::Taylor;
+use super::{DenseError, TableSize};
+use crate::model::{Model, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+
+/// Halvings of a cell.
+pub const LEVELS: usize = 20;
+
+/// Terms of the polynomial on the last stretch: (2·2⁻²⁰)⁵/5! is 10⁻³⁰.
+const LAST_TERMS: usize = 4;
+
+/// The kernel of dyadic descent for one model.
+#[derive(Debug)]
+pub struct Dyadic<'m> {
+    course: Course<'m>,
+    tables: Tables,
+}
+
+#[derive(Debug)]
+struct Tables {
+    contact: Vec<Table>,
+    flight: Vec<Table>,
+}
+
+/// Propagators of one class in one state.
+#[derive(Debug)]
+struct Table {
+    /// `e^{LΔ/2ᵐ}`, m = 0 … 20.
+    levels: Vec<Operator>,
+    bounds: BoundRows,
+    curvature: Vec<f64>,
+    duration: f64,
+}
+
+/// Scratch memory.
+#[derive(Debug)]
+pub struct Scratch {
+    next: Vec<f64>,
+    taylor: Taylor,
+}
+
+impl Table {
+    fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
+        let levels = exponential::levels(generator, rate, duration, LEVELS);
+        Self {
+            levels: levels
+                .into_iter()
+                .map(|p| Operator::new(exponential::plus_one(p).as_ref()))
+                .collect(),
+            bounds: BoundRows::new(generator, rate, duration),
+            curvature: generator.curvature(),
+            duration,
+        }
+    }
+
+    /// Length of a step of level m \[s\].
+    fn step(&self, level: usize) -> f64 {
+        self.duration / (1u64 << level) as f64
+    }
+}
+
+impl<'m> Dyadic<'m> {
+    /// Builds the kernel's tables for a model.
+    ///
+    /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
+    /// * `event_limit`: most events in a mesh cycle before marching stops.
+    ///
+    /// # Errors
+    /// Stiffness that varies within a segment, or a speed too slow for tables.
+    pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
+        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
+        let table = |generator: &Generator, class: usize| {
+            Table::new(
+                generator,
+                course.grid.rate,
+                course.grid.classes[class].duration,
+            )
+        };
+        let contact = course.contact.iter().enumerate();
+        let flight = course.flight.iter().zip(&course.grid.flights);
+        let tables = Tables {
+            contact: contact.map(|(class, g)| table(g, class)).collect(),
+            flight: flight.map(|(g, &class)| table(g, class)).collect(),
+        };
+        Ok(Self { course, tables })
+    }
+
+    /// Size of the tables.
+    pub fn bytes(&self) -> TableSize {
+        let all = self.tables.contact.iter().chain(&self.tables.flight);
+        self.course.bytes(all.flat_map(|table| &table.levels))
+    }
+}
+
+impl Kernel for Dyadic<'_> {
+    type Workspace = Workspace<Scratch>;
+
+    fn workspace(&self) -> Self::Workspace {
+        self.course.workspace(Scratch::new(&self.course))
+    }
+
+    fn march<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Self::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        self.course.march(
+            &self.tables,
+            trajectory,
+            tangents,
+            workspace,
+            observer,
+            counters,
+        )
+    }
+}
+
+impl Scratch {
+    fn new(course: &Course<'_>) -> Self {
+        let padded = course.layout.padded();
+        Self {
+            next: vec![0.0; padded],
+            taylor: Taylor::new(padded),
+        }
+    }
+}
+
+/// A step of the descent that waits for the one before it.
+#[derive(Debug, Clone, Copy)]
+struct Ahead {
+    level: usize,
+    /// Exactly one root lies in it or in the step before it.
+    holds_root: bool,
+}
+
+impl Tables {
+    fn table(&self, course: &Course<'_>, piece: &Piece) -> &Table {
+        let class = course.grid.cells[piece.cell].class;
+        match piece.contact.touching() {
+            true => &self.contact[class],
+            false => &self.flight[course.grid.classes[class].flight],
+        }
+    }
+}
+
+impl Method for Tables {
+    type Scratch = Scratch;
+    const REACH: f64 = 2.0;
+    const FLIES: bool = false;
+
+    fn pass(
+        &self,
+        course: &Course<'_>,
+        piece: &Piece,
+        z: &mut [f64],
+        scratch: &mut Scratch,
+        counters: &mut Counters,
+    ) -> Option<Exit> {
+        let table = self.table(course, piece);
+        let generator = course.generator(piece.cell, piece.contact);
+        let half_gap = course.model.half_gap;
+        let see = |z: &[f64], time: f64| Sight {
+            time,
+            deflection: [
+                dot(&generator.deflection, z),
+                dot(&generator.rate, z),
+                dot(&table.curvature, z),
+            ],
+        };
+        let mut time = 0.0;
+        let mut left = see(z, time);
+        let mut ahead = [Ahead {
+            level: 0,
+            holds_root: false,
+        }; LEVELS + 2];
+        let mut depth = 0;
+        loop {
+            let rest = piece.duration - time;
+            // A step that waits; else the longest that fits.
+            let (level, certain) = match depth {
+                0 if piece.whole && time == 0.0 => (0, false),
+                0 if piece.whole => return None,
+                0 => match (0..=LEVELS).find(|&level| table.step(level) <= rest) {
+                    Some(level) => (level, false),
+                    None => break,
+                },
+                _ => {
+                    depth -= 1;
+                    let step = ahead[depth];
+                    (step.level, step.holds_root)
+                }
+            };
+            let step = table.step(level);
+            let bounds = table.bounds.at(z, piece.noise);
+            let starts = time == 0.0;
+            if level == LEVELS {
+                let found = self.finish(course, piece, time, step, &bounds, z, scratch, counters);
+                if found.is_some() {
+                    return found;
+                }
+                time += step;
+                left = see(z, time);
+                continue;
+            }
+            let verdict = if certain {
+                Verdict::Single
+            } else {
+                table.levels[level].apply(z, &mut scratch.next);
+                counters.matvecs += 1;
+                counters.guard_evaluations += 1;
+                let right = see(&scratch.next, time + step);
+                let verdict = judge_all(piece, half_gap, [&left, &right], &bounds, starts);
+                if verdict == Verdict::Clear {
+                    z.copy_from_slice(&scratch.next);
+                    time += step;
+                    left = right;
+                    counters.certified += u64::from(level == 0);
+                    continue;
+                }
+                verdict
+            };
+            counters.bisections += 1;
+            ahead[depth] = Ahead {
+                level: level + 1,
+                holds_root: verdict == Verdict::Single,
+            };
+            ahead[depth + 1] = Ahead {
+                level: level + 1,
+                holds_root: false,
+            };
+            depth += 2;
+        }
+        let rest = piece.duration - time;
+        if rest <= 0.0 {
+            return None;
+        }
+        let bounds = table.bounds.at(z, piece.noise);
+        self.finish(course, piece, time, rest, &bounds, z, scratch, counters)
+    }
+
+    fn follow(
+        &self,
+        course: &Course<'_>,
+        piece: &Piece,
+        time: f64,
+        x: &mut [f64],
+        scratch: &mut Scratch,
+        counters: &mut Counters,
+    ) {
+        let table = self.table(course, piece);
+        let mut rest = time;
+        if piece.whole && time == piece.duration {
+            rest = table.duration;
+        }
+        for (level, operator) in table.levels.iter().enumerate() {
+            if table.step(level) <= rest {
+                operator.apply(x, &mut scratch.next);
+                x.copy_from_slice(&scratch.next);
+                counters.matvecs += 1;
+                rest -= table.step(level);
+            }
+        }
+        let generator = course.generator(piece.cell, piece.contact);
+        scratch.taylor.step(generator, rest, LAST_TERMS, x);
+    }
+}
+
+impl Tables {
+    /// The last stretch, shorter than any step of the tables: a polynomial.
+    fn finish(
+        &self,
+        course: &Course<'_>,
+        piece: &Piece,
+        time: f64,
+        step: f64,
+        bounds: &Bounds,
+        z: &mut [f64],
+        scratch: &mut Scratch,
+        counters: &mut Counters,
+    ) -> Option<Exit> {
+        let generator = course.generator(piece.cell, piece.contact);
+        let series = Series::new(generator, z, LAST_TERMS, &mut scratch.taylor);
+        let mut evaluations = 1;
+        let mut guard = |t: f64| {
+            evaluations += 1;
+            series.at(t)
+        };
+        let sight = |time: f64| Sight {
+            time,
+            deflection: series.at(time),
+        };
+        let ends = [&sight(0.0), &sight(step)];
+        let starts = time == 0.0;
+        let found = locate(
+            piece,
+            course.model.half_gap,
+            ends,
+            bounds,
+            starts,
+            &mut guard,
+            counters,
+        );
+        counters.guard_evaluations += evaluations;
+        let passed = found.map_or(step, |exit| exit.time);
+        scratch.taylor.step(generator, passed, LAST_TERMS, z);
+        found.map(|exit| Exit {
+            time: time + exit.time,
+            ..exit
+        })
+    }
+}

@@ -1,0 +1,237 @@
+//! Eigenvectors of a group of blocks: fast ones as waves, the slow ones as a subspace.
+
+use super::DenseError;
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, c64};
+
+/// An invariant group of blocks in its eigenvectors.
+pub struct Eigen {
+    /// (α, ν) of every wave, ν ≥ 0.
+    pub waves: Vec<(f64, f64)>,
+    /// Real columns: of a wave 2 Re V and −2 Im V, of a real one V and 0.
+    pub columns: Vec<[Vec<f64>; 2]>,
+    /// Basis of the slow subspace.
+    pub slow: Vec<Vec<f64>>,
+}
+
+/// Waves and slow subspace of a matrix.
+pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, DenseError> {
+    let failed = DenseError::Defective {
+        condition: f64::INFINITY,
+    };
+    let size = a.nrows();
+    let right = a.eigen().map_err(|_| failed)?;
+    let values = right.S().column_vector();
+    let mut found = Eigen {
+        waves: Vec::new(),
+        columns: Vec::new(),
+        slow: Vec::new(),
+    };
+    for j in 0..size {
+        let value = values[j];
+        if value.norm() < slow_rate || value.im < 0.0 {
+            continue;
+        }
+        let length = (0..size)
+            .map(|i| right.U()[(i, j)].norm_sqr())
+            .sum::<f64>()
+            .sqrt();
+        let vector = |i: usize| right.U()[(i, j)] / length;
+        found.waves.push((value.re, value.im));
+        found.columns.push(match value.im > 0.0 {
+            true => [
+                (0..size).map(|i| 2.0 * vector(i).re).collect(),
+                (0..size).map(|i| -2.0 * vector(i).im).collect(),
+            ],
+            false => [(0..size).map(|i| vector(i).re).collect(), vec![0.0; size]],
+        });
+    }
+    let fast = found
+        .waves
+        .iter()
+        .map(|wave| if wave.1 > 0.0 { 2 } else { 1 })
+        .sum::<usize>();
+    if fast == size {
+        return Ok(found);
+    }
+    if fast == 0 {
+        found.slow = (0..size)
+            .map(|i| (0..size).map(|j| f64::from(u8::from(i == j))).collect())
+            .collect();
+        return Ok(found);
+    }
+    // What the fast left eigenvectors do not see is slow.
+    let left = a.transpose().to_owned().eigen().map_err(|_| failed)?;
+    let values = left.S().column_vector();
+    let mut seen: Vec<Vec<f64>> = Vec::new();
+    for j in 0..size {
+        let value = values[j];
+        if value.norm() < slow_rate || value.im < 0.0 {
+            continue;
+        }
+        seen.push((0..size).map(|i| left.U()[(i, j)].re).collect());
+        if value.im > 0.0 {
+            seen.push((0..size).map(|i| left.U()[(i, j)].im).collect());
+        }
+    }
+    if seen.len() != fast {
+        return Err(failed);
+    }
+    let q = Mat::from_fn(size, fast, |i, j| seen[j][i]).qr().compute_Q();
+    found.slow = (fast..size)
+        .map(|j| (0..size).map(|i| q[(i, j)]).collect())
+        .collect();
+    Ok(found)
+}
+
+/// Steps of refinement; each squares the error.
+const REFINEMENTS: usize = 2;
+
+/// Two eigenvalues whose coupling is more than this part of their distance stay as they are.
+const TOO_CLOSE: f64 = 0.01;
+
+/// Takes the round-off of the eigenvalue iteration out of waves and slow subspace: what couples
+/// one to another in their own coordinates is undone to first order.
+pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
+    let (size, count, slow) = (a.nrows(), found.waves.len(), found.slow.len());
+    let index: Vec<usize> = (0..size).collect();
+    for _ in 0..REFINEMENTS {
+        let Some((inverse, _)) = invert(&index, &found.columns, &found.slow) else {
+            return;
+        };
+        let pairs = found.columns.iter().flatten();
+        let all: Vec<&Vec<f64>> = pairs.chain(&found.slow).collect();
+        let forward = Mat::from_fn(size, all.len(), |i, j| all[j][i]);
+        let coupling = &inverse * (a * &forward);
+        for (j, wave) in found.waves.iter_mut().enumerate() {
+            let entry = |i: usize, k: usize| coupling[(2 * j + i, 2 * j + k)];
+            *wave = match wave.1 > 0.0 {
+                true => (
+                    0.5 * (entry(0, 0) + entry(1, 1)),
+                    0.5 * (entry(1, 0) - entry(0, 1)),
+                ),
+                false => (entry(0, 0), 0.0),
+            };
+        }
+        let lambda: Vec<c64> = found.waves.iter().map(|w| c64::new(w.0, w.1)).collect();
+        let undo = |part: c64, distance: c64| match part.norm() < TOO_CLOSE * distance.norm() {
+            true => part / distance,
+            false => c64::new(0.0, 0.0),
+        };
+        // New coordinates in terms of old ones: the identity and small corrections.
+        let mut change = Mat::<f64>::identity(all.len(), all.len());
+        for j in 0..count {
+            for i in 0..count {
+                let entry = |p: usize, q: usize| coupling[(2 * i + p, 2 * j + q)];
+                let (a, b, c, d) = (entry(0, 0), entry(0, 1), entry(1, 0), entry(1, 1));
+                let (along, across) = (c64::new(a + d, c - b) * 0.5, c64::new(a - d, c + b) * 0.5);
+                let mut x = c64::new(0.0, 0.0);
+                if i != j {
+                    x = undo(along, lambda[j] - lambda[i]);
+                }
+                let w = undo(across, lambda[j].conj() - lambda[i]);
+                change[(2 * i, 2 * j)] += x.re + w.re;
+                change[(2 * i + 1, 2 * j)] += x.im + w.im;
+                change[(2 * i, 2 * j + 1)] += w.im - x.im;
+                change[(2 * i + 1, 2 * j + 1)] += x.re - w.re;
+            }
+            for k in 2 * count..2 * count + slow {
+                let driven = c64::new(coupling[(k, 2 * j)], -coupling[(k, 2 * j + 1)]);
+                let t = undo(driven, lambda[j]);
+                change[(k, 2 * j)] += t.re;
+                change[(k, 2 * j + 1)] -= t.im;
+                let driving = c64::new(coupling[(2 * j, k)], coupling[(2 * j + 1, k)]);
+                let x = undo(-driving, lambda[j]);
+                change[(2 * j, k)] += x.re;
+                change[(2 * j + 1, k)] += x.im;
+            }
+        }
+        let better = forward * change;
+        let column = |j: usize| -> Vec<f64> { (0..size).map(|i| better[(i, j)]).collect() };
+        for (j, pair) in found.columns.iter_mut().enumerate() {
+            let real = found.waves[j].1 == 0.0;
+            *pair = [
+                column(2 * j),
+                if real {
+                    vec![0.0; size]
+                } else {
+                    column(2 * j + 1)
+                },
+            ];
+        }
+        for (k, vector) in found.slow.iter_mut().enumerate() {
+            *vector = column(2 * count + k);
+        }
+    }
+}
+
+/// Inverse of the basis of the blocks at `index`, rows u₀, v₀, u₁, … and the slow ones, and its
+/// condition number; v of a real wave has a zero row.
+pub fn invert(
+    index: &[usize],
+    columns: &[[Vec<f64>; 2]],
+    slow: &[Vec<f64>],
+) -> Option<(Mat<f64>, f64)> {
+    let size = index.len();
+    let real = |pair: &[Vec<f64>; 2]| pair[1].iter().all(|v| *v == 0.0);
+    let mut kept: Vec<(usize, &Vec<f64>)> = Vec::new();
+    for (w, pair) in columns.iter().enumerate() {
+        kept.push((2 * w, &pair[0]));
+        if !real(pair) {
+            kept.push((2 * w + 1, &pair[1]));
+        }
+    }
+    kept.extend(
+        slow.iter()
+            .enumerate()
+            .map(|(i, v)| (2 * columns.len() + i, v)),
+    );
+    if kept.len() != size {
+        return None;
+    }
+    let mut inverse = Mat::<f64>::zeros(2 * columns.len() + slow.len(), size);
+    if size == 0 {
+        return Some((inverse, 1.0));
+    }
+    let basis = Mat::from_fn(size, size, |i, j| kept[j].1[index[i]]);
+    let singular = basis.singular_values().ok()?;
+    let condition = singular[0] / singular[size - 1];
+    let identity = Mat::<f64>::identity(size, size);
+    let lu = PartialPivLu::new(basis.as_ref());
+    let mut rows = lu.solve(&identity);
+    // One step of Newton and Schulz takes the solver's round-off out.
+    let error = &identity - &basis * &rows;
+    rows = &rows + &rows * error;
+    for (i, (row, _)) in kept.iter().enumerate() {
+        for j in 0..size {
+            inverse[(*row, j)] = rows[(i, j)];
+        }
+    }
+    Some((inverse, condition))
+}
+
+/// Adds to the waves' columns what they bring to the blocks apart: for each of these
+/// `(λ − A) X = A_other V`.
+pub fn follow(a: &Mat<f64>, apart: &[usize], waves: &[(f64, f64)], columns: &mut [[Vec<f64>; 2]]) {
+    let n = a.nrows() / 2;
+    for (&(alpha, nu), pair) in waves.iter().zip(columns) {
+        let lambda = c64::new(alpha, nu);
+        let mut found = Vec::with_capacity(apart.len());
+        for &i in apart {
+            let driven = |row: usize| -> c64 {
+                (0..2 * n)
+                    .map(|k| c64::new(a[(row, k)] * pair[0][k], -a[(row, k)] * pair[1][k]))
+                    .sum()
+            };
+            let (f, g) = (driven(i), driven(n + i));
+            let (p, q) = (lambda - a[(i, i)], c64::new(-a[(i, n + i)], 0.0));
+            let (r, s) = (c64::new(-a[(n + i, i)], 0.0), lambda - a[(n + i, n + i)]);
+            let det = p * s - q * r;
+            found.push((i, (s * f - q * g) / det, (p * g - r * f) / det));
+        }
+        for (i, x, y) in found {
+            (pair[0][i], pair[1][i]) = (x.re, -x.im);
+            (pair[0][n + i], pair[1][n + i]) = (y.re, -y.im);
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! The augmented linear system of one segment in one contact state.
+//!
+//! ```text
+//! z = (x, 1, s, cos θ₁, sin θ₁, …),   z' = L z
+//! ```
+//!
+//! x holds the blocks of the model (first components, then second components), s is the side
+//! of the contact (+1 drive, −1 coast), and a (cos, sin) pair per harmonic of torque ripple and
+//! transmission error carries its phase. With s a coordinate of its own both flanks share one
+//! operator. Tangent vectors are states whose carried entries are zero.
+
+use super::matrix::padded;
+use crate::model::{MeshGain, Model, Segment};
+use faer::Mat;
+
+/// Where the entries of an augmented state are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// Modes N; x is of length 2N.
+    pub modes: usize,
+    /// Harmonics of torque ripple; their pairs come first.
+    pub ripples: usize,
+    /// Harmonics of transmission error.
+    pub errors: usize,
+}
+
+impl Layout {
+    /// The layout of a model.
+    pub fn new(model: &Model) -> Self {
+        Self {
+            modes: model.modes(),
+            ripples: model.ripple.len(),
+            errors: model.transmission_error.len(),
+        }
+    }
+
+    /// Place of the constant 1; the side follows it.
+    pub fn constant(&self) -> usize {
+        2 * self.modes
+    }
+
+    /// Place of the side s.
+    pub fn side(&self) -> usize {
+        2 * self.modes + 1
+    }
+
+    /// Place of the first (cos, sin) pair.
+    pub fn pairs(&self) -> usize {
+        2 * self.modes + 2
+    }
+
+    /// Entries of an augmented state.
+    pub fn dimension(&self) -> usize {
+        self.pairs() + 2 * (self.ripples + self.errors)
+    }
+
+    /// Doubles of an augmented state in whole lane groups.
+    pub fn padded(&self) -> usize {
+        padded(self.dimension())
+    }
+}
+
+/// The generator L by its structure: 2 × 2 blocks and a mesh force of rank one.
+#[derive(Debug, Clone)]
+pub struct Generator {
+    layout: Layout,
+    blocks: Vec<[[f64; 2]; 2]>,
+    /// Input of the constant 1, length 2N.
+    constant: Vec<f64>,
+    /// Input of the cosine of every ripple, length 2N each.
+    ripples: Vec<Vec<f64>>,
+    /// Angular frequency of every pair \[rad/s\].
+    pub frequencies: Vec<f64>,
+    /// Mesh force \[N\] as a row; none in free flight.
+    force: Option<Vec<f64>>,
+    /// Input g of the mesh force, length 2N.
+    mesh_input: Vec<f64>,
+    /// Deflection δ \[m\] as a row.
+    pub deflection: Vec<f64>,
+    /// Its rate δ' \[m/s\] as a row.
+    pub rate: Vec<f64>,
+    /// Sizes of the entries of `deflection`.
+    pub magnitude: Vec<f64>,
+}
+
+impl Generator {
+    /// The generator of a model on a segment, in contact or in free flight.
+    pub fn new(model: &Model, segment: &Segment, touching: bool) -> Self {
+        let layout = Layout::new(model);
+        let n = layout.modes;
+        let gains = model.gains(segment);
+        let split = |entry: &dyn Fn(usize) -> [f64; 2]| -> Vec<f64> {
+            let first = (0..n).map(|i| entry(i)[0]);
+            first.chain((0..n).map(|i| entry(i)[1])).collect()
+        };
+        let row = |entry: fn(&MeshGain) -> [f64; 2]| {
+            let mut row = split(&|i| entry(&gains[i]));
+            row.resize(layout.padded(), 0.0);
+            row
+        };
+        let (mut deflection, mut rate) = (row(|gain| gain.deflection), row(|gain| gain.rate));
+        for (index, h) in model.transmission_error.iter().enumerate() {
+            // −e and −e' of amplitude cos(θ + phase).
+            let at = layout.pairs() + 2 * (layout.ripples + index);
+            let (sin, cos) = h.phase.sin_cos();
+            let (place, speed) = (h.amplitude, h.amplitude * h.angular_frequency);
+            deflection[at..at + 2].copy_from_slice(&[-place * cos, place * sin]);
+            rate[at..at + 2].copy_from_slice(&[speed * sin, speed * cos]);
+        }
+        let force = touching.then(|| {
+            let (k, c) = (segment.stiffness.mean(), segment.damping);
+            let both = deflection.iter().zip(&rate);
+            let mut row: Vec<f64> = both.map(|(d, r)| k * d + c * r).collect();
+            row[layout.side()] = -k * model.half_gap;
+            row
+        });
+        let errors = model.transmission_error.iter();
+        Self {
+            layout,
+            blocks: model.blocks.iter().map(|block| block.generator).collect(),
+            constant: split(&|i| model.blocks[i].static_input),
+            ripples: (model.ripple.iter())
+                .map(|ripple| split(&|i| ripple.input[i]))
+                .collect(),
+            frequencies: (model.ripple.iter().map(|r| r.angular_frequency))
+                .chain(errors.map(|h| h.angular_frequency))
+                .collect(),
+            force,
+            mesh_input: split(&|i| gains[i].mesh_input),
+            magnitude: deflection.iter().map(|w| w.abs()).collect(),
+            deflection,
+            rate,
+        }
+    }
+
+    /// The layout of its states.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// Undamped frequency of a block \[rad/s\].
+    pub fn frequency(&self, block: usize) -> f64 {
+        let [a, b] = self.blocks[block];
+        (a[0] * b[1] - a[1] * b[0]).max(0.0).sqrt()
+    }
+
+    /// Writes `L z` to `out`.
+    pub fn apply(&self, z: &[f64], out: &mut [f64]) {
+        let n = self.layout.modes;
+        let force = self.force.as_ref().map_or(0.0, |row| {
+            row.iter().zip(z).map(|(row, z)| row * z).sum::<f64>()
+        });
+        let one = z[self.layout.constant()];
+        for (i, [a, b]) in self.blocks.iter().enumerate() {
+            let (x, y) = (z[i], z[n + i]);
+            out[i] = a[0] * x + a[1] * y - self.mesh_input[i] * force + self.constant[i] * one;
+            out[n + i] =
+                b[0] * x + b[1] * y - self.mesh_input[n + i] * force + self.constant[n + i] * one;
+        }
+        out[2 * n..].fill(0.0);
+        for (index, input) in self.ripples.iter().enumerate() {
+            let cos = z[self.layout.pairs() + 2 * index];
+            for (out, input) in out.iter_mut().zip(input) {
+                *out += input * cos;
+            }
+        }
+        for (index, frequency) in self.frequencies.iter().enumerate() {
+            let at = self.layout.pairs() + 2 * index;
+            out[at] = -frequency * z[at + 1];
+            out[at + 1] = frequency * z[at];
+        }
+    }
+
+    /// Writes the row `row · L` to `out`.
+    pub fn apply_to_row(&self, row: &[f64], out: &mut [f64]) {
+        let n = self.layout.modes;
+        let times = |input: &[f64]| -> f64 { input.iter().zip(row).map(|(g, r)| g * r).sum() };
+        out.fill(0.0);
+        for (i, [a, b]) in self.blocks.iter().enumerate() {
+            out[i] = row[i] * a[0] + row[n + i] * b[0];
+            out[n + i] = row[i] * a[1] + row[n + i] * b[1];
+        }
+        out[self.layout.constant()] = times(&self.constant);
+        for (index, frequency) in self.frequencies.iter().enumerate() {
+            let at = self.layout.pairs() + 2 * index;
+            out[at] = frequency * row[at + 1];
+            out[at + 1] = -frequency * row[at];
+        }
+        for (index, input) in self.ripples.iter().enumerate() {
+            out[self.layout.pairs() + 2 * index] += times(input);
+        }
+        if let Some(force) = &self.force {
+            let push = times(&self.mesh_input);
+            for (out, force) in out.iter_mut().zip(force) {
+                *out -= push * force;
+            }
+        }
+    }
+
+    /// L as a matrix.
+    pub fn matrix(&self) -> Mat<f64> {
+        let d = self.layout.dimension();
+        let mut matrix = Mat::zeros(d, d);
+        let (mut unit, mut column) = (vec![0.0; self.layout.padded()], vec![0.0; d]);
+        for j in 0..d {
+            unit[j] = 1.0;
+            self.apply(&unit[..d], &mut column);
+            unit[j] = 0.0;
+            for i in 0..d {
+                matrix[(i, j)] = column[i];
+            }
+        }
+        matrix
+    }
+
+    /// δ'' \[m/s²\] as a row.
+    pub fn curvature(&self) -> Vec<f64> {
+        let mut row = vec![0.0; self.layout.padded()];
+        self.apply_to_row(&self.rate, &mut row);
+        row
+    }
+}

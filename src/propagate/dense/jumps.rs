@@ -1,0 +1,110 @@
+//! Many mesh cycles of constant contact at once, by repeated squaring of the cycle's map.
+
+use super::course::Course;
+use super::exponential;
+use super::march::Method;
+use super::matrix::Operator;
+use super::spectral::Tables as SpectralTables;
+use super::steady::cycle;
+use super::{DenseError, TableSize};
+use crate::model::{Contact, Model, TrajectoryState};
+use faer::Mat;
+use std::f64::consts::TAU;
+
+/// The maps Φ, Φ², Φ⁴, … of a cycle Φ in contact.
+///
+/// A jump knows nothing of events: it is the trajectory's future where contact is kept
+/// throughout, which [`Fused`](super::Fused) certifies cycle by cycle.
+#[derive(Debug)]
+pub struct PowerJumps<'m> {
+    course: Course<'m>,
+    powers: Vec<Operator>,
+    spare: Vec<f64>,
+    state: Vec<f64>,
+}
+
+impl<'m> PowerJumps<'m> {
+    /// Maps for jumps of up to `most` mesh cycles, and more by repetition.
+    ///
+    /// # Errors
+    /// Stiffness that varies within a segment, or a speed too slow for tables.
+    pub fn new(model: &'m Model, most: u64) -> Result<Self, DenseError> {
+        let course = Course::new(model, 1, SpectralTables::REACH, 0, None)?;
+        let grid = &course.grid;
+        let propagators: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
+            .map(|(g, class)| exponential::propagator(g, grid.rate, class.duration))
+            .collect();
+        let mut map = cycle(&course, &propagators);
+        let mut powers = Vec::new();
+        let mut cycles = 1u64;
+        loop {
+            turn_exactly(&course, cycles, &mut map);
+            powers.push(Operator::new(map.as_ref()));
+            match cycles.checked_mul(2) {
+                Some(twice) if twice <= most => cycles = twice,
+                _ => break,
+            }
+            map = &map * &map;
+        }
+        let padded = course.layout.padded();
+        Ok(Self {
+            course,
+            powers,
+            spare: vec![0.0; padded],
+            state: vec![0.0; padded],
+        })
+    }
+
+    /// Advances a trajectory in contact by `cycles` mesh cycles; gives the products it took. A
+    /// trajectory in free flight is left where it is.
+    pub fn jump(&mut self, trajectory: &mut TrajectoryState, cycles: u64) -> u64 {
+        if trajectory.contact == Contact::Free {
+            return 0;
+        }
+        let n = 2 * self.course.layout.modes;
+        self.state[..n].copy_from_slice(&trajectory.state);
+        self.course
+            .start_cycle(trajectory.cycle, trajectory.contact, &mut self.state);
+        let mut products = 0;
+        let last = self.powers.len() - 1;
+        let mut apply = |power: &Operator, state: &mut Vec<f64>| {
+            power.apply(state, &mut self.spare);
+            std::mem::swap(state, &mut self.spare);
+            products += 1;
+        };
+        for (bit, power) in self.powers.iter().enumerate().take(last) {
+            if cycles >> bit & 1 == 1 {
+                apply(power, &mut self.state);
+            }
+        }
+        for _ in 0..cycles >> last {
+            apply(&self.powers[last], &mut self.state);
+        }
+        trajectory.state.copy_from_slice(&self.state[..n]);
+        trajectory.cycle += cycles;
+        products
+    }
+
+    /// Size of the tables.
+    pub fn bytes(&self) -> TableSize {
+        self.course.bytes(self.powers.iter())
+    }
+}
+
+/// Writes the carried pairs' turn over some cycles: squaring would double its round-off every
+/// time, and the whole turns are known.
+fn turn_exactly(course: &Course<'_>, cycles: u64, map: &mut Mat<f64>) {
+    let layout = &course.layout;
+    for pair in 0..layout.ripples + layout.errors {
+        let turns = match course.model.ripple.get(pair) {
+            Some(ripple) => (cycles as f64 * ripple.turns_per_cycle).fract(),
+            None => 0.0,
+        };
+        let (sin, cos) = (TAU * turns).sin_cos();
+        let at = layout.pairs() + 2 * pair;
+        map[(at, at)] = cos;
+        map[(at, at + 1)] = -sin;
+        map[(at + 1, at)] = sin;
+        map[(at + 1, at + 1)] = cos;
+    }
+}

@@ -1,0 +1,409 @@
+//! One mesh cycle of any table kernel: pieces, events, breakpoints.
+//!
+//! A piece starts on a cell boundary or at an event and is handed to the kernel's [`Method`],
+//! which moves the state to the piece's end or to the first event before it. In contact a
+//! piece may not pass the end of its cell; in free flight, where the method allows it, only the
+//! end of the cycle and a change of direction. A method may also cross several cells at once.
+
+use super::course::{Clock, Course};
+use super::exits::{Margin, Sight};
+use super::matrix::{dot, reach};
+use super::show::{Picture, show};
+use crate::model::{Contact, Surface, TrajectoryState};
+use crate::propagate::{Counters, Event, Observer, Stop, Tangents, saltation};
+
+/// Deflections beyond this many half gaps count as divergence.
+const FARTHEST: f64 = 1e9;
+
+/// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
+const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+
+/// A stretch of one contact state to be passed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    /// Cell in which it starts.
+    pub cell: usize,
+    /// Contact state.
+    pub contact: Contact,
+    /// Length \[s\].
+    pub duration: f64,
+    /// Whether it is the whole cell.
+    pub whole: bool,
+    /// Surface just crossed, when an event happened at its start.
+    pub crossed: Option<Surface>,
+    /// Round-off of δ \[m\].
+    pub noise: f64,
+}
+
+/// The first event of a piece.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Exit {
+    /// Time since the start of the piece \[s\].
+    pub time: f64,
+    /// Surface crossed.
+    pub surface: Surface,
+}
+
+/// How a table kernel crosses a piece.
+pub(super) trait Method: Sync {
+    /// Scratch memory.
+    type Scratch;
+    /// Longest cell, in units of the fastest rate.
+    const REACH: f64;
+    /// Whether pieces in free flight may span cells.
+    const FLIES: bool;
+
+    /// Moves the state `z` to the first event of the piece or to its end.
+    fn pass(
+        &self,
+        course: &Course<'_>,
+        piece: &Piece,
+        z: &mut [f64],
+        scratch: &mut Self::Scratch,
+        counters: &mut Counters,
+    ) -> Option<Exit>;
+
+    /// Moves a tangent vector over the first `time` of the piece just passed.
+    fn follow(
+        &self,
+        course: &Course<'_>,
+        piece: &Piece,
+        time: f64,
+        x: &mut [f64],
+        scratch: &mut Self::Scratch,
+        counters: &mut Counters,
+    );
+
+    /// Moves the state over whole cells without an event, if it can tell that none is met: how
+    /// many.
+    fn run(
+        &self,
+        _: &Course<'_>,
+        _: &Piece,
+        _: &mut [f64],
+        _: &mut Self::Scratch,
+        _: &mut Counters,
+    ) -> Option<usize> {
+        None
+    }
+
+    /// Moves a tangent vector over the cells just run.
+    fn follow_run(&self, _: &mut [f64], _: &mut Self::Scratch, _: &mut Counters) {}
+}
+
+/// Scratch memory of a table kernel.
+#[derive(Debug)]
+pub struct Workspace<S> {
+    state: Vec<f64>,
+    start: Vec<f64>,
+    tangents: Vec<Vec<f64>>,
+    tangent_count: usize,
+    picture: Picture,
+    scratch: S,
+}
+
+impl Course<'_> {
+    pub fn workspace<S>(&self, scratch: S) -> Workspace<S> {
+        let padded = self.layout.padded();
+        Workspace {
+            state: vec![0.0; padded],
+            start: vec![0.0; padded],
+            tangents: Vec::new(),
+            tangent_count: 0,
+            picture: Picture::new(padded),
+            scratch,
+        }
+    }
+
+    /// Marches one mesh cycle.
+    pub fn march<M: Method, O: Observer>(
+        &self,
+        method: &M,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Workspace<M::Scratch>,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let n = 2 * self.layout.modes;
+        let w = workspace;
+        w.state[..n].copy_from_slice(&trajectory.state);
+        w.tangent_count = tangents.count();
+        if w.tangents.len() < tangents.count() {
+            let padded = self.layout.padded();
+            (w.tangents).resize_with(tangents.count(), || vec![0.0; padded]);
+        }
+        for (i, x) in w.tangents[..w.tangent_count].iter_mut().enumerate() {
+            x[..n].copy_from_slice(tangents.vector(i));
+        }
+        let mut clock = Clock {
+            cycle: trajectory.cycle,
+            time: 0.0,
+            cell: 0,
+            aligned: true,
+            crossed: None,
+        };
+        let mut contact = trajectory.contact;
+        let mut events = 0;
+        while clock.cell < self.grid.cells.len() {
+            self.step(
+                method,
+                &mut clock,
+                &mut contact,
+                &mut events,
+                w,
+                observer,
+                counters,
+            )?;
+        }
+        if !w.state[..n].iter().all(|x| x.is_finite()) {
+            return Err(Stop::Diverged { cycle: clock.cycle });
+        }
+        trajectory.state.copy_from_slice(&w.state[..n]);
+        trajectory.contact = contact;
+        trajectory.cycle += 1;
+        for (i, x) in w.tangents[..w.tangent_count].iter().enumerate() {
+            tangents.vector_mut(i).copy_from_slice(&x[..n]);
+        }
+        counters.cycles += 1;
+        Ok(())
+    }
+
+    /// Passes one piece.
+    fn step<M: Method, O: Observer>(
+        &self,
+        method: &M,
+        clock: &mut Clock,
+        contact: &mut Contact,
+        events: &mut u32,
+        w: &mut Workspace<M::Scratch>,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let stop = self.stop_cell::<M>(clock, *contact);
+        let end = self.grid.time(stop);
+        if clock.time >= end {
+            self.align(clock, stop);
+            return Ok(());
+        }
+        self.set_carried(clock, *contact, &mut w.state);
+        let generator = self.generator(clock.cell, *contact);
+        let deflection = dot(&generator.deflection, &w.state);
+        if deflection.is_nan() || deflection.abs() > FARTHEST * self.model.half_gap {
+            return Err(Stop::Diverged { cycle: clock.cycle });
+        }
+        let whole = clock.aligned && stop == clock.cell + 1;
+        let duration = match whole {
+            true => self.grid.duration(clock.cell),
+            false => end - clock.time,
+        };
+        let size = reach(&generator.magnitude, &w.state);
+        let piece = Piece {
+            cell: clock.cell,
+            contact: *contact,
+            duration,
+            whole,
+            crossed: clock.crossed.take(),
+            noise: ROUND_OFF * (size + self.model.half_gap),
+        };
+        if O::WINDOWS {
+            w.start.copy_from_slice(&w.state);
+        }
+        if whole
+            && let Some(cells) = method.run(self, &piece, &mut w.state, &mut w.scratch, counters)
+        {
+            counters.windows += cells as u64;
+            if O::WINDOWS {
+                self.show_run(&piece, cells, clock.cycle, w, observer);
+            }
+            for x in &mut w.tangents[..w.tangent_count] {
+                method.follow_run(x, &mut w.scratch, counters);
+                counters.tangent_windows += 1;
+            }
+            self.align(clock, clock.cell + cells);
+            return Ok(());
+        }
+        if let Some(surface) = self.outside(&piece, deflection) {
+            // δ stepped across the surface at a prescribed time: tangents stay as they are.
+            return self.switch(
+                clock, contact, surface, events, &w.state, observer, counters,
+            );
+        }
+        counters.windows += 1;
+        counters.partial_windows += u64::from(!whole);
+        let mut exit = method.pass(self, &piece, &mut w.state, &mut w.scratch, counters);
+        let mut passed = exit.map_or(duration, |exit| exit.time);
+        if let (Some(parts), Some(found)) = (self.event_grid, exit) {
+            let grid = self.grid.period / f64::from(parts);
+            let late = ((clock.time + found.time) / grid).ceil() * grid - clock.time;
+            let rest = late.min(duration) - found.time;
+            if rest > 0.0 {
+                passed = found.time + rest;
+                let crossing = Clock {
+                    time: clock.time + found.time,
+                    aligned: false,
+                    ..*clock
+                };
+                self.set_carried(&crossing, *contact, &mut w.state);
+                method.follow(self, &piece, rest, &mut w.state, &mut w.scratch, counters);
+            }
+            exit = Some(Exit {
+                time: passed,
+                ..found
+            });
+        }
+        if O::WINDOWS && passed > 0.0 {
+            show(
+                self,
+                &piece,
+                clock.cycle,
+                clock.time,
+                passed,
+                &w.start,
+                &mut w.picture,
+                observer,
+            );
+        }
+        if passed > 0.0 {
+            for x in &mut w.tangents[..w.tangent_count] {
+                method.follow(self, &piece, passed, x, &mut w.scratch, counters);
+                counters.tangent_windows += 1;
+            }
+        }
+        let Some(exit) = exit else {
+            self.align(clock, stop);
+            return Ok(());
+        };
+        if passed > 0.0 {
+            clock.time += passed;
+            clock.aligned = false;
+            while clock.time >= self.grid.time(clock.cell + 1) && clock.cell + 1 < stop {
+                clock.cell += 1;
+            }
+        }
+        self.set_carried(clock, *contact, &mut w.state);
+        let surface = match self.event_grid {
+            None => Some(exit.surface),
+            Some(_) => self.reclassified(clock, *contact, &w.state),
+        };
+        let Some(surface) = surface else {
+            return Ok(());
+        };
+        let entering = contact.across(surface).touching();
+        let segment = &self.model.cycle.segments[self.grid.cells[clock.cell].segment];
+        for x in &mut w.tangents[..w.tangent_count] {
+            let (first, second) = x[..2 * self.layout.modes].split_at_mut(self.layout.modes);
+            saltation::apply(
+                self.model.gains(segment),
+                segment.damping,
+                entering,
+                first,
+                second,
+            );
+        }
+        self.switch(
+            clock, contact, surface, events, &w.state, observer, counters,
+        )?;
+        clock.crossed = self.event_grid.is_none().then_some(surface);
+        Ok(())
+    }
+
+    /// The cell boundary that a piece may reach.
+    fn stop_cell<M: Method>(&self, clock: &Clock, contact: Contact) -> usize {
+        let mut stop = clock.cell + 1;
+        if contact.touching() || !M::FLIES {
+            return stop;
+        }
+        let cells = &self.grid.cells;
+        let direction = |cell: usize| self.model.cycle.segments[cells[cell].segment].direction;
+        let farthest = clock.time + M::REACH / self.grid.rate;
+        while stop < cells.len()
+            && direction(stop) == direction(clock.cell)
+            && self.grid.time(stop + 1) <= farthest
+        {
+            stop += 1;
+        }
+        stop
+    }
+
+    /// The surface beyond which a piece starts, beyond round-off.
+    fn outside(&self, piece: &Piece, deflection: f64) -> Option<Surface> {
+        let sight = Sight {
+            time: 0.0,
+            deflection: [deflection, 0.0, 0.0],
+        };
+        Margin::of(piece.contact, self.model.half_gap)
+            // The surface just crossed is where it was found, to the round-off of finding it.
+            .filter(|margin| piece.crossed != Some(margin.surface))
+            .find(|margin| margin.see(&sight).value < -piece.noise)
+            .map(|margin| margin.surface)
+    }
+
+    /// The first surface towards the state that δ and δ' say; none where it is the present one.
+    fn reclassified(&self, clock: &Clock, contact: Contact, z: &[f64]) -> Option<Surface> {
+        let generator = self.generator(clock.cell, contact);
+        let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
+        contact.towards(Contact::classify(deflection, rate, self.model.half_gap))
+    }
+
+    fn switch<O: Observer>(
+        &self,
+        clock: &Clock,
+        contact: &mut Contact,
+        surface: Surface,
+        events: &mut u32,
+        z: &[f64],
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        *events += 1;
+        if *events > self.event_limit {
+            return Err(Stop::EventStorm {
+                cycle: clock.cycle,
+                limit: self.event_limit,
+            });
+        }
+        let from = *contact;
+        *contact = from.across(surface);
+        counters.events += 1;
+        observer.event(&Event {
+            cycle: clock.cycle,
+            time: clock.time,
+            from,
+            to: *contact,
+            surface,
+            rate: dot(&self.generator(clock.cell, from).rate, z),
+        });
+        Ok(())
+    }
+
+    /// Shows the cells of a run one by one: their starts follow from the same generators.
+    fn show_run<O: Observer, S>(
+        &self,
+        piece: &Piece,
+        cells: usize,
+        cycle: u64,
+        w: &mut Workspace<S>,
+        observer: &mut O,
+    ) {
+        for cell in piece.cell..piece.cell + cells {
+            let one = Piece {
+                cell,
+                duration: self.grid.duration(cell),
+                ..*piece
+            };
+            let start = self.grid.time(cell);
+            show(
+                self,
+                &one,
+                cycle,
+                start,
+                one.duration,
+                &w.start,
+                &mut w.picture,
+                observer,
+            );
+            w.start.copy_from_slice(w.picture.end());
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The table kernels: dense propagators on unit steps of the mesh cycle, as published for this
+//! class of drive, each with its own way of finding events.
+//!
+//! | kernel | what it does |
+//! |---|---|
+//! | [`Dyadic`] | propagators for Δ/2ᵐ; an event is bracketed by halving, one product a guard evaluation |
+//! | [`Hermite`] | certificates from rows, a cubic Hermite guess, one or two more products |
+//! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products a piece |
+//! | [`Fused`] | the same, and certified runs of 1, 2, 4, 8 cells or a whole cycle in one product |
+//!
+//! [`PowerJumps`] crosses any number of cycles of constant contact.
+//!
+//! All march the augmented state of [`generator`] and share the loop of [`march`]: events are
+//! located to round-off on the same surfaces, with the same saltation, counters, observers and
+//! limits as every other kernel.
+
+mod basis;
+mod course;
+mod dyadic;
+mod eigen;
+mod exits;
+mod exponential;
+mod fused;
+mod generator;
+mod grid;
+mod hermite;
+mod jumps;
+mod march;
+mod matrix;
+mod series;
+mod show;
+mod spectral;
+mod steady;
+mod waves;
+
+pub use dyadic::Dyadic;
+pub use fused::Fused;
+pub use hermite::Hermite;
+pub use jumps::PowerJumps;
+pub use spectral::{Conditioning, Spectral};
+
+/// Why a table kernel cannot be built for a model.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum DenseError {
+    /// Stiffness varies within a segment.
+    #[error(
+        "the mesh stiffness varies within its segments, which tables of matrix exponentials cannot \
+         follow; set `stiffness = \"piecewise\"`, or run.kernel = \"volterra\""
+    )]
+    VaryingStiffness,
+    /// The eigenvectors of a segment are too nearly parallel.
+    #[error(
+        "the eigenvectors of a mesh segment are nearly parallel (condition number {condition:.1e}); \
+         set run.kernel = \"volterra\", which needs none"
+    )]
+    Defective {
+        /// Condition number of their basis.
+        condition: f64,
+    },
+    /// An undamped mode in resonance with a harmonic.
+    #[error(
+        "an undamped mode is in resonance with the harmonic at {frequency:.6e} rad/s; \
+         give it damping, or set run.kernel = \"volterra\""
+    )]
+    Resonance {
+        /// Angular frequency of the harmonic \[rad/s\].
+        frequency: f64,
+    },
+    /// A cycle would take more cells than tables should have.
+    #[error(
+        "one mesh cycle would take {cells:.0} table steps; raise the speed, or set run.kernel = \"volterra\""
+    )]
+    TooManyCells {
+        /// How many.
+        cells: f64,
+    },
+}
+
+/// Size of a kernel's tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableSize {
+    /// Dense operators kept.
+    pub operators: usize,
+    /// Their bytes.
+    pub bytes: usize,
+    /// Unit steps a mesh cycle.
+    pub cells: usize,
+}

@@ -1,0 +1,352 @@
+//! Joins the shards of a job: the tables that one run over all points would have written,
+//! and a record of where they come from.
+//!
+//! Nothing appears in the output folder before every shard was found, every point was met
+//! once, and every table was read to its end. The inputs are only read.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::file::{TableKind, create_folder, table_path};
+use super::run::{RunRecord, RunState, ShardRecord, Totals};
+use super::weave::{Source, Woven, weave};
+use super::{StoreError, read_runs, write_run};
+
+/// Why shards cannot be joined.
+#[derive(Debug, thiserror::Error)]
+pub enum MergeError {
+    /// A folder without results.
+    #[error("no finished run in `{}`; give the folders that `atlas run --shard` wrote", folder.display())]
+    NoRun {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A folder that holds a whole job.
+    #[error("`{}` holds the whole of the job: there is nothing to join it with", folder.display())]
+    Whole {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Shards that do not belong together.
+    #[error(
+        "`{}` and `{}` cannot be joined: {what} differs ({}; {})",
+        folders[0].display(), folders[1].display(), found[0], found[1]
+    )]
+    Unlike {
+        /// The folders.
+        folders: [PathBuf; 2],
+        /// `the manifest`, `the program` or `the number of shards`.
+        what: &'static str,
+        /// What it is in each.
+        found: [String; 2],
+    },
+    /// A shard that is there twice.
+    #[error(
+        "shard {index} of {count} is in `{}` and in `{}`: give one of them",
+        folders[0].display(), folders[1].display()
+    )]
+    Twice {
+        /// Its number.
+        index: u32,
+        /// Number of shards.
+        count: u32,
+        /// Where it lies.
+        folders: [PathBuf; 2],
+    },
+    /// Shards that are not there.
+    #[error(
+        "of {count} shards these are missing: {}; run them with --shard i/{count}",
+        list(missing)
+    )]
+    Missing {
+        /// Number of shards.
+        count: u32,
+        /// Those that are missing.
+        missing: Vec<u64>,
+    },
+    /// A shard that was interrupted.
+    #[error(
+        "shard {index} of {count} in `{}` was interrupted, {points} of its points are missing; \
+         repeat its command", folder.display()
+    )]
+    Interrupted {
+        /// Its number.
+        index: u32,
+        /// Number of shards.
+        count: u32,
+        /// Where it lies.
+        folder: PathBuf,
+        /// Points not computed.
+        points: u64,
+    },
+    /// A table with another number of points than its record says.
+    #[error("`{}` has {found} points, and its record says {wanted}; run the shard again with --fresh", path.display())]
+    Count {
+        /// The table.
+        path: PathBuf,
+        /// Points in it.
+        found: u64,
+        /// Points of the shard.
+        wanted: u64,
+    },
+    /// Points that no shard has.
+    #[error("no shard has these points: {}", list(missing))]
+    PointsMissing {
+        /// The points.
+        missing: Vec<u64>,
+    },
+    /// The output folder is in use.
+    #[error("`{}` is not empty; choose another folder with --out", folder.display())]
+    OutputInUse {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A file cannot be read or written, or is not what it should be.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// The first of some numbers, and how many there are where that is not all.
+fn list(numbers: &[u64]) -> String {
+    const SHOWN: usize = 8;
+    let shown: Vec<String> = numbers.iter().take(SHOWN).map(u64::to_string).collect();
+    let mut text = shown.join(", ");
+    if numbers.len() > SHOWN {
+        text += &format!(" … ({} in all)", numbers.len());
+    }
+    text
+}
+
+/// A shard and the folder it lies in.
+struct Part {
+    folder: PathBuf,
+    index: u32,
+    count: u32,
+    record: RunRecord,
+}
+
+impl Part {
+    fn table(&self, kind: TableKind) -> PathBuf {
+        table_path(&self.folder, kind, self.record.shard)
+    }
+}
+
+/// Joins the shards in `folders`, each of which may hold one or several, into `out`, which
+/// does not exist yet or is empty. Gives the record of the whole.
+///
+/// # Errors
+/// Shards are missing, unfinished, doubled or not of one job; a point is missing or doubled;
+/// a file cannot be read or written.
+pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
+    let parts = parts(folders)?;
+    vacant(out)?;
+    let woven = tables(&parts, out)?;
+    for table in woven {
+        table.publish()?;
+    }
+    let record = record(&parts);
+    write_run(out, &record)?;
+    Ok(record)
+}
+
+/// The shards of one job, complete and in order.
+fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, MergeError> {
+    let mut parts: BTreeMap<u32, Part> = BTreeMap::new();
+    for folder in folders {
+        let records = match folder.is_dir() {
+            true => read_runs(folder)?,
+            false => Vec::new(),
+        };
+        if records.is_empty() {
+            return Err(MergeError::NoRun {
+                folder: folder.clone(),
+            });
+        }
+        for record in records {
+            let shard = record.shard.ok_or_else(|| MergeError::Whole {
+                folder: folder.clone(),
+            })?;
+            let part = Part {
+                folder: folder.clone(),
+                index: shard.index,
+                count: shard.count,
+                record,
+            };
+            if let Some(first) = parts.values().next() {
+                alike(first, &part)?;
+            }
+            if let Some(there) = parts.get(&part.index) {
+                return Err(MergeError::Twice {
+                    index: part.index,
+                    count: part.count,
+                    folders: [there.folder.clone(), part.folder],
+                });
+            }
+            parts.insert(part.index, part);
+        }
+    }
+    let count = parts.values().next().map_or(0, |part| part.count);
+    let missing: Vec<u64> = (1..=count)
+        .filter(|index| !parts.contains_key(index))
+        .map(u64::from)
+        .collect();
+    if !missing.is_empty() {
+        return Err(MergeError::Missing { count, missing });
+    }
+    let parts: Vec<Part> = parts.into_values().collect();
+    match parts.iter().find(|p| p.record.state != RunState::Complete) {
+        Some(part) => Err(MergeError::Interrupted {
+            index: part.index,
+            count,
+            folder: part.folder.clone(),
+            points: part.record.totals.missing,
+        }),
+        None => Ok(parts),
+    }
+}
+
+/// Whether two shards are of one split of one job by one program.
+fn alike(first: &Part, other: &Part) -> Result<(), MergeError> {
+    let facts = |part: &Part| {
+        [
+            ("the manifest", part.record.manifest_hash.clone()),
+            ("the program", part.record.program.to_string()),
+            ("the number of shards", part.count.to_string()),
+        ]
+    };
+    for ((what, a), (_, b)) in facts(first).into_iter().zip(facts(other)) {
+        if a != b {
+            return Err(MergeError::Unlike {
+                folders: [first.folder.clone(), other.folder.clone()],
+                what,
+                found: [a, b],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a folder with anything in it: no result of another job can be overwritten, nor
+/// an input.
+fn vacant(out: &Path) -> Result<(), MergeError> {
+    match fs::read_dir(out) {
+        Ok(mut entries) => match entries.next() {
+            None => Ok(()),
+            Some(_) => Err(MergeError::OutputInUse {
+                folder: out.to_path_buf(),
+            }),
+        },
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(create_folder(out)?),
+        Err(error) => Err(StoreError::io(out, "read", error).into()),
+    }
+}
+
+/// All tables of the job, read to their ends and not yet published; the points are checked.
+fn tables(parts: &[Part], out: &Path) -> Result<Vec<Woven>, MergeError> {
+    let none = BTreeSet::new();
+    let mut woven = Vec::new();
+    for kind in TableKind::OF_A_JOB {
+        let paths: Vec<PathBuf> = parts.iter().map(|part| part.table(kind)).collect();
+        if kind != TableKind::Points && !paths.iter().any(|path| path.exists()) {
+            continue;
+        }
+        let sources: Vec<Source<'_>> = paths
+            .into_iter()
+            .map(|path| Source {
+                path,
+                without: &none,
+            })
+            .collect();
+        let mut census = Census::new(parts.len());
+        woven.push(weave(&sources, out, kind, None, |point_id, part, rows| {
+            census.count(point_id, part, rows);
+            Ok(())
+        })?);
+        if kind == TableKind::Points {
+            census.check(parts, &sources)?;
+        }
+    }
+    Ok(woven)
+}
+
+/// Which points were met.
+struct Census {
+    /// The point expected next.
+    next: u64,
+    missing: Vec<u64>,
+    /// Rows of each part.
+    rows: Vec<u64>,
+}
+
+impl Census {
+    fn new(parts: usize) -> Self {
+        Self {
+            next: 0,
+            missing: Vec::new(),
+            rows: vec![0; parts],
+        }
+    }
+
+    fn count(&mut self, point_id: u64, part: usize, rows: u64) {
+        self.missing.extend(self.next..point_id);
+        self.next = point_id + 1;
+        self.rows[part] += rows;
+    }
+
+    fn check(self, parts: &[Part], sources: &[Source<'_>]) -> Result<(), MergeError> {
+        for ((part, source), found) in parts.iter().zip(sources).zip(self.rows) {
+            let wanted = part.record.totals.points;
+            if found != wanted {
+                return Err(MergeError::Count {
+                    path: source.path.clone(),
+                    found,
+                    wanted,
+                });
+            }
+        }
+        match self.missing.is_empty() {
+            true => Ok(()),
+            false => Err(MergeError::PointsMissing {
+                missing: self.missing,
+            }),
+        }
+    }
+}
+
+/// The record of the whole: machine and manifest of the first shard, sums over all.
+fn record(parts: &[Part]) -> RunRecord {
+    let mut whole = parts[0].record.clone();
+    whole.shard = None;
+    let (mut totals, mut warnings) = (Totals::default(), Vec::new());
+    for part in parts {
+        let record = &part.record;
+        totals.add(&record.totals);
+        whole.started = whole.started.min(record.started.clone());
+        whole.finished = whole.finished.max(record.finished.clone());
+        for warning in &record.warnings {
+            if !warnings.contains(warning) {
+                warnings.push(warning.clone());
+            }
+        }
+        if part.index > 1 {
+            whole.retries.extend(record.retries.iter().cloned());
+        }
+        whole.shards.extend(record.shard.map(|shard| ShardRecord {
+            shard,
+            started: record.started.clone(),
+            finished: record.finished.clone(),
+            machine: record.machine.clone(),
+            placement: record.placement.clone(),
+            totals: record.totals.clone(),
+        }));
+    }
+    whole.totals = totals;
+    whole.warnings = warnings;
+    whole.placement.threads_asked = None;
+    whole.placement.threads = parts.iter().map(|p| p.record.placement.threads).sum();
+    whole.placement.asked = format!("joined from {} shards, each with its own", parts.len());
+    whole.placement.obtained = "as each shard says".into();
+    whole
+}

@@ -1,0 +1,41 @@
+//! Which tables a job writes, and their axes.
+
+use crate::manifest::{AnalysesSpec, Axis, Job};
+use crate::store::{AxisColumn, ChainColumns, ResultLayout, Shard};
+
+/// The tables of a job (of a shard of it).
+pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
+    let any = |pick: fn(&AnalysesSpec) -> bool| job.points.iter().any(|p| pick(&p.analyses));
+    let column = |axis: &Axis| AxisColumn {
+        name: axis.name.clone(),
+        unit: axis.unit.clone(),
+    };
+    ResultLayout {
+        axes: job.axes.iter().map(column).collect(),
+        poincare: any(|a| a.poincare.is_some()),
+        spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
+        probes: any(|a| a.multistability.is_some()),
+        orbits: any(|a| a.orbits.is_some()),
+        chains: job.carried.as_ref().map(|carried| ChainColumns {
+            axis: column(&job.axes[carried.axis]),
+            transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),
+        }),
+        basins: job
+            .points
+            .iter()
+            .find_map(|p| p.analyses.multistability?.slice)
+            .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.velocity))),
+        horizon: any(|a| a.horizon.is_some()),
+        shard,
+    }
+}
+
+/// What a slice varies along a mode, counted from 0.
+fn slice_axis(mode: usize, velocity: bool) -> String {
+    let mode = mode + 1;
+    if velocity {
+        format!("velocity of mode {mode} as mesh deflection")
+    } else {
+        format!("mesh deflection by mode {mode}")
+    }
+}

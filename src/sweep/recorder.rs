@@ -1,0 +1,102 @@
+//! The writer's side of a sweep: every finished point goes to the journal, to those who
+//! watch, and to the result files.
+
+use crate::analysis::Status;
+use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError};
+use crossbeam_channel::{Receiver, RecvTimeoutError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// Where a sweep stands, after every finished point.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Points finished.
+    pub done: u64,
+    /// Of these, with a status other than ok.
+    pub not_ok: u64,
+    /// Of these, with status failed, diverged or event_storm.
+    pub failed: u64,
+    /// Of `done`, taken over from an earlier, interrupted run.
+    pub resumed: u64,
+    /// Mesh cycles marched by this run.
+    pub cycles: u64,
+}
+
+impl Progress {
+    /// Counts a finished point; its cycles only where this run marched them.
+    pub(super) fn count(&mut self, row: &PointRow) {
+        let status = &row.outcome.status;
+        self.done += 1;
+        self.not_ok += u64::from(*status != Status::Ok);
+        self.failed += u64::from(status.is_failure());
+    }
+}
+
+/// Told about every finished point, from the writer's thread.
+pub trait Watcher: Send {
+    /// Points of an earlier run were taken over; nothing has been computed yet.
+    fn resumed(&mut self, progress: &Progress);
+
+    /// A point was finished and handed to the writer.
+    fn point(&mut self, row: &PointRow, progress: &Progress);
+}
+
+/// What the writer's thread works on.
+pub(super) struct Recorder<'a> {
+    pub writer: ResultWriter,
+    pub journal: &'a mut Journal,
+    pub progress: Progress,
+    pub watcher: &'a mut dyn Watcher,
+    /// Points that have left the writer's memory, for the workers to see.
+    pub written: &'a AtomicU64,
+    /// Failed points, taken-over ones not counted, after which the sweep is called off.
+    pub most_failures: Option<u64>,
+    pub called_off: &'a AtomicBool,
+}
+
+/// What was recorded when everything is written.
+pub(super) struct Recorded {
+    pub progress: Progress,
+    /// Points that never came.
+    pub missing: u64,
+    /// Whether the sweep was called off for its failed points.
+    pub gave_up: bool,
+}
+
+impl Recorder<'_> {
+    /// Takes rows until the channel closes, then completes the result files.
+    pub(super) fn record_all(mut self, rows: &Receiver<PointRow>) -> Result<Recorded, StoreError> {
+        let failed_before = self.progress.failed;
+        let mut gave_up = false;
+        loop {
+            match rows.recv_timeout(SYNC_INTERVAL) {
+                Ok(row) => self.record(row)?,
+                Err(RecvTimeoutError::Timeout) => self.journal.sync_if_due()?,
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            let failed = self.progress.failed - failed_before;
+            if !gave_up && self.most_failures.is_some_and(|most| failed >= most) {
+                gave_up = true;
+                self.called_off.store(true, Ordering::Relaxed);
+            }
+        }
+        self.journal.sync()?;
+        let written = self.writer.finish()?;
+        Ok(Recorded {
+            progress: self.progress,
+            missing: written.missing,
+            gave_up: gave_up && written.missing > 0,
+        })
+    }
+
+    fn record(&mut self, row: PointRow) -> Result<(), StoreError> {
+        self.journal.append(&row)?;
+        self.progress.count(&row);
+        self.progress.cycles += row.outcome.cycles;
+        self.watcher.point(&row, &self.progress);
+        self.writer.push(row)?;
+        let waiting = self.writer.waiting() as u64;
+        self.written
+            .store(self.progress.done - waiting, Ordering::Relaxed);
+        Ok(())
+    }
+}

@@ -1,0 +1,80 @@
+//! What must balance over many cycles: energy, and the free rotation of the whole drive.
+
+use super::report::worse;
+use super::{Line, Subjects, Trouble, drives};
+
+/// Residual of the energy balance through rattle.
+pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let cycles = subjects.extent.pick(1000, 10_000);
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let mut worst = 0.0;
+        for case in &subjects.cases {
+            let model = case.model()?;
+            let start = drives::rattling(&model)?;
+            let residual = (kernel.on(&model)).energy_residual(&model, &start, cycles)?;
+            worst = worse(worst, residual.unwrap_or(f64::NAN));
+        }
+        let drives = subjects.cases.len();
+        lines.push(Line::at_most(
+            format!(
+                "{}: energy over {cycles} cycles, {drives} drives",
+                kernel.name
+            ),
+            "works of all forces, added up",
+            worst,
+            1e-12,
+            "of all work",
+        ));
+    }
+    Ok(lines)
+}
+
+/// The neutral pair moves as its start and its torques say, whatever the rest does. Friction
+/// and ripple, which move it too, are left out.
+pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let cycles: u64 = subjects.extent.pick(10_000, 100_000);
+    let (place, speed) = (1e-6, 1e-4);
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let (mut worst, mut tested, mut windows) = (0.0, 0, 0);
+        for case in &subjects.cases {
+            let mut case = case.clone();
+            case.drive.friction = 0.0;
+            case.drive.torque_ripple.clear();
+            let model = case.model()?;
+            let [neutral] = model.neutral[..] else {
+                continue;
+            };
+            let n = model.modes();
+            let mut start = drives::rattling(&model)?;
+            start.state[neutral] = place;
+            start.state[n + neutral] = speed;
+            let time = cycles as f64 * model.period();
+            let pull = model.blocks[neutral].static_input[1];
+            let exact = [
+                place + time * (speed + 0.5 * time * pull),
+                speed + time * pull,
+            ];
+            let course = kernel.on(&model).course(&start, cycles)?;
+            let state = &course.end.state;
+            for (found, exact) in [state[neutral], state[n + neutral]].iter().zip(&exact) {
+                worst = worse(worst, (found / exact - 1.0).abs());
+            }
+            tested += 1;
+            windows = windows.max(course.counters.windows);
+        }
+        lines.push(Line::at_most(
+            format!(
+                "{}: drift over {cycles} cycles, {tested} drives",
+                kernel.name
+            ),
+            "free rotation",
+            worst,
+            // One rounding a window, all of them one way.
+            windows as f64 * f64::EPSILON,
+            "relative",
+        ));
+    }
+    Ok(lines)
+}

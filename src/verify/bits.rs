@@ -1,0 +1,98 @@
+//! Results are the same bits however the work is cut and on however many threads it is done.
+
+use super::drives;
+use super::gears::{default_gears, differing};
+use super::{Line, Subjects, Trouble};
+use crate::analysis::MultistabilityQuestion;
+use crate::gear::{Flanks, MeshTable, MeshTableInputs};
+
+/// Marching in one go and in two.
+pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let cycles = subjects.extent.pick(200, 20_000);
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let mut unequal = 0;
+        for case in &subjects.cases {
+            let model = case.model()?;
+            let start = drives::rattling(&model)?;
+            let whole = kernel.on(&model).course(&start, cycles)?.end;
+            let middle = kernel.on(&model).course(&start, cycles / 3)?.end;
+            let parts = kernel.on(&model).course(&middle, cycles - cycles / 3)?.end;
+            let pairs = whole.state.iter().zip(&parts.state);
+            unequal += pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+        }
+        lines.push(Line::at_most(
+            format!(
+                "{}: {cycles} cycles in one go, {} drives",
+                kernel.name,
+                subjects.cases.len()
+            ),
+            "the same, stopped and taken up",
+            unequal as f64,
+            0.0,
+            "numbers",
+        ));
+    }
+    Ok(lines)
+}
+
+/// Runs some work on a pool of so many threads.
+fn on_threads<T: Send>(
+    threads: usize,
+    work: impl FnOnce() -> Result<T, Trouble> + Send,
+) -> Result<T, Trouble> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    pool.install(work)
+}
+
+/// Probes of attractors and a mesh table on one thread and on three.
+pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let kernel = subjects.kernel()?;
+    let model = subjects.default_drive()?.model()?;
+    let question = MultistabilityQuestion {
+        seed: 1,
+        point_id: 0,
+        initial_conditions: subjects.extent.pick(12, 200),
+        decades: 2.0,
+        transient: 200,
+        cycles: 600,
+        settle: true,
+        slice: None,
+    };
+    let probe = || {
+        Ok(postcard::to_stdvec(
+            &kernel.on(&model).probes(&model, &question)?,
+        )?)
+    };
+    let (one, three) = (on_threads(1, probe)?, on_threads(3, probe)?);
+    let unequal = one.iter().zip(&three).filter(|(a, b)| a != b).count();
+
+    let gears = default_gears()?;
+    let flanks = Flanks::new(&gears)?;
+    let inputs = MeshTableInputs::of_gears(&gears);
+    let build = || Ok(MeshTable::build(&flanks, &inputs, &|_, _| ())?);
+    let tables = (on_threads(1, build)?, on_threads(3, build)?);
+    Ok(vec![
+        Line::at_most(
+            format!(
+                "{}: {} probes on 1 thread, {} bytes",
+                kernel.name,
+                question.initial_conditions,
+                one.len()
+            ),
+            "the same on 3 threads",
+            (unequal + one.len().abs_diff(three.len())) as f64,
+            0.0,
+            "bytes",
+        ),
+        Line::at_most(
+            "mesh table of the default pair on 1 thread",
+            "the same on 3 threads",
+            differing(&tables.0, &tables.1) as f64,
+            0.0,
+            "numbers",
+        ),
+    ])
+}

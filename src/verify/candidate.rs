@@ -1,0 +1,316 @@
+//! The kernels under test, by name, and what is asked of them.
+//!
+//! Kernels are statically dispatched over observers, so that they cannot stand in one list.
+//! [`March`] is what the checks need of them, one question a method.
+
+use super::Trouble;
+use crate::analysis::orbits::floquet;
+use crate::analysis::{
+    EnergyAudit, EnergyNorm, GrowthNorm, LyapunovOutcome, LyapunovQuestion, MultistabilityOutcome,
+    MultistabilityQuestion, Nvh, NvhOutcome, Questions, Section, TangentGrowth, investigate,
+    probe_basins,
+};
+use crate::model::{InitialState, Model, TrajectoryState};
+use crate::numerics::random::Stream;
+use crate::propagate::{
+    Counters, Event, InstructionSet, Kernel, Observer, Stop, Tangents, Volterra, Window,
+};
+use std::sync::atomic::AtomicBool;
+
+/// Most events in a mesh cycle.
+const EVENT_LIMIT: u32 = 10_000;
+
+/// A kernel by name.
+pub struct Candidate {
+    /// Its name in the report.
+    pub name: String,
+    prepare: Box<Prepare>,
+}
+
+type Prepare = dyn for<'m> Fn(&'m Model) -> Box<dyn March + 'm> + Send + Sync;
+
+impl Candidate {
+    /// A kernel that `prepare` builds for a model.
+    pub fn new(
+        name: impl Into<String>,
+        prepare: impl for<'m> Fn(&'m Model) -> Box<dyn March + 'm> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            prepare: Box::new(prepare),
+        }
+    }
+
+    /// The kernel of a model.
+    pub fn on<'m>(&self, model: &'m Model) -> Box<dyn March + 'm> {
+        (self.prepare)(model)
+    }
+}
+
+/// The kernels that claim to be exact between events, each on every instruction set of this
+/// machine it has code for; the one that users run by default last.
+pub fn kernels() -> Vec<Candidate> {
+    let volterra = |set: InstructionSet| {
+        Candidate::new(format!("volterra {}", set.name()), move |model| {
+            Box::new(Volterra::with_instructions(
+                model,
+                f64::EPSILON,
+                EVENT_LIMIT,
+                set,
+            ))
+        })
+    };
+    InstructionSet::available()
+        .into_iter()
+        .map(volterra)
+        .collect()
+}
+
+/// Where a march ended and the events on its way.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// The trajectory at its end.
+    pub end: TrajectoryState,
+    /// Every change of contact state.
+    pub events: Vec<Event>,
+    /// The work done, as the kernel counted it.
+    pub counters: Counters,
+}
+
+/// Growth of a volume of tangent space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VolumeGrowth {
+    /// Sum of all exponents, per mesh cycle.
+    pub sum: f64,
+    /// Part of the time in contact.
+    pub contact: f64,
+}
+
+/// What the checks ask of a kernel that was built for a model.
+pub trait March {
+    /// Marches whole mesh cycles.
+    ///
+    /// # Errors
+    /// [`Stop`], as of every method here.
+    fn course(&self, start: &TrajectoryState, cycles: u64) -> Result<Course, Stop>;
+
+    /// Carries tangents along one mesh cycle.
+    fn carry(&self, start: &TrajectoryState, tangents: &mut Tangents) -> Result<(), Stop>;
+
+    /// Relative residual of the energy balance over some cycles; none when nothing moved.
+    fn energy_residual(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<f64>, Stop>;
+
+    /// NVH statistics over some cycles.
+    fn nvh(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<NvhOutcome>, Stop>;
+
+    /// Multipliers of the one-cycle map at a state.
+    fn multipliers(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+    ) -> Result<Option<Vec<(f64, f64)>>, Stop>;
+
+    /// Growth of the whole tangent space over a multiple of ten cycles.
+    fn volume_growth(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<VolumeGrowth>, Stop>;
+
+    /// Exponents from tangents and from a twin.
+    ///
+    /// # Errors
+    /// The kernel gives up.
+    fn lyapunov(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<LyapunovOutcome>, Trouble>;
+
+    /// Coexisting attractors, probed on the threads of the current rayon pool.
+    ///
+    /// # Errors
+    /// The kernel gives up.
+    fn probes(
+        &self,
+        model: &Model,
+        question: &MultistabilityQuestion,
+    ) -> Result<MultistabilityOutcome, Trouble>;
+}
+
+/// Keeps every event.
+#[derive(Debug, Default)]
+struct Events(Vec<Event>);
+
+impl Observer for Events {
+    const WINDOWS: bool = false;
+
+    fn window(&mut self, _: &Window<'_>) {}
+
+    fn event(&mut self, event: &Event) {
+        self.0.push(*event);
+    }
+}
+
+/// Marches whole cycles without tangents.
+fn watch<K: Kernel, O: Observer>(
+    kernel: &K,
+    start: &TrajectoryState,
+    cycles: u64,
+    observer: &mut O,
+) -> Result<(TrajectoryState, Counters), Stop> {
+    let (mut workspace, mut trajectory) = (kernel.workspace(), start.clone());
+    let (mut tangents, mut counters) = (Tangents::none(), Counters::default());
+    for _ in 0..cycles {
+        kernel.march(
+            &mut trajectory,
+            &mut tangents,
+            &mut workspace,
+            observer,
+            &mut counters,
+        )?;
+    }
+    Ok((trajectory, counters))
+}
+
+impl<K: Kernel + Sync> March for K {
+    fn course(&self, start: &TrajectoryState, cycles: u64) -> Result<Course, Stop> {
+        let mut events = Events::default();
+        let (end, counters) = watch(self, start, cycles, &mut events)?;
+        Ok(Course {
+            end,
+            events: events.0,
+            counters,
+        })
+    }
+
+    fn carry(&self, start: &TrajectoryState, tangents: &mut Tangents) -> Result<(), Stop> {
+        self.march(
+            &mut start.clone(),
+            tangents,
+            &mut self.workspace(),
+            &mut (),
+            &mut Counters::default(),
+        )
+    }
+
+    fn energy_residual(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<f64>, Stop> {
+        let mut audit = EnergyAudit::new(model);
+        let (end, _) = watch(self, start, cycles, &mut audit)?;
+        Ok(audit.residual(&end))
+    }
+
+    fn nvh(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<NvhOutcome>, Stop> {
+        let mut nvh = Nvh::new(model, 0);
+        watch(self, start, cycles, &mut nvh)?;
+        Ok(nvh.outcome())
+    }
+
+    fn multipliers(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+    ) -> Result<Option<Vec<(f64, f64)>>, Stop> {
+        floquet::multipliers(
+            model,
+            self,
+            &EnergyNorm::new(model),
+            &mut start.clone(),
+            1,
+            &mut self.workspace(),
+            &mut Counters::default(),
+        )
+    }
+
+    fn volume_growth(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<VolumeGrowth>, Stop> {
+        let norm = EnergyNorm::new(model);
+        let mut stream = Stream::new(3, 1, 4);
+        let mut growth = TangentGrowth::new(&norm, model.modes(), norm.dimension(), &mut stream);
+        let (mut workspace, mut trajectory) = (self.workspace(), start.clone());
+        let mut nvh = Nvh::new(model, 0);
+        for _ in 0..cycles {
+            self.march(
+                &mut trajectory,
+                growth.tangents(),
+                &mut workspace,
+                &mut nvh,
+                &mut Counters::default(),
+            )?;
+            growth.cycle(&norm);
+        }
+        let (Some(exponents), Some(nvh)) = (growth.exponents(), nvh.outcome()) else {
+            return Ok(None);
+        };
+        let [drive, _, coast] = nvh.fractions;
+        Ok(Some(VolumeGrowth {
+            sum: exponents.iter().sum(),
+            contact: drive + coast,
+        }))
+    }
+
+    fn lyapunov(
+        &self,
+        model: &Model,
+        start: &TrajectoryState,
+        cycles: u64,
+    ) -> Result<Option<LyapunovOutcome>, Trouble> {
+        let questions = Questions {
+            seed: 1,
+            point_id: 2,
+            transient: 200,
+            cycles,
+            settle: false,
+            audit_cycles: 0,
+            lyapunov: Some(LyapunovQuestion {
+                exponents: 1,
+                stop_at_stderr: None,
+                align: 50,
+                twin: true,
+                norm: GrowthNorm::Energy,
+            }),
+            poincare_samples: 0,
+            section: Section::default(),
+            nvh: None,
+        };
+        let never = AtomicBool::new(false);
+        let outcome = investigate(model, self, start.clone(), &questions, &never)?;
+        Ok(outcome.lyapunov)
+    }
+
+    fn probes(
+        &self,
+        model: &Model,
+        question: &MultistabilityQuestion,
+    ) -> Result<MultistabilityOutcome, Trouble> {
+        let start = model.start(&InitialState::Static);
+        let never = AtomicBool::new(false);
+        Ok(probe_basins(model, self, &start, question, &never)?)
+    }
+}

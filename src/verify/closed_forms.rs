@@ -1,0 +1,333 @@
+//! Kernels against closed forms.
+
+use super::candidate::Candidate;
+use super::drives::{self, structure};
+use super::report::worse;
+use super::{Line, Subjects, Trouble};
+use crate::model::{
+    Contact, Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+};
+use crate::shaft::{RigidDrive, Tier};
+use faer::Mat;
+use std::f64::consts::PI;
+
+/// In constant contact a mesh cycle is one affine map: the kernel's multipliers against the
+/// eigenvalues of a product of matrix exponentials.
+pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let mut lines = Vec::new();
+    let mut exact = Vec::new();
+    for case in &subjects.cases {
+        let model = case.in_constant_contact().model()?;
+        exact.push((independent_exponents(&model)?, model));
+    }
+    for kernel in &subjects.kernels {
+        let mut worst = 0.0f64;
+        for (exponents, model) in &exact {
+            let start = model.start(&InitialState::Static);
+            let found = kernel.on(model).multipliers(model, &start)?;
+            let found = found.ok_or(Trouble::Missing {
+                what: "an eigenvalue of the kernel's map",
+            })?;
+            for (found, exact) in found.iter().zip(exponents) {
+                worst = worse(worst, (found.0.hypot(found.1).ln() - exact).abs());
+            }
+            if found.len() != exponents.len() {
+                worst = f64::NAN;
+            }
+        }
+        lines.push(Line::at_most(
+            format!(
+                "{}: ln|multiplier| in contact, {} drives",
+                kernel.name,
+                exact.len()
+            ),
+            "eigenvalues of matrix exponentials",
+            worst,
+            1e-11,
+            "1/cycle",
+        ));
+    }
+    Ok(lines)
+}
+
+/// `exp(A t)` by scaling and squaring of its Taylor series.
+fn exponential(a: &Mat<f64>, t: f64) -> Mat<f64> {
+    let n = a.nrows();
+    let squarings = ((a.norm_l2() * t).log2().ceil() as i32 + 2).max(0);
+    let scale = t / f64::from(squarings).exp2();
+    let mut sum = Mat::<f64>::identity(n, n);
+    let mut term = Mat::<f64>::identity(n, n);
+    for k in 1..20 {
+        term = a * &term * faer::Scale(scale / f64::from(k));
+        sum += &term;
+    }
+    for _ in 0..squarings {
+        sum = &sum * &sum;
+    }
+    sum
+}
+
+/// Exponents per cycle of the affine map of constant contact, largest first: products of
+/// matrix exponentials of the linear part of [`Model::derivative`], neutral blocks left out.
+fn independent_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
+    /// So large that the constant part is lost in round-off.
+    const LARGE: f64 = 1e6;
+    let n = model.modes();
+    let felt: Vec<usize> = (0..2 * n)
+        .filter(|i| !model.neutral.contains(&(i % n)))
+        .collect();
+    let m = felt.len();
+    let natural = model.blocks.iter().map(|block| block.natural_frequency());
+    let fastest = natural.fold(2e4, f64::max);
+    // Velocities in units of the fastest mode's keep the matrix balanced.
+    let unit = |i: usize| if i < n { 1.0 } else { fastest };
+    let mut map = Mat::<f64>::identity(m, m);
+    for (index, segment) in model.cycle.segments.iter().enumerate() {
+        let field = |state: &[f64]| {
+            let mut out = vec![f64::NAN; 2 * n];
+            model.derivative(segment, Contact::Drive, 0, 0.0, state, &mut out);
+            out
+        };
+        let offset = field(&vec![0.0; 2 * n]);
+        let column = |&j: &usize| {
+            let mut state = vec![0.0; 2 * n];
+            state[j] = LARGE * unit(j);
+            field(&state)
+        };
+        let columns: Vec<Vec<f64>> = felt.iter().map(column).collect();
+        let a = Mat::from_fn(m, m, |row, column| {
+            let i = felt[row];
+            (columns[column][i] - offset[i]) / (LARGE * unit(i))
+        });
+        let duration = model.cycle.end(index) - model.cycle.start(index);
+        map = exponential(&a, duration) * map;
+    }
+    let eigenvalues = map.eigenvalues().map_err(|_| Trouble::Missing {
+        what: "an eigenvalue of the exponentials",
+    })?;
+    let mut exponents: Vec<f64> = eigenvalues.iter().map(|z| z.re.hypot(z.im).ln()).collect();
+    exponents.sort_by(|a, b| b.total_cmp(a));
+    Ok(exponents)
+}
+
+const GAP: f64 = 10e-6;
+
+/// A mass between stops at ± d, shaken: unit mass, stiffness κ², damping ratio ζ.
+struct Shaken {
+    speed: f64,
+    /// Constant force \[N/√kg\].
+    push: f64,
+    /// Phase of the shaker, so that the stop is reached within a mesh cycle.
+    phase: f64,
+}
+
+impl Shaken {
+    const NATURAL: f64 = 4000.0;
+    const RATIO: f64 = 0.02;
+
+    fn forcing(&self) -> f64 {
+        20.0 * self.speed
+    }
+
+    /// `κ² − ω²` and `2 ζ κ ω`.
+    fn impedance(&self) -> [f64; 2] {
+        let forcing = self.forcing();
+        [
+            Self::NATURAL * Self::NATURAL - forcing * forcing,
+            2.0 * Self::RATIO * Self::NATURAL * forcing,
+        ]
+    }
+
+    /// `A = d √((κ² − ω²)² + (2 ζ κ ω)²)`, d counted from the deflection under the constant force.
+    fn grazing(&self) -> f64 {
+        let [stiff, loss] = self.impedance();
+        (GAP - self.push / (Self::NATURAL * Self::NATURAL)) * stiff.hypot(loss)
+    }
+
+    fn model(&self, amplitude: f64) -> Result<Model, Trouble> {
+        let mut structure = structure(&[Self::NATURAL], Self::RATIO, &[1.0], &[1.0]);
+        structure.rated_force = 1.0;
+        structure.pinion_torque = Some(vec![1.0]);
+        let drive = Drive {
+            half_gap: GAP,
+            mesh: Division::levels(&[1.44e8], &[]),
+            damping: 480.0,
+            friction: 0.0,
+            transmission_error: Vec::new(),
+            torque_ripple: vec![RippleInput {
+                shaft: RippleShaft::Pinion,
+                // Of a shaft with 20 teeth: the mesh frequency.
+                order: 20.0,
+                amplitude,
+                phase: self.phase,
+            }],
+        };
+        let point = OperatingPoint {
+            load: self.push,
+            speed: self.speed,
+        };
+        Ok(Model::new(&structure, &drive, point)?)
+    }
+
+    /// Whether the forced vibration, started on it, meets a stop within two cycles.
+    fn touches(&self, kernel: &Candidate, amplitude: f64) -> Result<bool, Trouble> {
+        let model = self.model(amplitude)?;
+        let [stiff, loss] = self.impedance();
+        let size = amplitude / stiff.hypot(loss);
+        let angle = self.phase - loss.atan2(stiff);
+        let start = model.start(&InitialState::Modal {
+            displacement: vec![self.push / (Self::NATURAL * Self::NATURAL) + size * angle.cos()],
+            velocity: vec![-size * self.forcing() * angle.sin()],
+        });
+        Ok(!kernel.on(&model).course(&start, 2)?.events.is_empty())
+    }
+}
+
+/// The amplitude of the shaker at which a stop is first touched, bisected between "no event"
+/// and "some events".
+pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let mut worst = 0.0f64;
+        for speed in [120.0, 190.0, 205.0, 300.0] {
+            for (push, phase) in [(0.0, -2.0), (40.0, 0.3), (90.0, 1.7)] {
+                let case = Shaken { speed, push, phase };
+                let exact = case.grazing();
+                let (mut never, mut always) = (0.9 * exact, 1.1 * exact);
+                while always - never > 1e-12 * exact {
+                    let middle = 0.5 * (never + always);
+                    match case.touches(kernel, middle)? {
+                        true => always = middle,
+                        false => never = middle,
+                    }
+                }
+                worst = worse(worst, (0.5 * (never + always) / exact - 1.0).abs());
+            }
+        }
+        lines.push(Line::at_most(
+            format!("{}: amplitude that touches a stop", kernel.name),
+            "d sqrt((k - w^2)^2 + c^2 w^2)",
+            worst,
+            1e-11,
+            "relative",
+        ));
+    }
+    Ok(lines)
+}
+
+/// A mass that falls onto an undamped spring and bounces for ever. With the acceleration a of
+/// the load and `ω² = k Σ w²`, it falls the half gap b to `v = √(2 a b)`, then takes turns of
+/// `t = 2 (π − atan(ω v / a)) / ω` on the spring and `2 v / a` in the air.
+pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let (participation, stiffness) = (1.3f64, 4e8f64);
+    let structure = structure(&[0.0], 0.0, &[participation], &[participation]);
+    let drive = Drive {
+        half_gap: GAP,
+        mesh: Division::levels(&[stiffness], &[]),
+        damping: 0.0,
+        friction: 0.0,
+        transmission_error: Vec::new(),
+        torque_ripple: Vec::new(),
+    };
+    let point = OperatingPoint {
+        load: 0.05,
+        speed: 1200.0,
+    };
+    let model = Model::new(&structure, &drive, point)?;
+    let pull = participation * participation * structure.rated_force * point.load;
+    let natural = participation * stiffness.sqrt();
+    let speed = (2.0 * pull * GAP).sqrt();
+    let contact = 2.0 * (PI - (natural * speed / pull).atan()) / natural;
+    let flight = 2.0 * speed / pull;
+    let bounces = subjects.extent.pick(100, 10_000);
+    let exact = |event: usize| {
+        let whole = (event / 2) as f64 * (contact + flight);
+        let rest = if event % 2 == 1 { contact } else { 0.0 };
+        speed / pull + whole + rest
+    };
+    let last = exact(2 * bounces - 1);
+    let cycles = (last / model.period()).ceil() as u64;
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let course = (kernel.on(&model)).course(&model.start(&InitialState::Rest), cycles)?;
+        let mut worst = if course.events.len() < 2 * bounces {
+            f64::NAN
+        } else {
+            0.0
+        };
+        for (index, event) in course.events.iter().take(2 * bounces).enumerate() {
+            let time = event.cycle as f64 + event.time / model.period();
+            worst = worse(worst, (time - exact(index) / model.period()).abs());
+        }
+        lines.push(Line::at_most(
+            format!("{}: times of {bounces} bounces", kernel.name),
+            "parabola and half sine, turn about",
+            worst,
+            subjects.extent.pick(1e-10, 1e-8),
+            "cycles",
+        ));
+    }
+    Ok(lines)
+}
+
+/// Two rigid bodies on the mesh spring: `ω = √(k (r₁²/J₁ + r₂²/J₂))`, from the drawing through
+/// assembly, modes and kernel to the angle of the multipliers.
+pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let shafts = drives::shafts()?;
+    let density = shafts.density;
+    let rod = |outer: f64, inner: f64, length: f64| {
+        PI * density * length * (outer.powi(4) - inner.powi(4)) / 32.0
+    };
+    let mut inverse_mass = 0.0;
+    for index in [0, 1] {
+        let shaft = &shafts.shafts[index];
+        let pitch = 2.0 * shafts.gears.pitch_radii()[index];
+        let inertia = shaft.end_inertia
+            + rod(shaft.diameter, 0.0, shaft.span + shaft.overhang)
+            + rod(pitch, shaft.diameter, shafts.gears.body_length[index]);
+        inverse_mass += shafts.gears.base_radii()[index].powi(2) / inertia;
+    }
+    let stiffness = 4e8;
+    let exact = (stiffness * inverse_mass).sqrt();
+    let pair = RigidDrive {
+        tier: Tier::Torsional,
+        gears: shafts.gears,
+        shafts: shafts.shafts,
+        pedestals: None,
+        density,
+        damping: 0.0,
+        damping_overrides: Vec::new(),
+    };
+    let drive = Drive {
+        half_gap: GAP,
+        mesh: Division::levels(&[stiffness], &[]),
+        damping: 0.0,
+        friction: 0.0,
+        transmission_error: Vec::new(),
+        torque_ripple: Vec::new(),
+    };
+    // Less than half a turn a mesh cycle, so that the angle tells the frequency.
+    let point = OperatingPoint {
+        load: 1.0,
+        speed: 4000.0,
+    };
+    let model = Model::new(&pair.modes(2, 2, false)?, &drive, point)?;
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let start = model.start(&InitialState::Static);
+        let found = kernel.on(&model).multipliers(&model, &start)?;
+        let found = found.and_then(|multipliers| multipliers.first().copied());
+        let (re, im) = found.ok_or(Trouble::Missing {
+            what: "a multiplier of the pair",
+        })?;
+        let frequency = im.atan2(re).abs() / model.period();
+        lines.push(Line::at_most(
+            format!("{}: rigid pair, {exact:.0} rad/s", kernel.name),
+            "sqrt(k (r1^2/J1 + r2^2/J2))",
+            (frequency / exact - 1.0).abs(),
+            1e-12,
+            "relative",
+        ));
+    }
+    Ok(lines)
+}

@@ -1,0 +1,176 @@
+//! Tangents and Lyapunov exponents, each by two ways that share nothing.
+
+use super::report::worse;
+use super::{Line, Subjects, Trouble, drives};
+use crate::model::Model;
+use crate::propagate::Tangents;
+use crate::reference::Reference;
+
+/// Steps of the differences, displacements and velocities.
+const STEP: [f64; 2] = [1e-11, 1e-7];
+
+/// Largest difference of two vectors, first and second half each against its largest entry.
+fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
+    let n = b.len() / 2;
+    let mut worst = 0.0f64;
+    for part in [0..n, n..2 * n] {
+        let scale = b[part.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        for i in part {
+            // The neutral pair's displacement moves nothing else: no difference, and no scale.
+            if a[i] != b[i] {
+                worst = worse(worst, (a[i] - b[i]).abs() / scale);
+            }
+        }
+    }
+    worst
+}
+
+/// Columns of the one-cycle tangent map through events, against central differences of the
+/// reference.
+pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let columns = subjects.extent.pick(4, 80);
+    let mut lines = Vec::new();
+    let mut worst = vec![0.0f64; subjects.kernels.len()];
+    for case in &subjects.cases {
+        let model = case.model()?;
+        let n = model.modes();
+        let reference = Reference::new(&model);
+        let mut start = drives::rattling(&model)?;
+        loop {
+            let passage = reference.march(&start, 1)?;
+            if passage.crossings.len() >= 2 {
+                break;
+            }
+            start = passage.end;
+        }
+        let mut carried = Vec::new();
+        for kernel in &subjects.kernels {
+            let mut tangents = Tangents::zeros(n, 2 * n);
+            for i in 0..2 * n {
+                tangents.vector_mut(i)[i] = STEP[i / n];
+            }
+            kernel.on(&model).carry(&start, &mut tangents)?;
+            carried.push(tangents);
+        }
+        for i in (0..2 * n).step_by((2 * n).div_ceil(columns)) {
+            let end = |side: f64| {
+                let mut moved = start.clone();
+                moved.state[i] += side * STEP[i / n];
+                reference.march(&moved, 1).map(|passage| passage.end.state)
+            };
+            let (above, below) = (end(1.0)?, end(-1.0)?);
+            let half = above.iter().zip(&below).map(|(a, b)| 0.5 * (a - b));
+            let difference: Vec<f64> = half.collect();
+            for (worst, tangents) in worst.iter_mut().zip(&carried) {
+                *worst = worse(*worst, relative_difference(tangents.vector(i), &difference));
+            }
+        }
+    }
+    for (kernel, worst) in subjects.kernels.iter().zip(worst) {
+        lines.push(Line::at_most(
+            format!(
+                "{}: tangents through events, {} drives",
+                kernel.name,
+                subjects.cases.len()
+            ),
+            "central differences of the reference",
+            worst,
+            1e-6,
+            "relative",
+        ));
+    }
+    Ok(lines)
+}
+
+/// Volume of tangent space shrinks by the trace of the flow: twice every mode's growth, and
+/// `−c Σ w·A·g` while in contact; saltation matrices have determinant 1.
+///
+/// Holds where the direction of the mesh force does not turn.
+fn exact_sum(model: &Model, contact: f64) -> f64 {
+    let felt = (0..model.modes()).filter(|i| !model.neutral.contains(i));
+    let flow: f64 = felt.map(|i| 2.0 * model.blocks[i].growth()).sum();
+    let coupling: f64 = (model.first_gains().iter())
+        .map(|gain| {
+            let (rate, g) = (gain.rate, gain.mesh_input);
+            rate[0] * g[0] + rate[1] * g[1]
+        })
+        .sum();
+    let damping = model.cycle.segments[0].damping;
+    model.period() * (flow - damping * coupling * contact)
+}
+
+/// Sum of all exponents through rattle against the mean trace and the saltations.
+pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let cycles = subjects.extent.pick(200, 5000);
+    let mut worst = vec![0.0f64; subjects.kernels.len()];
+    let mut tested = 0;
+    for case in &subjects.cases {
+        let model = case.model()?;
+        if model.directions.len() > 1 {
+            continue;
+        }
+        tested += 1;
+        let start = drives::rattling(&model)?;
+        for (worst, kernel) in worst.iter_mut().zip(&subjects.kernels) {
+            let growth = kernel.on(&model).volume_growth(&model, &start, cycles)?;
+            let growth = growth.ok_or(Trouble::Missing { what: "exponents" })?;
+            let apart = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
+            *worst = worse(*worst, apart);
+        }
+    }
+    let line = |(kernel, worst): (&super::candidate::Candidate, f64)| {
+        Line::at_most(
+            format!(
+                "{}: sum of all exponents, {cycles} cycles, {tested} drives",
+                kernel.name,
+            ),
+            "mean trace + ln det of saltations",
+            worst,
+            1e-12,
+            "relative",
+        )
+    };
+    Ok(subjects.kernels.iter().zip(worst).map(line).collect())
+}
+
+/// An exponent above this, per mesh cycle, is chaos for the check of twins.
+const CHAOTIC: f64 = 0.1;
+
+/// The largest exponent from tangents and from a twin, in chaos; elsewhere neither of them
+/// aligns within so few cycles.
+pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let kernel = subjects.kernel()?;
+    // As many cycles as a twin is marched.
+    let cycles = 320;
+    let mut lines = Vec::new();
+    for case in &subjects.cases {
+        let model = case.model()?;
+        let start = drives::rattling(&model)?;
+        let found = kernel.on(&model).lyapunov(&model, &start, cycles)?;
+        let Some((found, twin)) = found.and_then(|l| l.twin.map(|twin| (l, twin))) else {
+            return Err(Trouble::Missing { what: "a twin" });
+        };
+        let exponent = found.exponents[0];
+        if exponent < CHAOTIC {
+            continue;
+        }
+        lines.push(Line::at_most(
+            format!(
+                "{}: exponent {exponent:+.3} by {}, {}",
+                kernel.name,
+                found.method.name(),
+                case.name
+            ),
+            "twin trajectory",
+            (twin - exponent).abs(),
+            1e-4,
+            "1/cycle",
+        ));
+    }
+    match lines.is_empty() {
+        true => Err(Trouble::Missing {
+            what: "a drive in chaos",
+        }),
+        false => Ok(lines),
+    }
+}

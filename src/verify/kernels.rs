@@ -1,0 +1,204 @@
+//! Kernels against integrators that share nothing with them but the model: one in doubles,
+//! and one in extended precision that knows the trajectory to some 30 digits.
+
+use super::candidate::{Candidate, Course};
+use super::drives::{self, Case};
+use super::report::worse;
+use super::{Line, Subjects, Trouble};
+use crate::analysis::EnergyNorm;
+use crate::model::{InitialState, Model, TrajectoryState};
+use crate::reference::{Extended, ExtendedPassage, Reference};
+
+/// A trajectory known to all digits, cycle by cycle, each from the rounded end of the one
+/// before.
+struct Truth {
+    model: Model,
+    norm: EnergyNorm,
+    cycles: Vec<(TrajectoryState, ExtendedPassage)>,
+}
+
+/// How far a kernel goes astray.
+#[derive(Debug, Clone, Copy, Default)]
+struct Departure {
+    /// Of states after one cycle, energy norm \[half gaps\].
+    state: f64,
+    /// Of event times \[cycles\].
+    time: f64,
+    /// Cycles with another sequence of events, or counted otherwise than shown.
+    strays: usize,
+}
+
+impl Truth {
+    fn new(case: &Case, cycles: u64) -> Result<Self, Trouble> {
+        let model = case.model()?;
+        let mut passages = Vec::new();
+        let extended = Extended::new(&model);
+        let mut start = drives::rattling(&model)?;
+        for _ in 0..cycles {
+            let passage = extended.march(&start, 1)?;
+            let end = passage.end();
+            passages.push((start, passage));
+            start = end;
+        }
+        Ok(Self {
+            norm: EnergyNorm::new(&model),
+            cycles: passages,
+            model,
+        })
+    }
+
+    fn events(&self) -> usize {
+        let events = self.cycles.iter().map(|(_, exact)| exact.crossings.len());
+        events.sum()
+    }
+
+    /// Error of a state \[half gaps\].
+    fn error(&self, exact: &ExtendedPassage, state: &[f64]) -> f64 {
+        self.norm.length(&exact.difference(state)) / self.norm.unit()
+    }
+
+    fn departure(&self, kernel: &Candidate) -> Result<Departure, Trouble> {
+        let kernel = kernel.on(&self.model);
+        let mut worst = Departure::default();
+        for (start, exact) in &self.cycles {
+            let Course {
+                end,
+                events,
+                counters,
+            } = kernel.course(start, 1)?;
+            let pairs = || events.iter().zip(&exact.crossings);
+            let same = events.len() == exact.crossings.len()
+                && counters.events == events.len() as u64
+                && end.contact == exact.contact
+                && pairs().all(|(a, b)| (a.cycle, a.from, a.to) == (b.cycle, b.from, b.to));
+            worst.strays += usize::from(!same);
+            worst.state = worse(worst.state, self.error(exact, &end.state));
+            for (event, crossing) in pairs() {
+                let late = (event.time - crossing.time.value()) - crossing.time.rest();
+                worst.time = worse(worst.time, late.abs() / self.model.period());
+            }
+        }
+        Ok(worst)
+    }
+
+    /// The same of the reference integrator, states only.
+    fn departure_of_reference(&self, cycles: usize) -> Result<f64, Trouble> {
+        let reference = Reference::new(&self.model);
+        let mut worst = 0.0f64;
+        for (start, exact) in self.cycles.iter().take(cycles) {
+            let end = reference.march(start, 1)?.end;
+            worst = worse(worst, self.error(exact, &end.state));
+        }
+        Ok(worst)
+    }
+}
+
+const EXTENDED: &str = "integrator of 30 digits";
+
+/// Trajectories under one heading.
+fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<Truth>)>, Trouble> {
+    let cycles = subjects.extent.pick(24, 240);
+    let mut all = Vec::new();
+    for case in &subjects.cases {
+        all.push((case.name.clone(), vec![Truth::new(case, cycles)?]));
+    }
+    if !subjects.grid.is_empty() {
+        let cycles = subjects.extent.pick(2, 200);
+        let truths = subjects.grid.iter().map(|case| Truth::new(case, cycles));
+        let name = format!("flex80, {} points", subjects.grid.len());
+        all.push((name, truths.collect::<Result<_, _>>()?));
+    }
+    Ok(all)
+}
+
+/// Single mesh cycles of rattle: state, event times, sequence of events.
+pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let truths = truths(subjects)?;
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let mut all = Departure::default();
+        for (name, truths) in &truths {
+            let mut worst = 0.0f64;
+            for truth in truths {
+                let one = truth.departure(kernel)?;
+                worst = worse(worst, one.state);
+                all.time = worse(all.time, one.time);
+                all.strays += one.strays;
+            }
+            lines.push(Line::at_most(
+                format!("{}: state after a cycle, {name}", kernel.name),
+                EXTENDED,
+                worst,
+                1e-13,
+                "half gaps",
+            ));
+        }
+        let known = || truths.iter().flat_map(|(_, truths)| truths);
+        let events: usize = known().map(Truth::events).sum();
+        let marched: usize = known().map(|truth| truth.cycles.len()).sum();
+        lines.push(Line::at_most(
+            format!("{}: times of {events} events", kernel.name),
+            EXTENDED,
+            all.time,
+            1e-13,
+            "cycles",
+        ));
+        lines.push(Line::at_most(
+            format!("{}: sequence of events, {marched} cycles", kernel.name),
+            EXTENDED,
+            all.strays as f64,
+            0.0,
+            "cycles",
+        ));
+    }
+    let mut worst = 0.0f64;
+    for (_, truths) in &truths {
+        if let Some(truth) = truths.first() {
+            worst = worse(worst, truth.departure_of_reference(4)?);
+        }
+    }
+    lines.push(Line::at_most(
+        "the reference integrator: state after a cycle",
+        EXTENDED,
+        worst,
+        1e-13,
+        "half gaps",
+    ));
+    Ok(lines)
+}
+
+/// Many cycles without an event, where errors add up and are not mixed by rattle.
+pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
+    let cycles = subjects.extent.pick(20, 1000);
+    let mut known = Vec::new();
+    for case in &subjects.cases {
+        let case = case.in_constant_contact();
+        let model = case.model()?;
+        let start = model.start(&InitialState::Static);
+        let exact = Reference::new(&model).march(&start, cycles)?;
+        known.push((model, start, exact));
+    }
+    let mut lines = Vec::new();
+    for kernel in &subjects.kernels {
+        let (mut worst, mut events) = (0.0f64, 0);
+        for (model, start, exact) in &known {
+            let course = kernel.on(model).course(start, cycles)?;
+            let norm = EnergyNorm::new(model);
+            let apart = norm.distance(&course.end.state, &exact.end.state) / norm.unit();
+            worst = worse(worst, apart);
+            events += course.events.len() + exact.crossings.len();
+        }
+        lines.push(Line::at_most(
+            format!(
+                "{}: {cycles} cycles in contact, {} drives, {events} events",
+                kernel.name,
+                known.len()
+            ),
+            "reference integrator",
+            worst,
+            1e-12,
+            "half gaps",
+        ));
+    }
+    Ok(lines)
+}

@@ -1,0 +1,176 @@
+//! The validation ladder: is this build right on this machine?
+//!
+//! Each check compares a part of the program with something that shares no code with it: a
+//! closed form, a published value, another integrator, itself on other threads. Its lines say
+//! what is compared with what, how far apart they are, and how far they may be. Nothing here
+//! reads a file of the user's; the drives are built in ([`drives`]).
+//!
+//! A kernel is one entry of [`candidate::kernels`] and meets every check that concerns kernels.
+
+mod balances;
+
+mod bits;
+pub mod candidate;
+mod closed_forms;
+pub mod drives;
+mod exponents;
+mod flank;
+mod gears;
+mod kernels;
+mod reduction;
+mod report;
+mod small_steps;
+mod structure;
+mod text;
+mod trouble;
+
+pub use report::{Bound, Finding, Group, Line, Report};
+pub use trouble::Trouble;
+
+use candidate::Candidate;
+use drives::Case;
+use std::time::Instant;
+
+/// How much is marched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Within two minutes.
+    Quick,
+    /// Longer horizons and more drives: hours.
+    Full,
+}
+
+impl Extent {
+    /// The word used in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quick => "quick",
+            Self::Full => "full",
+        }
+    }
+
+    /// One of two amounts.
+    fn pick<T>(self, quick: T, full: T) -> T {
+        match self {
+            Self::Quick => quick,
+            Self::Full => full,
+        }
+    }
+}
+
+/// What the checks are carried out on.
+pub struct Subjects {
+    /// How much is marched.
+    pub extent: Extent,
+    /// The kernels under test; the last one where a check takes one only.
+    pub kernels: Vec<Candidate>,
+    /// The drives on which kernels are tested; the default drive last.
+    pub cases: Vec<Case>,
+    /// More operating points of the default drive, where a kernel is compared over single cycles.
+    pub grid: Vec<Case>,
+}
+
+impl Subjects {
+    /// All kernels of this machine on the built-in drives.
+    ///
+    /// # Errors
+    /// The built-in drives cannot be assembled.
+    pub fn all(extent: Extent) -> Result<Self, Trouble> {
+        Ok(Self {
+            extent,
+            kernels: candidate::kernels(),
+            cases: drives::cases()?,
+            grid: drives::grid()?,
+        })
+    }
+
+    /// The default drive: the last case.
+    fn default_drive(&self) -> Result<&Case, Trouble> {
+        self.cases.last().ok_or(Trouble::Missing {
+            what: "a drive to test on",
+        })
+    }
+
+    /// The kernel of a check that takes one only: the last, as users run it.
+    fn kernel(&self) -> Result<&Candidate, Trouble> {
+        self.kernels.last().ok_or(Trouble::Missing {
+            what: "a kernel to test",
+        })
+    }
+}
+
+/// One check: some lines of the ladder.
+#[derive(Debug, Clone, Copy)]
+pub struct Check {
+    /// Its name.
+    pub name: &'static str,
+    /// Where its lines stand.
+    pub group: Group,
+    run: fn(&Subjects) -> Result<Vec<Line>, Trouble>,
+}
+
+/// All checks, in the order of the ladder.
+pub const CHECKS: &[Check] = &[
+    check("multipliers", Group::ClosedForms, closed_forms::multipliers),
+    check("grazing", Group::ClosedForms, closed_forms::grazing),
+    check("bouncing", Group::ClosedForms, closed_forms::bouncing),
+    check("rigid-pair", Group::ClosedForms, closed_forms::rigid_pair),
+    check("shafts", Group::Structure, structure::shafts),
+    check(
+        "geared-torsion",
+        Group::Structure,
+        structure::geared_torsion,
+    ),
+    check("assembly", Group::Structure, structure::assembly),
+    check("geometry", Group::Gears, gears::geometry),
+    check("wedge", Group::Gears, gears::wedge),
+    check("mesh-table", Group::Gears, gears::mesh_table),
+    check("cycle", Group::Kernels, kernels::cycle),
+    check("contact", Group::Kernels, kernels::constant_contact),
+    check("stepping", Group::Kernels, small_steps::order),
+    check("energy", Group::Balances, balances::energy),
+    check("neutral", Group::Balances, balances::neutral),
+    check("tangents", Group::Exponents, exponents::tangents),
+    check("trace", Group::Exponents, exponents::trace),
+    check("twin", Group::Exponents, exponents::twin),
+    check("resumed", Group::Bits, bits::resumed),
+    check("threads", Group::Bits, bits::threads),
+    check("residual", Group::Fidelity, reduction::residual),
+    check("reduction", Group::Fidelity, reduction::truncation),
+    check("small-step", Group::Fidelity, reduction::small_step),
+    check("stiffness", Group::Fidelity, gears::stiffness),
+];
+
+const fn check(
+    name: &'static str,
+    group: Group,
+    run: fn(&Subjects) -> Result<Vec<Line>, Trouble>,
+) -> Check {
+    Check { name, group, run }
+}
+
+/// Carries out checks one after the other. `watch` is told of every check before it starts. A
+/// check that cannot be carried out is a line that fails, with the reason.
+pub fn run(subjects: &Subjects, checks: &[Check], watch: &mut dyn FnMut(&Check)) -> Report {
+    let started = Instant::now();
+    let mut findings = Vec::new();
+    for check in checks {
+        watch(check);
+        let begun = Instant::now();
+        let lines = (check.run)(subjects).unwrap_or_else(|trouble| vec![Line::failed(&trouble)]);
+        findings.push(Finding {
+            check: check.name,
+            group: check.group,
+            seconds: begun.elapsed().as_secs_f64(),
+            lines,
+        });
+    }
+    Report {
+        extent: subjects.extent,
+        seconds: started.elapsed().as_secs_f64(),
+        findings,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! What the checks found: lines with a value and its bound.
+
+use super::{Extent, Trouble};
+use serde::{Serialize, Serializer};
+use std::fmt;
+
+/// How far a value may go.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Bound {
+    /// Up to this, inclusive.
+    AtMost(f64),
+    /// From the first to the second, inclusive.
+    Between(f64, f64),
+}
+
+impl Bound {
+    /// Whether a value keeps it; NaN keeps none.
+    pub fn holds(self, value: f64) -> bool {
+        match self {
+            Self::AtMost(most) => value <= most,
+            Self::Between(low, high) => (low..=high).contains(&value),
+        }
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AtMost(most) => write!(f, "<= {}", number(*most)),
+            Self::Between(low, high) => write!(f, "{} .. {}", number(*low), number(*high)),
+        }
+    }
+}
+
+/// A number as the report writes it: short, never rounded to zero.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || (1e-2..1e4).contains(&size) {
+        let text = format!("{value:.3}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        text.to_owned()
+    } else {
+        let text = format!("{value:.1e}");
+        text.replace(".0e", "e")
+    }
+}
+
+/// The larger of two deviations; one that is not a number is larger than any.
+pub(super) fn worse(a: f64, b: f64) -> f64 {
+    if b <= a || a.is_nan() { a } else { b }
+}
+
+/// One comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// What is compared.
+    pub what: String,
+    /// With what.
+    pub against: &'static str,
+    /// How far apart they are.
+    pub value: f64,
+    /// How far they may be.
+    pub bound: Bound,
+    /// Unit of the value and its bound.
+    pub unit: &'static str,
+}
+
+impl Line {
+    /// A value that may be at most `most`.
+    pub fn at_most(
+        what: impl Into<String>,
+        against: &'static str,
+        value: f64,
+        most: f64,
+        unit: &'static str,
+    ) -> Self {
+        Self {
+            what: what.into(),
+            against,
+            value,
+            bound: Bound::AtMost(most),
+            unit,
+        }
+    }
+
+    /// A value that must lie between two others.
+    pub fn between(
+        what: impl Into<String>,
+        against: &'static str,
+        value: f64,
+        range: [f64; 2],
+        unit: &'static str,
+    ) -> Self {
+        Self {
+            what: what.into(),
+            against,
+            value,
+            bound: Bound::Between(range[0], range[1]),
+            unit,
+        }
+    }
+
+    /// The line of a check that could not be carried out: it fails.
+    pub(super) fn failed(trouble: &Trouble) -> Self {
+        Self {
+            what: format!("not carried out: {trouble}"),
+            against: "",
+            value: f64::NAN,
+            bound: Bound::AtMost(0.0),
+            unit: "",
+        }
+    }
+
+    /// Whether the value keeps its bound.
+    pub fn passed(&self) -> bool {
+        self.bound.holds(self.value)
+    }
+}
+
+impl Serialize for Line {
+    /// As written, and `passed`. A value that is not finite is null.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeStruct;
+        let mut line = serializer.serialize_struct("Line", 6)?;
+        line.serialize_field("what", &self.what)?;
+        line.serialize_field("against", self.against)?;
+        line.serialize_field("value", &self.value)?;
+        line.serialize_field("bound", &self.bound)?;
+        line.serialize_field("unit", self.unit)?;
+        line.serialize_field("passed", &self.passed())?;
+        line.end()
+    }
+}
+
+/// Parts of the ladder. Figures of exactness and of fidelity are kept apart: a tolerance of a
+/// few per cent says nothing about arithmetic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// Exactness: closed forms.
+    ClosedForms,
+    /// Exactness: structures against published frequencies and another assembly.
+    Structure,
+    /// Exactness: gears and their mesh tables.
+    Gears,
+    /// Exactness: kernels against integrators that share nothing with them.
+    Kernels,
+    /// Exactness: what is conserved.
+    Balances,
+    /// Exactness: tangents and exponents.
+    Exponents,
+    /// Exactness: equal bits.
+    Bits,
+    /// Fidelity: what is approximate on purpose.
+    Fidelity,
+}
+
+impl Group {
+    /// Its heading.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::ClosedForms => "Exactness: closed forms",
+            Self::Structure => "Exactness: natural frequencies",
+            Self::Gears => "Exactness: gears",
+            Self::Kernels => "Exactness: kernels against independent integrators",
+            Self::Balances => "Exactness: balances over many cycles",
+            Self::Exponents => "Exactness: tangents and Lyapunov exponents",
+            Self::Bits => "Exactness: equal bits",
+            Self::Fidelity => "Fidelity: approximate on purpose, physical tolerances",
+        }
+    }
+}
+
+/// What one check found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Finding {
+    /// Name of the check.
+    pub check: &'static str,
+    /// Where its lines stand.
+    pub group: Group,
+    /// How long it took \[s\].
+    pub seconds: f64,
+    /// Its lines.
+    pub lines: Vec<Line>,
+}
+
+/// What all checks found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// How much was marched.
+    pub extent: Extent,
+    /// How long it took \[s\].
+    pub seconds: f64,
+    /// Check by check.
+    pub findings: Vec<Finding>,
+}
+
+impl Report {
+    /// All lines.
+    pub fn lines(&self) -> impl Iterator<Item = &Line> {
+        self.findings.iter().flat_map(|finding| &finding.lines)
+    }
+
+    /// Lines that fail.
+    pub fn failures(&self) -> usize {
+        self.lines().filter(|line| !line.passed()).count()
+    }
+
+    /// Whether there are lines and all of them pass.
+    pub fn passed(&self) -> bool {
+        self.failures() == 0 && self.lines().next().is_some()
+    }
+
+    /// Exit status of a program: 0 where all lines pass, else 1.
+    pub fn status(&self) -> u8 {
+        u8::from(!self.passed())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_is_not_a_number_keeps_no_bound() {
+        assert!(Bound::AtMost(0.0).holds(0.0) && !Bound::AtMost(0.0).holds(1e-300));
+        assert!(Bound::Between(1.9, 2.1).holds(2.0) && !Bound::Between(1.9, 2.1).holds(2.2));
+        for bound in [Bound::AtMost(f64::INFINITY), Bound::Between(-1e300, 1e300)] {
+            assert!(!bound.holds(f64::NAN));
+        }
+        assert!(worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan());
+        assert_eq!((worse(1.0, 2.0), worse(2.0, 1.0)), (2.0, 2.0));
+    }
+
+    #[test]
+    fn numbers_are_short_and_never_zero_by_rounding() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1e-13, "1e-13"),
+            (3.24e-16, "3.2e-16"),
+            (1.9, "1.9"),
+            (0.0123, "0.012"),
+            (12345.0, "1.2e4"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+}

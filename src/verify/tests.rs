@@ -1,0 +1,207 @@
+//! Does the ladder show a kernel that is wrong? One coefficient off by a part in 10⁹ has to.
+
+use super::*;
+use crate::model::{Model, Stiffness, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents, Volterra};
+
+/// Checks that every kernel has to pass, quick enough for a test.
+const OF_KERNELS: [&str; 5] = ["multipliers", "cycle", "contact", "energy", "trace"];
+
+/// The structured kernel of a model that was tampered with.
+fn tampered(tamper: fn(&mut Model)) -> Candidate {
+    Candidate::new("tampered", move |model| {
+        let mut other = model.clone();
+        tamper(&mut other);
+        // A few models for the time of a test.
+        Box::new(Volterra::new(Box::leak(Box::new(other)), f64::EPSILON, 100))
+    })
+}
+
+fn subjects(kernel: Candidate) -> Subjects {
+    let mut cases = drives::cases().unwrap();
+    cases.truncate(3);
+    Subjects {
+        extent: Extent::Quick,
+        kernels: vec![kernel],
+        cases,
+        grid: Vec::new(),
+    }
+}
+
+fn ladder(kernel: Candidate) -> Report {
+    let chosen = CHECKS
+        .iter()
+        .filter(|check| OF_KERNELS.contains(&check.name));
+    let chosen: Vec<Check> = chosen.copied().collect();
+    assert_eq!(chosen.len(), OF_KERNELS.len());
+    run(&subjects(kernel), &chosen, &mut |_| ())
+}
+
+/// Checks with a line that fails.
+fn failing(report: &Report) -> Vec<&'static str> {
+    let fails = |finding: &&Finding| finding.lines.iter().any(|line| !line.passed());
+    report
+        .findings
+        .iter()
+        .filter(fails)
+        .map(|f| f.check)
+        .collect()
+}
+
+const PART: f64 = 1.0 + 1e-9;
+
+#[test]
+fn a_sound_kernel_passes() {
+    let report = ladder(tampered(|_| ()));
+    assert_eq!(failing(&report), [""; 0], "{report}");
+    assert_eq!(report.status(), 0);
+    assert!(!report.to_string().contains("FAIL"));
+}
+
+/// The balance of a wrong drive is as good as that of a right one: no check finds everything.
+#[test]
+fn a_stiffness_off_by_a_part_in_a_billion_fails() {
+    let report = ladder(tampered(|model| {
+        let segment = &mut model.cycle.segments[0];
+        segment.stiffness = Stiffness::constant(PART * segment.stiffness.mean());
+    }));
+    assert_eq!(
+        failing(&report),
+        ["multipliers", "cycle", "contact"],
+        "{report}"
+    );
+    assert_eq!(report.status(), 1);
+    assert!(report.to_string().contains("  FAIL  cycle"));
+}
+
+#[test]
+fn so_does_every_other_coefficient() {
+    let tampers: [fn(&mut Model); 5] = [
+        |model| {
+            model
+                .cycle
+                .segments
+                .iter_mut()
+                .for_each(|s| s.damping *= PART)
+        },
+        |model| model.half_gap *= PART,
+        |model| model.transmission_error[0].amplitude *= PART,
+        |model| model.blocks.last_mut().unwrap().static_input[1] *= PART,
+        |model| model.directions[0].last_mut().unwrap().mesh_input[1] *= PART,
+    ];
+    for (number, tamper) in tampers.into_iter().enumerate() {
+        let report = ladder(tampered(tamper));
+        assert!(failing(&report).contains(&"cycle"), "{number}: {report}");
+        assert_eq!(report.status(), 1, "{number}");
+    }
+}
+
+/// A kernel that finds every event but tells of none.
+struct Silent<'m>(Volterra<'m>);
+
+impl Kernel for Silent<'_> {
+    type Workspace = <Volterra<'static> as Kernel>::Workspace;
+
+    fn workspace(&self) -> Self::Workspace {
+        self.0.workspace()
+    }
+
+    fn march<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Self::Workspace,
+        _: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        (self.0).march(trajectory, tangents, workspace, &mut (), counters)
+    }
+}
+
+#[test]
+fn events_that_are_not_told_fail() {
+    let silent = Candidate::new("silent", |model| {
+        Box::new(Silent(Volterra::new(model, f64::EPSILON, 100)))
+    });
+    let report = ladder(silent);
+    let failing = failing(&report);
+    assert!(
+        failing.contains(&"cycle") && failing.contains(&"energy"),
+        "{report}"
+    );
+}
+
+/// A kernel that gives up fails its checks and says why; the others go on.
+#[test]
+fn a_kernel_that_gives_up_is_a_line() {
+    let impatient = Candidate::new("impatient", |model| {
+        Box::new(Volterra::new(model, f64::EPSILON, 0))
+    });
+    let report = ladder(impatient);
+    assert_eq!(report.findings.len(), OF_KERNELS.len());
+    let line = report.lines().find(|line| line.value.is_nan()).unwrap();
+    assert!(line.what.contains("more than 0 events"), "{}", line.what);
+    assert_eq!(report.status(), 1);
+}
+
+#[test]
+fn checks_have_names_of_their_own_and_groups_are_together() {
+    for (place, check) in CHECKS.iter().enumerate() {
+        assert!(CHECKS[..place].iter().all(|other| other.name != check.name));
+    }
+    let mut groups: Vec<Group> = CHECKS.iter().map(|check| check.group).collect();
+    groups.dedup();
+    let mut seen = Vec::new();
+    for group in groups {
+        assert!(!seen.contains(&group), "{group:?} is split");
+        seen.push(group);
+    }
+}
+
+/// Nothing carried out is nothing shown.
+#[test]
+fn an_empty_report_does_not_pass() {
+    let report = run(&subjects(tampered(|_| ())), &[], &mut |_| ());
+    assert_eq!(report.status(), 1);
+}
+
+#[test]
+fn the_text_is_aligned() {
+    let report = Report {
+        extent: Extent::Quick,
+        seconds: 1.25,
+        findings: vec![
+            Finding {
+                check: "alpha",
+                group: Group::ClosedForms,
+                seconds: 0.5,
+                lines: vec![
+                    Line::at_most("short", "a closed form", 3e-15, 1e-13, "relative"),
+                    Line::at_most("rather longer", "x", 2e-3, 1e-13, "half gaps"),
+                ],
+            },
+            Finding {
+                check: "be",
+                group: Group::Fidelity,
+                seconds: 0.5,
+                lines: vec![
+                    Line::between("order", "reference", 2.0, [1.9, 2.1], "1"),
+                    Line::failed(&Trouble::Missing {
+                        what: "a drive that turns and turns",
+                    }),
+                ],
+            },
+        ],
+    };
+    insta::assert_snapshot!(report.to_string(), @r"
+    Exactness: closed forms
+      pass  alpha  short          a closed form  3e-15  <= 1e-13    relative
+      FAIL  alpha  rather longer  x               2e-3  <= 1e-13    half gaps
+
+    Fidelity: approximate on purpose, physical tolerances
+      pass  be     order          reference          2  1.9 .. 2.1  1
+      FAIL  be     not carried out: a drive that turns and turns is missing                   NaN  <= 0
+
+    2 of 4 lines pass, 2 fail (quick, 1.2 s)
+    ");
+}

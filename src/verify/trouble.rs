@@ -1,0 +1,60 @@
+//! Why a check could not be carried out.
+
+use crate::analysis::CalledOff;
+use crate::gear::{GearError, MeshTableError, SharingError};
+use crate::manifest::ManifestErrors;
+use crate::model::ModelError;
+use crate::propagate::Stop;
+use crate::reference::ReferenceError;
+use crate::shaft::ShaftError;
+use crate::store::MeshFetchError;
+
+/// Why a check could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum Trouble {
+    /// A kernel gave up.
+    #[error(transparent)]
+    Stop(#[from] Stop),
+    /// The reference integrator gave up.
+    #[error("the reference: {0}")]
+    Reference(#[from] ReferenceError),
+    /// A structure cannot be assembled.
+    #[error(transparent)]
+    Shaft(#[from] ShaftError),
+    /// Gears do not mesh.
+    #[error(transparent)]
+    Gear(#[from] GearError),
+    /// A load cannot be shared out.
+    #[error(transparent)]
+    Sharing(#[from] SharingError),
+    /// A mesh table cannot be computed.
+    #[error(transparent)]
+    MeshTable(#[from] MeshTableError),
+    /// A mesh table cannot be kept.
+    #[error(transparent)]
+    MeshFetch(#[from] MeshFetchError),
+    /// A model cannot be formed.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The built-in drive cannot be read.
+    #[error("the built-in drive: {0}")]
+    Manifest(#[from] ManifestErrors),
+    /// An analysis ended without an answer.
+    #[error(transparent)]
+    CalledOff(#[from] CalledOff),
+    /// A temporary folder cannot be used.
+    #[error("a temporary folder: {0}")]
+    Folder(#[from] std::io::Error),
+    /// Threads cannot be started.
+    #[error("threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+    /// Numbers cannot be compared byte by byte.
+    #[error("bytes: {0}")]
+    Bytes(#[from] postcard::Error),
+    /// Something that the check rests on is not there.
+    #[error("{what} is missing")]
+    Missing {
+        /// What.
+        what: &'static str,
+    },
+}

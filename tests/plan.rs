@@ -1,0 +1,71 @@
+//! `atlas plan`: what it says of a job is what the run then shows, and it leaves nothing.
+
+#![allow(clippy::unwrap_used)]
+
+#[path = "common/place.rs"]
+mod place;
+
+use place::{OSCILLATOR, Place, status, stderr, stdout};
+use serde_json::Value;
+use std::fs;
+
+fn planned(place: &Place, arguments: &[&str]) -> Value {
+    let output = place.atlas(&[&["plan", "m.toml", "--json"], arguments].concat());
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    serde_json::from_str(&stdout(&output)).unwrap()
+}
+
+#[test]
+fn a_plan_says_what_the_run_will_be() {
+    let place = Place::new(&OSCILLATOR.replace("count = 3", "count = 12"));
+    let before = fs::read_dir(place.0.path()).unwrap().count();
+    let plan = planned(&place, &["--threads", "2"]);
+    assert_eq!(
+        fs::read_dir(place.0.path()).unwrap().count(),
+        before,
+        "nothing is left"
+    );
+    assert_eq!(plan["points"], 24);
+    assert_eq!(plan["calibrated"], 6);
+    assert_eq!(plan["cut_short"], 0);
+    assert_eq!(plan["threads"], 2);
+    let time = ["low", "expected", "high"].map(|key| plan["time"][key].as_f64().unwrap());
+    assert!(0.0 < time[0] && time.is_sorted(), "{time:?}");
+
+    let out = place.whole("r", &["--threads", "2"]);
+    let placement = place.record("r")["placement"].clone();
+    assert_eq!(plan["placement"], placement["asked"]);
+    let written: u64 = ["points.parquet", "poincare.parquet", "spectra.parquet"]
+        .iter()
+        .map(|name| fs::metadata(out.join(name)).unwrap().len())
+        .sum();
+    let disk = plan["disk"].as_u64().unwrap();
+    assert!(disk / 2 < written && written < 2 * disk, "{disk} {written}");
+}
+
+#[test]
+fn shards_are_planned_apart_and_chains_named() {
+    let place = Place::new(&OSCILLATOR.replace("count = 3 }", "count = 3 }\norder = \"both\""));
+    let shard = planned(&place, &["--shard", "1/4"]);
+    assert_eq!(
+        (&shard["points"], &shard["chain_length"]),
+        (&3.into(), &3.into())
+    );
+    let output = place.atlas(&["plan", "m.toml"]);
+    let text = stdout(&output);
+    for words in [
+        "points      12",
+        "chains      4 of 3 points",
+        "time ",
+        "disk ",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+}
+
+#[test]
+fn a_bad_manifest_has_no_plan() {
+    let place = Place::new("[job]\n");
+    assert_eq!(status(&place.atlas(&["plan", "m.toml"])), 2);
+    assert_eq!(status(&place.atlas(&["plan", "nowhere.toml"])), 2);
+}
