@@ -144,7 +144,6 @@ mod tests {
         let general = Block {
             generator: [[-0.3, 1.7], [-2.1, 0.1]],
             static_input: [0.4, -0.9],
-            ..Block::mode(1.0, 0.0, 0.0)
         };
         let blocks = [
             Block::mode(0.0, 0.0, 0.7),
