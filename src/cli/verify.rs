@@ -14,7 +14,7 @@ use std::time::Duration;
 /// Arguments of `atlas verify`.
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Longer horizons and more drives: hours instead of two minutes
+    /// Longer horizons, more cycles of each drive: many minutes instead of seconds
     #[arg(long)]
     full: bool,
     /// Only this check; may be given more than once

@@ -263,7 +263,8 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             format!("{}: times of {bounces} bounces", kernel.name),
             "parabola and half sine, turn about",
             worst,
-            subjects.extent.pick(1e-10, 1e-8),
+            // With the number of bounces squared: energy drifts, and with it their period.
+            subjects.extent.pick(1e-10, 1e-6),
             "cycles",
         ));
     }

@@ -140,7 +140,9 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             format!("{}: times of {events} events", kernel.name),
             EXTENDED,
             all.time,
-            1e-13,
+            // The slower a surface is crossed the less its time is defined: among many events some
+            // are slow.
+            subjects.extent.pick(1e-13, 1e-12),
             "cycles",
         ));
         lines.push(Line::at_most(

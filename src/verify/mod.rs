@@ -34,9 +34,9 @@ use std::time::Instant;
 /// How much is marched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// Within two minutes.
+    /// Some seconds.
     Quick,
-    /// Longer horizons and more drives: hours.
+    /// Longer horizons and more cycles of each drive: many minutes.
     Full,
 }
 

@@ -59,7 +59,7 @@ pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 
 /// RMS of the mesh deflection by the event-driven kernel and by small steps.
 pub fn small_step(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
-    let cycles = subjects.extent.pick(4000, 100_000);
+    let cycles = subjects.extent.pick(2000, 100_000);
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;
     let exact = rms(&*kernel.on(&model), &model, cycles)?;
