@@ -25,7 +25,7 @@ PLACEMENT = ["wall_time", "worker", "numa_node"]
 def manifests():
     """Independent points, and chains along which the state is carried."""
     text = (ROOT / "tests/data/oscillator.toml").read_text()
-    text = text.replace("count = 3", "count = 24").replace("cycles = 300", "cycles = 3000")
+    text = text.replace("count = 3", "count = 24").replace("cycles = 300", "cycles = 600")
     swept = text.replace("count = 24 }", 'count = 24 }\norder = "both"')
     assert swept != text
     return {"points": text, "chains": swept}

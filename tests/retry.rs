@@ -159,7 +159,8 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     let place = Place::new(
         &OSCILLATOR
             .replace("[run]", "[run]\nevent_limit = 1")
-            .replace("count = 3", "count = 40"),
+            // More than the channel to the writer holds, so that it is heard in time.
+            .replace("count = 3", "count = 200"),
     );
     let whole = place.whole("whole", &["--threads", "1"]);
     let all = place.record("whole")["totals"]["failed"].as_u64().unwrap();
@@ -184,5 +185,28 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     }
     assert_eq!(status(&place.run("r", &["--threads", "2"])), 3);
     assert_eq!(place.record("r")["state"], "complete");
+    assert_same(&["points.parquet"], &whole, &place.path("r"));
+
+    // A retry that is called off leaves the results as they are, and goes on too.
+    let record = place.record("r");
+    let arguments = ["--threads", "1", "--retry", "failed", "--max-failures", "2"];
+    let output = place.run("r", &arguments);
+    assert_eq!(status(&output), 3, "{}", stderr(&output));
+    assert!(
+        stdout(&output).contains("goes on from here"),
+        "{}",
+        stdout(&output)
+    );
+    assert_eq!(place.record("r"), record);
+    let journal = place.path("r/.retry/.journal");
+    assert!(journal.exists() && !place.path("r/.journal").exists());
+    let output = place.run("r", &["--retry", "failed"]);
+    assert_eq!(status(&output), 3, "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("taken over"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(!journal.exists());
     assert_same(&["points.parquet"], &whole, &place.path("r"));
 }

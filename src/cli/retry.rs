@@ -8,7 +8,7 @@
 use super::process::Process;
 use super::progress::Display;
 use super::run::{RunArgs, close, failure};
-use super::{INTERRUPTED, answer, fail, with_causes};
+use super::{FAILED_POINTS, INTERRUPTED, answer, fail, with_causes};
 use crate::manifest::Job;
 use crate::store::{
     Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, Totals, replace, statuses,
@@ -80,16 +80,29 @@ fn retry(
             &mut display,
         );
         display.finish();
-        let finished = swept?;
+        let finished = match swept {
+            Ok(finished) => finished,
+            Err(error) => {
+                lock.abandon();
+                return Err(error);
+            }
+        };
         if finished.missing > 0 {
             lock.abandon();
+            let status = match finished.gave_up {
+                true => FAILED_POINTS,
+                false => INTERRUPTED,
+            };
+            if args.quiet {
+                return Ok(ExitCode::from(status));
+            }
             let text = format!(
                 "interrupted: {} of {} points are missing, {} holds what it held; the same command goes on from here\n",
                 finished.missing,
                 finished.points,
                 folder.display()
             );
-            return Ok(answer(&text, ExitCode::from(INTERRUPTED)));
+            return Ok(answer(&text, ExitCode::from(status)));
         }
         replace(folder, args.shard, &points, &anew)?;
         process.warnings.extend(parts.meshes().warnings());

@@ -158,6 +158,9 @@ pub fn forecast(
     );
     let row_bytes = mean_or_zero(&rows, |row| journal_bytes(row) as f64);
     let held = (all.len() as u64).min(GROUP_ROWS + (look(threads) * length) as u64);
+    let cut_short = (ratios.len() - rows.len()) as u64;
+    // Before the memory is looked at, which encoding takes up too.
+    let disk = disk(job, all.len(), rows, scratch)?;
     Ok(Some(Forecast {
         points: all.len() as u64,
         chain_length: length as u64,
@@ -165,11 +168,11 @@ pub fn forecast(
         threads: threads as u64,
         placement: crew.seats.to_string(),
         calibrated: ratios.len() as u64,
-        cut_short: (ratios.len() - rows.len()) as u64,
+        cut_short,
         calibration_time,
         time,
         memory: peak_memory().map(|peak| peak + held * row_bytes as u64),
-        disk: disk(job, all.len(), rows, scratch)?,
+        disk,
         journal: (row_bytes * all.len() as f64) as u64,
     }))
 }
