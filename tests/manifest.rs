@@ -4,8 +4,8 @@
 
 use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
-    self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, ManifestErrors, PointSpec,
-    ShaftName, StiffnessSpec, StructureSource,
+    self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, Ladder, ManifestErrors,
+    PointSpec, ShaftName, StiffnessSpec, StructureSource,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -166,6 +166,34 @@ fn defaults_are_the_documented_ones() {
     assert_eq!(lyapunov.stop_at_stderr, None);
     assert_eq!(analyses.poincare.unwrap().samples, 200);
     assert_eq!(analyses.nvh.unwrap().harmonics, 10);
+}
+
+/// Every table kernel by name, its settings, and a hash of its own.
+#[test]
+fn table_kernels_are_named_in_the_manifest() {
+    let mut hashes = Vec::new();
+    for (settings, ladder, cells) in [
+        ("\"dyadic\"", Ladder::Dyadic, 60),
+        ("\"hermite\"\ncells = 12", Ladder::Hermite, 12),
+        ("\"spectral\"", Ladder::Spectral { event_grid: None }, 60),
+        (
+            "\"spectral\"\nevent_grid = 6000",
+            Ladder::Spectral {
+                event_grid: Some(6000),
+            },
+            60,
+        ),
+        ("\"fused\"\ncells = 1", Ladder::Fused, 1),
+        ("\"fused\"", Ladder::Fused, 60),
+    ] {
+        let job = job_with("[grid]", &format!("[run]\nkernel = {settings}\n\n[grid]"));
+        let kernel = KernelSpec::Tables { ladder, cells };
+        assert_eq!(job.points[0].run.kernel, kernel);
+        hashes.push(job.hash);
+    }
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), 6);
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Dense operators and their products with a vector: the inner loops of the table kernels.
 //!
-//! An operator is stored column after column, rows padded to a multiple of 8 doubles and starting
-//! on cache lines, so that a product reads memory once and in order; eight columns are added to
-//! the result at a time. The instruction set is chosen at run time; results differ between sets
-//! within rounding (fused or separate multiply-add), never between runs on one.
+//! An operator is stored in panels of up to 48 rows; within a panel column follows column, so
+//! that a product reads memory once and in order while its sums stay in registers. Rows are
+//! padded to a multiple of 8 doubles and start on cache lines. The instruction set is chosen at
+//! run time; results differ between sets within rounding (fused or separate multiply-add), never
+//! between runs on one.
 
 use faer::MatRef;
 use multiversion::multiversion;
@@ -12,8 +13,8 @@ use multiversion::target::target_cfg_f;
 /// Doubles in a lane group.
 pub const LANES: usize = 8;
 
-/// Columns added at a time.
-const TOGETHER: usize = 8;
+/// Lane groups in a panel: as many sums as hide the latency of an addition.
+const PANEL: usize = 6;
 
 /// One lane group, on a cache line of its own.
 #[derive(Debug, Clone, Copy)]
@@ -42,14 +43,15 @@ impl Operator {
             true => matrix[(row, column)],
             false => 0.0,
         };
-        let data = (0..columns)
-            .flat_map(|column| {
-                let entry = &entry;
-                (0..groups).map(move |group| {
-                    Lanes(std::array::from_fn(|l| entry(group * LANES + l, column)))
-                })
-            })
-            .collect();
+        let mut data = Vec::with_capacity(groups * columns);
+        for panel in (0..groups).step_by(PANEL) {
+            for column in 0..columns {
+                for group in panel..groups.min(panel + PANEL) {
+                    let row = group * LANES;
+                    data.push(Lanes(std::array::from_fn(|l| entry(row + l, column))));
+                }
+            }
+        }
         Self {
             data,
             groups,
@@ -76,40 +78,42 @@ impl Operator {
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 fn multiply(data: &[Lanes], x: &[f64], y: &mut [f64]) {
     if target_cfg_f!(target_feature = "fma") {
-        columns::<true>(data, x, y);
+        panels::<true>(data, x, y);
     } else {
-        columns::<false>(data, x, y);
+        panels::<false>(data, x, y);
     }
 }
 
 #[inline(always)]
-fn columns<const FUSED: bool>(data: &[Lanes], x: &[f64], y: &mut [f64]) {
-    let (y, _) = y.as_chunks_mut::<LANES>();
-    y.fill([0.0; LANES]);
-    let groups = y.len();
-    let (together, last) = x.as_chunks::<TOGETHER>();
-    let (whole, rest) = data.split_at(together.len() * TOGETHER * groups);
-    for (x, block) in together.iter().zip(whole.chunks_exact(TOGETHER * groups)) {
-        let column = |k: usize| &block[k * groups..][..groups];
-        let c: [&[Lanes]; TOGETHER] = std::array::from_fn(column);
-        for (i, y) in y.iter_mut().enumerate() {
-            let mut sum = *y;
-            for k in 0..TOGETHER {
-                let c = &c[k][i].0;
-                for l in 0..LANES {
-                    sum[l] = fma::<FUSED>(c[l], x[k], sum[l]);
-                }
-            }
-            *y = sum;
+fn panels<const FUSED: bool>(mut data: &[Lanes], x: &[f64], y: &mut [f64]) {
+    for y in y.chunks_mut(PANEL * LANES) {
+        let groups = y.len() / LANES;
+        let (panel, rest) = data.split_at(groups * x.len());
+        match groups {
+            6 => rows::<6, FUSED>(panel, x, y),
+            5 => rows::<5, FUSED>(panel, x, y),
+            4 => rows::<4, FUSED>(panel, x, y),
+            3 => rows::<3, FUSED>(panel, x, y),
+            2 => rows::<2, FUSED>(panel, x, y),
+            _ => rows::<1, FUSED>(panel, x, y),
         }
+        data = rest;
     }
-    for (x, column) in last.iter().zip(rest.chunks_exact(groups)) {
-        for (y, c) in y.iter_mut().zip(column) {
+}
+
+/// A panel of `G` lane groups.
+#[inline(always)]
+fn rows<const G: usize, const FUSED: bool>(panel: &[Lanes], x: &[f64], y: &mut [f64]) {
+    let mut sums = [[0.0; LANES]; G];
+    let (columns, _) = panel.as_chunks::<G>();
+    for (column, value) in columns.iter().zip(x) {
+        for g in 0..G {
             for l in 0..LANES {
-                y[l] = fma::<FUSED>(c.0[l], *x, y[l]);
+                sums[g][l] = fma::<FUSED>(column[g].0[l], *value, sums[g][l]);
             }
         }
     }
+    y.copy_from_slice(sums.as_flattened());
 }
 
 #[inline(always)]

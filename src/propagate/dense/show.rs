@@ -1,7 +1,7 @@
 //! A piece as the observer sees it: Legendre series of deflection and force.
 //!
-//! The state is carried from node to node by the Taylor series of the structured generator, so
-//! that what is shown does not depend on the kernel's tables.
+//! They follow from Taylor series of the structured generator, so that what is shown does not
+//! depend on the kernel's tables.
 
 use super::course::Course;
 use super::generator::Generator;
@@ -18,6 +18,7 @@ const TERMS: usize = 28;
 #[derive(Debug)]
 pub(super) struct Picture {
     state: Vec<f64>,
+    end: Vec<f64>,
     taylor: Taylor,
 }
 
@@ -26,6 +27,7 @@ impl Picture {
     pub fn new(padded: usize) -> Self {
         Self {
             state: vec![0.0; padded],
+            end: vec![0.0; padded],
             taylor: Taylor::new(padded),
         }
     }
@@ -103,27 +105,41 @@ pub(super) fn show<O: Observer>(
     let transforms = transforms24();
     let (mut deflection, mut force) = ([0.0; 24], [0.0; 24]);
     picture.state.copy_from_slice(start);
-    let mut reached = 0.0;
-    let nodes = transforms.nodes().iter().copied();
-    for (i, x) in nodes.chain([1.0]).enumerate() {
-        let place = 0.5 * (x + 1.0) * duration;
-        let steps = (course.grid.rate * (place - reached) / REACH)
-            .ceil()
-            .max(1.0);
-        for _ in 0..steps as usize {
-            let step = (place - reached) / steps;
-            picture
-                .taylor
-                .step(generator, step, TERMS, &mut picture.state);
-        }
-        reached = place;
-        if i < 24 {
-            deflection[i] = dot(&generator.deflection, &picture.state);
-            let rate = dot(&generator.rate, &picture.state);
-            force[i] =
-                course
-                    .model
-                    .force(segment, piece.contact, time + place, deflection[i], rate);
+    let chunks = (course.grid.rate * duration / REACH).ceil().max(1.0);
+    let step = duration / chunks;
+    let mut node = 0;
+    for chunk in 0..chunks as usize {
+        let from = step * chunk as f64;
+        let (mut places, mut rates) = ([0.0; TERMS + 1], [0.0; TERMS + 1]);
+        let Picture { state, end, taylor } = picture;
+        end.fill(0.0);
+        let mut power = 1.0;
+        taylor.terms(generator, state, TERMS, |k, term| {
+            places[k] = dot(&generator.deflection, term);
+            rates[k] = dot(&generator.rate, term);
+            for (end, term) in end.iter_mut().zip(term) {
+                *end += power * term;
+            }
+            power *= step;
+        });
+        std::mem::swap(state, end);
+        let last = chunk + 1 == chunks as usize;
+        while let Some(x) = transforms.nodes().get(node) {
+            let place = 0.5 * (x + 1.0) * duration;
+            if place > from + step && !last {
+                break;
+            }
+            let at =
+                |series: &[f64]| (series.iter().rev()).fold(0.0, |sum, c| sum * (place - from) + c);
+            deflection[node] = at(&places);
+            force[node] = (course.model).force(
+                segment,
+                piece.contact,
+                time + place,
+                deflection[node],
+                at(&rates),
+            );
+            node += 1;
         }
     }
     let n = course.layout.modes;

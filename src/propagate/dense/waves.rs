@@ -138,8 +138,20 @@ pub fn sum(rates: [&[f64]; 2], amplitudes: [&[f64]; 2], time: f64) -> [f64; 3] {
 
 const LANES: usize = 8;
 
-/// Waves whose factors are formed at a time.
-const BLOCK: usize = 32;
+/// Waves worked on at a time.
+const BLOCK: usize = 64;
+
+/// The sum of whole lane groups.
+#[inline(always)]
+fn total(values: &[f64]) -> f64 {
+    let mut s = [0.0; LANES];
+    for chunk in values.as_chunks::<LANES>().0 {
+        for l in 0..LANES {
+            s[l] += chunk[l];
+        }
+    }
+    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]))
+}
 
 #[inline(always)]
 fn sum_body<const FUSED: bool>(
@@ -147,34 +159,28 @@ fn sum_body<const FUSED: bool>(
     [re, im]: [&[f64]; 2],
     time: f64,
 ) -> [f64; 3] {
-    let mut sums = [[0.0; LANES]; 3];
-    let (mut cosine, mut sine) = ([0.0; BLOCK], [0.0; BLOCK]);
+    let mut sums = [0.0; 3];
+    let mut room = [[0.0; BLOCK]; 3];
     for start in (0..alpha.len()).step_by(BLOCK) {
-        let block = start..alpha.len().min(start + BLOCK);
-        let (alpha, nu) = (&alpha[block.clone()], &nu[block.clone()]);
-        let (re, im) = (&re[block.clone()], &im[block.clone()]);
-        let (cosine, sine) = (&mut cosine[..block.len()], &mut sine[..block.len()]);
-        factors_body::<FUSED>([alpha, nu], time, cosine, sine);
-        let (a, n) = (alpha.as_chunks::<LANES>().0, nu.as_chunks::<LANES>().0);
-        let (p, q) = (re.as_chunks::<LANES>().0, im.as_chunks::<LANES>().0);
-        let (c, s) = (cosine.as_chunks::<LANES>().0, sine.as_chunks::<LANES>().0);
-        for i in 0..block.len() / LANES {
-            let x: [f64; LANES] = std::array::from_fn(|l| p[i][l] * c[i][l] - q[i][l] * s[i][l]);
-            let y: [f64; LANES] = std::array::from_fn(|l| p[i][l] * s[i][l] + q[i][l] * c[i][l]);
-            let dx: [f64; LANES] = std::array::from_fn(|l| a[i][l] * x[l] - n[i][l] * y[l]);
-            let dy: [f64; LANES] = std::array::from_fn(|l| a[i][l] * y[l] + n[i][l] * x[l]);
-            for l in 0..LANES {
-                sums[0][l] += x[l];
-            }
-            for l in 0..LANES {
-                sums[1][l] += dx[l];
-            }
-            for l in 0..LANES {
-                sums[2][l] += a[i][l] * dx[l] - n[i][l] * dy[l];
-            }
+        let end = alpha.len().min(start + BLOCK);
+        let (alpha, nu) = (&alpha[start..end], &nu[start..end]);
+        let [x, y, z] = &mut room;
+        let size = end - start;
+        let (x, y, z) = (&mut x[..size], &mut y[..size], &mut z[..size]);
+        factors_body::<FUSED>([alpha, nu], time, x, y);
+        let amplitudes = re[start..end].iter().zip(&im[start..end]);
+        let values = x.iter_mut().zip(y.iter_mut().zip(z.iter_mut()));
+        for (((a, n), (p, q)), (x, (y, z))) in alpha.iter().zip(nu).zip(amplitudes).zip(values) {
+            let (c, s) = (*x, *y);
+            let (u, v) = (p * c - q * s, p * s + q * c);
+            let (du, dv) = (a * u - n * v, a * v + n * u);
+            (*x, *y, *z) = (u, du, a * du - n * dv);
+        }
+        for (sum, values) in sums.iter_mut().zip([&*x, &*y, &*z]) {
+            *sum += total(values);
         }
     }
-    sums.map(|s| ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])))
+    sums
 }
 
 /// Turns the coordinates (u, v) of all waves by the factors.
@@ -198,22 +204,42 @@ pub fn amplitudes(
 ) -> [f64; 4] {
     let [g, h] = gains;
     let [u, v] = coordinates;
-    for i in 0..re.len() {
-        re[i] = g[i] * u[i] + h[i] * v[i];
-        im[i] = g[i] * v[i] - h[i] * u[i];
+    let (g, h, u, v) = (g.iter(), h.iter(), u.iter(), v.iter());
+    let terms = g.zip(h).zip(u.zip(v));
+    for (((g, h), (u, v)), (re, im)) in terms.zip(re.iter_mut().zip(im.iter_mut())) {
+        (*re, *im) = (g * u + h * v, g * v - h * u);
     }
-    let mut sums = [[0.0; LANES]; 4];
-    let (re, im) = (re.as_chunks::<LANES>().0, im.as_chunks::<LANES>().0);
-    for ((re, im), rate) in re.iter().zip(im).zip(sizes.as_chunks::<LANES>().0) {
-        for l in 0..LANES {
-            let mut size = re[l].abs() + im[l].abs();
-            for sum in &mut sums {
-                sum[l] += size;
-                size *= rate[l];
-            }
+    let mut sums = [0.0; 4];
+    let mut room = [[0.0; BLOCK]; 4];
+    for start in (0..re.len()).step_by(BLOCK) {
+        let end = re.len().min(start + BLOCK);
+        let [a, b, c, d] = &mut room;
+        let size = end - start;
+        let (a, b, c, d) = (
+            &mut a[..size],
+            &mut b[..size],
+            &mut c[..size],
+            &mut d[..size],
+        );
+        let parts = re[start..end]
+            .iter()
+            .zip(&im[start..end])
+            .zip(&sizes[start..end]);
+        let out = a
+            .iter_mut()
+            .zip(b.iter_mut())
+            .zip(c.iter_mut().zip(d.iter_mut()));
+        for (((re, im), rate), ((a, b), (c, d))) in parts.zip(out) {
+            *a = re.abs() + im.abs();
+            *b = *a * rate;
+            *c = *b * rate;
+            *d = *c * rate;
+        }
+        for (sum, values) in sums.iter_mut().zip([&*a, &*b, &*c, &*d]) {
+            *sum += total(values);
         }
     }
-    sums.map(|s| ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])))
+    sums
 }
 
 #[cfg(test)]

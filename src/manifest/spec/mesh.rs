@@ -1,0 +1,94 @@
+//! The resolved gear mesh.
+
+use crate::gear::GearPair;
+use std::sync::Arc;
+
+/// The gear mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshSpec {
+    /// Backlash half gap b \[m\], > 0.
+    pub half_gap: f64,
+    /// Stiffness over the mesh cycle.
+    pub stiffness: StiffnessSpec,
+    /// Contact damping.
+    pub damping: DampingSpec,
+    /// Coulomb friction coefficient μ on the flank. With a table its direction turns round at
+    /// the pitch point; else it is constant.
+    pub friction: f64,
+    /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0
+    /// without a table.
+    pub misalignment: f64,
+}
+
+/// Stiffness over the mesh cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StiffnessSpec {
+    /// One value \[N/m\].
+    Constant(f64),
+    /// Equal segments of the mesh cycle, one value each \[N/m\]. The two-level law
+    /// (`mean_stiffness`, `contact_ratio`, `single_pair_drop`, `segments`) is resolved to
+    /// this: double-pair level over the first `contact_ratio − 1` of the cycle, the
+    /// single-pair level `(1 − drop)` times it over the rest, with the given mean.
+    Piecewise(Arc<[f64]>),
+    /// The same law, its transition where it is and not on a segment's border.
+    Continuous(TwoLevels),
+    /// Computed from the drawing of the gears.
+    Table(Arc<TableSpec>),
+}
+
+/// Stiffness, load centroid and friction from a mesh table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableSpec {
+    /// The gears, their bores known.
+    pub gears: GearPair,
+    /// How the table is used over the cycle.
+    pub course: CourseSpec,
+    /// Whether the shafts' tilt under the mean load adds to the misalignment.
+    pub shaft_tilt: bool,
+}
+
+/// How a mesh table is used over the cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CourseSpec {
+    /// Means over so many equal segments.
+    Segments(u32),
+    /// Stiffness as it is, broken at its true transitions only.
+    Continuous,
+}
+
+/// Stiffness with two pairs of teeth in mesh, then with one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TwoLevels {
+    /// Stiffness before the transition \[N/m\].
+    pub double_pair: f64,
+    /// Stiffness after it \[N/m\].
+    pub single_pair: f64,
+    /// Mesh phase of the transition, in cycles, in \[0, 1\].
+    pub transition: f64,
+}
+
+impl TwoLevels {
+    /// Mean over the mesh cycle \[N/m\].
+    pub fn mean(&self) -> f64 {
+        self.transition * self.double_pair + (1.0 - self.transition) * self.single_pair
+    }
+
+    /// Stiffness of the divisions of the cycle \[N/m\] and the phases between them.
+    pub fn divisions(&self) -> (Vec<f64>, Vec<f64>) {
+        match self.transition {
+            0.0 => (vec![self.single_pair], Vec::new()),
+            1.0 => (vec![self.double_pair], Vec::new()),
+            phase => (vec![self.double_pair, self.single_pair], vec![phase]),
+        }
+    }
+}
+
+/// Contact damping.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DampingSpec {
+    /// Ratio ζ_m of `c = 2 ζ_m √(k_mean m_e)`, `1/m_e = Σ mesh²` over the rigid modes
+    /// (over all modes where there is no rigid mode).
+    Ratio(f64),
+    /// The coefficient itself \[N s/m\].
+    Coefficient(f64),
+}
