@@ -403,7 +403,7 @@ impl Course<'_> {
                 &mut w.picture,
                 observer,
             );
-            w.start.copy_from_slice(w.picture.end());
+            w.start.copy_from_slice(w.picture.last_state());
         }
     }
 }

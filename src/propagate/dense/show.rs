@@ -33,7 +33,7 @@ impl Picture {
     }
 
     /// The state at the end of the piece last shown.
-    pub fn end(&self) -> &[f64] {
+    pub fn last_state(&self) -> &[f64] {
         &self.state
     }
 }
