@@ -358,14 +358,20 @@ impl Volterra<'_> {
         clock.time += tau;
     }
 
+    /// What the system of a window in contact is made of, where no table has it: the window
+    /// starts off the grid, and its stiffness varies.
+    fn own_system(&self, clock: &Clock, segment: usize) -> Option<&Nodal> {
+        let varies = !self.model.cycle.segments[segment].stiffness.is_constant();
+        let nodal = self.tables.window(segment).nodal.as_deref();
+        nodal.filter(|_| clock.aligned.is_none() && varies)
+    }
+
     /// Factorises the system of a window in contact that no table has.
     fn close(&self, clock: &Clock, segment: usize, factors: &mut Factors, counters: &mut Counters) {
-        let table = self.tables.window(segment);
-        let stiffness = &self.model.cycle.segments[segment];
-        if let (None, Some(nodal)) = (clock.aligned, &table.nodal)
-            && !stiffness.stiffness.is_constant()
-        {
-            let closure = Closure::new(self.model, stiffness, clock.time, table.delta);
+        if let Some(nodal) = self.own_system(clock, segment) {
+            let delta = self.tables.window(segment).delta;
+            let segment = &self.model.cycle.segments[segment];
+            let closure = Closure::new(self.model, segment, clock.time, delta);
             closure.factorise(self.instructions, nodal, factors);
             counters.factorised += 1;
         }
@@ -382,13 +388,13 @@ impl Volterra<'_> {
         if !contact.touching() {
             return None;
         }
-        let grid = &self.tables.grid;
-        let constant = || self.model.cycle.segments[segment].stiffness.is_constant();
-        Some(match (clock.aligned, &self.tables.window(segment).nodal) {
-            (None, Some(nodal)) if !constant() => Closed::Factors(nodal, factors),
-            (Some(cell), _) => Closed::Table(self.tables.feedback(cell)),
-            (None, _) => Closed::Table(self.tables.feedback(grid.segment_end_cell[segment] - 1)),
-        })
+        if let Some(nodal) = self.own_system(clock, segment) {
+            return Some(Closed::Factors(nodal, factors));
+        }
+        // Off the grid the stiffness is constant, and every cell of the segment has its operator.
+        let last = self.tables.grid.segment_end_cell[segment] - 1;
+        let cell = clock.aligned.unwrap_or(last);
+        Some(Closed::Table(self.tables.feedback(cell)))
     }
 
     /// The force series of a tangent vector; none in free flight.
