@@ -11,9 +11,11 @@ use atlas::analysis::{
     Section, investigate,
 };
 use atlas::model::{InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
+use atlas::numerics::linalg::{eigenpair, eigenvalues};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::reference::Reference;
 use common::relative_difference;
+use faer::Mat;
 use std::sync::atomic::AtomicBool;
 
 fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
@@ -269,17 +271,18 @@ fn twins_confirm_the_multiplier_of_a_rattling_orbit() {
             .unwrap()
             .unwrap();
         let exact = orbit.spectral_radius().ln() / f64::from(period);
-        let mut ask = |matrix| {
+        let mut ask = |matrix: &Mat<f64>| {
+            let leading = eigenvalues(matrix.as_ref()).unwrap()[0];
+            let direction = eigenpair(matrix.as_ref(), leading).unwrap().vector;
             leading_exponent(
                 &model,
                 &kernel,
                 &norm,
                 &orbit.start,
                 period,
-                matrix,
+                &direction,
                 &mut workspace,
             )
-            .unwrap()
             .unwrap()
         };
         let twin = ask(&orbit.monodromy);

@@ -10,9 +10,7 @@
 
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::linalg::leading_eigenvector;
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
-use faer::Mat;
 
 /// Distance of a twin from the orbit, in half gaps: between round-off of a period over it
 /// and the curvature of the map.
@@ -33,8 +31,9 @@ pub struct TwinExponent {
     pub agrees: bool,
 }
 
-/// The leading exponent of the orbit of `period` mesh cycles through `start` with its
-/// `monodromy` matrix in energy coordinates. None where the matrix has no eigenvector.
+/// The leading exponent of the orbit of `period` mesh cycles through `start`, along the leading
+/// eigenvector of its monodromy matrix, `direction`, of unit norm in energy coordinates as real
+/// and imaginary part.
 ///
 /// # Errors
 /// [`Stop`] as for any march.
@@ -44,12 +43,9 @@ pub fn leading_exponent<K: Kernel>(
     norm: &EnergyNorm,
     start: &TrajectoryState,
     period: u32,
-    monodromy: &Mat<f64>,
+    direction: &[Vec<f64>; 2],
     workspace: &mut K::Workspace,
-) -> Result<Option<TwinExponent>, Stop> {
-    let Some(direction) = leading_eigenvector(monodromy.as_ref()) else {
-        return Ok(None);
-    };
+) -> Result<TwinExponent, Stop> {
     let (weights, felt) = (norm.weights(), norm.felt());
     let distance = DISTANCE * norm.unit();
     let mut image = |along: &[f64], side: f64| -> Result<Vec<f64>, Stop> {
@@ -83,9 +79,9 @@ pub fn leading_exponent<K: Kernel>(
             forward[part][i] = (ahead[i] - end[i]) / distance;
         }
     }
-    let multiplier = quotient(&direction, &central);
+    let multiplier = quotient(direction, &central);
     let exponent = |(re, im): (f64, f64)| re.hypot(im).ln() / f64::from(period);
-    let error = (exponent(quotient(&direction, &forward)) - exponent(multiplier)).abs();
+    let error = (exponent(quotient(direction, &forward)) - exponent(multiplier)).abs();
     let (re, im) = multiplier;
     let missed: f64 = (0..felt.len())
         .map(|i| {
@@ -95,11 +91,11 @@ pub fn leading_exponent<K: Kernel>(
         })
         .sum::<f64>()
         .sqrt();
-    Ok(Some(TwinExponent {
+    Ok(TwinExponent {
         exponent: exponent(multiplier),
         error,
         agrees: missed <= ROUND_OFF + 3.0 * error,
-    }))
+    })
 }
 
 /// `uᴴ v` of complex vectors given as parts; u has unit norm.

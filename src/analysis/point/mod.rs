@@ -28,7 +28,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use instruments::{Instruments, Watch};
-use settle::{Searches, WORTH_A_SEARCH};
+use settle::{Repeating, Searches, WORTH_A_SEARCH};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The work was called off; nothing is known of the point.
@@ -143,8 +143,8 @@ struct March<'a, K: Kernel> {
 impl<K: Kernel> March<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Halt> {
         let mut searches = Searches::new(self.questions.settle);
-        if let Some((period, how)) = self.transient(&mut searches)?
-            && let Some(outcome) = self.settle(period, &how)?
+        if let Some(found) = self.transient(&mut searches)?
+            && let Some(outcome) = self.settle(found)?
         {
             return Ok(outcome);
         }
@@ -154,7 +154,11 @@ impl<K: Kernel> March<'_, K> {
             let block = BLOCK.min(self.questions.cycles - instruments.measured);
             self.measure(&mut instruments, block)?;
             if let Some(period) = instruments.recurrence.period(&self.norm)
-                && let Some(outcome) = self.settle(period, "marched out")?
+                && let Some(outcome) = self.settle(Repeating {
+                    period,
+                    how: "marched out".into(),
+                    turn: None,
+                })?
             {
                 return Ok(outcome);
             }
@@ -167,8 +171,8 @@ impl<K: Kernel> March<'_, K> {
             {
                 let candidates = self.candidates(&instruments);
                 let before = self.counters.cycles;
-                if let Some((period, how)) = self.seek_orbit(&candidates)?
-                    && let Some(outcome) = self.settle(period, &how)?
+                if let Some(found) = self.seek_orbit(&candidates)?
+                    && let Some(outcome) = self.settle(found)?
                 {
                     return Ok(outcome);
                 }
@@ -182,10 +186,7 @@ impl<K: Kernel> March<'_, K> {
     }
 
     /// Marches the transient; ends early on an attracting orbit.
-    fn transient(
-        &mut self,
-        searches: &mut Option<Searches>,
-    ) -> Result<Option<(u32, String)>, Halt> {
+    fn transient(&mut self, searches: &mut Option<Searches>) -> Result<Option<Repeating>, Halt> {
         let mut recurrence = Recurrence::new(self.model);
         if searches.is_some()
             && let Some(period) = self.starts_locked(&recurrence)

@@ -3,14 +3,14 @@
 use super::instruments::Instruments;
 use super::{CalledOff, Halt, March};
 use crate::analysis::orbits::floquet::{exponents, monodromy};
-use crate::analysis::orbits::shooting::{approaches, shoot, shortest};
+use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches, shoot, shortest};
 use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::Recurrence;
 use crate::analysis::spectrum::CYCLES_PER_SEGMENT;
 use crate::model::TrajectoryState;
-use crate::numerics::linalg::eigenvalues;
+use crate::numerics::linalg::{eigenpair, eigenvalues};
 use crate::propagate::{Counters, Kernel, Tangents};
 use faer::Mat;
 
@@ -48,6 +48,24 @@ impl Searches {
     }
 }
 
+/// A motion that repeats, on which the trajectory lies.
+#[derive(Debug)]
+pub(super) struct Repeating {
+    /// Mesh cycles.
+    pub(super) period: u32,
+    /// How it was found.
+    pub(super) how: String,
+    /// The map of a period from the trajectory's place, where the search has left it.
+    pub(super) turn: Option<Turn>,
+}
+
+/// The linearised map of a period.
+#[derive(Debug)]
+pub(super) struct Turn {
+    monodromy: Mat<f64>,
+    multipliers: Vec<(f64, f64)>,
+}
+
 /// Longest period of an excitation, in mesh cycles, over which contact is watched.
 const LONGEST_LOOK: u32 = 64;
 
@@ -76,9 +94,8 @@ impl<K: Kernel> March<'_, K> {
     }
 
     /// Seeks an attracting orbit next to the trajectory. Where one is found and the
-    /// trajectory is seen to approach it, the trajectory is put on it; returned are its
-    /// period and how it was found.
-    pub(super) fn seek_orbit(&mut self, candidates: &[u32]) -> Result<Option<(u32, String)>, Halt> {
+    /// trajectory is seen to approach it, the trajectory is put on it.
+    pub(super) fn seek_orbit(&mut self, candidates: &[u32]) -> Result<Option<Repeating>, Halt> {
         for &period in candidates {
             CalledOff::check(self.called_off)?;
             let found = shoot(
@@ -119,9 +136,22 @@ impl<K: Kernel> March<'_, K> {
                     orbit.residual
                 );
                 let cycle = self.trajectory.cycle;
-                self.trajectory =
-                    TrajectoryState::new(self.model, orbit.start.state.clone(), cycle);
-                return Ok(Some((orbit.period, how)));
+                let PeriodicOrbit {
+                    start,
+                    period,
+                    monodromy,
+                    multipliers,
+                    ..
+                } = orbit;
+                self.trajectory = TrajectoryState::new(self.model, start.state, cycle);
+                return Ok(Some(Repeating {
+                    period,
+                    how,
+                    turn: Some(Turn {
+                        monodromy,
+                        multipliers,
+                    }),
+                }));
             }
         }
         Ok(None)
@@ -134,39 +164,55 @@ impl<K: Kernel> March<'_, K> {
             .candidates(&self.norm, WORTH_A_SEARCH)
     }
 
-    /// A motion that repeats after `period` cycles: confirms it by its multipliers and
-    /// measures one period, which is all there is to know of it. None where a multiplier
-    /// lies outside the unit circle (a long stay near an unstable orbit); one on it is a
-    /// motion that nothing damps.
-    pub(super) fn settle(&mut self, period: u32, how: &str) -> Result<Option<PointOutcome>, Halt> {
+    /// Confirms a motion that repeats by its multipliers and measures one period, which is all
+    /// there is to know of it. None where a multiplier lies outside the unit circle (a long
+    /// stay near an unstable orbit); one on it is a motion that nothing damps.
+    pub(super) fn settle(&mut self, found: Repeating) -> Result<Option<PointOutcome>, Halt> {
+        let Repeating { period, how, turn } = found;
         let start = self.trajectory.clone();
         let mut end = start.clone();
-        // A second, independent turn around the orbit shows how well the first is known.
-        let first = self.turn(&mut end, period)?;
-        let second = self.turn(&mut end, period)?;
-        let (Some(multipliers), Some(again)) =
-            (eigenvalues(first.as_ref()), eigenvalues(second.as_ref()))
+        let Some(Turn {
+            monodromy: first,
+            multipliers,
+        }) = (match turn {
+            Some(turn) => {
+                self.go_round(&mut end, period)?;
+                Some(turn)
+            }
+            None => self.turn(&mut end, period)?,
+        })
         else {
             return Ok(None);
         };
-        let (all, again) = (exponents(&multipliers, period), exponents(&again, period));
+        // A second, independent turn around the orbit shows how well the first is known.
+        let second = self.monodromy(&mut end, period)?;
+        let leading = multipliers.first().copied().unwrap_or((f64::NAN, 0.0));
+        let Some(again) = eigenpair(second.as_ref(), leading) else {
+            return Ok(None);
+        };
+        let all = exponents(&multipliers, period);
+        let again = exponents(&[again.value], period);
         let largest = all.first().copied().unwrap_or(f64::NAN);
         if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
         let lyapunov = match self.questions.lyapunov {
             Some(asked) => {
-                let twin = match asked.twin {
-                    true => twins::leading_exponent(
+                let direction = match asked.twin {
+                    true => eigenpair(first.as_ref(), leading),
+                    false => None,
+                };
+                let twin = match direction {
+                    Some(pair) => Some(twins::leading_exponent(
                         self.model,
                         self.kernel,
                         &self.norm,
                         &start,
                         period,
-                        &first,
+                        &pair.vector,
                         &mut self.workspace,
-                    )?,
-                    false => None,
+                    )?),
+                    None => None,
                 };
                 Some(LyapunovOutcome {
                     exponents: all.iter().take(asked.exponents).copied().collect(),
@@ -226,8 +272,18 @@ impl<K: Kernel> March<'_, K> {
         )))
     }
 
+    /// The linearised map of a period from `start`, which is marched on by it; none where its
+    /// multipliers cannot be had.
+    fn turn(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Option<Turn>, Halt> {
+        let monodromy = self.monodromy(start, period)?;
+        Ok(eigenvalues(monodromy.as_ref()).map(|multipliers| Turn {
+            monodromy,
+            multipliers,
+        }))
+    }
+
     /// The monodromy matrix of a period from `start`, which is marched on by it.
-    fn turn(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Mat<f64>, Halt> {
+    fn monodromy(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Mat<f64>, Halt> {
         Ok(monodromy(
             self.model,
             self.kernel,
@@ -237,5 +293,19 @@ impl<K: Kernel> March<'_, K> {
             &mut self.workspace,
             &mut Counters::default(),
         )?)
+    }
+
+    /// Marches a state by a period, uncounted.
+    fn go_round(&mut self, state: &mut TrajectoryState, period: u32) -> Result<(), Halt> {
+        for _ in 0..period {
+            self.kernel.march(
+                state,
+                &mut Tangents::none(),
+                &mut self.workspace,
+                &mut (),
+                &mut Counters::default(),
+            )?;
+        }
+        Ok(())
     }
 }
