@@ -4,7 +4,7 @@
 //! integrals of P_n (Bessel series of the exponential) are kept. Windows cut short are
 //! integrated by the Gauss rule, all frequencies being powers of one slow exponential.
 
-use super::rule::{NODES, Rule};
+use super::rule::{LANES, LONG, Rule};
 use super::stretches::Stretches;
 use crate::analysis::modal_series::TERMS;
 use crate::analysis::recurring::Recurring;
@@ -12,12 +12,7 @@ use crate::numerics::exponential::{Complex, LARGEST_HALF_ARGUMENT, legendre_seri
 use crate::numerics::legendre::polynomials;
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::Window;
-use std::f64::consts::TAU;
 use std::sync::Arc;
-
-/// Half turn \[rad\] of the highest harmonic over a window up to which the Gauss rule, exact
-/// to degree 95, integrates it with 23rd-degree deflections to round-off.
-const WIDEST_TURN: f64 = 8.0;
 
 /// Sub-orders looked at, in twelfths of the mesh frequency: 1/4, 1/3, 1/2, 2/3, 3/4.
 const TWELFTHS: [usize; SUBORDERS] = [3, 4, 6, 8, 9];
@@ -32,18 +27,37 @@ const DENOMINATORS: [u32; SUBORDERS] = [4, 3, 2, 3, 4];
 /// periods of every sub-order.
 pub(super) const SUBORDER_WINDOW: u64 = 24;
 
-/// `∫ P_n e^{−iωt} dt` for every frequency.
-/// Shared, because a clone of the statistics is taken whenever they are looked at.
-type Table = Arc<[[Complex; TERMS]]>;
+/// `∫ P_n e^{−iωt} dt` for eight frequencies, the lanes, by term.
+#[derive(Debug, Clone)]
+struct Eight {
+    re: [[f64; LANES]; TERMS],
+    im: [[f64; LANES]; TERMS],
+}
 
-/// `∫ δ e^{−iω t} dt` over a window, t from its start, given those of the polynomials.
-fn integral(integrals: &[Complex; TERMS], series: &[f64; TERMS]) -> Complex {
-    let mut value = (0.0, 0.0);
-    for (a, integral) in series.iter().zip(integrals) {
-        value.0 += a * integral.0;
-        value.1 += a * integral.1;
+/// The same for every frequency, in eights.
+/// Shared, because a clone of the statistics is taken whenever they are looked at.
+type Table = Arc<[Eight]>;
+
+/// Writes `∫ δ e^{−iω t} dt` over a window, t from its start, for every frequency of a table.
+/// The same on every instruction set: nothing is fused.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn integrals(table: &[Eight], series: &[f64; TERMS], out: &mut [Complex]) {
+    for (eight, out) in table.iter().zip(out.chunks_mut(LANES)) {
+        // Even and odd terms apart: two short chains of sums instead of a long one.
+        let mut sums = [Lanes::ZERO; 2];
+        for n in (0..TERMS).step_by(2) {
+            for (odd, sum) in sums.iter_mut().enumerate() {
+                let a = series[n + odd];
+                for i in 0..LANES {
+                    sum.re[i] += a * eight.re[n + odd][i];
+                    sum.im[i] += a * eight.im[n + odd][i];
+                }
+            }
+        }
+        for (i, value) in out.iter_mut().enumerate() {
+            *value = (sums[0].re[i] + sums[1].re[i], sums[0].im[i] + sums[1].im[i]);
+        }
     }
-    value
 }
 
 /// Fourier integrals at sub-orders and whole orders.
@@ -54,6 +68,8 @@ pub(super) struct Fourier {
     frequencies: Vec<f64>,
     /// Integrals of the Legendre polynomials on windows of the kernel's own lengths.
     known: Recurring<Table>,
+    /// Room for the integrals at all frequencies.
+    values: Vec<Complex>,
     pub(super) suborders: Suborders,
 }
 
@@ -62,83 +78,93 @@ impl Fourier {
     pub(super) fn new(mesh_frequency: f64, harmonics: usize) -> Self {
         let fractions = TWELFTHS.iter().map(|m| *m as f64 / 12.0);
         let orders = fractions.chain((1..=harmonics).map(|h| h as f64));
+        let frequencies: Vec<f64> = orders.map(|order| order * mesh_frequency).collect();
         Self {
             mesh_frequency,
-            frequencies: orders.map(|order| order * mesh_frequency).collect(),
+            values: vec![(0.0, 0.0); frequencies.len()],
+            frequencies,
             known: Recurring::new(),
             suborders: Suborders::new(),
         }
     }
 
-    /// Adds a window; `weighted` is the series at the rule's nodes times their weights, and
-    /// `sums` are those of the whole orders.
-    pub(super) fn add(
+    /// Half turn \[rad\] of the highest order over a window of the length `tau` \[s\].
+    pub(super) fn half_turn(&self, tau: f64) -> f64 {
+        0.5 * self.frequencies.last().map_or(0.0, |omega| omega * tau)
+    }
+
+    /// Adds a window; `at_nodes` is the series at the rule's nodes, and `sums` are those of
+    /// the whole orders.
+    pub(super) fn add<const M: usize>(
         &mut self,
         window: &Window<'_>,
         series: &[f64; TERMS],
-        rule: &Rule,
-        weighted: &[f64; NODES],
+        rule: &Rule<M>,
+        at_nodes: &[f64; M],
         sums: &mut [Complex],
     ) {
         let tau = window.duration;
+        let turned = self.half_turn(tau);
         let frequencies = &self.frequencies;
-        let table = || -> Table {
-            let of = |frequency: &f64| {
-                let mut integrals = [(0.0, 0.0); TERMS];
-                window_integrals(*frequency, tau, &mut integrals);
-                integrals
-            };
-            frequencies.iter().map(of).collect()
-        };
-        let highest = 0.5 * sums.len() as f64 * self.mesh_frequency * tau;
-        let computed;
-        let table = match self.known.find(tau, table) {
+        let known = self.known.find(tau, || table(frequencies, tau));
+        match known {
+            Some(known) => integrals(known, series, &mut self.values),
             // Too many turns for the nodes: the table is worth while even for a cut.
-            None if highest > WIDEST_TURN => {
-                computed = table();
-                Some(&computed)
+            None if turned > Rule::<M>::WIDEST_TURN => {
+                integrals(&table(frequencies, tau), series, &mut self.values);
             }
-            known => known,
-        };
-        let mut below = [(0.0, 0.0); SUBORDERS];
-        let start = turn(self.mesh_frequency * window.start);
+            None => {
+                let weighted = std::array::from_fn(|j| tau * rule.weights[j] * at_nodes[j]);
+                let slowest = self.mesh_frequency * tau / 12.0;
+                let (below, whole) = self.values.split_at_mut(SUBORDERS);
+                for (chunk, whole) in whole.chunks_mut(MOST_AT_NODES).enumerate() {
+                    let skipped = chunk * MOST_AT_NODES;
+                    sum_nodes(&rule.places, &weighted, slowest, skipped, below, whole);
+                }
+            }
+        }
+        let (below, whole) = self.values.split_at(SUBORDERS);
+        // A twelfth of the mesh frequency has its phase back after twelve cycles.
+        let twelfth = turn(self.mesh_frequency / 12.0 * window.start);
+        let twelfth = multiply(twelfth, TWELFTH_TURNS[(window.cycle % 12) as usize]);
+        let three = multiply(twelfth, multiply(twelfth, twelfth));
+        let six = multiply(three, three);
+        let start = multiply(six, six);
         let mut rotation = start;
-        let mut add = |sum: &mut Complex, value: Complex| {
-            let value = multiply(rotation, value);
+        for (sum, value) in sums.iter_mut().zip(whole) {
+            let value = multiply(rotation, *value);
             sum.0 += value.0;
             sum.1 += value.1;
             rotation = multiply(rotation, start);
-        };
-        if let Some(table) = table {
-            for (value, integrals) in below.iter_mut().zip(table.iter()) {
-                *value = integral(integrals, series);
-            }
-            for (integrals, sum) in table[SUBORDERS..].iter().zip(sums) {
-                add(sum, integral(integrals, series));
-            }
-        } else {
-            let slowest = self.mesh_frequency * tau / 12.0;
-            let mut whole = [(0.0, 0.0); MOST_AT_NODES];
-            for (chunk, sums) in sums.chunks_mut(MOST_AT_NODES).enumerate() {
-                let whole = &mut whole[..sums.len()];
-                let skipped = chunk * MOST_AT_NODES;
-                at_nodes(&rule.places, weighted, slowest, skipped, &mut below, whole);
-                for (sum, value) in sums.iter_mut().zip(whole) {
-                    add(sum, (tau * value.0, tau * value.1));
-                }
-            }
-            below = below.map(|value| (tau * value.0, tau * value.1));
         }
-        self.suborders
-            .add(self.mesh_frequency, window.cycle, window.start, &below);
+        let four = multiply(three, twelfth);
+        let factors = [three, four, six, multiply(four, four), multiply(six, three)];
+        self.suborders.add(&factors, below);
     }
+}
+
+/// The integrals of the polynomials on windows of the length `tau` \[s\].
+fn table(frequencies: &[f64], tau: f64) -> Table {
+    let eight = |frequencies: &[f64]| {
+        let mut out = Eight {
+            re: [[0.0; LANES]; TERMS],
+            im: [[0.0; LANES]; TERMS],
+        };
+        for (i, omega) in frequencies.iter().enumerate() {
+            let mut integrals = [(0.0, 0.0); TERMS];
+            window_integrals(*omega, tau, &mut integrals);
+            for (n, (re, im)) in integrals.into_iter().enumerate() {
+                out.re[n][i] = re;
+                out.im[n][i] = im;
+            }
+        }
+        out
+    };
+    frequencies.chunks(LANES).map(eight).collect()
 }
 
 /// Whole orders that are summed at the nodes in one go.
 const MOST_AT_NODES: usize = 32;
-
-/// Nodes worked on at a time.
-const LANES: usize = 8;
 
 /// Complex numbers, one a lane.
 #[derive(Debug, Clone, Copy)]
@@ -201,21 +227,21 @@ impl Lanes {
     }
 }
 
-/// Sums of `weighted` over the nodes at `places` times `e^{−imθ}`: m the sub-orders' twelfths
+/// Writes the sums of `weighted` over the nodes at `places` times `e^{−imθ}`: m the sub-orders' twelfths
 /// (`below`) and 12, 24, … (`whole`, from order `skipped` + 1 on), θ growing from 0 to
 /// `slowest` over the window. The same on every instruction set: nothing is fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn at_nodes(
-    places: &[f64; NODES],
-    weighted: &[f64; NODES],
+fn sum_nodes<const M: usize>(
+    places: &[f64; M],
+    weighted: &[f64; M],
     slowest: f64,
     skipped: usize,
-    below: &mut [Complex; SUBORDERS],
+    below: &mut [Complex],
     whole: &mut [Complex],
 ) {
     let mut parts = [Lanes::ZERO; SUBORDERS];
     let mut orders = [Lanes::ZERO; MOST_AT_NODES];
-    for base in (0..NODES).step_by(LANES) {
+    for base in (0..M).step_by(LANES) {
         let mut theta = [0.0; LANES];
         let mut amounts = [0.0; LANES];
         for i in 0..LANES {
@@ -277,17 +303,10 @@ impl Suborders {
         self.powers.restart();
     }
 
-    /// Adds the integrals of a window that starts at `start` \[s\] of a mesh cycle.
-    fn add(&mut self, mesh_frequency: f64, cycle: u64, start: f64, window: &[Complex; SUBORDERS]) {
-        // A twelfth of the mesh frequency has its phase back after twelve cycles.
-        let whole = TAU * (cycle % 12) as f64 / 12.0;
-        let one = turn(whole + mesh_frequency / 12.0 * start);
-        let three = multiply(one, multiply(one, one));
-        let four = multiply(three, one);
-        let six = multiply(three, three);
-        let factors = [three, four, six, multiply(four, four), multiply(six, three)];
+    /// Adds the integrals of a window, turned by `factors` to its place in time.
+    fn add(&mut self, factors: &[Complex; SUBORDERS], window: &[Complex]) {
         for ((sum, factor), value) in self.present.iter_mut().zip(factors).zip(window) {
-            let value = multiply(factor, *value);
+            let value = multiply(*factor, *value);
             sum.0 += value.0;
             sum.1 += value.1;
         }
@@ -351,6 +370,25 @@ impl Suborders {
     }
 }
 
+/// `e^{−i 2π n/12}`.
+const TWELFTH_TURNS: [Complex; 12] = {
+    const R: f64 = 0.866_025_403_784_438_6;
+    [
+        (1.0, 0.0),
+        (R, -0.5),
+        (0.5, -R),
+        (0.0, -1.0),
+        (-0.5, -R),
+        (-R, -0.5),
+        (-1.0, 0.0),
+        (-R, 0.5),
+        (-0.5, R),
+        (0.0, 1.0),
+        (0.5, R),
+        (R, 0.5),
+    ]
+};
+
 /// `e^{−i phase}`.
 fn turn(phase: f64) -> Complex {
     let (sin, cos) = phase.sin_cos();
@@ -369,7 +407,7 @@ fn window_integrals(omega: f64, tau: f64, out: &mut [Complex; TERMS]) {
         return;
     }
     out.fill((0.0, 0.0));
-    let nodes = NODES + (omega * tau) as usize;
+    let nodes = LONG + (omega * tau) as usize;
     let gauss = GaussLegendre::new(nodes);
     let mut p = [0.0; TERMS];
     for (x, w) in gauss.nodes.iter().zip(&gauss.weights) {

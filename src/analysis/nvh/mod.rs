@@ -3,7 +3,7 @@
 //! Every integral is taken from the windows' polynomials, none from samples:
 //!
 //! ```text
-//! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule exact for degree 95
+//! ∫ δ dt = Δ a₀,   ∫ δ² dt = Δ Σ a_n²/(2n+1),   ∫ δ³, δ⁴: Gauss rule, exact to round-off
 //! ∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt     (Bessel series of the exponential)
 //! ```
 //!
@@ -16,7 +16,7 @@ mod rule;
 pub(super) mod stretches;
 mod sums;
 
-use super::modal_series::{TERMS, padded};
+use super::modal_series::{Series, padded};
 use super::outcome::{DurationOutcome, NvhErrors, NvhOutcome};
 use crate::model::Model;
 use crate::numerics::legendre::variation;
@@ -24,7 +24,7 @@ use crate::numerics::statistics::{FEWEST_BLOCKS, standard_error};
 use crate::propagate::{Event, Observer, Window};
 use contacts::Contacts;
 use fourier::Fourier;
-use rule::{NODES, Rule, powers};
+use rule::{Rule, Rules, SHORT, falls_off};
 use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
 
@@ -38,7 +38,7 @@ const SHARES: [f64; 3] = [0.5, 0.9, 0.99];
 #[derive(Debug, Clone)]
 pub struct Nvh {
     period: f64,
-    rule: &'static Rule,
+    rules: &'static Rules,
     origin: Origin,
     /// First and present mesh cycle; none before any window.
     cycles: Option<[u64; 2]>,
@@ -59,7 +59,7 @@ impl Nvh {
         let mesh_frequency = std::f64::consts::TAU / model.period();
         Self {
             period: model.period(),
-            rule: Rule::shared(),
+            rules: Rules::shared(),
             origin: Origin {
                 centre: [0.0; 2],
                 half_gap: model.half_gap,
@@ -162,22 +162,56 @@ impl Nvh {
     }
 
     /// Extremes of a window whose bounds do not show that it holds no new one.
-    fn extremes(&mut self, deflection: &[f64; TERMS], force: &[f64; TERMS], values: &[f64; NODES]) {
+    fn extremes<const M: usize>(
+        &mut self,
+        rule: &Rule<M>,
+        deflection: &Series,
+        force: &Series,
+        values: &[f64; M],
+    ) {
         let spread = variation(deflection);
         if deflection[0] + spread > self.largest {
-            self.largest = self.largest.max(self.rule.maximum(deflection, values));
+            self.largest = self.largest.max(rule.maximum(deflection, values));
         }
         if deflection[0] - spread < self.smallest {
-            self.smallest = self.smallest.min(self.rule.minimum(deflection, values));
+            self.smallest = self.smallest.min(rule.minimum(deflection, values));
         }
         if force[0].abs() + variation(force) > self.force_peak {
             // Contact damping pulls before it lets go: either sign may be the larger.
-            let values = self.rule.values(force);
-            let [high, low] = [
-                self.rule.maximum(force, &values),
-                self.rule.minimum(force, &values),
-            ];
+            let values = rule.values(force);
+            let [high, low] = [rule.maximum(force, &values), rule.minimum(force, &values)];
             self.force_peak = self.force_peak.max(high).max(-low);
+        }
+    }
+
+    /// Adds a window by a rule that serves it.
+    fn add<const M: usize>(
+        &mut self,
+        rule: &Rule<M>,
+        window: &Window<'_>,
+        deflection: &Series,
+        force: &Series,
+    ) {
+        let tau = window.duration;
+        let values = rule.values(deflection);
+        self.extremes(rule, deflection, force, &values);
+
+        let Origin { centre, half_gap } = self.origin;
+        let sums = self.stretches.open();
+        sums.time += tau;
+        sums.times[window.contact.index()] += tau;
+        let powers = rule.powers(&values, centre[0], half_gap);
+        for (moment, power) in sums.moments.iter_mut().zip(powers) {
+            *moment += tau * power;
+        }
+        let mut about = *force;
+        about[0] -= centre[1];
+        sums.force[0] += tau * about[0];
+        for (n, f) in about.iter().enumerate() {
+            sums.force[1] += tau * f * f / (2 * n + 1) as f64;
+        }
+        if let Some(fourier) = &mut self.fourier {
+            fourier.add(window, deflection, rule, &values, &mut sums.harmonics);
         }
     }
 }
@@ -200,35 +234,11 @@ impl Observer for Nvh {
             }
             Some(_) => {}
         }
-        let values = self.rule.values(&deflection);
-        self.extremes(&deflection, &force, &values);
-
-        let Origin { centre, half_gap } = self.origin;
-        let sums = self.stretches.open();
-        sums.time += tau;
-        sums.times[window.contact.index()] += tau;
-        let powers = powers(&values, &self.rule.weights, centre[0], half_gap);
-        for (moment, power) in sums.moments.iter_mut().zip(powers) {
-            *moment += tau * power;
-        }
-        let mut about = force;
-        about[0] -= centre[1];
-        sums.force[0] += tau * about[0];
-        for (n, f) in about.iter().enumerate() {
-            sums.force[1] += tau * f * f / (2 * n + 1) as f64;
-        }
-        if let Some(fourier) = &mut self.fourier {
-            let mut weighted = values;
-            for (value, w) in weighted.iter_mut().zip(self.rule.weights.iter()) {
-                *value *= w;
-            }
-            fourier.add(
-                window,
-                &deflection,
-                self.rule,
-                &weighted,
-                &mut sums.harmonics,
-            );
+        let turns = self.fourier.as_ref().map_or(0.0, |f| f.half_turn(tau));
+        if turns <= Rule::<SHORT>::WIDEST_TURN && falls_off(&deflection, self.origin.centre[0]) {
+            self.add(&self.rules.short, window, &deflection, &force);
+        } else {
+            self.add(&self.rules.long, window, &deflection, &force);
         }
     }
 
