@@ -22,8 +22,12 @@ SlurmUser=root
 SlurmdUser=root
 AuthType=auth/munge
 CryptoType=crypto/munge
-# A job that is put back into the queue starts once its first credential has expired.
-AuthInfo=socket={folder}/munge.socket,cred_expire=3
+# A job that is put back into the queue starts once its first credential has expired,
+# after five seconds at the least.
+AuthInfo=socket={folder}/munge.socket,cred_expire=5
+# A job that its node does not know of counts as lost so long after its start, both times together.
+MessageTimeout=5
+BatchStartTimeout=1
 StateSaveLocation={folder}/state
 SlurmdSpoolDir={folder}/spool
 SlurmctldPidFile={folder}/slurmctld.pid
@@ -124,13 +128,15 @@ class SlurmCluster:
         return "\n".join(f"== {f.name}\n{f.read_text(errors='replace')}" for f in sorted(files))
 
     def lose_node(self, processes: list[int]) -> None:
-        """The power cut of a node: these processes and its daemon are killed, and the node comes
-        back after a moment."""
+        """A node goes down and comes back: its daemon and these processes are killed, the daemon is
+        started anew and does not know of their job."""
         for process in processes:
             os.kill(process, signal.SIGKILL)
         self.daemons["slurmd"].kill()
         self.daemons["slurmd"].wait()
-        self.start("slurmd", "-D", "-b")
+        # MessageTimeout and BatchStartTimeout, and some.
+        time.sleep(8)
+        self.start("slurmd", "-D")
 
     def stop(self) -> None:
         """Ends jobs and daemons."""

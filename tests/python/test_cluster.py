@@ -5,6 +5,7 @@ Nothing is imitated: the daemons, the workers and `atlas` are processes of this 
 tests are skipped, with the reason, where its daemons are not installed or may not be started.
 """
 
+import contextlib
 import io
 import json
 import os
@@ -37,8 +38,8 @@ def place() -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="atlas cluster ") as folder:
         place = Path(folder)
         text = (ROOT / "tests/data/oscillator.toml").read_text()
-        longer = text.replace("count = 3", "count = 60").replace("cycles = 300", "cycles = 3000")
-        assert "count = 60" in longer and "cycles = 3000" in longer
+        longer = text.replace("count = 3", "count = 40").replace("cycles = 300", "cycles = 2000")
+        assert "count = 40" in longer and "cycles = 2000" in longer
         (place / "a job.toml").write_text(longer)
         shutil.copy(ROOT / "tests/data/oscillator.modal.toml", place)
         command = [ATLAS, "run", "a job.toml", "--out", "whole", "--quiet"]
@@ -114,13 +115,19 @@ def start(place: Path, script: Path, out: str, *options: str, **more) -> subproc
     interpreter = [sys.executable] if script == DASK else []
     return subprocess.Popen(
         [*interpreter, script, "a job.toml", f"--out={out}", f"--atlas={ATLAS}", *options],
-        cwd=place, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more,
+        cwd=place, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        start_new_session=True, **more,
     )  # fmt: skip
 
 
 def ended(process: subprocess.Popen) -> str:
     """What a script said that ended well."""
-    said, _ = process.communicate(timeout=120)
+    try:
+        said, _ = process.communicate(timeout=90)
+    finally:
+        # Nothing that it started stays behind.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == 0, said
     return said
 
@@ -170,19 +177,51 @@ def test_dask_ends_what_a_lost_worker_began(place):
     assert_same(place, "local")
 
 
-def test_slurm_does_a_killed_shard_and_those_of_a_lost_node_again(place, slurm):
-    job = start(
-        place, SLURM, "slurm %a", f"--shards={SHARDS}", "--wait", env=slurm.environment
-    )  # fmt: skip
-    killed, process = at_work(place, "slurm %a")
+def submit(place: Path, slurm: slurm_daemons.SlurmCluster, out: str, *options: str) -> str:
+    """Submits the manifest; gives what was said."""
+    return ended(start(place, SLURM, out, *options, env=slurm.environment))
+
+
+def assert_joined(place: Path, slurm: slurm_daemons.SlurmCluster, out: str) -> None:
+    """The results appear, and are those of the undivided run."""
+    slurm.wait_for(lambda: (place / out).exists() or not slurm.said("squeue", "--noheader"), 60)
+    assert_same(place, out)
+
+
+def test_slurm_does_a_killed_shard_again(place, slurm):
+    out = "slurm 100%a"
+    said = submit(place, slurm, out, f"--shards={SHARDS}")
+    assert "3 of 3 shards to compute" in said and "scancel" in said
+    shard, process = at_work(place, out)
     os.kill(process, signal.SIGKILL)
-    time.sleep(0.5)
-    lost, process = at_work(place, "slurm %a")
+    assert_joined(place, slurm, out)
+    log = (place / f"{out}.shards" / "logs" / f"{shard}.log").read_text()
+    assert f"shard {shard} of {SHARDS} ended with status 137, after 0 restarts" in log
+    assert resumed(place, out, shard) > 0
+
+
+def test_slurm_does_the_shard_of_a_lost_node_again(place, slurm):
+    # With two cores a shard has the node to itself.
+    out = "slurm node"
+    submit(place, slurm, out, f"--shards={SHARDS}", "--threads=2")
+    shard, process = at_work(place, out)
     script = parent(process)
     slurm.lose_node([parent(script), script, process])
-    said = ended(job)
-    assert "results in" in said
-    log = place / "slurm %a.shards" / "logs" / f"{killed}.log"
-    assert "ended with status 137" in log.read_text()
-    assert resumed(place, "slurm %a", killed) > 0 and resumed(place, "slurm %a", lost) > 0
-    assert_same(place, "slurm %a")
+    assert_joined(place, slurm, out)
+    assert "due to node failure" in slurm.logs()
+    assert resumed(place, out, shard) > 0
+
+
+def test_slurm_goes_on_where_jobs_were_called_off(place, slurm):
+    out = "slurm off"
+    submit(place, slurm, out, f"--shards={SHARDS}")
+    at_work(place, out)
+    again = start(place, SLURM, out, env=slurm.environment)
+    said, _ = again.communicate(timeout=30)
+    assert again.returncode == 2 and "are at work on it" in said
+    slurm.said("scancel", "--user=root")
+    slurm.wait_for(lambda: not slurm.said("squeue", "--noheader"))
+    assert not (place / out).exists()
+    said = submit(place, slurm, out, "--wait")
+    assert f"of {SHARDS} shards to compute" in said and "results in" in said
+    assert_same(place, out)
