@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 DAEMONS = ("munged", "slurmctld", "slurmd")
@@ -43,7 +44,7 @@ SelectType=select/cons_tres
 SelectTypeParameters=CR_Core
 SchedulerParameters=batch_sched_delay=1,sched_interval=1
 ReturnToService=2
-# More cores than a small machine may have: jobs wait for one another all the same.
+# Two cores, even where the machine has one.
 SlurmdParameters=config_overrides
 NodeName={host} NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
 PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
@@ -111,11 +112,12 @@ class SlurmCluster:
     def said(self, *command: str) -> str:
         """What a command of Slurm prints, its complaints left out."""
         ended = subprocess.run(
-            command, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        )
+            command, env=self.environment, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
         return ended.stdout
 
-    def wait_for(self, met, seconds: float = 30.0) -> None:
+    def wait_for(self, met: Callable[[], object], seconds: float = 30.0) -> None:
         """Waits until `met()`."""
         end = time.monotonic() + seconds
         while not met():

@@ -42,7 +42,7 @@ def place() -> Iterator[Path]:
         assert "count = 40" in longer and "cycles = 2000" in longer
         (place / "a job.toml").write_text(longer)
         shutil.copy(ROOT / "tests/data/oscillator.modal.toml", place)
-        command = [ATLAS, "run", "a job.toml", "--out", "whole", "--quiet"]
+        command = [str(ATLAS), "run", "a job.toml", "--out", "whole", "--quiet"]
         assert subprocess.run(command, cwd=place).returncode in (0, 3)
         yield place
 
@@ -225,3 +225,23 @@ def test_slurm_goes_on_where_jobs_were_called_off(place, slurm):
     said = submit(place, slurm, out, "--wait")
     assert f"of {SHARDS} shards to compute" in said and "results in" in said
     assert_same(place, out)
+
+
+@pytest.mark.parametrize("script", [DASK, SLURM], ids=["dask", "slurm"])
+def test_shards_of_another_job_are_refused(place, request, script):
+    more = {"env": request.getfixturevalue("slurm").environment} if script == SLURM else {}
+    where = ["--local=1"] if script == DASK else []
+    out = f"refused by {script.name}"
+    folder = place / f"{out}.shards"
+    folder.mkdir()
+    (folder / "split").write_text("3 0123456789abcdef\n")
+    job = start(place, script, out, *where, **more)
+    said, _ = job.communicate(timeout=60)
+    assert job.returncode == 2 and "another manifest" in said, said
+    # Whatever is in the place of the results is left alone.
+    (place / out).mkdir()
+    (place / out / "mine").write_text("")
+    job = start(place, script, out, *where, **more)
+    said, _ = job.communicate(timeout=60)
+    assert job.returncode == 2 and "is not empty" in said, said
+    assert [p.name for p in folder.iterdir()] == ["split"]
