@@ -228,6 +228,31 @@ def test_slurm_goes_on_where_jobs_were_called_off(place, slurm):
 
 
 @pytest.mark.parametrize("script", [DASK, SLURM], ids=["dask", "slurm"])
+def test_a_shard_that_is_refused_ends_the_job(place, request, script):
+    """And the shards that were done are not done again, by either engine."""
+    slurm = request.getfixturevalue("slurm") if script == SLURM else None
+    more = {"env": slurm.environment} if slurm else {}
+    where = ["--wait"] if slurm else ["--local=2"]
+    out = f"spoilt for {script.name}"
+    shard = place / f"{out}.shards" / "2"
+    shard.mkdir(parents=True)
+    journal = shard / f".journal.shard-2-of-{SHARDS}"
+    journal.write_text("no journal of a run")
+    job = start(place, script, out, *where, f"--shards={SHARDS}", **more)
+    said, _ = job.communicate(timeout=90)
+    assert job.returncode == (1 if slurm else 2), said
+    assert not (place / out).exists()
+    if slurm:
+        # No task stays in the queue, and the merge went with the shard that it waited for.
+        slurm.wait_for(lambda: not slurm.said("squeue", "--noheader"))
+        said = (shard.parent / "logs" / "2.log").read_text()
+    assert "is not the journal of a run like this one" in said
+    journal.unlink()
+    assert "results in" in ended(start(place, DASK, out, "--local=2"))
+    assert_same(place, out)
+
+
+@pytest.mark.parametrize("script", [DASK, SLURM], ids=["dask", "slurm"])
 def test_shards_of_another_job_are_refused(place, request, script):
     more = {"env": request.getfixturevalue("slurm").environment} if script == SLURM else {}
     where = ["--local=1"] if script == DASK else []
