@@ -102,10 +102,10 @@ class SlurmCluster:
         self.wait_for(lambda: "idle" in self.said("sinfo", "--noheader", "--format=%T"))
 
     def start(self, name: str, *arguments: str) -> None:
-        """Starts a daemon; what it says goes to a file."""
+        """Starts a daemon, which ends with this process; what it says goes to a file."""
         with open(self.folder / f"{name}.out", "ab") as out:
             self.daemons[name] = subprocess.Popen(
-                [name, *arguments], env=self.environment, stdin=subprocess.DEVNULL,
+                ["setpriv", "--pdeathsig", "TERM", name, *arguments], env=self.environment, stdin=subprocess.DEVNULL,
                 stdout=out, stderr=subprocess.STDOUT,
             )  # fmt: skip
 
