@@ -117,6 +117,13 @@ class SlurmCluster:
         )  # fmt: skip
         return ended.stdout
 
+    def idle(self) -> bool:
+        """Whether no job is left. A squeue that gets no answer says nothing, and means nothing."""
+        ended = subprocess.run(
+            ["squeue", "--noheader"], env=self.environment, capture_output=True, text=True
+        )
+        return ended.returncode == 0 and not ended.stdout
+
     def wait_for(self, met: Callable[[], object], seconds: float = 30.0) -> None:
         """Waits until `met()`."""
         end = time.monotonic() + seconds
@@ -143,7 +150,7 @@ class SlurmCluster:
     def stop(self) -> None:
         """Ends jobs and daemons."""
         self.said("scancel", "--user=root")
-        self.wait_for(lambda: not self.said("squeue", "--noheader"))
+        self.wait_for(self.idle)
         for name in reversed(DAEMONS):
             if name in self.daemons:
                 self.daemons[name].terminate()

@@ -184,7 +184,9 @@ def submit(place: Path, slurm: slurm_daemons.SlurmCluster, out: str, *options: s
 
 def assert_joined(place: Path, slurm: slurm_daemons.SlurmCluster, out: str) -> None:
     """The results appear, and are those of the undivided run."""
-    slurm.wait_for(lambda: (place / out).exists() or not slurm.said("squeue", "--noheader"), 60)
+    slurm.wait_for(lambda: (place / out).exists() or slurm.idle(), 90)
+    logs = [log.read_text() for log in sorted((place / f"{out}.shards" / "logs").iterdir())]
+    assert (place / out).exists(), "\n".join([*logs, slurm.logs()])
     assert_same(place, out)
 
 
@@ -220,7 +222,7 @@ def test_slurm_goes_on_where_jobs_were_called_off(place, slurm):
     said, _ = again.communicate(timeout=30)
     assert again.returncode == 2 and "are at work on it" in said
     slurm.said("scancel", "--user=root")
-    slurm.wait_for(lambda: not slurm.said("squeue", "--noheader"))
+    slurm.wait_for(slurm.idle)
     assert not (place / out).exists()
     said = submit(place, slurm, out, "--wait")
     assert f"of {SHARDS} shards to compute" in said and "results in" in said
@@ -244,7 +246,7 @@ def test_a_shard_that_is_refused_ends_the_job(place, request, script):
     assert not (place / out).exists()
     if slurm:
         # No task stays in the queue, and the merge went with the shard that it waited for.
-        slurm.wait_for(lambda: not slurm.said("squeue", "--noheader"))
+        slurm.wait_for(slurm.idle)
         said = (shard.parent / "logs" / "2.log").read_text()
     assert "is not the journal of a run like this one" in said
     journal.unlink()
