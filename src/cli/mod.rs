@@ -27,6 +27,9 @@ const BAD_INPUT: u8 = 2;
 /// Exit status of a job with points that did not end well.
 const FAILED_POINTS: u8 = 3;
 
+/// Exit status where another process is at work on the same results: to be waited for.
+const BUSY: u8 = 4;
+
 /// Exit status after Ctrl-C or SIGTERM.
 const INTERRUPTED: u8 = 130;
 

@@ -5,7 +5,7 @@ use super::process::Process;
 use super::progress::Display;
 use super::retry;
 use super::table::TablesFolder;
-use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, answer, check, fail, with_causes};
+use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED, answer, check, fail, with_causes};
 use crate::manifest::{self, Job};
 use crate::store::{
     Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, StoreError,
@@ -92,8 +92,8 @@ pub(super) fn parse_shard(text: &str) -> Result<Shard, String> {
         .ok_or_else(|| format!("a shard is i/n with 1 ≤ i ≤ n ≤ {MOST_SHARDS}, such as 2/8"))
 }
 
-/// Runs a job: status 0 when done, 2 for bad input, 3 when points failed, 130 when
-/// interrupted.
+/// Runs a job: status 0 when done, 2 for bad input, 3 when points failed, 4 where another
+/// process computes the same, 130 when interrupted.
 pub fn run(args: &RunArgs) -> ExitCode {
     let job = match manifest::load(&args.manifest) {
         Ok(job) => job,
@@ -244,7 +244,11 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
 
 /// Exit status when results cannot be written.
 pub(super) fn failure(error: &StoreError) -> u8 {
-    if error.is_refusal() { BAD_INPUT } else { 1 }
+    match error {
+        StoreError::Busy { .. } => BUSY,
+        refused if refused.is_refusal() => BAD_INPUT,
+        _ => 1,
+    }
 }
 
 fn status(record: &RunRecord) -> ExitCode {
