@@ -60,7 +60,9 @@ pub struct Scratch {
 
 impl Table {
     fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
-        let part = exponential::propagator(generator, rate, duration / NODES as f64);
+        // Of e^{LΔj/8} − I: see `exponential`.
+        let mut parts = exponential::levels(generator, rate, duration / NODES as f64, 0);
+        let part = parts.swap_remove(0);
         let d = part.nrows();
         let curvature = generator.curvature();
         let rows = [&generator.deflection, &generator.rate, &curvature];
@@ -70,13 +72,14 @@ impl Table {
         let mut nodes = Vec::with_capacity(NODES);
         for node in 0..NODES {
             if node > 0 {
-                power = &part * &power;
+                power = &part + &power + &part * &power;
             }
+            let node_map = exponential::plus_one(power.clone());
             guards
                 .as_mut()
                 .subrows_mut(3 * node, 3)
-                .copy_from(&rows * &power);
-            nodes.push(Operator::new(power.as_ref()));
+                .copy_from(&rows * &node_map);
+            nodes.push(Operator::new(node_map.as_ref()));
         }
         Self {
             nodes,

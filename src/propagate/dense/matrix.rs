@@ -149,6 +149,43 @@ pub fn reach(a: &[f64], b: &[f64]) -> f64 {
     fold(&sums)
 }
 
+/// Adds `scale · x` to `y`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+pub fn add_scaled(scale: f64, x: &[f64], y: &mut [f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += scale * x;
+    }
+}
+
+/// Multiplies by a number.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+pub fn scale(by: f64, x: &mut [f64]) {
+    for x in x {
+        *x *= by;
+    }
+}
+
+/// Writes what 2 × 2 blocks, given by their entries 11, 12, 21, 22, make of `z` (first components,
+/// then second ones), and two scaled inputs, to `out`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+pub fn blocks_and_inputs(
+    [a, b, c, d]: [&[f64]; 4],
+    z: &[f64],
+    [(p, g), (q, h)]: [(f64, &[f64]); 2],
+    out: &mut [f64],
+) {
+    let n = a.len();
+    let (x, y) = (&z[..n], &z[n..][..n]);
+    let (first, second) = out.split_at_mut(n);
+    for (rows, at, out) in [([a, b], 0, first), ([c, d], n, second)] {
+        let (g, h) = (&g[at..][..n], &h[at..][..n]);
+        let [a, b] = rows.map(|row| &row[..n]);
+        for (i, out) in out[..n].iter_mut().enumerate() {
+            *out = a[i] * x[i] + b[i] * y[i] + p * g[i] + q * h[i];
+        }
+    }
+}
+
 #[inline(always)]
 fn fold(sums: &[[f64; LANES]; 2]) -> f64 {
     let s: [f64; LANES] = std::array::from_fn(|l| sums[0][l] + sums[1][l]);
