@@ -7,9 +7,10 @@
 use super::course::Course;
 use super::exits::{Bounds, Sight, Verdict};
 use super::exponential;
-use super::generator::Generator;
+use super::generator::{Generator, Layout};
+use super::grid::Grid;
 use super::march::{Exit, Method, Piece, Workspace};
-use super::matrix::{Operator, dot};
+use super::matrix::{Operator, dot, numbers_of};
 use super::series::{BoundRows, Series, judge_all, locate};
 use super::show::Taylor;
 use super::{DenseError, TableSize};
@@ -39,7 +40,7 @@ struct Tables {
 #[derive(Debug)]
 struct Table {
     /// `e^{LΔ/2ᵐ}`, m = 0 … 20.
-    levels: Vec<Operator>,
+    levels: Vec<Operator<'static>>,
     bounds: BoundRows,
     curvature: Vec<f64>,
     duration: f64,
@@ -96,6 +97,21 @@ impl<'m> Dyadic<'m> {
             flight: flight.map(|(g, &class)| table(g, class)).collect(),
         };
         Ok(Self { course, tables })
+    }
+
+    /// Size that the tables of a model would have.
+    ///
+    /// # Errors
+    /// As for [`Dyadic::new`].
+    pub fn size(model: &Model, cells: u32) -> Result<TableSize, DenseError> {
+        let (grid, layout) = (Grid::new(model, cells, Tables::REACH)?, Layout::new(model));
+        let d = layout.dimension();
+        let operators = (grid.classes.len() + grid.flights.len()) * (LEVELS + 1);
+        Ok(TableSize {
+            operators,
+            bytes: operators * numbers_of(d, d) * size_of::<f64>(),
+            cells: grid.cells.len(),
+        })
     }
 
     /// Size of the tables.

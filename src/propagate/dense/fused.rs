@@ -9,10 +9,11 @@
 use super::course::Course;
 use super::exits::{Margin, Sight};
 use super::exponential::{self, bound_row};
+use super::kept::{KeptTables, Reader, TableArray, Writer};
 use super::march::{Exit, Method, Piece, Workspace};
-use super::matrix::{Operator, dot, padded, reach};
+use super::matrix::{Operator, dot, numbers_of, padded, reach};
 use super::spectral::{Conditioning, Scratch as SpectralScratch, Tables as SpectralTables};
-use super::steady::Steady;
+use super::steady::{CycleMap, Steady};
 use super::{DenseError, TableSize};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
@@ -25,26 +26,26 @@ const LONGEST: usize = 8;
 #[derive(Debug)]
 pub struct Fused<'m> {
     course: Course<'m>,
-    tables: Tables,
+    tables: Tables<'m>,
 }
 
 #[derive(Debug)]
-struct Tables {
-    spectral: SpectralTables,
-    runs: Vec<Run>,
+struct Tables<'t> {
+    spectral: SpectralTables<'t>,
+    runs: Vec<Run<'t>>,
     /// Runs that start at a cell, longest first: indices into `runs`.
     starts: Vec<Vec<usize>>,
-    steady: Option<Steady>,
+    steady: Steady<'t>,
 }
 
 /// Cells crossed at once in contact.
 #[derive(Debug)]
-struct Run {
+struct Run<'t> {
     /// Classes of its cells.
     classes: Vec<usize>,
-    map: Operator,
+    map: Operator<'t>,
     /// δ at the ends of its cells.
-    ends: Operator,
+    ends: Operator<'t>,
     /// Bound of δ'' over the run, as a row over sizes, times Δ²/8.
     sag: Vec<f64>,
 }
@@ -59,7 +60,7 @@ pub struct Scratch {
     run: Option<usize>,
 }
 
-impl Run {
+impl<'t> Run<'t> {
     fn new(course: &Course<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
         let (layout, grid) = (&course.layout, &course.grid);
         let d = layout.dimension();
@@ -94,6 +95,30 @@ impl Run {
             sag,
         }
     }
+
+    fn keep(&self, out: &mut Writer) {
+        out.push("run_map", "mixed", self.map.numbers());
+        out.push("run_ends", "mixed", self.ends.numbers());
+        out.push("run_sag", "mixed", &self.sag);
+    }
+
+    fn read(
+        kept: &mut Reader<'t>,
+        course: &Course<'_>,
+        classes: Vec<usize>,
+    ) -> Result<Self, DenseError> {
+        let d = course.layout.dimension();
+        let mut operator = |name, rows| {
+            let numbers = kept.take(name, numbers_of(rows, d))?;
+            Operator::lent(numbers, rows, d).ok_or(DenseError::Kept { name })
+        };
+        Ok(Self {
+            map: operator("run_map", d)?,
+            ends: operator("run_ends", classes.len())?,
+            sag: kept.take("run_sag", course.layout.padded())?.to_vec(),
+            classes,
+        })
+    }
 }
 
 impl<'m> Fused<'m> {
@@ -108,6 +133,35 @@ impl<'m> Fused<'m> {
         Ok(Self { course, tables })
     }
 
+    /// The kernel of a model whose tables, for as many `cells`, are kept. Load and half gap may be
+    /// others than those of the model they were built for.
+    ///
+    /// # Errors
+    /// As for [`Spectral::of_kept`](super::Spectral::of_kept).
+    pub fn of_kept(
+        model: &'m Model,
+        cells: u32,
+        event_limit: u32,
+        kept: &'m dyn KeptTables,
+    ) -> Result<Self, DenseError> {
+        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
+        let mut reader = Reader::new(kept);
+        let tables = Tables::read(&course, &mut reader)?;
+        reader.finish()?;
+        Ok(Self { course, tables })
+    }
+
+    /// The tables as arrays to be kept.
+    pub fn arrays(&self) -> Vec<TableArray> {
+        let mut out = Writer::default();
+        self.tables.spectral.keep(&mut out);
+        for run in &self.tables.runs {
+            run.keep(&mut out);
+        }
+        self.tables.steady.cycle().keep(&mut out);
+        out.finish()
+    }
+
     /// How well every basis behaves, contact first.
     pub fn conditioning(&self) -> Vec<Conditioning> {
         self.tables.spectral.conditioning().collect()
@@ -120,9 +174,9 @@ impl<'m> Fused<'m> {
             .runs
             .iter()
             .flat_map(|run| [&run.map, &run.ends]);
-        let steady = self.tables.steady.iter().map(Steady::map);
+        let cycle = [&self.tables.steady.cycle().map];
         self.course
-            .bytes(self.tables.spectral.operators().chain(runs).chain(steady))
+            .bytes(self.tables.spectral.operators().chain(runs).chain(cycle))
     }
 }
 
@@ -158,45 +212,82 @@ impl Kernel for Fused<'_> {
     }
 }
 
-impl Tables {
+/// Runs that may start at each cell, longest first, as indices into the list of their cells'
+/// classes.
+fn runs(course: &Course<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
+    let grid = &course.grid;
+    let direction = |cell: usize| {
+        let segment = grid.cells[cell].segment;
+        course.model.cycle.segments[segment].direction
+    };
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    let mut starts = vec![Vec::new(); grid.cells.len()];
+    for (start, found) in starts.iter_mut().enumerate() {
+        let mut length = LONGEST;
+        while length > 0 {
+            let end = start + length;
+            let fits = start % length == 0 && end <= grid.cells.len();
+            if fits && (start..end).all(|cell| direction(cell) == direction(start)) {
+                let classes: Vec<usize> = grid.cells[start..end].iter().map(|c| c.class).collect();
+                let known = runs.iter().position(|run| *run == classes);
+                found.push(known.unwrap_or_else(|| {
+                    runs.push(classes);
+                    runs.len() - 1
+                }));
+            }
+            length /= 2;
+        }
+    }
+    (runs, starts)
+}
+
+impl<'t> Tables<'t> {
     fn new(course: &Course<'_>) -> Result<Self, DenseError> {
         let grid = &course.grid;
         let propagators: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
             .map(|(g, class)| exponential::propagator(g, grid.rate, class.duration))
             .collect();
-        let direction = |cell: usize| {
-            let segment = grid.cells[cell].segment;
-            course.model.cycle.segments[segment].direction
-        };
-        let mut runs: Vec<Run> = Vec::new();
-        let mut starts = vec![Vec::new(); grid.cells.len()];
-        for (start, found) in starts.iter_mut().enumerate() {
-            let mut length = LONGEST;
-            while length > 0 {
-                let end = start + length;
-                let fits = start % length == 0 && end <= grid.cells.len();
-                if fits && (start..end).all(|cell| direction(cell) == direction(start)) {
-                    let classes: Vec<usize> =
-                        grid.cells[start..end].iter().map(|c| c.class).collect();
-                    let known = runs.iter().position(|run| run.classes == classes);
-                    found.push(known.unwrap_or_else(|| {
-                        runs.push(Run::new(course, &propagators, &classes));
-                        runs.len() - 1
-                    }));
-                }
-                length /= 2;
-            }
-        }
-        Ok(Self {
-            spectral: SpectralTables::new(course)?,
+        let (lists, starts) = runs(course);
+        let runs = (lists.iter())
+            .map(|classes| Run::new(course, &propagators, classes))
+            .collect();
+        let cycle = CycleMap::new(course, &propagators);
+        let spectral = SpectralTables::new(course)?;
+        Ok(Self::assembled(course, spectral, runs, starts, cycle))
+    }
+
+    fn read(course: &Course<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
+        let spectral = SpectralTables::read(course, kept)?;
+        let (lists, starts) = runs(course);
+        let runs = (lists.into_iter())
+            .map(|classes| Run::read(kept, course, classes))
+            .collect::<Result<_, _>>()?;
+        let cycle = CycleMap::read(course, kept)?;
+        Ok(Self::assembled(course, spectral, runs, starts, cycle))
+    }
+
+    fn assembled(
+        course: &Course<'_>,
+        spectral: SpectralTables<'t>,
+        runs: Vec<Run<'t>>,
+        starts: Vec<Vec<usize>>,
+        cycle: CycleMap<'t>,
+    ) -> Self {
+        let alone = |class: usize| runs.iter().find(|run| run.classes == [class]);
+        let cells: Vec<&Operator<'_>> = (0..course.grid.classes.len())
+            .filter_map(|class| Some(&alone(class)?.map))
+            .collect();
+        let steady = Steady::new(course, cycle, &cells);
+        Self {
+            spectral,
             runs,
             starts,
-            steady: Steady::new(course, &propagators),
-        })
+            steady,
+        }
     }
 }
 
-impl Method for Tables {
+impl Method for Tables<'_> {
     type Scratch = Scratch;
     const REACH: f64 = SpectralTables::REACH;
     const FLIES: bool = SpectralTables::FLIES;
@@ -246,12 +337,9 @@ impl Method for Tables {
                 })
                 .value
         };
-        if piece.cell == 0
-            && let Some(steady) = &self.steady
-            && steady.holds(piece, z)
-        {
+        if piece.cell == 0 && self.steady.holds(piece, z) {
             counters.certified += 1;
-            steady.map().apply(z, &mut scratch.next);
+            self.steady.cycle().map.apply(z, &mut scratch.next);
             counters.matvecs += 1;
             z.copy_from_slice(&scratch.next);
             scratch.run = None;
@@ -284,10 +372,9 @@ impl Method for Tables {
     }
 
     fn follow_run(&self, x: &mut [f64], scratch: &mut Scratch, counters: &mut Counters) {
-        let map = match (scratch.run, &self.steady) {
-            (Some(index), _) => &self.runs[index].map,
-            (None, Some(steady)) => steady.map(),
-            (None, None) => return,
+        let map = match scratch.run {
+            Some(index) => &self.runs[index].map,
+            None => &self.steady.cycle().map,
         };
         map.apply(x, &mut scratch.next);
         x.copy_from_slice(&scratch.next);

@@ -1,13 +1,13 @@
 //! The augmented linear system of one segment in one contact state.
 //!
 //! ```text
-//! z = (x, 1, s, cos θ₁, sin θ₁, …),   z' = L z
+//! z = (x, f, s b, cos θ₁, sin θ₁, …),   z' = L z
 //! ```
 //!
-//! x holds the blocks of the model (first components, then second components), s is the side
-//! of the contact (+1 drive, −1 coast), and a (cos, sin) pair per harmonic of torque ripple and
-//! transmission error carries its phase. With s a coordinate of its own both flanks share one
-//! operator. Tangent vectors are states whose carried entries are zero.
+//! x holds the blocks of the model (first components, then second components), f is the load, s
+//! the side of the contact (+1 drive, −1 coast), b the half gap, and a (cos, sin) pair per
+//! harmonic of torque ripple and transmission error carries its phase. With f and s b as
+//! coordinates one operator serves both flanks, every load and every gap. Tangent vectors are states whose carried entries are zero.
 
 use super::matrix::{add_scaled, blocks_and_inputs, dot, padded};
 use crate::model::{MeshGain, Model, Segment};
@@ -34,12 +34,12 @@ impl Layout {
         }
     }
 
-    /// Place of the constant 1; the side follows it.
+    /// Place of the load f; s b follows it.
     pub fn constant(&self) -> usize {
         2 * self.modes
     }
 
-    /// Place of the side s.
+    /// Place of s b.
     pub fn side(&self) -> usize {
         2 * self.modes + 1
     }
@@ -66,7 +66,7 @@ pub struct Generator {
     layout: Layout,
     /// Entries 11, 12, 21, 22 of all blocks.
     blocks: [Vec<f64>; 4],
-    /// Input of the constant 1, length 2N.
+    /// Input of the rated load, length 2N.
     constant: Vec<f64>,
     /// Input of the cosine of every ripple, length 2N each.
     ripples: Vec<Vec<f64>>,
@@ -112,7 +112,7 @@ impl Generator {
             let (k, c) = (segment.stiffness.mean(), segment.damping);
             let both = deflection.iter().zip(&rate);
             let mut row: Vec<f64> = both.map(|(d, r)| k * d + c * r).collect();
-            row[layout.side()] = -k * model.half_gap;
+            row[layout.side()] = -k;
             row
         });
         let errors = model.transmission_error.iter();
@@ -122,7 +122,7 @@ impl Generator {
                 let entries = model.blocks.iter().map(|b| b.generator[entry / 2][entry % 2]);
                 entries.collect()
             }),
-            constant: split(&|i| model.blocks[i].static_input),
+            constant: split(&|i| model.rated_input[i]),
             ripples: (model.ripple.iter())
                 .map(|ripple| split(&|i| ripple.input[i]))
                 .collect(),
@@ -152,11 +152,11 @@ impl Generator {
     pub fn apply(&self, z: &[f64], out: &mut [f64]) {
         let n = self.layout.modes;
         let force = self.force.as_ref().map_or(0.0, |row| dot(row, z));
-        let one = z[self.layout.constant()];
+        let load = z[self.layout.constant()];
         blocks_and_inputs(
             self.blocks.each_ref().map(Vec::as_slice),
             &z[..2 * n],
-            [(-force, &self.mesh_input), (one, &self.constant)],
+            [(-force, &self.mesh_input), (load, &self.constant)],
             &mut out[..2 * n],
         );
         out[2 * n..].fill(0.0);

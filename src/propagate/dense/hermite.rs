@@ -42,9 +42,9 @@ struct Tables {
 #[derive(Debug)]
 struct Table {
     /// `e^{LΔj/8}`, j = 1 … 8.
-    nodes: Vec<Operator>,
+    nodes: Vec<Operator<'static>>,
     /// δ, δ', δ'' at the nodes.
-    guards: Operator,
+    guards: Operator<'static>,
     bounds: BoundRows,
     curvature: Vec<f64>,
     duration: f64,
