@@ -110,47 +110,52 @@ pub fn work_precision() -> Value {
     assert!(exact.crossings.is_empty(), "leaves contact");
     let norm = EnergyNorm::new(&model);
     let error = |state: &[f64]| norm.length(&exact.difference(state)) / norm.unit();
-    let mut samples = Vec::new();
     let names = ["stepping", "spectral", "fused", "volterra"];
     let kernels = kernels(&model, &names);
-    for (name, _, kernel) in &kernels {
-        let once = || {
-            black_box(kernel.go(black_box(&start), SOLVED));
-        };
-        let spell = race(&mut [Contender::new(once)])[0];
-        let end = kernel.go(&start, SOLVED).0;
-        samples.push(json!({ "solver": name, "ns": spell.median, "error": error(&end.state) }));
-    }
     let mut jumps = PowerJumps::new(&model, SOLVED).expect("tables");
     let mut end = start.clone();
     jumps.jump(&mut end, SOLVED);
-    let spell = race(&mut [Contender::new(|| {
+    let jumped = error(&end.state);
+    let mut records = Vec::new();
+    let mut contenders = Vec::new();
+    for (name, _, kernel) in &kernels {
+        let end = kernel.go(&start, SOLVED).0;
+        records.push(json!({ "solver": name, "error": error(&end.state) }));
+        let start = &start;
+        contenders.push(Contender::new(move || {
+            black_box(kernel.go(black_box(start), SOLVED));
+        }));
+    }
+    records.push(json!({ "solver": "jump", "error": jumped }));
+    contenders.push(Contender::new(|| {
         let mut on = start.clone();
         jumps.jump(black_box(&mut on), SOLVED);
-    })])[0];
-    samples.push(json!({ "solver": "jump", "ns": spell.median, "error": error(&end.state) }));
-    for exponent in 3..=13 {
-        let tolerance = 10f64.powi(-exponent);
-        let scale = scale(&norm);
+    }));
+    let scale = scale(&norm);
+    for tolerance in (3..=13).map(|exponent| 10f64.powi(-exponent)) {
         let solvers: [(&str, Box<dyn Adaptive>); 2] = [
             ("Dormand-Prince 5(4)", Box::new(RungeKutta::new(&scale, tolerance))),
             ("extrapolation, order 14", Box::new(Extrapolation::new(&scale, tolerance))),
         ];
         for (name, mut solver) in solvers {
-            let mut solve = || solver.contact(&model, &start, SOLVED);
-            let (state, evaluations) = solve();
-            let spell = race(&mut [Contender::new(|| {
-                black_box(solve());
-            })])[0];
-            samples.push(json!({
+            let (state, evaluations) = solver.contact(&model, &start, SOLVED);
+            records.push(json!({
                 "solver": name,
                 "tolerance": tolerance,
-                "ns": spell.median,
                 "error": error(&state),
                 "evaluations": evaluations,
             }));
+            let (model, start) = (&model, &start);
+            contenders.push(Contender::new(move || {
+                black_box(solver.contact(model, start, SOLVED));
+            }));
         }
     }
+    let spells = race(&mut contenders);
+    for (record, spell) in records.iter_mut().zip(spells) {
+        record["ns"] = json!(spell.median);
+    }
+    let samples = Value::Array(records);
     json!({ "cycles": SOLVED, "period": model.period(), "modes": 40, "samples": samples })
 }
 

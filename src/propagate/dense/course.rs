@@ -8,7 +8,7 @@ use crate::model::{Contact, Model, Surface};
 
 /// What all table kernels know of their model.
 #[derive(Debug)]
-pub(super) struct Course<'m> {
+pub struct Course<'m> {
     pub model: &'m Model,
     pub layout: Layout,
     pub grid: Grid,
@@ -25,7 +25,7 @@ pub(super) struct Course<'m> {
 
 /// Where a piece starts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
+pub struct Clock {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the cycle \[s\].

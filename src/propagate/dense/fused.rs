@@ -9,28 +9,26 @@
 use super::course::Course;
 use super::exits::{Margin, Sight};
 use super::exponential::{self, bound_row};
+use super::kernel::Dense;
 use super::kept::{KeptTables, Reader, TableArray, Writer};
-use super::march::{Exit, Method, Piece, Workspace};
+use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, numbers_of, padded, reach};
 use super::spectral::{Conditioning, Scratch as SpectralScratch, Tables as SpectralTables};
 use super::steady::{CycleMap, Steady};
-use super::{DenseError, TableSize};
-use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use super::DenseError;
+use crate::model::Model;
+use crate::propagate::Counters;
 use faer::Mat;
 
 /// Longest run, in cells.
 const LONGEST: usize = 8;
 
 /// The kernel of fused runs for one model.
-#[derive(Debug)]
-pub struct Fused<'m> {
-    course: Course<'m>,
-    tables: Tables<'m>,
-}
+pub type Fused<'m> = Dense<'m, Tables<'m>>;
 
+/// Its tables.
 #[derive(Debug)]
-struct Tables<'t> {
+pub struct Tables<'t> {
     spectral: SpectralTables<'t>,
     runs: Vec<Run<'t>>,
     /// Runs that start at a cell, longest first: indices into `runs`.
@@ -61,10 +59,11 @@ pub struct Scratch {
 }
 
 impl<'t> Run<'t> {
+    /// The run of cells whose propagators less the identity these are, by class.
     fn new(course: &Course<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
         let (layout, grid) = (&course.layout, &course.grid);
         let d = layout.dimension();
-        let mut map = Mat::<f64>::identity(d, d);
+        let mut map = Mat::<f64>::zeros(d, d);
         let mut ends = Mat::<f64>::zeros(classes.len(), d);
         let mut sag = vec![0.0f64; layout.padded()];
         for (i, &class) in classes.iter().enumerate() {
@@ -77,20 +76,21 @@ impl<'t> Run<'t> {
                 grid.rate,
                 duration,
                 &curvature,
-                Some(map.as_ref()),
+                Some(exponential::plus_one(map.clone()).as_ref()),
                 &mut bound,
             );
             for (sag, bound) in sag.iter_mut().zip(&bound) {
                 *sag = sag.max(0.125 * duration * duration * bound);
             }
-            map = &cells[class] * &map;
+            map = exponential::after(&cells[class], &map);
             for j in 0..d {
-                ends[(i, j)] = (0..d).map(|k| generator.deflection[k] * map[(k, j)]).sum();
+                let moved = (0..d).map(|k| generator.deflection[k] * map[(k, j)]);
+                ends[(i, j)] = generator.deflection[j] + moved.sum::<f64>();
             }
         }
         Self {
             classes: classes.to_vec(),
-            map: Operator::new(map.as_ref()),
+            map: Operator::new(exponential::plus_one(map).as_ref()),
             ends: Operator::new(ends.as_ref()),
             sag,
         }
@@ -166,50 +166,6 @@ impl<'m> Fused<'m> {
     pub fn conditioning(&self) -> Vec<Conditioning> {
         self.tables.spectral.conditioning().collect()
     }
-
-    /// Size of the tables.
-    pub fn bytes(&self) -> TableSize {
-        let runs = self
-            .tables
-            .runs
-            .iter()
-            .flat_map(|run| [&run.map, &run.ends]);
-        let cycle = [&self.tables.steady.cycle().map];
-        self.course
-            .bytes(self.tables.spectral.operators().chain(runs).chain(cycle))
-    }
-}
-
-impl Kernel for Fused<'_> {
-    type Workspace = Workspace<Scratch>;
-
-    fn workspace(&self) -> Self::Workspace {
-        let state = self.course.layout.padded();
-        self.course.workspace(Scratch {
-            spectral: self.tables.spectral.scratch(),
-            ends: vec![0.0; padded(LONGEST)],
-            next: vec![0.0; state],
-            run: None,
-        })
-    }
-
-    fn march<O: Observer>(
-        &self,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut Self::Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        self.course.march(
-            &self.tables,
-            trajectory,
-            tangents,
-            workspace,
-            observer,
-            counters,
-        )
-    }
 }
 
 /// Runs that may start at each cell, longest first, as indices into the list of their cells'
@@ -244,14 +200,14 @@ fn runs(course: &Course<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
 impl<'t> Tables<'t> {
     fn new(course: &Course<'_>) -> Result<Self, DenseError> {
         let grid = &course.grid;
-        let propagators: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
-            .map(|(g, class)| exponential::propagator(g, grid.rate, class.duration))
+        let increments: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
+            .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
         let (lists, starts) = runs(course);
         let runs = (lists.iter())
-            .map(|classes| Run::new(course, &propagators, classes))
+            .map(|classes| Run::new(course, &increments, classes))
             .collect();
-        let cycle = CycleMap::new(course, &propagators);
+        let cycle = CycleMap::new(course, &increments);
         let spectral = SpectralTables::new(course)?;
         Ok(Self::assembled(course, spectral, runs, starts, cycle))
     }
@@ -291,6 +247,21 @@ impl Method for Tables<'_> {
     type Scratch = Scratch;
     const REACH: f64 = SpectralTables::REACH;
     const FLIES: bool = SpectralTables::FLIES;
+
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        let runs = self.runs.iter().flat_map(|run| [&run.map, &run.ends]);
+        let spectral = self.spectral.operators();
+        spectral.chain(runs).chain([&self.steady.cycle().map])
+    }
+
+    fn scratch(&self, course: &Course<'_>) -> Scratch {
+        Scratch {
+            spectral: self.spectral.scratch(course),
+            ends: vec![0.0; padded(LONGEST)],
+            next: vec![0.0; course.layout.padded()],
+            run: None,
+        }
+    }
 
     fn pass(
         &self,

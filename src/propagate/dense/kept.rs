@@ -35,7 +35,7 @@ impl KeptTables for [TableArray] {
 
 /// Collects arrays.
 #[derive(Debug, Default)]
-pub(super) struct Writer(Vec<TableArray>);
+pub struct Writer(Vec<TableArray>);
 
 impl Writer {
     /// Appends to the array of a name.
@@ -56,7 +56,7 @@ impl Writer {
 }
 
 /// Takes arrays apart in the order in which they were written.
-pub(super) struct Reader<'t> {
+pub struct Reader<'t> {
     kept: &'t dyn KeptTables,
     /// What is left of the arrays begun.
     rests: Vec<(&'static str, &'t [f64])>,

@@ -26,6 +26,7 @@ mod grid;
 mod hermite;
 mod jumps;
 mod kept;
+mod kernel;
 mod march;
 mod matrix;
 mod series;

@@ -8,25 +8,23 @@
 use super::basis::POWERS;
 use super::course::Course;
 use super::exits::{Bounds, Margin, Sight};
+use super::generator::Generator;
+use super::kernel::{Dense, Stock};
 use super::kept::{KeptTables, Reader, TableArray, Writer};
-use super::march::{Exit, Method, Piece, Workspace};
+use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, padded};
 use super::series::locate;
 use super::spectral_table::{Factors, Guard, Table};
 use super::waves;
-use super::{DenseError, TableSize};
-use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use super::DenseError;
+use crate::model::Model;
+use crate::propagate::Counters;
 
 /// Round-off of a wave, in units of its size.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 /// The spectral kernel for one model.
-#[derive(Debug)]
-pub struct Spectral<'m> {
-    course: Course<'m>,
-    tables: Tables<'m>,
-}
+pub type Spectral<'m> = Dense<'m, Tables<'m>>;
 
 /// How well one basis behaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,11 +41,9 @@ pub struct Conditioning {
     pub reconstruction: f64,
 }
 
+/// Its tables.
 #[derive(Debug)]
-pub(super) struct Tables<'t> {
-    contact: Vec<Table<'t>>,
-    flight: Vec<Table<'t>>,
-}
+pub struct Tables<'t>(Stock<Table<'t>>);
 
 /// Scratch memory.
 #[derive(Debug)]
@@ -114,107 +110,29 @@ impl<'m> Spectral<'m> {
     pub fn conditioning(&self) -> Vec<Conditioning> {
         self.tables.conditioning().collect()
     }
-
-    /// Size of the tables.
-    pub fn bytes(&self) -> TableSize {
-        self.course.bytes(self.tables.operators())
-    }
-}
-
-impl Kernel for Spectral<'_> {
-    type Workspace = Workspace<Scratch>;
-
-    fn workspace(&self) -> Self::Workspace {
-        self.course.workspace(self.tables.scratch())
-    }
-
-    fn march<O: Observer>(
-        &self,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut Self::Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        self.course.march(
-            &self.tables,
-            trajectory,
-            tangents,
-            workspace,
-            observer,
-            counters,
-        )
-    }
 }
 
 impl<'t> Tables<'t> {
     pub fn new(course: &Course<'_>) -> Result<Self, DenseError> {
-        let contact = course.contact.iter().enumerate();
-        let flight = course.flight.iter().zip(&course.grid.flights);
-        Ok(Self {
-            contact: contact
-                .map(|(class, g)| Table::new(g, course, class, true))
-                .collect::<Result<_, _>>()?,
-            flight: flight
-                .map(|(g, &class)| Table::new(g, course, class, false))
-                .collect::<Result<_, _>>()?,
-        })
+        let make = |g: &Generator, class, touching| Table::new(g, course, class, touching);
+        Ok(Self(Stock::new(course, make)?))
     }
 
     /// Those handed over by [`keep`](Self::keep).
     pub fn read(course: &Course<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
-        let contact = course.contact.iter().enumerate();
-        let flight = course.flight.iter().zip(&course.grid.flights);
-        Ok(Self {
-            contact: contact
-                .map(|(class, g)| Table::read(kept, g, course, class, true))
-                .collect::<Result<_, _>>()?,
-            flight: flight
-                .map(|(g, &class)| Table::read(kept, g, course, class, false))
-                .collect::<Result<_, _>>()?,
-        })
+        let read = |g: &Generator, class, touching| Table::read(kept, g, course, class, touching);
+        Ok(Self(Stock::new(course, read)?))
     }
 
     /// Hands all numbers over, contact first.
     pub fn keep(&self, out: &mut Writer) {
-        for table in self.all() {
+        for table in self.0.all() {
             table.keep(out);
         }
     }
 
-    fn all(&self) -> impl Iterator<Item = &Table<'t>> {
-        self.contact.iter().chain(&self.flight)
-    }
-
     pub fn conditioning(&self) -> impl Iterator<Item = Conditioning> {
-        self.all().map(|table| table.conditioning)
-    }
-
-    pub fn operators(&self) -> impl Iterator<Item = &Operator<'t>> {
-        self.all().flat_map(|table| [&table.inverse, &table.matrix])
-    }
-
-    pub fn scratch(&self) -> Scratch {
-        let most = |size: fn(&Table<'_>) -> usize| self.all().map(size).max().unwrap_or(0);
-        let (lanes, slow) = (most(|table| table.alpha.len()), most(|table| table.slow));
-        Scratch {
-            y: vec![0.0; padded(2 * lanes + slow)],
-            amplitudes: [vec![0.0; lanes], vec![0.0; lanes]],
-            slow: vec![0.0; slow],
-            factors: Factors::new(lanes, slow),
-            prepared: None,
-        }
-    }
-
-    fn table(&self, course: &Course<'_>, piece: &Piece) -> (&Table<'t>, (bool, usize)) {
-        let class = course.grid.cells[piece.cell].class;
-        match piece.contact.touching() {
-            true => (&self.contact[class], (true, class)),
-            false => {
-                let flight = course.grid.classes[class].flight;
-                (&self.flight[flight], (false, flight))
-            }
-        }
+        self.0.all().map(|table| table.conditioning)
     }
 
     /// Moves `scratch.y` over the first `time` of a piece and writes the state.
@@ -227,7 +145,7 @@ impl<'t> Tables<'t> {
         scratch: &mut Scratch,
         counters: &mut Counters,
     ) {
-        let (table, key) = self.table(course, piece);
+        let (table, key) = self.0.of(course, piece);
         let Scratch {
             y,
             slow,
@@ -254,6 +172,22 @@ impl Method for Tables<'_> {
     const REACH: f64 = 8.0;
     const FLIES: bool = true;
 
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        (self.0.all()).flat_map(|table| [&table.inverse, &table.matrix])
+    }
+
+    fn scratch(&self, _: &Course<'_>) -> Scratch {
+        let most = |size: fn(&Table<'_>) -> usize| self.0.all().map(size).max().unwrap_or(0);
+        let (lanes, slow) = (most(|table| table.alpha.len()), most(|table| table.slow));
+        Scratch {
+            y: vec![0.0; padded(2 * lanes + slow)],
+            amplitudes: [vec![0.0; lanes], vec![0.0; lanes]],
+            slow: vec![0.0; slow],
+            factors: Factors::new(lanes, slow),
+            prepared: None,
+        }
+    }
+
     fn pass(
         &self,
         course: &Course<'_>,
@@ -262,7 +196,7 @@ impl Method for Tables<'_> {
         scratch: &mut Scratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let (table, _) = self.table(course, piece);
+        let (table, _) = self.0.of(course, piece);
         let generator = course.generator(piece.cell, piece.contact);
         let lanes = table.alpha.len();
         table.inverse.apply(z, &mut scratch.y);
@@ -348,7 +282,7 @@ impl Method for Tables<'_> {
         scratch: &mut Scratch,
         counters: &mut Counters,
     ) {
-        let (table, _) = self.table(course, piece);
+        let (table, _) = self.0.of(course, piece);
         table.inverse.apply(x, &mut scratch.y);
         counters.matvecs += 1;
         self.back(course, piece, time, x, scratch, counters);

@@ -14,7 +14,7 @@ use faer::Mat;
 
 /// One basis, ready for use.
 #[derive(Debug)]
-pub(super) struct Table<'t> {
+pub struct Table<'t> {
     /// W⁻¹ and W.
     pub inverse: Operator<'t>,
     pub matrix: Operator<'t>,
@@ -41,7 +41,7 @@ pub(super) struct Table<'t> {
 
 /// What moves spectral coordinates over a time.
 #[derive(Debug, Clone)]
-pub(super) struct Factors {
+pub struct Factors {
     pub time: f64,
     cosine: Vec<f64>,
     sine: Vec<f64>,

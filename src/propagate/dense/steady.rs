@@ -3,7 +3,7 @@
 use super::DenseError;
 use super::course::Course;
 use super::exits::{Margin, Sight};
-use super::exponential::bound_row;
+use super::exponential::{self, bound_row};
 use super::kept::{Reader, Writer};
 use super::march::Piece;
 use super::matrix::{Operator, dot, numbers_of};
@@ -21,24 +21,25 @@ pub(super) struct CycleMap<'t> {
 }
 
 impl<'t> CycleMap<'t> {
-    /// The map of the cycle whose cells have these propagators, by class.
-    pub fn new(course: &Course<'_>, propagators: &[Mat<f64>]) -> Self {
+    /// The map of the cycle whose cells have these propagators less the identity, by class.
+    pub fn new(course: &Course<'_>, increments: &[Mat<f64>]) -> Self {
         let (layout, grid) = (&course.layout, &course.grid);
         let d = layout.dimension();
         let mut reach = vec![0.0; layout.padded()];
-        let mut before = Mat::<f64>::identity(d, d);
+        let mut before = Mat::<f64>::zeros(d, d);
         for cell in &grid.cells {
             let generator = &course.contact[cell.class];
             let duration = grid.classes[cell.class].duration;
-            let (row, through) = (&generator.deflection, Some(before.as_ref()));
+            let through = exponential::plus_one(before.clone());
+            let (row, through) = (&generator.deflection, Some(through.as_ref()));
             bound_row(generator, grid.rate, duration, row, through, &mut reach);
-            before = &propagators[cell.class] * &before;
+            before = exponential::after(&increments[cell.class], &before);
         }
         // The difference of two states in one contact has neither load nor side.
         reach[layout.constant()] = 0.0;
         reach[layout.side()] = 0.0;
         Self {
-            map: Operator::new(before.as_ref()),
+            map: Operator::new(exponential::plus_one(before).as_ref()),
             reach,
         }
     }
@@ -150,12 +151,12 @@ impl Flank {
     }
 }
 
-/// The map of a cycle in contact, as a matrix.
-pub fn cycle(course: &Course<'_>, propagators: &[Mat<f64>]) -> Mat<f64> {
+/// The map of a cycle in contact less the identity, of the cells' own, by class.
+pub fn cycle(course: &Course<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
     let d = course.layout.dimension();
-    let mut map = Mat::<f64>::identity(d, d);
+    let mut map = Mat::<f64>::zeros(d, d);
     for cell in &course.grid.cells {
-        map = &propagators[cell.class] * &map;
+        map = exponential::after(&increments[cell.class], &map);
     }
     map
 }
