@@ -8,7 +8,7 @@ mod common;
 mod place;
 
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{DenseError, Dyadic, Fused, Kernel, KeptTables, Spectral};
+use atlas::propagate::{DenseError, Dyadic, Fused, Kernel, Spectral};
 use atlas::store::{KeptKernel, OperatorFetchError, Origin, TableStore};
 use atlas::sweep::KernelTables;
 use common::Case;
@@ -56,7 +56,10 @@ fn a_kept_table_marches_the_bits_of_a_new_one() {
             let (new, kept) = match kernel {
                 KeptKernel::Spectral => (
                     bits(&Spectral::new(&used, CELLS, 99, None).unwrap(), &start),
-                    bits(&Spectral::of_kept(&used, CELLS, 99, None, table).unwrap(), &start),
+                    bits(
+                        &Spectral::of_kept(&used, CELLS, 99, None, table).unwrap(),
+                        &start,
+                    ),
                 ),
                 KeptKernel::Fused => (
                     bits(&Fused::new(&used, CELLS, 99).unwrap(), &start),
@@ -107,7 +110,11 @@ fn a_damaged_table_is_computed_anew() {
     let folder = tempfile::tempdir().unwrap();
     let store = TableStore::open(folder.path());
     let model = common::model(&common::two_modes());
-    let fetch = || store.kernel_tables(KeptKernel::Fused, &model, CELLS).unwrap();
+    let fetch = || {
+        store
+            .kernel_tables(KeptKernel::Fused, &model, CELLS)
+            .unwrap()
+    };
     assert_eq!(fetch().origin, Origin::Built);
     let file = store.kernel_tables_path(KeptKernel::Fused, &model, CELLS);
     let whole = fs::read(&file).unwrap();
@@ -119,7 +126,10 @@ fn a_damaged_table_is_computed_anew() {
         let fetched = fetch();
         assert_eq!(fetched.origin, Origin::Built, "byte {place}");
         let told = fetched.warnings[0].to_string();
-        assert!(fetched.warnings.len() == 1 && told.lines().count() == 1, "{told}");
+        assert!(
+            fetched.warnings.len() == 1 && told.lines().count() == 1,
+            "{told}"
+        );
         assert!(told.ends_with(": it is computed anew"), "{told}");
         assert_eq!(fs::read(&file).unwrap(), whole);
     }
@@ -128,11 +138,17 @@ fn a_damaged_table_is_computed_anew() {
 /// Tables of another drive, and arrays that were cut, are refused by name.
 #[test]
 fn tables_of_another_model_are_refused() {
-    let (two, six) = (common::model(&common::two_modes()), common::model(&common::six_modes()));
+    let (two, six) = (
+        common::model(&common::two_modes()),
+        common::model(&common::six_modes()),
+    );
     let arrays = Fused::new(&two, CELLS, 9).unwrap().arrays();
-    assert!(Fused::of_kept(&two, CELLS, 9, &Lent(&arrays)).is_ok());
-    let refused = Fused::of_kept(&six, CELLS, 9, &Lent(&arrays)).map(|_| ());
-    assert!(matches!(refused, Err(DenseError::Kept { .. })), "{refused:?}");
+    assert!(Fused::of_kept(&two, CELLS, 9, &arrays).is_ok());
+    let refused = Fused::of_kept(&six, CELLS, 9, &arrays).map(|_| ());
+    assert!(
+        matches!(refused, Err(DenseError::Kept { .. })),
+        "{refused:?}"
+    );
     for (index, array) in arrays.iter().enumerate() {
         // Said about a basis, not used by it.
         if array.name == "touching" {
@@ -144,17 +160,9 @@ fn tables_of_another_model_are_refused() {
                 -1 => drop(other[index].values.pop()),
                 _ => other[index].values.push(0.0),
             }
-            let refused = Fused::of_kept(&two, CELLS, 9, &Lent(&other)).map(|_| ());
+            let refused = Fused::of_kept(&two, CELLS, 9, &other).map(|_| ());
             assert_eq!(refused, Err(DenseError::Kept { name: array.name }));
         }
-    }
-}
-
-struct Lent<'t>(&'t [atlas::propagate::TableArray]);
-
-impl KeptTables for Lent<'_> {
-    fn numbers(&self, name: &str) -> Option<&[f64]> {
-        self.0.numbers(name)
     }
 }
 
@@ -252,14 +260,29 @@ fn a_run_keeps_a_table_a_speed_and_finds_it_again() {
     let show = place.atlas(&["table", "show", &key]);
     assert_eq!(status(&show), 0, "{}", stderr(&show));
     let text = stdout(&show);
-    for said in ["dyadic tables of the same model", "condition", "rebuilt to", "bases"] {
+    for said in [
+        "dyadic tables of the same model",
+        "condition",
+        "rebuilt to",
+        "bases",
+    ] {
         assert!(text.contains(said), "{text}");
     }
     let json: Value =
         serde_json::from_str(&stdout(&place.atlas(&["table", "show", &key, "--json"]))).unwrap();
     let operators = &json["operators"];
-    assert!(operators["reconstruction"][0].as_f64().unwrap() < 1e-10, "{json:#}");
-    assert!(operators["dyadic_bytes"].as_u64() > operators["bytes"].as_u64(), "{json:#}");
+    assert!(
+        operators["reconstruction"][0].as_f64().unwrap() < 1e-10,
+        "{json:#}"
+    );
+    assert!(
+        operators["dyadic_bytes"].as_u64() > operators["bytes"].as_u64(),
+        "{json:#}"
+    );
     let clean = place.atlas(&["table", "clean", "--all"]);
-    assert!(stdout(&clean).contains("3 tables removed"), "{}", stdout(&clean));
+    assert!(
+        stdout(&clean).contains("3 tables removed"),
+        "{}",
+        stdout(&clean)
+    );
 }

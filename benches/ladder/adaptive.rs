@@ -22,7 +22,11 @@ pub trait Adaptive {
                 let segment = &cycle.segments[from];
                 // Equal neighbours are one stretch.
                 let mut to = from + 1;
-                while cycle.segments.get(to).is_some_and(|s| s.stiffness == segment.stiffness) {
+                while cycle
+                    .segments
+                    .get(to)
+                    .is_some_and(|s| s.stiffness == segment.stiffness)
+                {
                     to += 1;
                 }
                 field.switch(start.contact, segment.stiffness.mean(), segment.damping);
@@ -68,7 +72,11 @@ impl Control {
         let good = error <= 1.0;
         let next = h * if good { growth } else { growth.min(0.9) };
         // A step cut by a breakpoint says nothing against the one before it.
-        self.step = if good && cut { self.step.max(next) } else { next };
+        self.step = if good && cut {
+            self.step.max(next)
+        } else {
+            next
+        };
         good
     }
 }
@@ -107,9 +115,27 @@ const ROWS: [&[f64]; 7] = [
     &[1.0 / 5.0],
     &[3.0 / 40.0, 9.0 / 40.0],
     &[44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0],
-    &[19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0],
-    &[9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0],
-    &[35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+    &[
+        19372.0 / 6561.0,
+        -25360.0 / 2187.0,
+        64448.0 / 6561.0,
+        -212.0 / 729.0,
+    ],
+    &[
+        9017.0 / 3168.0,
+        -355.0 / 33.0,
+        46732.0 / 5247.0,
+        49.0 / 176.0,
+        -5103.0 / 18656.0,
+    ],
+    &[
+        35.0 / 384.0,
+        0.0,
+        500.0 / 1113.0,
+        125.0 / 192.0,
+        -2187.0 / 6784.0,
+        11.0 / 84.0,
+    ],
 ];
 const ERROR: [f64; 7] = [
     71.0 / 57600.0,
@@ -135,21 +161,26 @@ impl RungeKutta {
 impl Adaptive for RungeKutta {
     fn stretch(&mut self, field: &Field, start: f64, end: f64, state: &mut [f64]) {
         let (slopes, stage) = (&mut self.slopes, &mut self.stage);
-        integrate(&mut self.control, [start, end], state, |time, h, state, next, error| {
-            for i in 0..7 {
-                stage.copy_from_slice(state);
-                for (slope, a) in slopes.iter().zip(ROWS[i]) {
-                    add_scaled(stage, h * a, slope);
+        integrate(
+            &mut self.control,
+            [start, end],
+            state,
+            |time, h, state, next, error| {
+                for i in 0..7 {
+                    stage.copy_from_slice(state);
+                    for (slope, a) in slopes.iter().zip(ROWS[i]) {
+                        add_scaled(stage, h * a, slope);
+                    }
+                    field.derivative(time + NODES[i] * h, stage, &mut slopes[i]);
                 }
-                field.derivative(time + NODES[i] * h, stage, &mut slopes[i]);
-            }
-            // The last stage is the solution.
-            next.copy_from_slice(stage);
-            error.fill(0.0);
-            for (slope, e) in slopes.iter().zip(ERROR) {
-                add_scaled(error, h * e, slope);
-            }
-        });
+                // The last stage is the solution.
+                next.copy_from_slice(stage);
+                error.fill(0.0);
+                for (slope, e) in slopes.iter().zip(ERROR) {
+                    add_scaled(error, h * e, slope);
+                }
+            },
+        );
     }
 }
 
@@ -178,37 +209,42 @@ impl Extrapolation {
 impl Adaptive for Extrapolation {
     fn stretch(&mut self, field: &Field, start: f64, end: f64, state: &mut [f64]) {
         let (table, [before, now, slope]) = (&mut self.table, &mut self.room);
-        integrate(&mut self.control, [start, end], state, |time, h, state, next, error| {
-            for row in 0..COLUMNS {
-                let count = 2 * (row + 1);
-                let part = h / count as f64;
-                before.copy_from_slice(state);
-                now.copy_from_slice(state);
-                field.derivative(time, state, slope);
-                add_scaled(now, part, slope);
-                for i in 1..count {
-                    field.derivative(time + i as f64 * part, now, slope);
-                    add_scaled(before, 2.0 * part, slope);
-                    std::mem::swap(before, now);
-                }
-                // Row by row, entry k of the table becomes column k of this row.
-                let mut fresh = now.clone();
-                for column in 0..row {
-                    let ratio = (count as f64 / (2 * (row - column)) as f64).powi(2);
-                    for (fresh, old) in fresh.iter_mut().zip(&mut table[column]) {
-                        let better = *fresh + (*fresh - *old) / (ratio - 1.0);
-                        *old = *fresh;
-                        *fresh = better;
+        integrate(
+            &mut self.control,
+            [start, end],
+            state,
+            |time, h, state, next, error| {
+                for row in 0..COLUMNS {
+                    let count = 2 * (row + 1);
+                    let part = h / count as f64;
+                    before.copy_from_slice(state);
+                    now.copy_from_slice(state);
+                    field.derivative(time, state, slope);
+                    add_scaled(now, part, slope);
+                    for i in 1..count {
+                        field.derivative(time + i as f64 * part, now, slope);
+                        add_scaled(before, 2.0 * part, slope);
+                        std::mem::swap(before, now);
                     }
+                    // Row by row, entry k of the table becomes column k of this row.
+                    let mut fresh = now.clone();
+                    for column in 0..row {
+                        let ratio = (count as f64 / (2 * (row - column)) as f64).powi(2);
+                        for (fresh, old) in fresh.iter_mut().zip(&mut table[column]) {
+                            let better = *fresh + (*fresh - *old) / (ratio - 1.0);
+                            *old = *fresh;
+                            *fresh = better;
+                        }
+                    }
+                    table[row] = fresh;
                 }
-                table[row] = fresh;
-            }
-            next.copy_from_slice(&table[COLUMNS - 1]);
-            let last_but_one = &table[COLUMNS - 2];
-            for ((error, a), b) in error.iter_mut().zip(next.iter()).zip(last_but_one) {
-                *error = a - b;
-            }
-        });
+                next.copy_from_slice(&table[COLUMNS - 1]);
+                let last_but_one = &table[COLUMNS - 2];
+                for ((error, a), b) in error.iter_mut().zip(next.iter()).zip(last_but_one) {
+                    *error = a - b;
+                }
+            },
+        );
     }
 }
 

@@ -83,7 +83,10 @@ fn jump(model: &Model, start: &TrajectoryState) -> Value {
     let mut jumps = PowerJumps::new(model, JUMP).expect("tables");
     let mut jumped = start.clone();
     let products = jumps.jump(&mut jumped, JUMP);
-    let marched = Fused::new(model, CELLS, LIMIT).expect("tables").go(start, JUMP).0;
+    let marched = Fused::new(model, CELLS, LIMIT)
+        .expect("tables")
+        .go(start, JUMP)
+        .0;
     let [a, b] = [&jumped, &marched].map(|end| felt(model, &end.state));
     let mut on = start.clone();
     let spell = race(&mut [Contender::new(|| {
@@ -106,7 +109,9 @@ pub fn work_precision() -> Value {
     for x in &mut start.state {
         *x *= 1.0 + 1e-2;
     }
-    let exact = Extended::new(&model).march(&start, SOLVED).expect("no event");
+    let exact = Extended::new(&model)
+        .march(&start, SOLVED)
+        .expect("no event");
     assert!(exact.crossings.is_empty(), "leaves contact");
     let norm = EnergyNorm::new(&model);
     let error = |state: &[f64]| norm.length(&exact.difference(state)) / norm.unit();
@@ -134,8 +139,14 @@ pub fn work_precision() -> Value {
     let scale = scale(&norm);
     for tolerance in (3..=13).map(|exponent| 10f64.powi(-exponent)) {
         let solvers: [(&str, Box<dyn Adaptive>); 2] = [
-            ("Dormand-Prince 5(4)", Box::new(RungeKutta::new(&scale, tolerance))),
-            ("extrapolation, order 14", Box::new(Extrapolation::new(&scale, tolerance))),
+            (
+                "Dormand-Prince 5(4)",
+                Box::new(RungeKutta::new(&scale, tolerance)),
+            ),
+            (
+                "extrapolation, order 14",
+                Box::new(Extrapolation::new(&scale, tolerance)),
+            ),
         ];
         for (name, mut solver) in solvers {
             let (state, evaluations) = solver.contact(&model, &start, SOLVED);

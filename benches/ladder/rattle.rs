@@ -87,7 +87,13 @@ impl<K: Kernel> AnyKernel for K {
         let (mut trajectory, mut workspace) = (start.clone(), self.workspace());
         let mut counters = Counters::default();
         for _ in 0..cycles {
-            march(self, &mut trajectory, &mut workspace, &mut (), &mut counters);
+            march(
+                self,
+                &mut trajectory,
+                &mut workspace,
+                &mut (),
+                &mut counters,
+            );
         }
         (trajectory, counters)
     }
@@ -96,7 +102,13 @@ impl<K: Kernel> AnyKernel for K {
         let (mut trajectory, mut workspace) = (start.clone(), self.workspace());
         let (mut nvh, mut counters) = (Nvh::new(model, 0), Counters::default());
         for _ in 0..cycles {
-            march(self, &mut trajectory, &mut workspace, &mut nvh, &mut counters);
+            march(
+                self,
+                &mut trajectory,
+                &mut workspace,
+                &mut nvh,
+                &mut counters,
+            );
         }
         nvh.outcome().map_or(f64::NAN, |nvh| nvh.dte_rms)
     }
@@ -204,7 +216,11 @@ pub fn reduction() -> Value {
                 "volterra",
             ],
         ),
-        ("20 modes", twenty(false), &["spectral", "fused", "volterra"]),
+        (
+            "20 modes",
+            twenty(false),
+            &["spectral", "fused", "volterra"],
+        ),
         (
             "20 modes + MTA",
             twenty(true),
@@ -248,7 +264,10 @@ pub fn conditioning() -> Value {
     let mut start = settled(&model);
     for _ in 0..COMPARED {
         let (end, _) = spectral.go(&start, 1);
-        let exact = Reference::new(&model).march(&start, 1).expect("a cycle").end;
+        let exact = Reference::new(&model)
+            .march(&start, 1)
+            .expect("a cycle")
+            .end;
         let others = [
             exact,
             fused.go(&start, 1).0,

@@ -8,7 +8,7 @@ use crate::rattle::{CELLS, LIMIT, sixty_levels};
 use crate::rounds::{Contender, race};
 use crate::scenes::{drive, settled};
 use atlas::analysis::EnergyNorm;
-use atlas::propagate::{KeptTables, Spectral, TableArray};
+use atlas::propagate::Spectral;
 use multiversion::multiversion;
 use serde_json::{Value, json};
 use std::hint::black_box;
@@ -72,15 +72,6 @@ fn products(operators: usize) -> [f64; 2] {
     [spells[0].median, spells[1].median]
 }
 
-/// Tables whose operators were rounded.
-struct Rounded(Vec<TableArray>);
-
-impl KeptTables for Rounded {
-    fn numbers(&self, name: &str) -> Option<&[f64]> {
-        self.0.numbers(name)
-    }
-}
-
 pub fn precision() -> Value {
     let model = common::model(&sixty_levels(drive(40, 0.05, 1200.0)));
     let exact = Spectral::new(&model, CELLS, LIMIT, None).expect("tables");
@@ -92,8 +83,7 @@ pub fn precision() -> Value {
             }
         }
     }
-    let rounded = Rounded(arrays);
-    let rounded = Spectral::of_kept(&model, CELLS, LIMIT, None, &rounded).expect("tables");
+    let rounded = Spectral::of_kept(&model, CELLS, LIMIT, None, &arrays).expect("tables");
     let norm = EnergyNorm::new(&model);
     let (mut state, mut time, mut astray) = (0.0f64, 0.0f64, 0);
     let mut start = settled(&model);

@@ -51,7 +51,10 @@ impl OperatorSummary {
             bytes: OPERATORS.into_iter().map(bytes).sum(),
             dyadic_bytes: *values(DYADIC_BYTES)?.first()? as u64,
             condition: [contact.1, free.1],
-            reconstruction: [of(true, "reconstruction")?.1, of(false, "reconstruction")?.1],
+            reconstruction: [
+                of(true, "reconstruction")?.1,
+                of(false, "reconstruction")?.1,
+            ],
         })
     }
 

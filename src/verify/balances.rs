@@ -21,10 +21,7 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         }
         let drives = drives_of(served, subjects.cases.len());
         lines.push(Line::at_most(
-            format!(
-                "{}: energy over {cycles} cycles, {drives}",
-                kernel.name
-            ),
+            format!("{}: energy over {cycles} cycles, {drives}", kernel.name),
             "works of all forces, added up",
             worst,
             1e-12,

@@ -249,7 +249,9 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = (last / model.period()).ceil() as u64;
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let course = kernel.on(&model)?.course(&model.start(&InitialState::Rest), cycles)?;
+        let course = kernel
+            .on(&model)?
+            .course(&model.start(&InitialState::Rest), cycles)?;
         let mut worst = if course.events.len() < 2 * bounces {
             f64::NAN
         } else {

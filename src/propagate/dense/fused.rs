@@ -6,16 +6,16 @@
 //! certified by its distance from a reference cycle, the steady one, whose smallest margin is
 //! known: one sum of sizes. Everything else is left to the spectral form.
 
+use super::DenseError;
 use super::course::Course;
 use super::exits::{Margin, Sight};
 use super::exponential::{self, bound_row};
-use super::kernel::Dense;
 use super::kept::{KeptTables, Reader, TableArray, Writer};
+use super::kernel::Dense;
 use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, numbers_of, padded, reach};
 use super::spectral::{Conditioning, Scratch as SpectralScratch, Tables as SpectralTables};
 use super::steady::{CycleMap, Steady};
-use super::DenseError;
 use crate::model::Model;
 use crate::propagate::Counters;
 use faer::Mat;

@@ -119,7 +119,10 @@ impl Generator {
         Self {
             layout,
             blocks: std::array::from_fn(|entry| {
-                let entries = model.blocks.iter().map(|b| b.generator[entry / 2][entry % 2]);
+                let entries = model
+                    .blocks
+                    .iter()
+                    .map(|b| b.generator[entry / 2][entry % 2]);
                 entries.collect()
             }),
             constant: split(&|i| model.rated_input[i]),

@@ -6,6 +6,7 @@
 //! product, the guard becomes a polynomial there, and its root is refined from the cubic through
 //! values and slopes at the nodes.
 
+use super::DenseError;
 use super::course::Course;
 use super::exits::{Sight, Verdict};
 use super::exponential;
@@ -15,7 +16,6 @@ use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, padded};
 use super::series::{BoundRows, Series, TERMS, judge_all, locate};
 use super::show::Taylor;
-use super::DenseError;
 use crate::model::Model;
 use crate::propagate::Counters;
 use faer::Mat;

@@ -26,7 +26,7 @@ pub trait KeptTables {
     fn numbers(&self, name: &str) -> Option<&[f64]>;
 }
 
-impl KeptTables for [TableArray] {
+impl KeptTables for Vec<TableArray> {
     fn numbers(&self, name: &str) -> Option<&[f64]> {
         let array = self.iter().find(|array| array.name == name);
         array.map(|array| array.values.as_slice())
@@ -129,7 +129,7 @@ mod tests {
         writer.push("a", "1", &[8.0]);
         let arrays = writer.finish();
         assert_eq!(arrays.len(), 2);
-        let mut reader = Reader::new(&arrays[..]);
+        let mut reader = Reader::new(&arrays);
         assert_eq!(reader.take("a", 2), Ok(&[1.0, 2.0][..]));
         assert_eq!(reader.lanes("a"), Ok(8));
         assert_eq!(reader.count("b"), Err(DenseError::Kept { name: "b" }));
@@ -137,7 +137,7 @@ mod tests {
             assert_eq!(reader.number(name), Err(DenseError::Kept { name }));
         }
         assert_eq!(reader.finish(), Ok(()));
-        let mut short = Reader::new(&arrays[..]);
+        let mut short = Reader::new(&arrays);
         short.number("a").unwrap();
         assert_eq!(short.finish(), Err(DenseError::Kept { name: "a" }));
     }

@@ -264,7 +264,10 @@ mod tests {
                 assert_eq!(*y, exact, "{rows} × {columns}, row {i}");
             }
             assert!(operator.numbers().as_ptr().addr().is_multiple_of(LINE));
-            assert_eq!(operator.entry(rows - 1, columns / 2), entry(rows - 1, columns / 2));
+            assert_eq!(
+                operator.entry(rows - 1, columns / 2),
+                entry(rows - 1, columns / 2)
+            );
             // Lent numbers are those numbers, wherever they lie.
             let mut elsewhere = vec![f64::NAN];
             elsewhere.extend_from_slice(operator.numbers());

@@ -135,9 +135,12 @@ pub(super) fn show<O: Observer>(
         let Picture { state, end, taylor } = picture;
         end.fill(0.0);
         let mut power = 1.0;
+        places[0] = dot(&generator.deflection, state);
         taylor.terms(generator, state, last_term, |k, term| {
-            places[k] = dot(&generator.deflection, term);
             rates[k] = dot(&generator.rate, term);
+            if let Some(place) = places.get_mut(k + 1) {
+                *place = rates[k] / (k + 1) as f64;
+            }
             add_scaled(power, term, end);
             power *= step;
         });

@@ -5,18 +5,18 @@
 //! work there; a second product goes back. Free flight is one such piece however many cells it
 //! spans.
 
+use super::DenseError;
 use super::basis::POWERS;
 use super::course::Course;
 use super::exits::{Bounds, Margin, Sight};
 use super::generator::Generator;
-use super::kernel::{Dense, Stock};
 use super::kept::{KeptTables, Reader, TableArray, Writer};
+use super::kernel::{Dense, Stock};
 use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, padded};
 use super::series::locate;
 use super::spectral_table::{Factors, Guard, Table};
 use super::waves;
-use super::DenseError;
 use crate::model::Model;
 use crate::propagate::Counters;
 
