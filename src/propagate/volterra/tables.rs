@@ -17,11 +17,18 @@ pub type Series = [f64; TERMS];
 #[repr(C, align(64))]
 pub struct Row(pub Series);
 
+impl Row {
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; TERMS]);
+}
+
 /// What a chunk of blocks is made of.
 #[derive(Debug, Clone, Copy)]
 pub struct BlockChunk {
     /// Traceless part M, row by row.
     pub traceless: [Lanes; 4],
+    /// Gain w of the deflection.
+    pub deflection: [Lanes; 2],
     /// Gain −g of the mesh force.
     pub mesh_pull: [Lanes; 2],
     /// Constant input of the mean torques.
@@ -208,6 +215,7 @@ fn block_chunks(model: &Model, gains: &[MeshGain]) -> Vec<BlockChunk> {
         .map(|(group, gains)| {
             let mut chunk = BlockChunk {
                 traceless: [Lanes::ZERO; 4],
+                deflection: [Lanes::ZERO; 2],
                 mesh_pull: [Lanes::ZERO; 2],
                 static_input: [Lanes::ZERO; 2],
             };
@@ -216,6 +224,7 @@ fn block_chunks(model: &Model, gains: &[MeshGain]) -> Vec<BlockChunk> {
                     chunk.traceless[k].0[l] = *value;
                 }
                 for j in 0..2 {
+                    chunk.deflection[j].0[l] = gain.deflection[j];
                     chunk.mesh_pull[j].0[l] = -gain.mesh_input[j];
                     chunk.static_input[j].0[l] = block.static_input[j];
                 }

@@ -51,7 +51,7 @@ impl WindowTable {
             delta,
             exponentials: vec![ExponentialChunk::ZERO; chunks],
             moves: Windows::new(chunks, layout.acting),
-            rows: vec![Row([0.0; TERMS]); 2 * layout.padded + layout.inputs],
+            rows: vec![Row::ZERO; 2 * layout.padded + layout.inputs],
             feedback: Vec::new(),
             nodal: None,
             direction,

@@ -10,8 +10,9 @@
 //! nodes, exact to degree 2P − 1; since its nodes lie symmetrically, `τ − s_j` is a node
 //! too and one table of polynomials gives both factors.
 
-use super::window::add_row;
-use super::{LANES, Lanes, fma, products_of_rows};
+use super::columns::{combine, in_batches, series};
+use super::vectors::{accumulate, products_of_rows};
+use super::{LANES, Lanes, fma};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::{BlockChunk, Row, Series};
 
@@ -41,7 +42,7 @@ pub struct Basis {
 impl Basis {
     /// Nothing yet.
     pub const ZERO: Self = Self {
-        values: [Row([0.0; TERMS]); TERMS],
+        values: [Row::ZERO; TERMS],
         weights: [0.0; TERMS],
         end: [0.0; TERMS],
         constant: [0.0; TERMS],
@@ -62,16 +63,42 @@ const fn recurrence() -> [[f64; 2]; TERMS + 1] {
 
 const RECURRENCE: [[f64; 2]; TERMS + 1] = recurrence();
 
+/// `1/2 / (2n+1)`.
+const fn integral() -> [f64; TERMS] {
+    let mut table = [0.0; TERMS];
+    let mut n = 0;
+    while n < TERMS {
+        table[n] = 0.5 / (2 * n + 1) as f64;
+        n += 1;
+    }
+    table
+}
+
+const INTEGRAL: [f64; TERMS] = integral();
+
 #[inline(always)]
 pub(super) fn basis_body<const SET: u8>(
-    nodes: &Series,
-    weights: &Series,
+    rule: Option<[&Series; 2]>,
     end: f64,
     delta: f64,
     out: &mut Basis,
 ) {
+    // ∫₀^τ P_n dt = Δ/2 (P_{n+1} − P_{n−1})/(2n+1), with P_{−1} = −1.
+    let (mut previous, mut current) = (-1.0, 1.0);
+    for n in 0..TERMS {
+        out.end[n] = current;
+        let [up, down] = RECURRENCE[n];
+        let next = fma::<SET>(up * end, current, -(down * previous));
+        out.constant[n] = INTEGRAL[n] * delta * (next - previous);
+        previous = current;
+        current = next;
+    }
     let share = 0.5 * (end + 1.0);
     let tau = share * delta;
+    out.constant[0] = tau;
+    let Some([nodes, weights]) = rule else {
+        return;
+    };
     let mut x = [0.0; TERMS];
     for j in 0..TERMS {
         x[j] = share * (1.0 + nodes[j]) - 1.0;
@@ -87,74 +114,54 @@ pub(super) fn basis_body<const SET: u8>(
             current[j] = next;
         }
     }
-    // ∫₀^τ P_n dt = Δ/2 (P_{n+1} − P_{n−1})/(2n+1), with P_{−1} = −1.
-    let (mut previous, mut current) = (-1.0, 1.0);
-    let mut inverse = 0.5 * delta;
-    for n in 0..TERMS {
-        out.end[n] = current;
-        let [up, down] = RECURRENCE[n];
-        let next = fma::<SET>(up * end, current, -(down * previous));
-        out.constant[n] = inverse * (next - previous);
-        inverse = 0.5 * delta / (2 * n + 3) as f64;
-        previous = current;
-        current = next;
-    }
-    out.constant[0] = tau;
 }
 
 #[inline(always)]
 pub(super) fn at_nodes_body<const SET: u8>(basis: &Basis, series: &Series) -> Series {
-    let (mut even, mut odd) = ([0.0; TERMS], [0.0; TERMS]);
-    for (rows, a) in basis.values.chunks_exact(2).zip(series.chunks_exact(2)) {
-        add_row::<SET>(&mut even, &rows[0], a[0]);
-        add_row::<SET>(&mut odd, &rows[1], a[1]);
-    }
-    for j in 0..TERMS {
-        even[j] += odd[j];
-    }
-    even
+    let [values] = combine::<SET, 1>(&basis.values, &[series]);
+    values.0
 }
 
 #[inline(always)]
-pub(super) fn moments_body<const SET: u8>(basis: &Basis, series: &Series) -> Series {
-    let values = at_nodes_body::<SET>(basis, series);
-    let mut mirrored = Row([0.0; TERMS]);
-    for j in 0..TERMS {
-        mirrored.0[j] = basis.weights[j] * values[TERMS - 1 - j];
-    }
-    products_of_rows::<SET>(&basis.values, &mirrored)
+pub(super) fn moments_body<const SET: u8>(basis: &Basis, forces: &mut [Row]) {
+    in_batches!(SET, forces.len(), |first| moments_batch(
+        basis,
+        &mut forces[first..],
+    ));
 }
 
-/// `Σ weights[k] ê_k` as weights of I and M.
 #[inline(always)]
-fn blend<const SET: u8>(exponential: &ExponentialChunk, weights: &Series) -> [Lanes; 2] {
-    let mut sums = [[[0.0; LANES]; 2]; 2];
-    for (terms, w) in exponential.0.chunks_exact(2).zip(weights.chunks_exact(2)) {
+fn moments_batch<const SET: u8, const COLUMNS: usize>(basis: &Basis, forces: &mut [Row]) {
+    let Some(forces) = forces.first_chunk_mut::<COLUMNS>() else {
+        return;
+    };
+    let values = combine::<SET, COLUMNS>(&basis.values, &series(forces));
+    for (force, values) in forces.iter_mut().zip(&values) {
+        let mut mirrored = Row::ZERO;
+        for j in 0..TERMS {
+            mirrored.0[j] = basis.weights[j] * values.0[TERMS - 1 - j];
+        }
+        force.0 = products_of_rows::<SET>(&basis.values, &mirrored);
+    }
+}
+
+/// `Σ weights[k] ê_k` as weights of I and M, for several weights.
+#[inline(always)]
+fn blend<const SET: u8, const COUNT: usize>(
+    exponential: &ExponentialChunk,
+    weights: &[&[f64]; COUNT],
+) -> [[Lanes; 2]; COUNT] {
+    let mut sums = [[[Lanes::ZERO; 2]; COUNT]; 2];
+    accumulate::<SET, 2, COUNT, _>(exponential.0.as_flattened(), weights, &mut sums);
+    let mut out = [[Lanes::ZERO; 2]; COUNT];
+    for c in 0..COUNT {
         for i in 0..2 {
             for l in 0..LANES {
-                sums[i][0][l] = fma::<SET>(terms[i][0].0[l], w[i], sums[i][0][l]);
-                sums[i][1][l] = fma::<SET>(terms[i][1].0[l], w[i], sums[i][1][l]);
+                out[c][i].0[l] = sums[0][c][i].0[l] + sums[1][c][i].0[l];
             }
         }
     }
-    let mut out = [Lanes::ZERO; 2];
-    for (c, o) in out.iter_mut().enumerate() {
-        for l in 0..LANES {
-            o.0[l] = sums[0][c][l] + sums[1][c][l];
-        }
-    }
     out
-}
-
-#[inline(always)]
-pub(super) fn ends_body<const SET: u8>(
-    basis: &Basis,
-    exponentials: &[ExponentialChunk],
-    out: &mut [[Lanes; 2]],
-) {
-    for (exponential, end) in exponentials.iter().zip(out) {
-        *end = blend::<SET>(exponential, &basis.end);
-    }
 }
 
 /// `sum + (c I + s M) u`.
@@ -173,36 +180,92 @@ fn add_applied<const SET: u8>(
     }
 }
 
+/// The components of a chunk of blocks.
+#[inline(always)]
+fn load(x: &[f64], padded: usize, chunk: usize) -> [Lanes; 2] {
+    let mut out = [Lanes::ZERO; 2];
+    out[0].0.copy_from_slice(&x[chunk * LANES..][..LANES]);
+    out[1]
+        .0
+        .copy_from_slice(&x[padded + chunk * LANES..][..LANES]);
+    out
+}
+
+#[inline(always)]
+fn store(x: &mut [f64], padded: usize, chunk: usize, from: &[Lanes; 2]) {
+    x[chunk * LANES..][..LANES].copy_from_slice(&from[0].0);
+    x[padded + chunk * LANES..][..LANES].copy_from_slice(&from[1].0);
+}
+
 #[inline(always)]
 pub(super) fn cut_body<const SET: u8>(
     blocks: &[BlockChunk],
     exponentials: &[ExponentialChunk],
-    ends: &[[Lanes; 2]],
-    force: Option<&Series>,
-    constant: Option<&Series>,
-    x: &mut [f64],
+    basis: &Basis,
+    moments: &[Row],
+    ends: &mut [[Lanes; 2]],
+    columns: &mut [f64],
 ) {
     let padded = blocks.len() * LANES;
-    let (x1, x2) = x[..2 * padded].split_at_mut(padded);
-    let states = x1.chunks_exact_mut(LANES).zip(x2.chunks_exact_mut(LANES));
-    let tables = blocks.iter().zip(exponentials).zip(ends);
-    for (((block, exponential), end), (a, b)) in tables.zip(states) {
-        let mut from = [Lanes::ZERO; 2];
-        from[0].0.copy_from_slice(a);
-        from[1].0.copy_from_slice(b);
+    // What no tangent has, and what all have.
+    for (chunk, ((block, exponential), end)) in
+        blocks.iter().zip(exponentials).zip(&mut *ends).enumerate()
+    {
         let m = &block.traceless;
         let mut sum = [Lanes::ZERO; 2];
-        if let Some(force) = force {
-            let weights = blend::<SET>(exponential, force);
-            add_applied::<SET>(&weights, m, &block.mesh_pull, &mut sum);
+        let from = load(columns, padded, chunk);
+        let weights = if let Some(force) = moments.first() {
+            let [own, constant, force] =
+                blend::<SET, 3>(exponential, &[&basis.end, &basis.constant, &force.0]);
+            add_applied::<SET>(&force, m, &block.mesh_pull, &mut sum);
+            [own, constant]
+        } else {
+            blend::<SET, 2>(exponential, &[&basis.end, &basis.constant])
+        };
+        add_applied::<SET>(&weights[1], m, &block.static_input, &mut sum);
+        add_applied::<SET>(&weights[0], m, &from, &mut sum);
+        store(columns, padded, chunk, &sum);
+        *end = weights[0];
+    }
+    let tangents = &mut columns[2 * padded..];
+    let count = tangents.len() / (2 * padded);
+    in_batches!(SET, count, |first| cut_batch(
+        blocks,
+        exponentials,
+        ends,
+        moments.get(1 + first..).unwrap_or(&[]),
+        &mut tangents[2 * first * padded..],
+    ));
+}
+
+/// Moves a batch of tangents to the end of a part.
+#[inline(always)]
+fn cut_batch<const SET: u8, const COLUMNS: usize>(
+    blocks: &[BlockChunk],
+    exponentials: &[ExponentialChunk],
+    ends: &[[Lanes; 2]],
+    moments: &[Row],
+    columns: &mut [f64],
+) {
+    let padded = blocks.len() * LANES;
+    let moments = moments.first_chunk::<COLUMNS>();
+    for (chunk, ((block, exponential), end)) in
+        blocks.iter().zip(exponentials).zip(ends).enumerate()
+    {
+        let m = &block.traceless;
+        let mut sums = [[Lanes::ZERO; 2]; COLUMNS];
+        if let Some(moments) = moments {
+            let weights = blend::<SET, COLUMNS>(exponential, &series(moments));
+            for c in 0..COLUMNS {
+                add_applied::<SET>(&weights[c], m, &block.mesh_pull, &mut sums[c]);
+            }
         }
-        if let Some(constant) = constant {
-            let weights = blend::<SET>(exponential, constant);
-            add_applied::<SET>(&weights, m, &block.static_input, &mut sum);
+        for c in 0..COLUMNS {
+            let x = &mut columns[2 * c * padded..][..2 * padded];
+            let from = load(x, padded, chunk);
+            add_applied::<SET>(end, m, &from, &mut sums[c]);
+            store(x, padded, chunk, &sums[c]);
         }
-        add_applied::<SET>(end, m, &from, &mut sum);
-        a.copy_from_slice(&sum[0].0);
-        b.copy_from_slice(&sum[1].0);
     }
 }
 
@@ -211,20 +274,43 @@ pub(super) fn push_body<const SET: u8>(
     blocks: &[BlockChunk],
     exponentials: &[ExponentialChunk],
     input: &[[Lanes; 2]],
-    weights: &Series,
+    weights: &Row,
     x: &mut [f64],
 ) {
     let padded = blocks.len() * LANES;
-    let (x1, x2) = x[..2 * padded].split_at_mut(padded);
-    let states = x1.chunks_exact_mut(LANES).zip(x2.chunks_exact_mut(LANES));
-    let tables = blocks.iter().zip(exponentials).zip(input);
-    for (((block, exponential), input), (a, b)) in tables.zip(states) {
-        let mut sum = [Lanes::ZERO; 2];
-        sum[0].0.copy_from_slice(a);
-        sum[1].0.copy_from_slice(b);
-        let weights = blend::<SET>(exponential, weights);
+    for (chunk, ((block, exponential), input)) in
+        blocks.iter().zip(exponentials).zip(input).enumerate()
+    {
+        let mut sum = load(x, padded, chunk);
+        let [weights] = blend::<SET, 1>(exponential, &[&weights.0]);
         add_applied::<SET>(&weights, &block.traceless, input, &mut sum);
-        a.copy_from_slice(&sum[0].0);
-        b.copy_from_slice(&sum[1].0);
+        store(x, padded, chunk, &sum);
+    }
+}
+
+#[inline(always)]
+pub(super) fn salt_body<const SET: u8>(blocks: &[BlockChunk], damping: f64, columns: &mut [f64]) {
+    let padded = blocks.len() * LANES;
+    for x in columns.chunks_exact_mut(2 * padded) {
+        let mut sums = [0.0; LANES];
+        for (chunk, block) in blocks.iter().enumerate() {
+            let [a, b] = load(x, padded, chunk);
+            let [v, w] = &block.deflection;
+            for l in 0..LANES {
+                sums[l] = fma::<SET>(v.0[l], a.0[l], fma::<SET>(w.0[l], b.0[l], sums[l]));
+            }
+        }
+        let deflection = ((sums[0] + sums[4]) + (sums[2] + sums[6]))
+            + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
+        let kick = damping * deflection;
+        for (chunk, block) in blocks.iter().enumerate() {
+            let mut own = load(x, padded, chunk);
+            for (component, pull) in own.iter_mut().zip(&block.mesh_pull) {
+                for l in 0..LANES {
+                    component.0[l] = fma::<SET>(pull.0[l], kick, component.0[l]);
+                }
+            }
+            store(x, padded, chunk, &own);
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! Loops of a full window on which the stiffness varies.
 
-use super::window::{add_row, combine, size};
-use super::{Solution, fma};
+use super::columns::{combine, series};
+use super::fma;
+use super::window::add_row;
 use crate::model::STIFFNESS_TERMS;
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::{Row, Series};
@@ -9,13 +10,13 @@ use crate::propagate::volterra::varying::{Factors, Nodal};
 
 /// Values of a Legendre series at places in lanes, by Clenshaw's recurrence.
 #[inline(always)]
-fn clenshaw<const SET: u8>(series: &[f64; STIFFNESS_TERMS], x: &Series) -> Row {
+fn clenshaw<const SET: u8>(stiffness: &[f64; STIFFNESS_TERMS], x: &Series) -> Row {
     let (mut b1, mut b2) = (Row([0.0; TERMS]), Row([0.0; TERMS]));
     for n in (0..STIFFNESS_TERMS).rev() {
         let k = n as f64;
         let (up, down) = ((2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0));
         for j in 0..TERMS {
-            let b0 = fma::<SET>(up * x[j], b1.0[j], fma::<SET>(-down, b2.0[j], series[n]));
+            let b0 = fma::<SET>(up * x[j], b1.0[j], fma::<SET>(-down, b2.0[j], stiffness[n]));
             b2.0[j] = b1.0[j];
             b1.0[j] = b0;
         }
@@ -66,86 +67,65 @@ pub(super) fn factorise_body<const SET: u8>(
     out.damping = damping;
 }
 
-/// `Σ columns[j] weights[j]`, two sums in flight.
+/// Force series from the series of the free deflections; `gap` is s b \[m\] of the first column.
 #[inline(always)]
-fn product<const SET: u8>(columns: &[Row; TERMS], weights: &Series) -> Series {
-    let (mut even, mut odd) = ([0.0; TERMS], [0.0; TERMS]);
-    for (pair, weight) in columns.chunks_exact(2).zip(weights.chunks_exact(2)) {
-        add_row::<SET>(&mut even, &pair[0], weight[0]);
-        add_row::<SET>(&mut odd, &pair[1], weight[1]);
-    }
-    for j in 0..TERMS {
-        even[j] += odd[j];
-    }
-    even
-}
-
-/// Force series from the series of the free deflection; `gap` is s b \[m\].
-#[inline(always)]
-pub(super) fn force_body<const SET: u8>(
+pub(super) fn force_columns<const SET: u8, const COLUMNS: usize>(
     nodal: &Nodal,
     factors: &Factors,
-    free: &Series,
+    free: &[Row; COLUMNS],
     gap: f64,
-) -> Series {
-    let mut y = product::<SET>(&nodal.values, free);
-    let slopes = product::<SET>(&nodal.slopes, free);
-    for i in 0..TERMS {
-        y[i] = fma::<SET>(
-            factors.stiffness.0[i],
-            y[i] - gap,
-            factors.damping * slopes[i],
-        );
+) -> [Row; COLUMNS] {
+    let mut y = combine::<SET, COLUMNS>(&nodal.values, &series(free));
+    let slopes = combine::<SET, COLUMNS>(&nodal.slopes, &series(free));
+    for c in 0..COLUMNS {
+        let gap = if c == 0 { gap } else { 0.0 };
+        for i in 0..TERMS {
+            y[c].0[i] = fma::<SET>(
+                factors.stiffness.0[i],
+                y[c].0[i] - gap,
+                factors.damping * slopes[c].0[i],
+            );
+        }
     }
     for step in 0..TERMS {
-        let weight = -y[step];
-        add_row::<SET>(&mut y, &factors.lower[step], weight);
+        for column in &mut y {
+            let weight = -column.0[step];
+            add_row::<SET>(&mut column.0, &factors.lower[step], weight);
+        }
     }
     for step in (0..TERMS).rev() {
-        let value = y[step] * factors.pivots.0[step];
-        y[step] = value;
-        add_row::<SET>(&mut y, &factors.upper[step], -value);
+        for column in &mut y {
+            let value = column.0[step] * factors.pivots.0[step];
+            column.0[step] = value;
+            add_row::<SET>(&mut column.0, &factors.upper[step], -value);
+        }
     }
-    product::<SET>(&nodal.series, &y)
+    combine::<SET, COLUMNS>(&nodal.series, &series(&y))
 }
 
 /// Deflection series from those of the free deflection and the force.
 #[inline(always)]
-pub(super) fn deflection_body<const SET: u8>(
-    nodal: &Nodal,
-    free: &Series,
-    force: &Series,
-) -> Series {
-    let yielded = product::<SET>(&nodal.series_response, force);
+pub(super) fn deflection_columns<const SET: u8>(nodal: &Nodal, free: &Row, force: &Row) -> Row {
+    let [yielded] = combine::<SET, 1>(&nodal.series_response, &[&force.0]);
     let mut out = *free;
     for j in 0..TERMS {
-        out[j] -= yielded[j];
+        out.0[j] -= yielded.0[j];
     }
     out
 }
 
 #[inline(always)]
-pub(super) fn solve_varying_body<const SET: u8>(
-    rows: &[Row],
-    x: &[f64],
+pub(super) fn force_body<const SET: u8>(
     nodal: &Nodal,
     factors: &Factors,
+    free: &Row,
     gap: f64,
-    out: &mut Solution,
-) {
-    let free = combine::<SET>(rows, x);
-    out.size = size(&free);
-    out.force = force_body::<SET>(nodal, factors, &free, gap);
-    out.deflection = deflection_body::<SET>(nodal, &free, &out.force);
-    out.variation = size(&out.deflection) - out.deflection[0].abs();
+) -> Row {
+    let [force] = force_columns::<SET, 1>(nodal, factors, &[*free], gap);
+    force
 }
 
 #[inline(always)]
-pub(super) fn respond_varying_body<const SET: u8>(
-    rows: &[Row],
-    x: &[f64],
-    nodal: &Nodal,
-    factors: &Factors,
-) -> Series {
-    force_body::<SET>(nodal, factors, &combine::<SET>(rows, x), 0.0)
+pub(super) fn deflection_body<const SET: u8>(nodal: &Nodal, free: &Row, force: &Row) -> Row {
+    deflection_columns::<SET>(nodal, free, force)
 }
