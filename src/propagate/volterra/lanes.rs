@@ -10,7 +10,7 @@
 mod columns;
 mod cut;
 mod varying;
-mod vectors;
+mod vector;
 mod window;
 
 pub use cut::{Basis, ExponentialChunk};
@@ -88,16 +88,8 @@ impl InstructionSet {
     }
 }
 
-/// What a body may use: no fused multiply-add.
-const PLAIN: u8 = 0;
-/// Fused multiply-add.
-#[cfg(target_arch = "x86_64")]
-const FUSED: u8 = 1;
-/// Fused multiply-add and vectors of 8.
-const WIDE: u8 = 2;
-
-/// Defines a function for every instruction set from one body that is generic over what it
-/// may use.
+/// Defines a function for every instruction set from one body that is generic over its
+/// vectors.
 macro_rules! for_each_set {
     ($(#[$doc:meta])* fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $ret:ty)? = $body:ident) => {
         $(#[$doc])*
@@ -106,12 +98,12 @@ macro_rules! for_each_set {
         pub fn $name(set: InstructionSet, $($arg: $type),*) $(-> $ret)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
-            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<FUSED>($($arg),*) }
+            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<Packed<true>>($($arg),*) }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
-            fn avx512($($arg: $type),*) $(-> $ret)? { $body::<WIDE>($($arg),*) }
+            fn avx512($($arg: $type),*) $(-> $ret)? { $body::<Wide>($($arg),*) }
             match set.0 {
-                Level::Portable => $body::<PLAIN>($($arg),*),
+                Level::Portable => $body::<Packed<false>>($($arg),*),
                 // SAFETY: a set beyond the portable one is only ever made by
                 // `InstructionSet::available`, after the processor was asked for it.
                 #[cfg(target_arch = "x86_64")]
@@ -122,15 +114,6 @@ macro_rules! for_each_set {
             }
         }
     };
-}
-
-#[inline(always)]
-fn fma<const SET: u8>(a: f64, b: f64, c: f64) -> f64 {
-    if SET == PLAIN {
-        a * b + c
-    } else {
-        a.mul_add(b, c)
-    }
 }
 
 for_each_set! {
@@ -238,7 +221,7 @@ for_each_set! {
 }
 
 #[inline(always)]
-fn first_crossing_body<const SET: u8>(
+fn first_crossing_body<V: Vector>(
     deflection: &Series,
     contact: Contact,
     half_gap: f64,
@@ -248,12 +231,12 @@ fn first_crossing_body<const SET: u8>(
     counters: &mut Counters,
 ) -> Option<Crossing> {
     let transforms = transforms24();
-    if SET == PLAIN {
-        events::first_crossing::<_, false>(
+    if V::FUSED {
+        events::first_crossing::<_, true>(
             transforms, deflection, contact, half_gap, crossed, limit, noise, counters,
         )
     } else {
-        events::first_crossing::<_, true>(
+        events::first_crossing::<_, false>(
             transforms, deflection, contact, half_gap, crossed, limit, noise, counters,
         )
     }
@@ -261,6 +244,9 @@ fn first_crossing_body<const SET: u8>(
 
 use cut::{at_nodes_body, basis_body, cut_body, moments_body, push_body, salt_body};
 use varying::{deflection_body, factorise_body, force_body};
+#[cfg(target_arch = "x86_64")]
+use vector::Wide;
+use vector::{Packed, Vector};
 use window::{advance_body, solve_body};
 
 #[cfg(test)]

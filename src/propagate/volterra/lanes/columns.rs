@@ -5,52 +5,95 @@
 //! The sums of one column are taken in the same order in every batch: a trajectory has the same
 //! bits whatever company it keeps.
 
-use super::vectors::accumulate;
+use super::vector::Vector;
 use super::{LANES, Lanes};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::Row;
 
-/// Calls `$batch::<SET, COLUMNS>` for all columns, as many at a time as registers hold sums for; `$first` is the
-/// first column of the batch.
+/// Calls `$batch::<V, COLUMNS>` for all columns, as many at a time as registers hold sums for;
+/// `$first` is the first column of the batch.
 macro_rules! in_batches {
-    ($set:ident, $count:expr, |$first:ident| $batch:ident($($arg:expr),* $(,)?)) => {{
+    ($vector:ident, $count:expr, |$first:ident| $batch:ident($($arg:expr),* $(,)?)) => {{
         let count = $count;
         let mut $first = 0;
-        if $set == $crate::propagate::volterra::lanes::WIDE {
+        if $vector::WIDE {
             while $first + 4 <= count {
-                $batch::<$set, 4>($($arg),*);
+                $batch::<$vector, 4>($($arg),*);
                 $first += 4;
             }
             if $first + 2 <= count {
-                $batch::<$set, 2>($($arg),*);
+                $batch::<$vector, 2>($($arg),*);
                 $first += 2;
             }
         }
         while $first < count {
-            $batch::<$set, 1>($($arg),*);
+            $batch::<$vector, 1>($($arg),*);
             $first += 1;
         }
     }};
 }
 pub(super) use in_batches;
 
+/// Lane groups of a row.
+const GROUPS: usize = TERMS / LANES;
+
+/// The sums of a batch: two a column, of the even and of the odd rows, each of `G` lane groups.
+/// Twice as many sums in flight hide the latency of the multiply-add.
+pub(super) type Sums<V, const G: usize, const COLUMNS: usize> = [[[V; G]; COLUMNS]; 2];
+
 /// `Σ weights[c][i] rows[i]` for every column c; all lengths are the same even number.
 #[inline(always)]
-pub(super) fn combine<const SET: u8, const COLUMNS: usize>(
+pub(super) fn combine<V: Vector, const COLUMNS: usize>(
     rows: &[Row],
     weights: &[&[f64]; COLUMNS],
 ) -> [Row; COLUMNS] {
-    let mut sums = [[[Lanes::ZERO; TERMS / LANES]; COLUMNS]; 2];
-    accumulate::<SET, _, COLUMNS, _>(rows, weights, &mut sums);
-    let mut out = [Row::ZERO; COLUMNS];
-    for c in 0..COLUMNS {
-        for g in 0..TERMS / LANES {
-            for l in 0..LANES {
-                out[c].0[g * LANES + l] = sums[0][c][g].0[l] + sums[1][c][g].0[l];
+    for weights in weights {
+        assert_eq!(weights.len(), rows.len());
+    }
+    let mut sums = [[[V::zero(); GROUPS]; COLUMNS]; 2];
+    for (i, pair) in rows.chunks_exact(2).enumerate() {
+        for way in 0..2 {
+            let mut row = [V::zero(); GROUPS];
+            for g in 0..GROUPS {
+                row[g] = V::read(&pair[way].0[g * LANES..]);
+            }
+            for c in 0..COLUMNS {
+                let weight = V::splat(weights[c][2 * i + way]);
+                for g in 0..GROUPS {
+                    sums[way][c][g] = row[g].multiply_add(weight, sums[way][c][g]);
+                }
             }
         }
     }
+    let mut out = [Row::ZERO; COLUMNS];
+    for c in 0..COLUMNS {
+        for g in 0..GROUPS {
+            let sum = sums[0][c][g].plus(sums[1][c][g]);
+            sum.write(&mut out[c].0[g * LANES..]);
+        }
+    }
     out
+}
+
+/// `sums[k % 2][c] += weights[c][k] terms[k]` for all terms, each two lane groups.
+#[inline(always)]
+pub(super) fn add_terms<V: Vector, const COLUMNS: usize>(
+    terms: &[[Lanes; 2]; TERMS],
+    weights: &[&Row; COLUMNS],
+    sums: &mut Sums<V, 2, COLUMNS>,
+) {
+    for k in (0..TERMS).step_by(2) {
+        for way in 0..2 {
+            let term = &terms[k + way];
+            let term = [V::read(&term[0].0), V::read(&term[1].0)];
+            for c in 0..COLUMNS {
+                let weight = V::splat(weights[c].0[k + way]);
+                for i in 0..2 {
+                    sums[way][c][i] = term[i].multiply_add(weight, sums[way][c][i]);
+                }
+            }
+        }
+    }
 }
 
 /// The series of a batch as weights.
@@ -61,4 +104,20 @@ pub(super) fn series<const COLUMNS: usize>(rows: &[Row; COLUMNS]) -> [&[f64]; CO
         out[c] = &rows[c].0;
     }
     out
+}
+
+/// The two components of a chunk of blocks.
+#[inline(always)]
+pub(super) fn load<V: Vector>(x: &[f64], padded: usize, chunk: usize) -> [V; 2] {
+    [
+        V::read(&x[chunk * LANES..]),
+        V::read(&x[padded + chunk * LANES..]),
+    ]
+}
+
+/// Sets the two components of a chunk of blocks.
+#[inline(always)]
+pub(super) fn store<V: Vector>(x: &mut [f64], padded: usize, chunk: usize, from: [V; 2]) {
+    from[0].write(&mut x[chunk * LANES..]);
+    from[1].write(&mut x[padded + chunk * LANES..]);
 }

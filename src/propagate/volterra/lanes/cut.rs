@@ -10,9 +10,9 @@
 //! nodes, exact to degree 2P − 1; since its nodes lie symmetrically, `τ − s_j` is a node
 //! too and one table of polynomials gives both factors.
 
-use super::columns::{combine, in_batches, series};
-use super::vectors::{accumulate, products_of_rows};
-use super::{LANES, Lanes, fma};
+use super::columns::{add_terms, combine, in_batches, load, series, store};
+use super::vector::Vector;
+use super::{LANES, Lanes};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::{BlockChunk, Row, Series};
 
@@ -34,9 +34,9 @@ pub struct Basis {
     /// Weights of the part's nodes \[s\].
     pub weights: Series,
     /// P_n at the part's end.
-    pub end: Series,
+    pub end: Row,
     /// `∫₀^τ P_n dt` \[s\].
-    pub constant: Series,
+    pub constant: Row,
 }
 
 impl Basis {
@@ -44,8 +44,8 @@ impl Basis {
     pub const ZERO: Self = Self {
         values: [Row::ZERO; TERMS],
         weights: [0.0; TERMS],
-        end: [0.0; TERMS],
-        constant: [0.0; TERMS],
+        end: Row::ZERO,
+        constant: Row::ZERO,
     };
 }
 
@@ -77,7 +77,7 @@ const fn integral() -> [f64; TERMS] {
 const INTEGRAL: [f64; TERMS] = integral();
 
 #[inline(always)]
-pub(super) fn basis_body<const SET: u8>(
+pub(super) fn basis_body<V: Vector>(
     rule: Option<[&Series; 2]>,
     end: f64,
     delta: f64,
@@ -86,16 +86,16 @@ pub(super) fn basis_body<const SET: u8>(
     // ∫₀^τ P_n dt = Δ/2 (P_{n+1} − P_{n−1})/(2n+1), with P_{−1} = −1.
     let (mut previous, mut current) = (-1.0, 1.0);
     for n in 0..TERMS {
-        out.end[n] = current;
+        out.end.0[n] = current;
         let [up, down] = RECURRENCE[n];
-        let next = fma::<SET>(up * end, current, -(down * previous));
-        out.constant[n] = INTEGRAL[n] * delta * (next - previous);
+        let next = V::fma(up * end, current, -(down * previous));
+        out.constant.0[n] = INTEGRAL[n] * delta * (next - previous);
         previous = current;
         current = next;
     }
     let share = 0.5 * (end + 1.0);
     let tau = share * delta;
-    out.constant[0] = tau;
+    out.constant.0[0] = tau;
     let Some([nodes, weights]) = rule else {
         return;
     };
@@ -109,7 +109,7 @@ pub(super) fn basis_body<const SET: u8>(
         out.values[n].0 = current;
         let [up, down] = RECURRENCE[n];
         for j in 0..TERMS {
-            let next = fma::<SET>(up * x[j], current[j], -(down * previous[j]));
+            let next = V::fma(up * x[j], current[j], -(down * previous[j]));
             previous[j] = current[j];
             current[j] = next;
         }
@@ -117,48 +117,46 @@ pub(super) fn basis_body<const SET: u8>(
 }
 
 #[inline(always)]
-pub(super) fn at_nodes_body<const SET: u8>(basis: &Basis, series: &Series) -> Series {
-    let [values] = combine::<SET, 1>(&basis.values, &[series]);
+pub(super) fn at_nodes_body<V: Vector>(basis: &Basis, series: &Series) -> Series {
+    let [values] = combine::<V, 1>(&basis.values, &[series]);
     values.0
 }
 
 #[inline(always)]
-pub(super) fn moments_body<const SET: u8>(basis: &Basis, forces: &mut [Row]) {
-    in_batches!(SET, forces.len(), |first| moments_batch(
+pub(super) fn moments_body<V: Vector>(basis: &Basis, forces: &mut [Row]) {
+    in_batches!(V, forces.len(), |first| moments_batch(
         basis,
         &mut forces[first..],
     ));
 }
 
 #[inline(always)]
-fn moments_batch<const SET: u8, const COLUMNS: usize>(basis: &Basis, forces: &mut [Row]) {
+fn moments_batch<V: Vector, const COLUMNS: usize>(basis: &Basis, forces: &mut [Row]) {
     let Some(forces) = forces.first_chunk_mut::<COLUMNS>() else {
         return;
     };
-    let values = combine::<SET, COLUMNS>(&basis.values, &series(forces));
+    let values = combine::<V, COLUMNS>(&basis.values, &series(forces));
     for (force, values) in forces.iter_mut().zip(&values) {
         let mut mirrored = Row::ZERO;
         for j in 0..TERMS {
             mirrored.0[j] = basis.weights[j] * values.0[TERMS - 1 - j];
         }
-        force.0 = products_of_rows::<SET>(&basis.values, &mirrored);
+        force.0 = V::products_of_rows(&basis.values, &mirrored);
     }
 }
 
 /// `Σ weights[k] ê_k` as weights of I and M, for several weights.
 #[inline(always)]
-fn blend<const SET: u8, const COUNT: usize>(
+fn blend<V: Vector, const COUNT: usize>(
     exponential: &ExponentialChunk,
-    weights: &[&[f64]; COUNT],
-) -> [[Lanes; 2]; COUNT] {
-    let mut sums = [[[Lanes::ZERO; 2]; COUNT]; 2];
-    accumulate::<SET, 2, COUNT, _>(exponential.0.as_flattened(), weights, &mut sums);
-    let mut out = [[Lanes::ZERO; 2]; COUNT];
+    weights: &[&Row; COUNT],
+) -> [[V; 2]; COUNT] {
+    let mut sums = [[[V::zero(); 2]; COUNT]; 2];
+    add_terms::<V, COUNT>(&exponential.0, weights, &mut sums);
+    let mut out = [[V::zero(); 2]; COUNT];
     for c in 0..COUNT {
         for i in 0..2 {
-            for l in 0..LANES {
-                out[c][i].0[l] = sums[0][c][i].0[l] + sums[1][c][i].0[l];
-            }
+            out[c][i] = sums[0][c][i].plus(sums[1][c][i]);
         }
     }
     out
@@ -166,39 +164,24 @@ fn blend<const SET: u8, const COUNT: usize>(
 
 /// `sum + (c I + s M) u`.
 #[inline(always)]
-fn add_applied<const SET: u8>(
-    [c, s]: &[Lanes; 2],
-    m: &[Lanes; 4],
-    u: &[Lanes; 2],
-    sum: &mut [Lanes; 2],
-) {
-    for l in 0..LANES {
-        let mu = fma::<SET>(m[0].0[l], u[0].0[l], m[1].0[l] * u[1].0[l]);
-        let mv = fma::<SET>(m[2].0[l], u[0].0[l], m[3].0[l] * u[1].0[l]);
-        sum[0].0[l] = fma::<SET>(c.0[l], u[0].0[l], fma::<SET>(s.0[l], mu, sum[0].0[l]));
-        sum[1].0[l] = fma::<SET>(c.0[l], u[1].0[l], fma::<SET>(s.0[l], mv, sum[1].0[l]));
+fn add_applied<V: Vector>([c, s]: [V; 2], m: &[Lanes; 4], u: [V; 2], sum: [V; 2]) -> [V; 2] {
+    let mut out = sum;
+    for i in 0..2 {
+        let cross = V::read(&m[2 * i + 1].0).times(u[1]);
+        let mu = V::read(&m[2 * i].0).multiply_add(u[0], cross);
+        out[i] = c.multiply_add(u[i], s.multiply_add(mu, sum[i]));
     }
-}
-
-/// The components of a chunk of blocks.
-#[inline(always)]
-fn load(x: &[f64], padded: usize, chunk: usize) -> [Lanes; 2] {
-    let mut out = [Lanes::ZERO; 2];
-    out[0].0.copy_from_slice(&x[chunk * LANES..][..LANES]);
-    out[1]
-        .0
-        .copy_from_slice(&x[padded + chunk * LANES..][..LANES]);
     out
 }
 
+/// A pair of lane groups.
 #[inline(always)]
-fn store(x: &mut [f64], padded: usize, chunk: usize, from: &[Lanes; 2]) {
-    x[chunk * LANES..][..LANES].copy_from_slice(&from[0].0);
-    x[padded + chunk * LANES..][..LANES].copy_from_slice(&from[1].0);
+fn pair<V: Vector>(lanes: &[Lanes; 2]) -> [V; 2] {
+    [V::read(&lanes[0].0), V::read(&lanes[1].0)]
 }
 
 #[inline(always)]
-pub(super) fn cut_body<const SET: u8>(
+pub(super) fn cut_body<V: Vector>(
     blocks: &[BlockChunk],
     exponentials: &[ExponentialChunk],
     basis: &Basis,
@@ -207,29 +190,25 @@ pub(super) fn cut_body<const SET: u8>(
     columns: &mut [f64],
 ) {
     let padded = blocks.len() * LANES;
-    // What no tangent has, and what all have.
-    for (chunk, ((block, exponential), end)) in
-        blocks.iter().zip(exponentials).zip(&mut *ends).enumerate()
-    {
+    let (trajectory, tangents) = columns.split_at_mut(2 * padded);
+    let tables = blocks.iter().zip(exponentials);
+    for (chunk, ((block, exponential), end)) in tables.zip(&mut *ends).enumerate() {
         let m = &block.traceless;
-        let mut sum = [Lanes::ZERO; 2];
-        let from = load(columns, padded, chunk);
-        let weights = if let Some(force) = moments.first() {
-            let [own, constant, force] =
-                blend::<SET, 3>(exponential, &[&basis.end, &basis.constant, &force.0]);
-            add_applied::<SET>(&force, m, &block.mesh_pull, &mut sum);
+        let mut sum = [V::zero(); 2];
+        let [own, constant] = if let Some(force) = moments.first() {
+            let weights = [&basis.end, &basis.constant, force];
+            let [own, constant, force] = blend::<V, 3>(exponential, &weights);
+            sum = add_applied(force, m, pair(&block.mesh_pull), sum);
             [own, constant]
         } else {
-            blend::<SET, 2>(exponential, &[&basis.end, &basis.constant])
+            blend::<V, 2>(exponential, &[&basis.end, &basis.constant])
         };
-        add_applied::<SET>(&weights[1], m, &block.static_input, &mut sum);
-        add_applied::<SET>(&weights[0], m, &from, &mut sum);
-        store(columns, padded, chunk, &sum);
-        *end = weights[0];
+        sum = add_applied(constant, m, pair(&block.static_input), sum);
+        sum = add_applied(own, m, load(trajectory, padded, chunk), sum);
+        store(trajectory, padded, chunk, sum);
+        *end = own.map(V::lanes);
     }
-    let tangents = &mut columns[2 * padded..];
-    let count = tangents.len() / (2 * padded);
-    in_batches!(SET, count, |first| cut_batch(
+    in_batches!(V, tangents.len() / (2 * padded), |first| cut_batch(
         blocks,
         exponentials,
         ends,
@@ -240,7 +219,7 @@ pub(super) fn cut_body<const SET: u8>(
 
 /// Moves a batch of tangents to the end of a part.
 #[inline(always)]
-fn cut_batch<const SET: u8, const COLUMNS: usize>(
+fn cut_batch<V: Vector, const COLUMNS: usize>(
     blocks: &[BlockChunk],
     exponentials: &[ExponentialChunk],
     ends: &[[Lanes; 2]],
@@ -249,28 +228,26 @@ fn cut_batch<const SET: u8, const COLUMNS: usize>(
 ) {
     let padded = blocks.len() * LANES;
     let moments = moments.first_chunk::<COLUMNS>();
-    for (chunk, ((block, exponential), end)) in
-        blocks.iter().zip(exponentials).zip(ends).enumerate()
-    {
-        let m = &block.traceless;
-        let mut sums = [[Lanes::ZERO; 2]; COLUMNS];
+    let tables = blocks.iter().zip(exponentials);
+    for (chunk, ((block, exponential), end)) in tables.zip(ends).enumerate() {
+        let (m, end) = (&block.traceless, pair(end));
+        let mut sums = [[V::zero(); 2]; COLUMNS];
         if let Some(moments) = moments {
-            let weights = blend::<SET, COLUMNS>(exponential, &series(moments));
+            let weights = blend::<V, COLUMNS>(exponential, &moments.each_ref());
             for c in 0..COLUMNS {
-                add_applied::<SET>(&weights[c], m, &block.mesh_pull, &mut sums[c]);
+                sums[c] = add_applied(weights[c], m, pair(&block.mesh_pull), sums[c]);
             }
         }
         for c in 0..COLUMNS {
             let x = &mut columns[2 * c * padded..][..2 * padded];
-            let from = load(x, padded, chunk);
-            add_applied::<SET>(end, m, &from, &mut sums[c]);
-            store(x, padded, chunk, &sums[c]);
+            let moved = add_applied(end, m, load(x, padded, chunk), sums[c]);
+            store(x, padded, chunk, moved);
         }
     }
 }
 
 #[inline(always)]
-pub(super) fn push_body<const SET: u8>(
+pub(super) fn push_body<V: Vector>(
     blocks: &[BlockChunk],
     exponentials: &[ExponentialChunk],
     input: &[[Lanes; 2]],
@@ -278,39 +255,29 @@ pub(super) fn push_body<const SET: u8>(
     x: &mut [f64],
 ) {
     let padded = blocks.len() * LANES;
-    for (chunk, ((block, exponential), input)) in
-        blocks.iter().zip(exponentials).zip(input).enumerate()
-    {
-        let mut sum = load(x, padded, chunk);
-        let [weights] = blend::<SET, 1>(exponential, &[&weights.0]);
-        add_applied::<SET>(&weights, &block.traceless, input, &mut sum);
-        store(x, padded, chunk, &sum);
+    let tables = blocks.iter().zip(exponentials);
+    for (chunk, ((block, exponential), input)) in tables.zip(input).enumerate() {
+        let [weights] = blend::<V, 1>(exponential, &[weights]);
+        let from = load(x, padded, chunk);
+        let moved = add_applied(weights, &block.traceless, pair(input), from);
+        store(x, padded, chunk, moved);
     }
 }
 
 #[inline(always)]
-pub(super) fn salt_body<const SET: u8>(blocks: &[BlockChunk], damping: f64, columns: &mut [f64]) {
+pub(super) fn salt_body<V: Vector>(blocks: &[BlockChunk], damping: f64, columns: &mut [f64]) {
     let padded = blocks.len() * LANES;
     for x in columns.chunks_exact_mut(2 * padded) {
-        let mut sums = [0.0; LANES];
+        let mut sums = V::zero();
         for (chunk, block) in blocks.iter().enumerate() {
-            let [a, b] = load(x, padded, chunk);
-            let [v, w] = &block.deflection;
-            for l in 0..LANES {
-                sums[l] = fma::<SET>(v.0[l], a.0[l], fma::<SET>(w.0[l], b.0[l], sums[l]));
-            }
+            let ([a, b], [v, w]) = (load::<V>(x, padded, chunk), pair::<V>(&block.deflection));
+            sums = v.multiply_add(a, w.multiply_add(b, sums));
         }
-        let deflection = ((sums[0] + sums[4]) + (sums[2] + sums[6]))
-            + ((sums[1] + sums[5]) + (sums[3] + sums[7]));
-        let kick = damping * deflection;
+        let kick = V::splat(damping * sums.sum());
         for (chunk, block) in blocks.iter().enumerate() {
-            let mut own = load(x, padded, chunk);
-            for (component, pull) in own.iter_mut().zip(&block.mesh_pull) {
-                for l in 0..LANES {
-                    component.0[l] = fma::<SET>(pull.0[l], kick, component.0[l]);
-                }
-            }
-            store(x, padded, chunk, &own);
+            let ([a, b], [g, h]) = (load::<V>(x, padded, chunk), pair::<V>(&block.mesh_pull));
+            let kicked = [g.multiply_add(kick, a), h.multiply_add(kick, b)];
+            store(x, padded, chunk, kicked);
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Loops of a full window.
 
-use super::columns::{combine, in_batches, series};
+use super::columns::{add_terms, combine, in_batches, load, series, store};
 use super::varying::{deflection_columns, force_columns};
-use super::vectors::accumulate;
-use super::{LANES, Lanes, fma};
+use super::vector::Vector;
+use super::{LANES, Lanes};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::feedback::{Closed, Feedback};
 use crate::propagate::volterra::tables::{Row, Series};
@@ -84,14 +84,15 @@ fn size(a: &Series) -> f64 {
 
 /// `sum += row · weight`.
 #[inline(always)]
-pub(super) fn add_row<const SET: u8>(sum: &mut Series, row: &Row, weight: f64) {
-    for j in 0..TERMS {
-        sum[j] = fma::<SET>(row.0[j], weight, sum[j]);
+pub(super) fn add_row<V: Vector>(sum: &mut Series, row: &Row, weight: f64) {
+    let weight = V::splat(weight);
+    for (sum, row) in sum.chunks_exact_mut(LANES).zip(row.0.chunks_exact(LANES)) {
+        V::read(row).multiply_add(weight, V::read(sum)).write(sum);
     }
 }
 
 #[inline(always)]
-pub(super) fn solve_body<const SET: u8>(
+pub(super) fn solve_body<V: Vector>(
     rows: &[Row],
     inputs: &[f64],
     columns: &[f64],
@@ -100,9 +101,9 @@ pub(super) fn solve_body<const SET: u8>(
     out: &mut Solution,
 ) {
     let (rows, of_inputs) = rows.split_at(rows.len() - inputs.len());
-    let [driven] = combine::<SET, 1>(of_inputs, &[inputs]);
+    let [driven] = combine::<V, 1>(of_inputs, &[inputs]);
     if let Some((closed, gap)) = contact {
-        in_batches!(SET, forces.len(), |first| solve_batch(
+        in_batches!(V, forces.len(), |first| solve_batch(
             rows,
             &columns[first * rows.len()..],
             closed,
@@ -111,8 +112,8 @@ pub(super) fn solve_body<const SET: u8>(
             out,
         ));
     } else {
-        let [mut free] = combine::<SET, 1>(rows, &[&columns[..rows.len()]]);
-        add_row::<SET>(&mut free.0, &driven, 1.0);
+        let [mut free] = combine::<V, 1>(rows, &[&columns[..rows.len()]]);
+        add_row::<V>(&mut free.0, &driven, 1.0);
         out.size = size(&free.0);
         out.variation = out.size - free.0[0].abs();
         out.deflection = free.0;
@@ -122,7 +123,7 @@ pub(super) fn solve_body<const SET: u8>(
 /// Forces of a batch of columns in contact; of the trajectory, which comes first and has what
 /// `driven` and the gap add, the deflection too.
 #[inline(always)]
-fn solve_batch<const SET: u8, const COLUMNS: usize>(
+fn solve_batch<V: Vector, const COLUMNS: usize>(
     rows: &[Row],
     columns: &[f64],
     closed: Closed<'_>,
@@ -134,27 +135,25 @@ fn solve_batch<const SET: u8, const COLUMNS: usize>(
     for c in 0..COLUMNS {
         x[c] = &columns[c * rows.len()..][..rows.len()];
     }
-    let mut free = combine::<SET, COLUMNS>(rows, &x);
+    let mut free = combine::<V, COLUMNS>(rows, &x);
     let mut gap = 0.0;
     if let Some((driven, own)) = trajectory {
-        add_row::<SET>(&mut free[0].0, driven, 1.0);
+        add_row::<V>(&mut free[0].0, driven, 1.0);
         out.size = size(&free[0].0);
         gap = own;
     }
     let force = match closed {
-        Closed::Table(feedback) => feed_back::<SET, COLUMNS>(feedback, &free, gap),
-        Closed::Factors(nodal, factors) => {
-            force_columns::<SET, COLUMNS>(nodal, factors, &free, gap)
-        }
+        Closed::Table(feedback) => feed_back::<V, COLUMNS>(feedback, &free, gap),
+        Closed::Factors(nodal, factors) => force_columns::<V, COLUMNS>(nodal, factors, &free, gap),
     };
     if trajectory.is_some() {
         out.deflection = match closed {
             Closed::Table(feedback) => {
-                let [mut deflection] = combine::<SET, 1>(&feedback.deflection, &[&free[0].0]);
-                add_row::<SET>(&mut deflection.0, &feedback.gap[1], gap);
+                let [mut deflection] = combine::<V, 1>(&feedback.deflection, &[&free[0].0]);
+                add_row::<V>(&mut deflection.0, &feedback.gap[1], gap);
                 deflection.0
             }
-            Closed::Factors(nodal, _) => deflection_columns::<SET>(nodal, &free[0], &force[0]).0,
+            Closed::Factors(nodal, _) => deflection_columns::<V>(nodal, &free[0], &force[0]).0,
         };
         out.variation = size(&out.deflection) - out.deflection[0].abs();
     }
@@ -163,25 +162,25 @@ fn solve_batch<const SET: u8, const COLUMNS: usize>(
 
 /// Forces from free deflections; `gap` is that of the first column.
 #[inline(always)]
-fn feed_back<const SET: u8, const COLUMNS: usize>(
+fn feed_back<V: Vector, const COLUMNS: usize>(
     feedback: &Feedback,
     free: &[Row; COLUMNS],
     gap: f64,
 ) -> [Row; COLUMNS] {
-    let mut force = combine::<SET, COLUMNS>(&feedback.force, &series(free));
-    add_row::<SET>(&mut force[0].0, &feedback.gap[0], gap);
+    let mut force = combine::<V, COLUMNS>(&feedback.force, &series(free));
+    add_row::<V>(&mut force[0].0, &feedback.gap[0], gap);
     force
 }
 
 #[inline(always)]
-pub(super) fn advance_body<const SET: u8>(
+pub(super) fn advance_body<V: Vector>(
     windows: &Windows,
     forces: &[Row],
     inputs: &[f64],
     columns: &mut [f64],
 ) {
     let length = 2 * LANES * (windows.data.len() / windows.stride);
-    in_batches!(SET, columns.len() / length, |first| advance_batch(
+    in_batches!(V, columns.len() / length, |first| advance_batch(
         windows,
         forces.get(first..).unwrap_or(&[]),
         if first == 0 { inputs } else { &[] },
@@ -191,49 +190,43 @@ pub(super) fn advance_body<const SET: u8>(
 
 /// Moves a batch of columns; `inputs` act on the first of them.
 #[inline(always)]
-fn advance_batch<const SET: u8, const COLUMNS: usize>(
+fn advance_batch<V: Vector, const COLUMNS: usize>(
     windows: &Windows,
     forces: &[Row],
     inputs: &[f64],
     columns: &mut [f64],
 ) {
-    let chunks = windows.data.chunks_exact(windows.stride);
-    let padded = chunks.len() * LANES;
+    let padded = LANES * (windows.data.len() / windows.stride);
     let forces = forces.first_chunk::<COLUMNS>();
-    for (index, chunk) in chunks.enumerate() {
+    for (index, chunk) in windows.data.chunks_exact(windows.stride).enumerate() {
         let (d, responses) = chunk.split_at(4);
-        let (terms, rest) = responses.split_at(2 * TERMS);
-        let mut sums = [[[Lanes::ZERO; 2]; COLUMNS]; 2];
+        let (responses, _) = responses.as_chunks::<2>();
+        let Some((terms, rest)) = responses.split_first_chunk::<TERMS>() else {
+            return;
+        };
+        let mut sums = [[[V::zero(); 2]; COLUMNS]; 2];
         for c in 0..COLUMNS {
-            let at = 2 * c * padded + index * LANES;
+            let x = load::<V>(&columns[2 * c * padded..], padded, index);
             for way in 0..2 {
-                let x = &columns[at + way * padded..][..LANES];
                 for i in 0..2 {
-                    for l in 0..LANES {
-                        sums[way][c][i].0[l] = d[2 * i + way].0[l] * x[l];
-                    }
+                    sums[way][c][i] = V::read(&d[2 * i + way].0).times(x[way]);
                 }
             }
         }
         if let Some(forces) = forces {
-            accumulate::<SET, 2, COLUMNS, _>(terms, &series(forces), &mut sums);
+            add_terms::<V, COLUMNS>(terms, &forces.each_ref(), &mut sums);
         }
-        for (e, f) in rest.chunks_exact(2).zip(inputs) {
+        for (e, f) in rest.iter().zip(inputs) {
             for i in 0..2 {
-                for l in 0..LANES {
-                    let sum = &mut sums[0][0][i].0[l];
-                    *sum = fma::<SET>(e[i].0[l], *f, *sum);
-                }
+                sums[0][0][i] = V::read(&e[i].0).multiply_add(V::splat(*f), sums[0][0][i]);
             }
         }
         for c in 0..COLUMNS {
-            let at = 2 * c * padded + index * LANES;
-            for i in 0..2 {
-                let x = &mut columns[at + i * padded..][..LANES];
-                for l in 0..LANES {
-                    x[l] = sums[0][c][i].0[l] + sums[1][c][i].0[l];
-                }
-            }
+            let x = [
+                sums[0][c][0].plus(sums[1][c][0]),
+                sums[0][c][1].plus(sums[1][c][1]),
+            ];
+            store(&mut columns[2 * c * padded..], padded, index, x);
         }
     }
 }
