@@ -6,6 +6,7 @@
 //! left half first, so that neither of two close roots can be skipped. What stays
 //! undecided when the whole sub-series has sunk into round-off is a tangency.
 
+use super::arithmetic::{Arithmetic, Bounds, Portable};
 use super::legendre::{self, Transforms};
 
 /// What a search found.
@@ -26,34 +27,40 @@ pub struct Search {
 /// Deepest halving: a sub-interval of 2⁻⁵⁰ windows is below the resolution of time itself.
 const DEEPEST: u32 = 50;
 
-/// Finds the earliest x in \[−1, `limit`\] at which `margin` passes from non-negative to
-/// negative, with fused multiply-adds where asked for. Values within `noise` of zero are round-off.
-///
-/// A margin that is negative at the very start (beyond `noise`, or within it and falling)
-/// exits at x = −1.
-#[inline(always)]
-pub fn earliest_exit<const P: usize, const FUSED: bool>(
-    transforms: &Transforms<P>,
-    margin: &[f64; P],
-    limit: f64,
-    noise: f64,
-) -> Search {
-    let mut search = Search {
+impl Search {
+    /// Nothing found, nothing spent.
+    const NONE: Self = Self {
         exit: None,
         grazings: 0,
         certified: false,
         bisections: 0,
         newton_steps: 0,
     };
-    if margin[0] > legendre::variation(margin) + noise {
+}
+
+/// Finds the earliest x in \[−1, `limit`\] at which `margin` passes from non-negative to
+/// negative. Values within `noise` of zero are round-off.
+///
+/// A margin that is negative at the very start (beyond `noise`, or within it and falling)
+/// exits at x = −1.
+#[inline(always)]
+pub fn earliest_exit<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    margin: &[f64; P],
+    limit: f64,
+    noise: f64,
+) -> Search {
+    let mut search = Search::NONE;
+    let bounds = A::bounds(margin);
+    if margin[0] > bounds.variation + noise {
         search.certified = true;
         return search;
     }
-    if legendre::at_start(margin) < -noise {
+    if bounds.start < -noise {
         search.exit = Some(-1.0);
         return search;
     }
-    match examine::<P, FUSED>(margin, noise, 0, &mut search) {
+    match judge::<P, A>(transforms, margin, bounds, noise, 0, &mut search) {
         Verdict::Clear => {}
         Verdict::Exit(x) => search.exit = Some(x),
         Verdict::Undecided => {
@@ -65,8 +72,8 @@ pub fn earliest_exit<const P: usize, const FUSED: bool>(
             search.bisections += 1;
             for side in 0..2 {
                 let part = whole.half(side);
-                let series = transforms.half(margin, side);
-                search.exit = match examine::<P, FUSED>(&series, noise, 1, &mut search) {
+                let series = A::half(transforms, margin, side);
+                search.exit = match examine::<P, A>(transforms, &series, noise, 1, &mut search) {
                     Verdict::Clear => None,
                     Verdict::Exit(x) => Some(part.place(x)),
                     Verdict::Undecided => {
@@ -80,6 +87,25 @@ pub fn earliest_exit<const P: usize, const FUSED: bool>(
         }
     }
     search.exit = search.exit.filter(|x| *x <= limit);
+    search
+}
+
+/// [`earliest_exit`] of a margin that falls, by its `slope`, and is not negative at its start
+/// beyond noise.
+#[inline(always)]
+pub fn exit_of_falling<const P: usize, A: Arithmetic<P>>(
+    margin: &[f64; P],
+    bounds: Bounds,
+    slope: Bounds,
+    limit: f64,
+) -> Search {
+    let mut search = Search::NONE;
+    if bounds.end < 0.0 {
+        let root = bracketed_root::<P, A>(margin, bounds, slope, &mut search.newton_steps);
+        search.exit = Some(root).filter(|x| *x <= limit);
+    } else {
+        search.certified = true;
+    }
     search
 }
 
@@ -118,25 +144,41 @@ enum Verdict {
 }
 
 #[inline(always)]
-fn examine<const P: usize, const FUSED: bool>(
+fn examine<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
     series: &[f64; P],
     noise: f64,
     depth: u32,
     search: &mut Search,
 ) -> Verdict {
-    let variation = legendre::variation(series);
-    if series[0] > variation + noise {
+    let bounds = A::bounds(series);
+    if series[0] > bounds.variation + noise {
         return Verdict::Clear;
     }
-    let slope = legendre::derivative(series);
-    if slope[0].abs() > legendre::variation(&slope) {
-        return if slope[0] < 0.0 && legendre::at_end(series) < 0.0 {
-            Verdict::Exit(bracketed_root::<P, FUSED>(series, &mut search.newton_steps))
+    judge::<P, A>(transforms, series, bounds, noise, depth, search)
+}
+
+/// What a series says that its size does not.
+#[inline(always)]
+fn judge<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+    bounds: Bounds,
+    noise: f64,
+    depth: u32,
+    search: &mut Search,
+) -> Verdict {
+    let slope = A::derivative(transforms, series);
+    let slopes = A::bounds(&slope);
+    if slope[0].abs() > slopes.variation {
+        return if slope[0] < 0.0 && bounds.end < 0.0 {
+            let steps = &mut search.newton_steps;
+            Verdict::Exit(bracketed_root::<P, A>(series, bounds, slopes, steps))
         } else {
             Verdict::Clear
         };
     }
-    if series[0].abs() + variation <= noise || depth == DEEPEST {
+    if series[0].abs() + bounds.variation <= noise || depth == DEEPEST {
         search.grazings += 1;
         return Verdict::Clear;
     }
@@ -161,7 +203,7 @@ fn halve<const P: usize>(
             return None;
         }
         let series = transforms.half(series, side);
-        let exit = match examine::<P, false>(&series, noise, part.depth, search) {
+        let exit = match examine::<P, Portable>(transforms, &series, noise, part.depth, search) {
             Verdict::Clear => None,
             Verdict::Exit(x) => Some(part.place(x)),
             Verdict::Undecided => halve(transforms, &series, part, limit, noise, search),
@@ -221,7 +263,9 @@ fn meet_signs<const P: usize>(
         meet(start, part.start);
         let x = if start * end < 0.0 {
             let falling = if slope[0] < 0.0 { 1.0 } else { -1.0 };
-            bracketed_root::<P, false>(&series.map(|a| falling * a), &mut 0)
+            let [series, slope] = [series, &slope].map(|s| s.map(|a| falling * a));
+            let [bounds, slopes] = [series, slope].map(|s| Portable::bounds(&s));
+            bracketed_root::<P, Portable>(&series, bounds, slopes, &mut 0)
         } else {
             -1.0
         };
@@ -238,21 +282,25 @@ fn meet_signs<const P: usize>(
 }
 
 /// The root of a falling series with a non-positive value at its end; −1 where it is
-/// already negative at its start (by round-off).
+/// already negative at its start (by round-off). `slope` is of its derivative.
 ///
 /// Halley's iteration, kept within its bracket. A step that curvature hardly bends leaves an
 /// error far below round-off, so that none is spent on seeing the iteration stand still.
 #[inline(always)]
-fn bracketed_root<const P: usize, const FUSED: bool>(series: &[f64; P], steps: &mut u32) -> f64 {
-    let (start, end) = (legendre::at_start(series), legendre::at_end(series));
-    if start <= 0.0 {
+fn bracketed_root<const P: usize, A: Arithmetic<P>>(
+    series: &[f64; P],
+    bounds: Bounds,
+    slope: Bounds,
+    steps: &mut u32,
+) -> f64 {
+    if bounds.start <= 0.0 {
         return -1.0;
     }
     let (mut lo, mut hi) = (-1.0, 1.0);
-    let mut x = -1.0 + 2.0 * start / (start - end);
+    let mut x = place_of_zero(bounds, slope);
     for _ in 0..60 {
         *steps += 1;
-        let [value, slope, curvature] = legendre::evaluate_with_derivatives::<P, FUSED>(series, x);
+        let [value, slope, curvature] = A::derivatives_at(series, x);
         if value > 0.0 {
             lo = x;
         } else {
@@ -272,6 +320,17 @@ fn bracketed_root<const P: usize, const FUSED: bool>(series: &[f64; P], steps: &
         x = next;
     }
     x
+}
+
+/// About where a falling function passes zero: x as the cubic in its value that has both ends'
+/// places and slopes, the slopes bounded so that the cubic is monotonic (Fritsch & Carlson 1980).
+#[inline(always)]
+fn place_of_zero(bounds: Bounds, slope: Bounds) -> f64 {
+    let fall = bounds.start - bounds.end;
+    let t = bounds.start / fall;
+    let [first, last] = [slope.start, slope.end].map(|s| (-fall / s).clamp(0.0, 6.0));
+    let (s, u) = (1.0 - t, t * t);
+    -1.0 + 2.0 * u * (3.0 - 2.0 * t) + t * s * (s * first - t * last)
 }
 
 /// Halley's error is of third order: after a step this small, and as little bent, a

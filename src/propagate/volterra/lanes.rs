@@ -8,6 +8,7 @@
 //! between runs on one.
 
 mod columns;
+mod crossing;
 mod cut;
 mod varying;
 mod vector;
@@ -20,10 +21,9 @@ use super::TERMS;
 use super::feedback::Closed;
 use super::tables::{BlockChunk, Row, Series};
 use super::varying::{Factors, Nodal};
-use crate::model::{Contact, STIFFNESS_TERMS, Surface};
-use crate::numerics::legendre::transforms24;
+use crate::model::STIFFNESS_TERMS;
 use crate::propagate::Counters;
-use crate::propagate::events::{self, Crossing};
+use crate::propagate::events::{Course, Crossing};
 
 /// Blocks carried side by side.
 pub const LANES: usize = 8;
@@ -210,38 +210,14 @@ for_each_set! {
 for_each_set! {
     /// [`crate::propagate::events::first_crossing`].
     fn first_crossing(
-        deflection: &Series,
-        contact: Contact,
+        course: Course<'_, TERMS>,
         half_gap: f64,
-        crossed: Option<Surface>,
         limit: f64,
-        noise: f64,
         counters: &mut Counters,
     ) -> Option<Crossing> = first_crossing_body
 }
 
-#[inline(always)]
-fn first_crossing_body<V: Vector>(
-    deflection: &Series,
-    contact: Contact,
-    half_gap: f64,
-    crossed: Option<Surface>,
-    limit: f64,
-    noise: f64,
-    counters: &mut Counters,
-) -> Option<Crossing> {
-    let transforms = transforms24();
-    if V::FUSED {
-        events::first_crossing::<_, true>(
-            transforms, deflection, contact, half_gap, crossed, limit, noise, counters,
-        )
-    } else {
-        events::first_crossing::<_, false>(
-            transforms, deflection, contact, half_gap, crossed, limit, noise, counters,
-        )
-    }
-}
-
+use crossing::first_crossing_body;
 use cut::{at_nodes_body, basis_body, cut_body, moments_body, push_body, salt_body};
 use varying::{deflection_body, factorise_body, force_body};
 #[cfg(target_arch = "x86_64")]

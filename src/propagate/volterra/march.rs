@@ -13,6 +13,7 @@ use super::workspace::Workspace;
 use super::{TERMS, Volterra};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::numerics::legendre;
+use crate::propagate::events::Course;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 
 /// Deflections beyond this many half gaps count as divergence.
@@ -147,16 +148,14 @@ impl Volterra<'_> {
         {
             counters.certified += 1;
         } else {
-            let crossing = lanes::first_crossing(
-                self.instructions,
-                &solution.deflection,
-                *contact,
-                self.model.half_gap,
+            let course = Course {
+                series: &solution.deflection,
+                contact: *contact,
                 crossed,
-                limit,
                 noise,
-                counters,
-            );
+            };
+            let (set, half_gap) = (self.instructions, self.model.half_gap);
+            let crossing = lanes::first_crossing(set, course, half_gap, limit, counters);
             if let Some(c) = crossing {
                 let series = solution.deflection;
                 let [deflection, slope, _] =

@@ -2,8 +2,8 @@
 //! sizes that straddle a chunk's edge; outputs hold NaN beforehand.
 
 use super::*;
-use crate::model::{Block, MeshGain};
-use crate::numerics::legendre::{evaluate, polynomials};
+use crate::model::{Block, Contact, MeshGain, Surface};
+use crate::numerics::legendre::{evaluate, polynomials, transforms24};
 use crate::numerics::random::Stream;
 use crate::propagate::saltation;
 use crate::propagate::volterra::feedback::Feedback;
@@ -427,16 +427,13 @@ fn every_set_finds_the_same_crossing() {
     let exact = 2.0 * (1.0f64 / 1.5).asin() - 1.0;
     for set in InstructionSet::available() {
         let mut counters = Counters::default();
-        let found = first_crossing(
-            set,
-            &deflection,
-            Contact::Free,
-            1.0,
-            None,
-            1.0,
-            1e-14,
-            &mut counters,
-        );
+        let course = Course {
+            series: &deflection,
+            contact: Contact::Free,
+            crossed: None,
+            noise: 1e-14,
+        };
+        let found = first_crossing(set, course, 1.0, 1.0, &mut counters);
         let surface = found.map(|c| c.surface);
         assert_eq!(surface, Some(Surface::Drive), "{}", set.name());
         let x = found.map_or(f64::NAN, |c| c.x);

@@ -30,6 +30,9 @@ pub trait Vector: Copy {
     /// `self · factor`.
     fn times(self, factor: Self) -> Self;
 
+    /// Magnitudes.
+    fn size(self) -> Self;
+
     /// `self + other`.
     fn plus(self, other: Self) -> Self;
 
@@ -118,6 +121,11 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     }
 
     #[inline(always)]
+    fn size(self) -> Self {
+        Self(self.0.map(f64::abs))
+    }
+
+    #[inline(always)]
     fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series {
         let mut out = [0.0; TERMS];
         for (out, row) in out.iter_mut().zip(rows) {
@@ -139,8 +147,9 @@ pub use wide::Wide;
 mod wide {
     use super::{LANES, Row, Series, TERMS, Vector};
     use std::arch::x86_64::{
-        __m512d, _mm512_add_pd, _mm512_fmadd_pd, _mm512_loadu_pd, _mm512_mul_pd, _mm512_set1_pd,
-        _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_unpackhi_pd, _mm512_unpacklo_pd,
+        __m512d, _mm512_abs_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_loadu_pd, _mm512_mul_pd,
+        _mm512_set1_pd, _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_unpackhi_pd,
+        _mm512_unpacklo_pd,
     };
 
     /// A register of AVX-512.
@@ -189,6 +198,12 @@ mod wide {
         fn plus(self, other: Self) -> Self {
             // SAFETY: the processor has AVX-512.
             Self(unsafe { _mm512_add_pd(self.0, other.0) })
+        }
+
+        #[inline(always)]
+        fn size(self) -> Self {
+            // SAFETY: the processor has AVX-512.
+            Self(unsafe { _mm512_abs_pd(self.0) })
         }
 
         /// Sums along a vector by folding two rows into one until one is left.
