@@ -49,10 +49,15 @@ pub fn evaluate_with_derivatives<const P: usize, const FUSED: bool>(
         let [up, down] = factors[n];
         let step = up * x;
         // What is known early is added first: the chain of waiting stays short.
+        let early = [
+            multiply_add::<FUSED>(-down, b_next[0], series[n]),
+            multiply_add::<FUSED>(-down, b_next[1], up * b[0]),
+            multiply_add::<FUSED>(-down, b_next[2], (2.0 * up) * b[1]),
+        ];
         let new = [
-            multiply_add::<FUSED>(step, b[0], series[n] - down * b_next[0]),
-            multiply_add::<FUSED>(step, b[1], up * b[0] - down * b_next[1]),
-            multiply_add::<FUSED>(step, b[2], 2.0 * up * b[1] - down * b_next[2]),
+            multiply_add::<FUSED>(step, b[0], early[0]),
+            multiply_add::<FUSED>(step, b[1], early[1]),
+            multiply_add::<FUSED>(step, b[2], early[2]),
         ];
         b_next = b;
         b = new;

@@ -306,12 +306,14 @@ fn bracketed_root<const P: usize, A: Arithmetic<P>>(
         } else {
             hi = x;
         }
-        let newton = value / slope;
-        let bend = 0.5 * newton * curvature / slope;
-        let mut next = x - newton / (1.0 - bend);
+        // One division: Newton's step is value / slope, and bend / slope² is what curvature
+        // makes of it.
+        let (bend, square) = (0.5 * value * curvature, slope * slope);
+        let mut next = x - value * slope / (square - bend);
+        let small = value.abs() < SMALL_STEP * slope.abs() && bend.abs() < SMALL_STEP * square;
         if !(next >= lo && next <= hi) {
             next = 0.5 * (lo + hi);
-        } else if newton.abs() < SMALL_STEP && bend.abs() < SMALL_STEP {
+        } else if small {
             return next;
         }
         if (next - x).abs() <= f64::EPSILON {

@@ -173,13 +173,14 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// Values of a full window's series at the nodes of the part.
-    fn at_nodes(basis: &Basis, series: &Series) -> Series = at_nodes_body
+    /// Values at the nodes of the part, in place of every series on the full window.
+    fn node_values(basis: &Basis, series: &mut [Row]) = node_values_body
 }
 
 for_each_set! {
-    /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every F, a series on the full window.
-    fn moments(basis: &Basis, forces: &mut [Row]) = moments_body
+    /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every F's values at the nodes. Apart
+    /// from [`node_values`], lest the compiler hold all polynomials for both.
+    fn moments(basis: &Basis, values: &mut [Row]) = moments_body
 }
 
 for_each_set! {
@@ -218,7 +219,7 @@ for_each_set! {
 }
 
 use crossing::first_crossing_body;
-use cut::{at_nodes_body, basis_body, cut_body, moments_body, push_body, salt_body};
+use cut::{basis_body, cut_body, moments_body, node_values_body, push_body, salt_body};
 use varying::{deflection_body, factorise_body, force_body};
 #[cfg(target_arch = "x86_64")]
 use vector::Wide;

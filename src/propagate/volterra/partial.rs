@@ -69,21 +69,28 @@ impl Volterra<'_> {
     ) {
         let (t, set) = (&self.tables, self.instructions);
         let (blocks, exponentials) = (&t.blocks[table.direction], &table.exponentials);
-        lanes::moments(set, &cut.basis, forces);
+        self.moments(&cut.basis, forces);
         let (basis, ends) = (&cut.basis, &mut cut.ends);
         lanes::cut(set, blocks, exponentials, basis, forces, ends, columns);
         let phases = inputs[1..].chunks_exact(2);
         for ((input, series), phase) in t.ripple.iter().zip(&table.ripple).zip(phases) {
             let mut moments = [Row(series.map(|u| multiply((phase[0], phase[1]), u).0))];
-            lanes::moments(set, basis, &mut moments);
+            self.moments(basis, &mut moments);
             let trajectory = &mut columns[..2 * t.layout.padded];
             lanes::push(set, blocks, exponentials, input, &moments[0], trajectory);
         }
     }
 
+    /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every series F on the full window.
+    fn moments(&self, basis: &Basis, series: &mut [Row]) {
+        lanes::node_values(self.instructions, basis, series);
+        lanes::moments(self.instructions, basis, series);
+    }
+
     /// A window's series on its part up to the cut, as the observer sees it.
     pub(super) fn cut_series(&self, cut: &Cut, series: &Series) -> Series {
-        let values = lanes::at_nodes(self.instructions, &cut.basis, series);
-        transforms24().interpolate(&values)
+        let mut values = [Row(*series)];
+        lanes::node_values(self.instructions, &cut.basis, &mut values);
+        transforms24().interpolate(&values[0].0)
     }
 }

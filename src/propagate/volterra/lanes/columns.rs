@@ -35,7 +35,7 @@ macro_rules! in_batches {
 pub(super) use in_batches;
 
 /// Lane groups of a row.
-const GROUPS: usize = TERMS / LANES;
+pub(super) const GROUPS: usize = TERMS / LANES;
 
 /// The sums of a batch: two a column, of the even and of the odd rows, each of `G` lane groups.
 /// Twice as many sums in flight hide the latency of the multiply-add.

@@ -1,6 +1,7 @@
 //! Loops of the search for events.
 
 use super::LANES;
+use super::columns::GROUPS;
 use super::vector::Vector;
 use crate::numerics::arithmetic::{Arithmetic, Bounds};
 use crate::numerics::legendre::{self, Columns, Transforms, transforms24};
@@ -9,9 +10,6 @@ use crate::propagate::events::{self, Course, Crossing};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::Series;
 use std::marker::PhantomData;
-
-/// Lane groups of a series.
-const GROUPS: usize = TERMS / LANES;
 
 /// Arithmetic in vectors.
 struct Packed<V>(PhantomData<V>);
@@ -91,10 +89,13 @@ impl<V: Vector> Arithmetic<TERMS> for Packed<V> {
     fn scaled(series: &Series, factor: f64, constant: f64) -> Series {
         let mut out = [0.0; TERMS];
         for g in 0..GROUPS {
-            let group = V::read(&series[g * LANES..]).times(V::splat(factor));
+            let term = match g {
+                0 => V::first(constant),
+                _ => V::zero(),
+            };
+            let group = V::read(&series[g * LANES..]).multiply_add(V::splat(factor), term);
             group.write(&mut out[g * LANES..]);
         }
-        out[0] += constant;
         out
     }
 

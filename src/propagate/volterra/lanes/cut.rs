@@ -10,7 +10,7 @@
 //! nodes, exact to degree 2P − 1; since its nodes lie symmetrically, `τ − s_j` is a node
 //! too and one table of polynomials gives both factors.
 
-use super::columns::{add_terms, combine, in_batches, load, series, store};
+use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use super::vector::Vector;
 use super::{LANES, Lanes};
 use crate::propagate::volterra::TERMS;
@@ -76,6 +76,24 @@ const fn integral() -> [f64; TERMS] {
 
 const INTEGRAL: [f64; TERMS] = integral();
 
+/// Sets term n at the part's end, given P_n and P_{n−1} there; P_{n+1} and P_n. One number at a
+/// time, as they will be read: a vector read behind single writes waits for them all.
+#[inline(always)]
+fn at_end<V: Vector>(
+    n: usize,
+    end: f64,
+    delta: f64,
+    [now, before]: [f64; 2],
+    out: &mut Basis,
+) -> [f64; 2] {
+    let [up, down] = RECURRENCE[n];
+    let next = V::fma(up * end, now, -(down * before));
+    out.end.0[n] = now;
+    // ∫₀^τ P_n dt = Δ/2 (P_{n+1} − P_{n−1})/(2n+1).
+    out.constant.0[n] = INTEGRAL[n] * delta * (next - before);
+    [next, now]
+}
+
 #[inline(always)]
 pub(super) fn basis_body<V: Vector>(
     rule: Option<[&Series; 2]>,
@@ -83,65 +101,65 @@ pub(super) fn basis_body<V: Vector>(
     delta: f64,
     out: &mut Basis,
 ) {
-    // ∫₀^τ P_n dt = Δ/2 (P_{n+1} − P_{n−1})/(2n+1), with P_{−1} = −1.
-    let (mut previous, mut current) = (-1.0, 1.0);
-    for n in 0..TERMS {
-        out.end.0[n] = current;
-        let [up, down] = RECURRENCE[n];
-        let next = V::fma(up * end, current, -(down * previous));
-        out.constant.0[n] = INTEGRAL[n] * delta * (next - previous);
-        previous = current;
-        current = next;
-    }
     let share = 0.5 * (end + 1.0);
     let tau = share * delta;
-    out.constant.0[0] = tau;
-    let Some([nodes, weights]) = rule else {
-        return;
-    };
-    let mut x = [0.0; TERMS];
-    for j in 0..TERMS {
-        x[j] = share * (1.0 + nodes[j]) - 1.0;
-        out.weights[j] = 0.5 * tau * weights[j];
-    }
-    let (mut previous, mut current) = ([0.0; TERMS], [1.0; TERMS]);
-    for n in 0..TERMS {
-        out.values[n].0 = current;
-        let [up, down] = RECURRENCE[n];
-        for j in 0..TERMS {
-            let next = V::fma(up * x[j], current[j], -(down * previous[j]));
-            previous[j] = current[j];
-            current[j] = next;
+    // At the end, of n and n − 1.
+    let (mut now, mut before) = (1.0, 0.0);
+    if let Some([nodes, weights]) = rule {
+        let mut x = [V::zero(); GROUPS];
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            // Exact where the part is short: 1 + x is no difference.
+            let from_start = V::read(&nodes[at..]).plus(V::splat(1.0));
+            x[g] = from_start.times(V::splat(share)).plus(V::splat(-1.0));
+            let weights = V::read(&weights[at..]).times(V::splat(0.5 * tau));
+            weights.write(&mut out.weights[at..]);
+        }
+        let (mut previous, mut current) = ([V::zero(); GROUPS], [V::splat(1.0); GROUPS]);
+        for n in 0..TERMS {
+            // The chains of the nodes and of the end wait side by side.
+            [now, before] = at_end::<V>(n, end, delta, [now, before], out);
+            let [up, down] = RECURRENCE[n];
+            for g in 0..GROUPS {
+                current[g].write(&mut out.values[n].0[g * LANES..]);
+                let early = previous[g].times(V::splat(-down));
+                previous[g] = current[g];
+                current[g] = x[g].times(V::splat(up)).multiply_add(current[g], early);
+            }
+        }
+    } else {
+        for n in 0..TERMS {
+            [now, before] = at_end::<V>(n, end, delta, [now, before], out);
         }
     }
+    out.constant.0[0] = tau;
 }
 
 #[inline(always)]
-pub(super) fn at_nodes_body<V: Vector>(basis: &Basis, series: &Series) -> Series {
-    let [values] = combine::<V, 1>(&basis.values, &[series]);
-    values.0
-}
-
-#[inline(always)]
-pub(super) fn moments_body<V: Vector>(basis: &Basis, forces: &mut [Row]) {
-    in_batches!(V, forces.len(), |first| moments_batch(
+pub(super) fn node_values_body<V: Vector>(basis: &Basis, series: &mut [Row]) {
+    in_batches!(V, series.len(), |first| node_values_batch(
         basis,
-        &mut forces[first..],
+        &mut series[first..],
     ));
 }
 
 #[inline(always)]
-fn moments_batch<V: Vector, const COLUMNS: usize>(basis: &Basis, forces: &mut [Row]) {
-    let Some(forces) = forces.first_chunk_mut::<COLUMNS>() else {
-        return;
-    };
-    let values = combine::<V, COLUMNS>(&basis.values, &series(forces));
-    for (force, values) in forces.iter_mut().zip(&values) {
+fn node_values_batch<V: Vector, const COLUMNS: usize>(basis: &Basis, rows: &mut [Row]) {
+    if let Some(rows) = rows.first_chunk_mut::<COLUMNS>() {
+        *rows = combine::<V, COLUMNS>(&basis.values, &series(rows));
+    }
+}
+
+#[inline(always)]
+pub(super) fn moments_body<V: Vector>(basis: &Basis, values: &mut [Row]) {
+    for values in values {
         let mut mirrored = Row::ZERO;
-        for j in 0..TERMS {
-            mirrored.0[j] = basis.weights[j] * values.0[TERMS - 1 - j];
+        for g in 0..GROUPS {
+            let weights = V::read(&basis.weights[g * LANES..]);
+            let opposite = V::read(&values.0[(GROUPS - 1 - g) * LANES..]).reversed();
+            (weights.times(opposite)).write(&mut mirrored.0[g * LANES..]);
         }
-        force.0 = V::products_of_rows(&basis.values, &mirrored);
+        values.0 = V::products_of_rows(&basis.values, &mirrored);
     }
 }
 

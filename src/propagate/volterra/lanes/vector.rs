@@ -18,6 +18,9 @@ pub trait Vector: Copy {
     /// The same number in all lanes.
     fn splat(value: f64) -> Self;
 
+    /// A number in the first lane, zero in the others.
+    fn first(value: f64) -> Self;
+
     /// The first 8 numbers of a slice.
     fn read(from: &[f64]) -> Self;
 
@@ -32,6 +35,9 @@ pub trait Vector: Copy {
 
     /// Magnitudes.
     fn size(self) -> Self;
+
+    /// The last lane first.
+    fn reversed(self) -> Self;
 
     /// `self + other`.
     fn plus(self, other: Self) -> Self;
@@ -85,6 +91,13 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     }
 
     #[inline(always)]
+    fn first(value: f64) -> Self {
+        let mut out = [0.0; LANES];
+        out[0] = value;
+        Self(out)
+    }
+
+    #[inline(always)]
     fn read(from: &[f64]) -> Self {
         let mut out = [0.0; LANES];
         out.copy_from_slice(&from[..LANES]);
@@ -126,6 +139,12 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     }
 
     #[inline(always)]
+    fn reversed(mut self) -> Self {
+        self.0.reverse();
+        self
+    }
+
+    #[inline(always)]
     fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series {
         let mut out = [0.0; TERMS];
         for (out, row) in out.iter_mut().zip(rows) {
@@ -147,8 +166,9 @@ pub use wide::Wide;
 mod wide {
     use super::{LANES, Row, Series, TERMS, Vector};
     use std::arch::x86_64::{
-        __m512d, _mm512_abs_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_loadu_pd, _mm512_mul_pd,
-        _mm512_set1_pd, _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_unpackhi_pd,
+        __m512d, _mm512_abs_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_loadu_pd,
+        _mm512_maskz_mov_pd, _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_pd,
+        _mm512_setr_epi64, _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_unpackhi_pd,
         _mm512_unpacklo_pd,
     };
 
@@ -168,6 +188,12 @@ mod wide {
         fn splat(value: f64) -> Self {
             // SAFETY: the processor has AVX-512.
             Self(unsafe { _mm512_set1_pd(value) })
+        }
+
+        #[inline(always)]
+        fn first(value: f64) -> Self {
+            // SAFETY: the processor has AVX-512.
+            Self(unsafe { _mm512_maskz_mov_pd(1, _mm512_set1_pd(value)) })
         }
 
         #[inline(always)]
@@ -204,6 +230,15 @@ mod wide {
         fn size(self) -> Self {
             // SAFETY: the processor has AVX-512.
             Self(unsafe { _mm512_abs_pd(self.0) })
+        }
+
+        #[inline(always)]
+        fn reversed(self) -> Self {
+            // SAFETY: the processor has AVX-512.
+            Self(unsafe {
+                let order = _mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0);
+                _mm512_permutexvar_pd(order, self.0)
+            })
         }
 
         /// Sums along a vector by folding two rows into one until one is left.
