@@ -1,6 +1,6 @@
 //! What searches for roots do to series, left to whoever knows the machine's vectors.
 
-use super::legendre::{self, Transforms};
+use super::legendre::{self, SAMPLES, Transforms};
 
 /// What bounds a series on \[−1, 1\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +29,9 @@ pub trait Arithmetic<const P: usize> {
 
     /// `factor · series`, with `constant` added.
     fn scaled(series: &[f64; P], factor: f64, constant: f64) -> [f64; P];
+
+    /// Values at [`legendre::sample_place`] of all samples.
+    fn samples(transforms: &Transforms<P>, series: &[f64; P]) -> [f64; SAMPLES];
 
     /// Value at x and its first two derivatives by x.
     fn derivatives_at(series: &[f64; P], x: f64) -> [f64; 3];
@@ -67,6 +70,17 @@ impl<const P: usize> Arithmetic<P> for Portable {
     fn scaled(series: &[f64; P], factor: f64, constant: f64) -> [f64; P] {
         let mut out = series.map(|a| factor * a);
         out[0] += constant;
+        out
+    }
+
+    #[inline(always)]
+    fn samples(transforms: &Transforms<P>, series: &[f64; P]) -> [f64; SAMPLES] {
+        let mut out = [0.0; SAMPLES];
+        for (a, values) in series.iter().zip(&transforms.to_samples().0) {
+            for (out, value) in out.iter_mut().zip(values) {
+                *out += a * value;
+            }
+        }
         out
     }
 

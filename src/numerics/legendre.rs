@@ -178,13 +178,24 @@ pub struct Transforms<const P: usize> {
     derivative: Box<Columns<P>>,
     /// The quotient by 1 + x.
     quotient: Box<Columns<P>>,
+    /// Values at the samples.
+    samples: Box<Columns<P, SAMPLES>>,
+}
+
+/// Places where a series is looked at before a root is sought.
+pub const SAMPLES: usize = 24;
+
+/// Place of a sample: evenly over \[−1, 1\], both ends among them.
+#[inline(always)]
+pub fn sample_place(index: usize) -> f64 {
+    2.0 / (SAMPLES - 1) as f64 * index as f64 - 1.0
 }
 
 /// A map from series to series: `columns[n][m]` is the contribution of coefficient n to
-/// coefficient m, none where m > n.
+/// coefficient m (none where m > n) or, of values, to sample m.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub struct Columns<const P: usize>(pub [[f64; P]; P]);
+pub struct Columns<const P: usize, const M: usize = P>(pub [[f64; M]; P]);
 
 impl<const P: usize> Transforms<P> {
     fn new() -> Self {
@@ -207,7 +218,15 @@ impl<const P: usize> Transforms<P> {
             halves: [const { Columns([[0.0; P]; P]) }; 2].map(Box::new),
             derivative: Box::new(Columns([[0.0; P]; P])),
             quotient: Box::new(Columns([[0.0; P]; P])),
+            samples: Box::new(Columns([[0.0; SAMPLES]; P])),
         };
+        let mut values = [0.0; P];
+        for m in 0..SAMPLES {
+            polynomials(sample_place(m), &mut values);
+            for n in 0..P {
+                transforms.samples.0[n][m] = values[n];
+            }
+        }
         for (side, (lo, hi)) in [(-1.0, 0.0), (0.0, 1.0)].into_iter().enumerate() {
             for n in 0..P {
                 let mut unit = [0.0; P];
@@ -278,6 +297,11 @@ impl<const P: usize> Transforms<P> {
     /// The map to the quotient by 1 + x.
     pub fn to_quotient(&self) -> &Columns<P> {
         &self.quotient
+    }
+
+    /// The map to the values at the samples.
+    pub fn to_samples(&self) -> &Columns<P, SAMPLES> {
+        &self.samples
     }
 
     /// The series on the left (`side = 0`) or right (`side = 1`) half.

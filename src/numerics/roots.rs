@@ -7,7 +7,7 @@
 //! undecided when the whole sub-series has sunk into round-off is a tangency.
 
 use super::arithmetic::{Arithmetic, Bounds, Portable};
-use super::legendre::{self, Transforms};
+use super::legendre::{self, SAMPLES, Transforms, sample_place};
 
 /// What a search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,18 +90,18 @@ pub fn earliest_exit<const P: usize, A: Arithmetic<P>>(
     search
 }
 
-/// [`earliest_exit`] of a margin that falls, by its `slope`, and is not negative at its start
+/// [`earliest_exit`] of a margin that falls everywhere and is not negative at its start
 /// beyond noise.
 #[inline(always)]
 pub fn exit_of_falling<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
     margin: &[f64; P],
-    bounds: Bounds,
-    slope: Bounds,
     limit: f64,
 ) -> Search {
     let mut search = Search::NONE;
+    let bounds = A::bounds(margin);
     if bounds.end < 0.0 {
-        let root = bracketed_root::<P, A>(margin, bounds, slope, &mut search.newton_steps);
+        let root = bracketed_root::<P, A>(transforms, margin, bounds, &mut search.newton_steps);
         search.exit = Some(root).filter(|x| *x <= limit);
     } else {
         search.certified = true;
@@ -173,7 +173,7 @@ fn judge<const P: usize, A: Arithmetic<P>>(
     if slope[0].abs() > slopes.variation {
         return if slope[0] < 0.0 && bounds.end < 0.0 {
             let steps = &mut search.newton_steps;
-            Verdict::Exit(bracketed_root::<P, A>(series, bounds, slopes, steps))
+            Verdict::Exit(bracketed_root::<P, A>(transforms, series, bounds, steps))
         } else {
             Verdict::Clear
         };
@@ -263,9 +263,8 @@ fn meet_signs<const P: usize>(
         meet(start, part.start);
         let x = if start * end < 0.0 {
             let falling = if slope[0] < 0.0 { 1.0 } else { -1.0 };
-            let [series, slope] = [series, &slope].map(|s| s.map(|a| falling * a));
-            let [bounds, slopes] = [series, slope].map(|s| Portable::bounds(&s));
-            bracketed_root::<P, Portable>(&series, bounds, slopes, &mut 0)
+            let series = series.map(|a| falling * a);
+            bracketed_root::<P, Portable>(transforms, &series, Portable::bounds(&series), &mut 0)
         } else {
             -1.0
         };
@@ -282,22 +281,21 @@ fn meet_signs<const P: usize>(
 }
 
 /// The root of a falling series with a non-positive value at its end; −1 where it is
-/// already negative at its start (by round-off). `slope` is of its derivative.
+/// already negative at its start (by round-off).
 ///
 /// Halley's iteration, kept within its bracket. A step that curvature hardly bends leaves an
 /// error far below round-off, so that none is spent on seeing the iteration stand still.
 #[inline(always)]
 fn bracketed_root<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
     series: &[f64; P],
     bounds: Bounds,
-    slope: Bounds,
     steps: &mut u32,
 ) -> f64 {
     if bounds.start <= 0.0 {
         return -1.0;
     }
-    let (mut lo, mut hi) = (-1.0, 1.0);
-    let mut x = place_of_zero(bounds, slope);
+    let [mut x, mut lo, mut hi] = place_of_zero::<P, A>(transforms, series);
     for _ in 0..60 {
         *steps += 1;
         let [value, slope, curvature] = A::derivatives_at(series, x);
@@ -324,20 +322,36 @@ fn bracketed_root<const P: usize, A: Arithmetic<P>>(
     x
 }
 
-/// About where a falling function passes zero: x as the cubic in its value that has both ends'
-/// places and slopes, the slopes bounded so that the cubic is monotonic (Fritsch & Carlson 1980).
+/// Between which samples a falling series passes zero, and about where: by the cubic through
+/// four samples that gives the place for a value.
 #[inline(always)]
-fn place_of_zero(bounds: Bounds, slope: Bounds) -> f64 {
-    let fall = bounds.start - bounds.end;
-    let t = bounds.start / fall;
-    let [first, last] = [slope.start, slope.end].map(|s| (-fall / s).clamp(0.0, 6.0));
-    let (s, u) = (1.0 - t, t * t);
-    -1.0 + 2.0 * u * (3.0 - 2.0 * t) + t * s * (s * first - t * last)
+fn place_of_zero<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+) -> [f64; 3] {
+    let values = A::samples(transforms, series);
+    let positive: usize = values.iter().map(|v| usize::from(*v > 0.0)).sum();
+    // Round-off may have it that the ends' signs are not those of the samples there.
+    let after = positive.clamp(1, SAMPLES - 1);
+    let (lo, hi) = (sample_place(after - 1), sample_place(after));
+    let first = after.saturating_sub(2).min(SAMPLES - 4);
+    let y: [f64; 4] = std::array::from_fn(|i| values[first + i]);
+    let others = |i: usize, of: &dyn Fn(usize) -> f64| -> f64 {
+        (0..4).filter(|j| *j != i).map(of).product()
+    };
+    // Lagrange's weights at value zero, of the steps between samples.
+    let steps: f64 = (1..4)
+        .map(|i| i as f64 * others(i, &|j| y[j]) / others(i, &|j| y[j] - y[i]))
+        .sum();
+    let step = sample_place(1) - sample_place(0);
+    let x = sample_place(first) + step * steps;
+    let inside = x > lo && x < hi;
+    [if inside { x } else { 0.5 * (lo + hi) }, lo, hi]
 }
 
-/// Halley's error is of third order: after a step this small, and as little bent, a
-/// thousandth of round-off.
-const SMALL_STEP: f64 = 1e-6;
+/// Halley's error is of third order: after a step this small, and as little bent, a fraction of
+/// round-off.
+const SMALL_STEP: f64 = 4e-6;
 
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@
 
 use super::Counters;
 use crate::model::{Contact, Surface};
-use crate::numerics::arithmetic::{Arithmetic, Bounds};
+use crate::numerics::arithmetic::Arithmetic;
 use crate::numerics::legendre::Transforms;
 use crate::numerics::roots::{Search, earliest_exit, exit_of_falling};
 
@@ -63,10 +63,9 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
         A::scaled(series, inside * surface.sign(), -inside * half_gap)
     };
     if !contact.touching()
-        && let Some((surface, slope)) = ahead::<P, A>(transforms, course, half_gap)
+        && let Some(surface) = ahead::<P, A>(transforms, course, half_gap)
     {
-        let margin = margin(surface);
-        let search = exit_of_falling::<P, A>(&margin, A::bounds(&margin), slope, limit);
+        let search = exit_of_falling::<P, A>(transforms, &margin(surface), limit);
         counters.certified += u64::from(search.certified);
         return take(search, surface);
     }
@@ -93,18 +92,16 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     first
 }
 
-/// The surface that a free flight heads for without turning, and the bounds of its margin's
-/// slope; none where it may turn, or starts beyond a surface or on the one ahead. The surface
+/// The surface that a free flight heads for without turning; none where it may turn, or starts beyond a surface or on the one ahead. The surface
 /// behind is left at once and for good, and needs no look.
 #[inline(always)]
 fn ahead<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
     course: Course<'_, P>,
     half_gap: f64,
-) -> Option<(Surface, Bounds)> {
+) -> Option<Surface> {
     let slope = A::derivative(transforms, course.series);
-    let bounds = A::bounds(&slope);
-    if slope[0].abs() <= bounds.variation {
+    if slope[0].abs() <= A::bounds(&slope).variation {
         return None;
     }
     let (surface, behind) = match slope[0] > 0.0 {
@@ -116,13 +113,7 @@ fn ahead<const P: usize, A: Arithmetic<P>>(
     if beyond || course.crossed == Some(surface) {
         return None;
     }
-    let falling = -surface.sign();
-    let slope = Bounds {
-        start: falling * bounds.start,
-        end: falling * bounds.end,
-        variation: bounds.variation,
-    };
-    Some((surface, slope))
+    Some(surface)
 }
 
 #[cfg(test)]

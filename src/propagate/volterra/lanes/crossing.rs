@@ -4,7 +4,7 @@ use super::LANES;
 use super::columns::GROUPS;
 use super::vector::Vector;
 use crate::numerics::arithmetic::{Arithmetic, Bounds};
-use crate::numerics::legendre::{self, Columns, Transforms, transforms24};
+use crate::numerics::legendre::{self, Columns, SAMPLES, Transforms, transforms24};
 use crate::propagate::Counters;
 use crate::propagate::events::{self, Course, Crossing};
 use crate::propagate::volterra::TERMS;
@@ -95,6 +95,27 @@ impl<V: Vector> Arithmetic<TERMS> for Packed<V> {
             };
             let group = V::read(&series[g * LANES..]).multiply_add(V::splat(factor), term);
             group.write(&mut out[g * LANES..]);
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn samples(transforms: &Transforms<TERMS>, series: &Series) -> [f64; SAMPLES] {
+        let mut sums = [[V::zero(); SAMPLES / LANES]; WAYS];
+        for first in (0..TERMS).step_by(WAYS) {
+            for way in 0..WAYS {
+                let values = &transforms.to_samples().0[first + way];
+                let weight = V::splat(series[first + way]);
+                for g in 0..SAMPLES / LANES {
+                    let group = V::read(&values[g * LANES..]);
+                    sums[way][g] = group.multiply_add(weight, sums[way][g]);
+                }
+            }
+        }
+        let mut out = [0.0; SAMPLES];
+        for g in 0..SAMPLES / LANES {
+            let sum = (sums[0][g].plus(sums[1][g])).plus(sums[2][g].plus(sums[3][g]));
+            sum.write(&mut out[g * LANES..]);
         }
         out
     }
