@@ -185,7 +185,8 @@ for_each_set! {
 
 for_each_set! {
     /// The state at the end of a part for every column, in place: `x = e^{Aτ} x − Σ moments[k]
-    /// ê_k g`, and of the first column `+ Σ constant[k] ê_k s`. No `moments` in free flight;
+    /// ê_k g`. On the first act the torques too: `r + e^{Aτ} (x − r)` about the blocks' rest r, and
+    /// where blocks have none `+ Σ constant[k] ê_k s`. No `moments` in free flight;
     /// `ends` is left with `e^{μτ} cos ντ` and `e^{μτ} sin ντ / ν` of all blocks.
     fn cut(
         blocks: &[BlockChunk],

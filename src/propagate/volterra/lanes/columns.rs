@@ -75,19 +75,19 @@ pub(super) fn combine<V: Vector, const COLUMNS: usize>(
     out
 }
 
-/// `sums[k % 2][c] += weights[c][k] terms[k]` for all terms, each two lane groups.
+/// `sums[k % 2][c] += weights[c][k] terms[k]` for all terms, an even number of them, each two lane
+/// groups.
 #[inline(always)]
 pub(super) fn add_terms<V: Vector, const COLUMNS: usize>(
-    terms: &[[Lanes; 2]; TERMS],
+    terms: &[[Lanes; 2]],
     weights: &[&Row; COLUMNS],
     sums: &mut Sums<V, 2, COLUMNS>,
 ) {
-    for k in (0..TERMS).step_by(2) {
+    for (k, pair) in terms.chunks_exact(2).take(TERMS / 2).enumerate() {
         for way in 0..2 {
-            let term = &terms[k + way];
-            let term = [V::read(&term[0].0), V::read(&term[1].0)];
+            let term = [V::read(&pair[way][0].0), V::read(&pair[way][1].0)];
             for c in 0..COLUMNS {
-                let weight = V::splat(weights[c].0[k + way]);
+                let weight = V::splat(weights[c].0[2 * k + way]);
                 for i in 0..2 {
                     sums[way][c][i] = term[i].multiply_add(weight, sums[way][c][i]);
                 }

@@ -18,11 +18,19 @@ use crate::propagate::volterra::tables::{BlockChunk, Row, Series};
 
 /// Legendre series of `e^{μt} cos νt` and `e^{μt} sin νt / ν` of one chunk on a full window.
 #[derive(Debug, Clone, Copy)]
-pub struct ExponentialChunk(pub [[Lanes; 2]; TERMS]);
+pub struct ExponentialChunk {
+    /// Coefficients.
+    pub series: [[Lanes; 2]; TERMS],
+    /// An even number of them that matter.
+    pub terms: usize,
+}
 
 impl ExponentialChunk {
     /// All zero.
-    pub const ZERO: Self = Self([[Lanes::ZERO; 2]; TERMS]);
+    pub const ZERO: Self = Self {
+        series: [[Lanes::ZERO; 2]; TERMS],
+        terms: TERMS,
+    };
 }
 
 /// What depends on the cut alone.
@@ -170,7 +178,8 @@ fn blend<V: Vector, const COUNT: usize>(
     weights: &[&Row; COUNT],
 ) -> [[V; 2]; COUNT] {
     let mut sums = [[[V::zero(); 2]; COUNT]; 2];
-    add_terms::<V, COUNT>(&exponential.0, weights, &mut sums);
+    let terms = &exponential.series[..exponential.terms];
+    add_terms::<V, COUNT>(terms, weights, &mut sums);
     let mut out = [[V::zero(); 2]; COUNT];
     for c in 0..COUNT {
         for i in 0..2 {
@@ -212,17 +221,23 @@ pub(super) fn cut_body<V: Vector>(
     let tables = blocks.iter().zip(exponentials);
     for (chunk, ((block, exponential), end)) in tables.zip(&mut *ends).enumerate() {
         let m = &block.traceless;
-        let mut sum = [V::zero(); 2];
-        let [own, constant] = if let Some(force) = moments.first() {
-            let weights = [&basis.end, &basis.constant, force];
-            let [own, constant, force] = blend::<V, 3>(exponential, &weights);
-            sum = add_applied(force, m, pair(&block.mesh_pull), sum);
-            [own, constant]
-        } else {
-            blend::<V, 2>(exponential, &[&basis.end, &basis.constant])
+        let rest = pair::<V>(&block.rest);
+        let mut sum = rest;
+        let own = match moments.first() {
+            Some(force) => {
+                let [own, force] = blend::<V, 2>(exponential, &[&basis.end, force]);
+                sum = add_applied(force, m, pair(&block.mesh_pull), sum);
+                own
+            }
+            None => blend::<V, 1>(exponential, &[&basis.end])[0],
         };
-        sum = add_applied(constant, m, pair(&block.static_input), sum);
-        sum = add_applied(own, m, load(trajectory, padded, chunk), sum);
+        if block.drifts {
+            let [constant] = blend::<V, 1>(exponential, &[&basis.constant]);
+            sum = add_applied(constant, m, pair(&block.static_input), sum);
+        }
+        let x = load::<V>(trajectory, padded, chunk);
+        let from_rest = [0, 1].map(|i| rest[i].multiply_add(V::splat(-1.0), x[i]));
+        sum = add_applied(own, m, from_rest, sum);
         store(trajectory, padded, chunk, sum);
         *end = own.map(V::lanes);
     }

@@ -161,14 +161,20 @@ fn advance_is_propagator_response_and_inputs() {
             let from: Vec<_> = (0..count).flat_map(|_| state(modes, &mut stream)).collect();
             let forces = rows(count, &mut stream);
             let inputs = deviates(3, &mut stream);
-            let mut windows = Windows::new(chunks(modes), 3);
+            // Every chunk but the first leaves the last terms out.
+            let kept = |chunk: usize| if chunk == 0 { TERMS } else { TERMS - 2 * chunk };
+            let kept: Vec<_> = (0..chunks(modes)).map(kept).collect();
+            let mut windows = Windows::new(&kept, 3);
             let mut tables = Vec::new();
             for i in 0..modes {
                 let d = [pair(&mut stream), pair(&mut stream)];
                 let e: Vec<_> = (0..TERMS + 3).map(|_| pair(&mut stream)).collect();
                 windows.set_propagator(i, d);
-                for (column, e) in e.iter().enumerate() {
-                    windows.set_response(i, column, *e);
+                for (term, e) in e[..TERMS].iter().enumerate() {
+                    windows.set_response(i, term, *e);
+                }
+                for (input, e) in e[TERMS..].iter().enumerate() {
+                    windows.set_input(i, input, *e);
                 }
                 tables.push((d, e));
             }
@@ -187,7 +193,8 @@ fn advance_is_propagator_response_and_inputs() {
                         for j in 0..2 {
                             let mut terms = vec![d[j][0] * x[i], d[j][1] * x[padded + i]];
                             if let Some(force) = forces.get(c) {
-                                terms.extend(e.iter().zip(&force.0).map(|(e, f)| e[j] * f));
+                                let kept = e[..kept[i / LANES]].iter();
+                                terms.extend(kept.zip(&force.0).map(|(e, f)| e[j] * f));
                             }
                             terms.extend(e[TERMS..].iter().zip(inputs).map(|(e, f)| e[j] * f));
                             let size: f64 = terms.iter().map(|t| t.abs()).sum();
@@ -309,8 +316,13 @@ fn a_cut_moves_the_state_by_all_inputs() {
                     deflection: pair(),
                     mesh_pull: pair(),
                     static_input: pair(),
+                    rest: pair(),
+                    drifts: c % 2 == 0,
                 });
-                exponentials.push(ExponentialChunk(std::array::from_fn(|_| pair())));
+                exponentials.push(ExponentialChunk {
+                    series: std::array::from_fn(|_| pair()),
+                    terms: TERMS - 2 * c,
+                });
                 own.push(pair());
             }
             let from: Vec<_> = (0..count).flat_map(|_| state(modes, &mut stream)).collect();
@@ -344,18 +356,22 @@ fn a_cut_moves_the_state_by_all_inputs() {
                         let (block, m) = (&blocks[c], &blocks[c].traceless);
                         let mut exact = [0.0; 2];
                         let mut add = |weights: &Row, u: [f64; 2]| {
-                            for (n, w) in weights.0.iter().enumerate() {
-                                let e = &exponentials[c].0[n];
+                            let kept = &exponentials[c];
+                            for (e, w) in kept.series[..kept.terms].iter().zip(&weights.0) {
                                 let term = applied(w * e[0].0[l], w * e[1].0[l], m, u, l);
                                 exact[0] += term[0];
                                 exact[1] += term[1];
                             }
                         };
-                        add(&basis.end, [from[i], from[padded + i]]);
                         let first = column == 0;
+                        let rest = [0, 1].map(|j| if first { block.rest[j].0[l] } else { 0.0 });
+                        add(&basis.end, [from[i] - rest[0], from[padded + i] - rest[1]]);
                         for (weights, input) in [
                             (moments.get(column), &block.mesh_pull),
-                            (first.then_some(&basis.constant), &block.static_input),
+                            (
+                                (first && block.drifts).then_some(&basis.constant),
+                                &block.static_input,
+                            ),
                             (ripple.filter(|_| first), &own[c]),
                         ] {
                             if let Some(weights) = weights {
@@ -364,7 +380,7 @@ fn a_cut_moves_the_state_by_all_inputs() {
                         }
                         let what = format!("{}, block {i} of {modes}", set.name());
                         for j in 0..2 {
-                            close(x[j * padded + i], exact[j], 200.0, &what);
+                            close(x[j * padded + i], exact[j] + rest[j], 200.0, &what);
                         }
                     }
                     for i in modes..padded {
@@ -389,6 +405,8 @@ fn an_event_salts_every_column() {
                     deflection: [Lanes::ZERO; 2],
                     mesh_pull: [Lanes::ZERO; 2],
                     static_input: [Lanes::ZERO; 2],
+                    rest: [Lanes::ZERO; 2],
+                    drifts: false,
                 };
                 chunks(modes)
             ];

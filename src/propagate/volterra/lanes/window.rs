@@ -33,18 +33,35 @@ impl Solution {
 /// (4 lane groups), then for every force term and every input the two components.
 #[derive(Debug)]
 pub struct Windows {
-    /// Lane groups of one chunk.
-    stride: usize,
+    chunks: Vec<Chunk>,
     data: Vec<Lanes>,
 }
 
+/// Where a chunk's numbers lie.
+#[derive(Debug, Clone, Copy)]
+struct Chunk {
+    start: usize,
+    end: usize,
+    /// Terms of the force that move its blocks.
+    terms: usize,
+}
+
 impl Windows {
-    /// Room for `chunks` chunks and `inputs` inputs, all zero.
-    pub fn new(chunks: usize, inputs: usize) -> Self {
-        let stride = 4 + 2 * (TERMS + inputs);
+    /// Room for chunks that so many terms of the force move, an even number each, and `inputs`
+    /// inputs; all zero.
+    pub fn new(terms: &[usize], inputs: usize) -> Self {
+        let mut start = 0;
+        let chunks: Vec<_> = (terms.iter())
+            .map(|&terms| {
+                let end = start + 4 + 2 * (terms + inputs);
+                let chunk = Chunk { start, end, terms };
+                start = end;
+                chunk
+            })
+            .collect();
         Self {
-            stride,
-            data: vec![Lanes::ZERO; chunks * stride],
+            chunks,
+            data: vec![Lanes::ZERO; start],
         }
     }
 
@@ -55,17 +72,29 @@ impl Windows {
 
     /// Sets the propagator of a block.
     pub fn set_propagator(&mut self, block: usize, d: [[f64; 2]; 2]) {
-        let (chunk, lane) = (block / LANES, block % LANES);
+        let start = self.chunks[block / LANES].start;
         for (k, value) in d.as_flattened().iter().enumerate() {
-            self.data[chunk * self.stride + k].0[lane] = *value;
+            self.data[start + k].0[block % LANES] = *value;
         }
     }
 
-    /// Sets a block's response to force term or input `column`; inputs follow the terms.
-    pub fn set_response(&mut self, block: usize, column: usize, e: [f64; 2]) {
-        let (chunk, lane) = (block / LANES, block % LANES);
+    /// Sets a block's response to a term of the force, unless its chunk has no room for that one.
+    pub fn set_response(&mut self, block: usize, term: usize, e: [f64; 2]) {
+        let chunk = self.chunks[block / LANES];
+        if term < chunk.terms {
+            self.set(chunk.start + 4 + 2 * term, block, e);
+        }
+    }
+
+    /// Sets a block's response to an input.
+    pub fn set_input(&mut self, block: usize, input: usize, e: [f64; 2]) {
+        let chunk = self.chunks[block / LANES];
+        self.set(chunk.start + 4 + 2 * (chunk.terms + input), block, e);
+    }
+
+    fn set(&mut self, at: usize, block: usize, e: [f64; 2]) {
         for (k, value) in e.into_iter().enumerate() {
-            self.data[chunk * self.stride + 4 + 2 * column + k].0[lane] = value;
+            self.data[at + k].0[block % LANES] = value;
         }
     }
 }
@@ -179,7 +208,7 @@ pub(super) fn advance_body<V: Vector>(
     inputs: &[f64],
     columns: &mut [f64],
 ) {
-    let length = 2 * LANES * (windows.data.len() / windows.stride);
+    let length = 2 * LANES * windows.chunks.len();
     in_batches!(V, columns.len() / length, |first| advance_batch(
         windows,
         forces.get(first..).unwrap_or(&[]),
@@ -196,14 +225,12 @@ fn advance_batch<V: Vector, const COLUMNS: usize>(
     inputs: &[f64],
     columns: &mut [f64],
 ) {
-    let padded = LANES * (windows.data.len() / windows.stride);
+    let padded = LANES * windows.chunks.len();
     let forces = forces.first_chunk::<COLUMNS>();
-    for (index, chunk) in windows.data.chunks_exact(windows.stride).enumerate() {
-        let (d, responses) = chunk.split_at(4);
+    for (index, chunk) in windows.chunks.iter().enumerate() {
+        let (d, responses) = windows.data[chunk.start..chunk.end].split_at(4);
         let (responses, _) = responses.as_chunks::<2>();
-        let Some((terms, rest)) = responses.split_first_chunk::<TERMS>() else {
-            return;
-        };
+        let (terms, rest) = responses.split_at(chunk.terms);
         let mut sums = [[[V::zero(); 2]; COLUMNS]; 2];
         for c in 0..COLUMNS {
             let x = load::<V>(&columns[2 * c * padded..], padded, index);
