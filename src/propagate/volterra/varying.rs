@@ -72,9 +72,9 @@ impl Nodal {
 /// The factors of one window's system.
 #[derive(Debug, Clone)]
 pub struct Factors {
-    /// Columns of L below its unit diagonal.
+    /// Columns of −L below its unit diagonal.
     pub lower: [Row; TERMS],
-    /// Columns of U above its diagonal.
+    /// Columns of −D⁻¹U above its diagonal, D being that diagonal.
     pub upper: [Row; TERMS],
     /// One over the diagonal of U.
     pub pivots: Row,

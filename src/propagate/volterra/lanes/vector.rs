@@ -27,6 +27,9 @@ pub trait Vector: Copy {
     /// Sets the first 8 numbers of a slice.
     fn write(self, to: &mut [f64]);
 
+    /// The number of one lane in all.
+    fn lane(self, lane: usize) -> Self;
+
     /// `self · factor + term`.
     fn multiply_add(self, factor: Self, term: Self) -> Self;
 
@@ -110,6 +113,11 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     }
 
     #[inline(always)]
+    fn lane(self, lane: usize) -> Self {
+        Self::splat(self.0[lane])
+    }
+
+    #[inline(always)]
     fn multiply_add(mut self, factor: Self, term: Self) -> Self {
         for l in 0..LANES {
             self.0[l] = Self::fma(self.0[l], factor.0[l], term.0[l]);
@@ -167,9 +175,9 @@ mod wide {
     use super::{LANES, Row, Series, TERMS, Vector};
     use std::arch::x86_64::{
         __m512d, _mm512_abs_pd, _mm512_add_pd, _mm512_fmadd_pd, _mm512_loadu_pd,
-        _mm512_maskz_mov_pd, _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_pd,
-        _mm512_setr_epi64, _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_unpackhi_pd,
-        _mm512_unpacklo_pd,
+        _mm512_maskz_mov_pd, _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_epi64,
+        _mm512_set1_pd, _mm512_setr_epi64, _mm512_shuffle_f64x2, _mm512_storeu_pd,
+        _mm512_unpackhi_pd, _mm512_unpacklo_pd,
     };
 
     /// A register of AVX-512.
@@ -206,6 +214,12 @@ mod wide {
         fn write(self, to: &mut [f64]) {
             // SAFETY: as above; the slice has 8 numbers.
             unsafe { _mm512_storeu_pd(to[..LANES].as_mut_ptr(), self.0) }
+        }
+
+        #[inline(always)]
+        fn lane(self, lane: usize) -> Self {
+            // SAFETY: the processor has AVX-512.
+            Self(unsafe { _mm512_permutexvar_pd(_mm512_set1_epi64(lane as i64), self.0) })
         }
 
         #[inline(always)]
