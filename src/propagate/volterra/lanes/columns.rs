@@ -25,10 +25,14 @@ macro_rules! in_batches {
                 $batch::<$vector, 2>($($arg),*);
                 $first += 2;
             }
-        }
-        while $first < count {
-            $batch::<$vector, 1>($($arg),*);
-            $first += 1;
+            if $first < count {
+                $batch::<$vector, 1>($($arg),*);
+            }
+        } else {
+            while $first < count {
+                $batch::<$vector, 1>($($arg),*);
+                $first += 1;
+            }
         }
     }};
 }

@@ -167,7 +167,9 @@ pub(super) fn moments_body<V: Vector>(basis: &Basis, values: &mut [Row]) {
             let opposite = V::read(&values.0[(GROUPS - 1 - g) * LANES..]).reversed();
             (weights.times(opposite)).write(&mut mirrored.0[g * LANES..]);
         }
-        values.0 = V::products_of_rows(&basis.values, &mirrored);
+        // Opaque, lest the compiler hold all polynomials from one column to the next.
+        let polynomials = std::hint::black_box(&basis.values);
+        values.0 = V::products_of_rows(polynomials, &mirrored);
     }
 }
 
