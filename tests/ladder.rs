@@ -6,12 +6,13 @@ mod common;
 
 use atlas::model::{Division, Drive, Model, OperatingPoint, TrajectoryState};
 use atlas::propagate::{
-    Counters, DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stop, Tangents,
+    Counters, DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Stop, Tangents,
 };
 use atlas::reference::Reference;
 use common::march::{Events, march, march_with, settled, volterra};
 use common::{Case, drives, relative_difference, state_difference};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
 use std::f64::consts::TAU;
 
 /// Unit steps a mesh cycle, as published.
@@ -184,7 +185,7 @@ fn any_case() -> impl Strategy<Value = Case> {
         -0.5..0.5f64,
     );
     (
-        prop::collection::vec(mode, 1..40),
+        prop::collection::vec(mode, 1..=40),
         0.002..0.05f64,
         (0.02..1.5f64, 300.0..3000.0f64),
         (3e-6..3e-5f64, 0.0..0.3f64, 0.0..3000.0f64),
@@ -298,6 +299,93 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
         start = end;
     }
     Ok(compared)
+}
+
+/// Slope of the logarithm of the error against that of the step, from `coarse` parts of the
+/// cycle to sixteen times as many; a single error depends on where events fall between two steps,
+/// a mean over neighbours does not. None where there is no error to speak of.
+fn order(coarse: u32, error: impl Fn(u32) -> f64) -> Option<f64> {
+    const NEIGHBOURS: u32 = 12;
+    let mean = |parts: u32| {
+        let sum = (0..NEIGHBOURS)
+            .map(|i| error(parts + parts * i / 96).max(1e-15).ln())
+            .sum::<f64>();
+        sum / f64::from(NEIGHBOURS)
+    };
+    let fine = mean(16 * coarse);
+    (fine > 1e-11f64.ln()).then(|| (mean(coarse) - fine) / 16f64.ln())
+}
+
+/// Small steps and events put off to a grid, on cycles with events of a drive: how many orders
+/// were seen.
+fn converge(case: &Case) -> Result<usize, TestCaseError> {
+    let model = common::model(case);
+    if Spectral::new(&model, 24, 1000, None).is_err() {
+        return Ok(0);
+    }
+    let exact = volterra(&model);
+    let rigid = model.relative_rotation().unwrap();
+    let mut state = vec![0.0; 2 * model.modes()];
+    state[rigid] = 1.2 * model.half_gap / model.first_gains()[rigid].deflection[0];
+    let mut start = TrajectoryState::new(&model, state, 0);
+    let mut seen = 0;
+    for _ in 0..6 {
+        let Ok((end, events)) = cycle(&exact, &start) else {
+            break;
+        };
+        // Few and quick crossings: a slow one is a square root of the step late.
+        let quick = |event: &atlas::propagate::Event| {
+            event.rate.abs() > 0.3 * TAU * model.half_gap / model.period()
+        };
+        if (1..=3).contains(&events.0.len()) && events.0.iter().all(quick) {
+            let off = |found: Result<(TrajectoryState, Events), Stop>| {
+                found.map_or(1.0, |(found, _)| {
+                    state_difference(&model, &found.state, &end.state)
+                })
+            };
+            let stepping = order(2_000, |steps| {
+                off(cycle(&Stepping::new(&model, steps, 1000), &start))
+            });
+            let gridded = order(20_000, |parts| {
+                let kernel = Spectral::new(&model, 24, 1000, Some(parts)).unwrap();
+                off(cycle(&kernel, &start))
+            });
+            for (name, order) in [("stepping", stepping), ("event_grid", gridded)] {
+                let Some(order) = order else { continue };
+                prop_assert!((0.6..2.4).contains(&order), "{}: order {}", name, order);
+                seen += 1;
+            }
+            break;
+        }
+        start = end;
+    }
+    Ok(seen)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 8,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn approximate_kernels_converge_on_any_drive(case in any_case()) {
+        converge(&case)?;
+    }
+}
+
+/// Drives on which the property above says something are no exception.
+#[test]
+fn orders_are_seen() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let seen: usize = (0..12)
+        .map(|_| {
+            let case = any_case().new_tree(&mut runner).unwrap().current();
+            converge(&case).unwrap()
+        })
+        .sum();
+    assert!(seen >= 4, "{seen}");
 }
 
 proptest! {

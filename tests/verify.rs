@@ -29,9 +29,15 @@ fn the_whole_ladder_passes() {
     let output = verify(&["--json"]);
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
     let checks = report["checks"].as_array().unwrap();
-    let mut lines = 0;
+    let (mut lines, mut skips) = (0, 0);
     for check in checks {
         for line in check["lines"].as_array().unwrap() {
+            if line["passed"].is_null() {
+                let what = line["what"].as_str().unwrap();
+                assert!(what.contains("computed mesh"), "skipped: {line:#}");
+                skips += 1;
+                continue;
+            }
             assert_eq!(line["passed"], true, "{}: {line:#}", check["check"]);
             assert!(line["value"].is_f64(), "{line:#}");
             lines += 1;
@@ -40,6 +46,8 @@ fn the_whole_ladder_passes() {
     assert!(checks.len() >= 20 && lines >= 50, "{lines} lines");
     assert_eq!(report["passed"], true);
     assert_eq!(report["failures"], 0);
+    // The four kernels of tables on the one drive that they cannot follow.
+    assert_eq!((skips, &report["skips"]), (4, &Value::from(4)));
     assert_eq!(report["extent"], "quick");
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(text(&output.stderr), "");

@@ -105,7 +105,7 @@ fn retry(
             return Ok(answer(&text, ExitCode::from(status)));
         }
         replace(folder, args.shard, &points, &anew)?;
-        process.warnings.extend(parts.meshes().warnings());
+        process.warnings.extend(parts.warnings());
         record.warnings.append(&mut process.warnings);
         let retry = RetryRecord {
             started: timestamp(started),

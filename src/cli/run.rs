@@ -190,7 +190,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             return fail(status, &with_causes(&error));
         }
     };
-    warnings.extend(parts.meshes().warnings());
+    warnings.extend(parts.warnings());
     let mut totals = Totals::new(
         finished.points,
         finished.progress.done - finished.progress.not_ok,

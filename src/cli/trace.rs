@@ -7,7 +7,9 @@ use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
 use crate::manifest::{self, Job, KernelSpec, Ladder};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
-use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
+use crate::store::{
+    KeptKernel, OperatorFetchError, StoreError, TableKind, TraceLabel, TraceWriter, table_path,
+};
 use crate::sweep::build::Parts;
 use crate::sweep::{self, build};
 use clap::Args;
@@ -93,7 +95,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         Ok(start) => start,
         Err(error) => return fail(1, &error.to_string()),
     };
-    let outcome = match record(&job, &point, &model, &question, &folder, start) {
+    let outcome = match record(&job, &point, &parts, &model, &question, &folder, start) {
         Ok(outcome) => outcome,
         Err(error) => return fail(1, &error.to_string()),
     };
@@ -139,12 +141,15 @@ enum RecordError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Tables(#[from] DenseError),
+    #[error(transparent)]
+    Kept(#[from] OperatorFetchError),
 }
 
 /// Marches, and writes the files as it goes.
 fn record(
     job: &Job,
     point: &ChosenPoint,
+    parts: &Parts,
     model: &Model,
     question: &TraceQuestion,
     folder: &Path,
@@ -174,9 +179,14 @@ fn record(
             Ladder::Dyadic => recording.write(&Dyadic::new(model, cells, limit)?)?,
             Ladder::Hermite => recording.write(&Hermite::new(model, cells, limit)?)?,
             Ladder::Spectral { event_grid } => {
-                recording.write(&Spectral::new(model, cells, limit, event_grid)?)?
+                let tables = parts.kernels().get(KeptKernel::Spectral, model, cells)?;
+                let kernel = Spectral::of_kept(model, cells, limit, event_grid, &*tables)?;
+                recording.write(&kernel)?
             }
-            Ladder::Fused => recording.write(&Fused::new(model, cells, limit)?)?,
+            Ladder::Fused => {
+                let tables = parts.kernels().get(KeptKernel::Fused, model, cells)?;
+                recording.write(&Fused::of_kept(model, cells, limit, &*tables)?)?
+            }
         },
     })
 }

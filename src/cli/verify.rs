@@ -76,6 +76,7 @@ fn document(report: &Report) -> serde_json::Value {
         "extent": report.extent.name(),
         "passed": report.passed(),
         "failures": report.failures(),
+        "skips": report.skips(),
         "seconds": report.seconds,
         "checks": report.findings,
     })

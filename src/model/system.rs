@@ -61,6 +61,11 @@ pub struct Model {
     pub neutral: Vec<usize>,
     /// The mesh cycle.
     pub cycle: MeshCycle,
+    /// Load, as a fraction of the rated one: the constant inputs of the blocks are so much of
+    /// `rated_input`.
+    pub load: f64,
+    /// Constant inputs of the blocks under rated load.
+    pub rated_input: Vec<[f64; 2]>,
     /// Backlash half gap b \[m\].
     pub half_gap: f64,
     /// Harmonics of the static transmission error.
@@ -150,15 +155,15 @@ impl Model {
                 }
             }
         }
-        let load: Vec<f64> = rotate(&structure.torque)
+        let rated_input: Vec<[f64; 2]> = rotate(&structure.torque)
             .iter()
-            .map(|t| t * structure.rated_force * point.load)
+            .map(|t| [0.0, t * structure.rated_force])
             .collect();
 
         let mut blocks = Vec::with_capacity(structure.modes());
         for i in 0..structure.modes() {
             let (frequency, ratio) = (structure.frequency[i], structure.damping[i]);
-            let block = Block::mode(frequency, ratio, load[i]);
+            let block = Block::mode(frequency, ratio, rated_input[i][1] * point.load);
             if block.damped_frequency().is_none() {
                 return Err(ModelError::Overdamped { mode: i + 1, ratio });
             }
@@ -206,6 +211,8 @@ impl Model {
             directions,
             neutral,
             cycle: MeshCycle::new(period, &mesh, &which, drive.damping),
+            load: point.load,
+            rated_input,
             half_gap: drive.half_gap,
             transmission_error,
             ripple,

@@ -49,10 +49,15 @@ pub fn evaluate_with_derivatives<const P: usize, const FUSED: bool>(
         let [up, down] = factors[n];
         let step = up * x;
         // What is known early is added first: the chain of waiting stays short.
+        let early = [
+            multiply_add::<FUSED>(-down, b_next[0], series[n]),
+            multiply_add::<FUSED>(-down, b_next[1], up * b[0]),
+            multiply_add::<FUSED>(-down, b_next[2], (2.0 * up) * b[1]),
+        ];
         let new = [
-            multiply_add::<FUSED>(step, b[0], series[n] - down * b_next[0]),
-            multiply_add::<FUSED>(step, b[1], up * b[0] - down * b_next[1]),
-            multiply_add::<FUSED>(step, b[2], 2.0 * up * b[1] - down * b_next[2]),
+            multiply_add::<FUSED>(step, b[0], early[0]),
+            multiply_add::<FUSED>(step, b[1], early[1]),
+            multiply_add::<FUSED>(step, b[2], early[2]),
         ];
         b_next = b;
         b = new;
@@ -132,7 +137,7 @@ pub fn variation(series: &[f64]) -> f64 {
 /// Used to remove a root known to lie at a window's start. Backward recurrence of
 /// `(1 + x) q = g` with `x P_n = ((n+1) P_{n+1} + n P_{n−1})/(2n+1)`.
 #[inline(always)]
-pub fn divide_out_start<const P: usize, const FUSED: bool>(series: &[f64; P]) -> [f64; P] {
+pub fn divide_out_start<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let factors = const { division::<P>() };
     let mut q = [0.0; P];
     let mut next = 0.0;
@@ -140,7 +145,7 @@ pub fn divide_out_start<const P: usize, const FUSED: bool>(series: &[f64; P]) ->
         let [of_series, of_next] = factors[n];
         // What is known early is added first: the chain of waiting stays short.
         let early = of_series * series[n] - of_next * next;
-        q[n - 1] = multiply_add::<FUSED>(-of_series, q[n], early);
+        q[n - 1] = early - of_series * q[n];
         next = q[n];
     }
     q
@@ -167,10 +172,30 @@ pub struct Transforms<const P: usize> {
     weights: [f64; P],
     /// `to_series[j][n]`: contribution of the value at node j to coefficient n.
     to_series: [[f64; P]; P],
-    /// `halves[side][n][m]`: contribution of coefficient n to coefficient m on the left or
-    /// right half of the interval.
-    halves: [Box<[[f64; P]; P]>; 2],
+    /// The series on the left and right half of the interval.
+    halves: [Box<Columns<P>>; 2],
+    /// The derivative by x.
+    derivative: Box<Columns<P>>,
+    /// The quotient by 1 + x.
+    quotient: Box<Columns<P>>,
+    /// Values at the samples.
+    samples: Box<Columns<P, SAMPLES>>,
 }
+
+/// Places where a series is looked at before a root is sought.
+pub const SAMPLES: usize = 24;
+
+/// Place of a sample: evenly over \[−1, 1\], both ends among them.
+#[inline(always)]
+pub fn sample_place(index: usize) -> f64 {
+    2.0 / (SAMPLES - 1) as f64 * index as f64 - 1.0
+}
+
+/// A map from series to series: `columns[n][m]` is the contribution of coefficient n to
+/// coefficient m (none where m > n) or, of values, to sample m.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Columns<const P: usize, const M: usize = P>(pub [[f64; M]; P]);
 
 impl<const P: usize> Transforms<P> {
     fn new() -> Self {
@@ -190,15 +215,29 @@ impl<const P: usize> Transforms<P> {
             nodes,
             weights,
             to_series,
-            halves: [Box::new([[0.0; P]; P]), Box::new([[0.0; P]; P])],
+            halves: [const { Columns([[0.0; P]; P]) }; 2].map(Box::new),
+            derivative: Box::new(Columns([[0.0; P]; P])),
+            quotient: Box::new(Columns([[0.0; P]; P])),
+            samples: Box::new(Columns([[0.0; SAMPLES]; P])),
         };
+        let mut values = [0.0; P];
+        for m in 0..SAMPLES {
+            polynomials(sample_place(m), &mut values);
+            for n in 0..P {
+                transforms.samples.0[n][m] = values[n];
+            }
+        }
         for (side, (lo, hi)) in [(-1.0, 0.0), (0.0, 1.0)].into_iter().enumerate() {
             for n in 0..P {
                 let mut unit = [0.0; P];
                 unit[n] = 1.0;
-                transforms.halves[side][n] = transforms.restrict(&unit, lo, hi);
+                let restricted = transforms.restrict(&unit, lo, hi);
+                let half = &mut transforms.halves[side].0[n];
+                *half = restricted;
                 // Triangular by construction: what quadrature leaves above is round-off.
-                transforms.halves[side][n][n + 1..].fill(0.0);
+                half[n + 1..].fill(0.0);
+                transforms.derivative.0[n] = derivative(&unit);
+                transforms.quotient.0[n] = divide_out_start(&unit);
             }
         }
         transforms
@@ -245,11 +284,31 @@ impl<const P: usize> Transforms<P> {
         &self.weights
     }
 
+    /// The map to the left (`side = 0`) or right (`side = 1`) half.
+    pub fn to_half(&self, side: usize) -> &Columns<P> {
+        &self.halves[side]
+    }
+
+    /// The map to the derivative by x.
+    pub fn to_derivative(&self) -> &Columns<P> {
+        &self.derivative
+    }
+
+    /// The map to the quotient by 1 + x.
+    pub fn to_quotient(&self) -> &Columns<P> {
+        &self.quotient
+    }
+
+    /// The map to the values at the samples.
+    pub fn to_samples(&self) -> &Columns<P, SAMPLES> {
+        &self.samples
+    }
+
     /// The series on the left (`side = 0`) or right (`side = 1`) half.
     #[inline(always)]
     pub fn half(&self, series: &[f64; P], side: usize) -> [f64; P] {
         let mut out = [0.0; P];
-        for (a, row) in series.iter().zip(self.halves[side].iter()) {
+        for (a, row) in series.iter().zip(&self.halves[side].0) {
             for (o, r) in out.iter_mut().zip(row) {
                 *o += a * r;
             }
@@ -330,7 +389,7 @@ mod tests {
     fn division_removes_a_root_at_the_start() {
         let mut a = sample();
         a[0] -= at_start(&a);
-        let q = divide_out_start::<_, false>(&a);
+        let q = divide_out_start(&a);
         for x in [-0.999, -0.2, 0.7, 1.0] {
             assert!((evaluate(&q, x) * (1.0 + x) - evaluate(&a, x)).abs() < 1e-13);
         }

@@ -2,6 +2,7 @@
 //! roots, exponentials as Legendre series, convolution, small dense algebra, statistics,
 //! random streams.
 
+pub mod arithmetic;
 pub mod convolution;
 pub mod exponential;
 pub mod legendre;

@@ -6,7 +6,8 @@
 //! left half first, so that neither of two close roots can be skipped. What stays
 //! undecided when the whole sub-series has sunk into round-off is a tangency.
 
-use super::legendre::{self, Transforms};
+use super::arithmetic::{Arithmetic, Bounds, Portable};
+use super::legendre::{self, SAMPLES, Transforms, sample_place};
 
 /// What a search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,34 +27,40 @@ pub struct Search {
 /// Deepest halving: a sub-interval of 2⁻⁵⁰ windows is below the resolution of time itself.
 const DEEPEST: u32 = 50;
 
-/// Finds the earliest x in \[−1, `limit`\] at which `margin` passes from non-negative to
-/// negative, with fused multiply-adds where asked for. Values within `noise` of zero are round-off.
-///
-/// A margin that is negative at the very start (beyond `noise`, or within it and falling)
-/// exits at x = −1.
-#[inline(always)]
-pub fn earliest_exit<const P: usize, const FUSED: bool>(
-    transforms: &Transforms<P>,
-    margin: &[f64; P],
-    limit: f64,
-    noise: f64,
-) -> Search {
-    let mut search = Search {
+impl Search {
+    /// Nothing found, nothing spent.
+    const NONE: Self = Self {
         exit: None,
         grazings: 0,
         certified: false,
         bisections: 0,
         newton_steps: 0,
     };
-    if margin[0] > legendre::variation(margin) + noise {
+}
+
+/// Finds the earliest x in \[−1, `limit`\] at which `margin` passes from non-negative to
+/// negative. Values within `noise` of zero are round-off.
+///
+/// A margin that is negative at the very start (beyond `noise`, or within it and falling)
+/// exits at x = −1.
+#[inline(always)]
+pub fn earliest_exit<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    margin: &[f64; P],
+    limit: f64,
+    noise: f64,
+) -> Search {
+    let mut search = Search::NONE;
+    let bounds = A::bounds(margin);
+    if margin[0] > bounds.variation + noise {
         search.certified = true;
         return search;
     }
-    if legendre::at_start(margin) < -noise {
+    if bounds.start < -noise {
         search.exit = Some(-1.0);
         return search;
     }
-    match examine::<P, FUSED>(margin, noise, 0, &mut search) {
+    match judge::<P, A>(transforms, margin, bounds, noise, 0, &mut search) {
         Verdict::Clear => {}
         Verdict::Exit(x) => search.exit = Some(x),
         Verdict::Undecided => {
@@ -65,8 +72,8 @@ pub fn earliest_exit<const P: usize, const FUSED: bool>(
             search.bisections += 1;
             for side in 0..2 {
                 let part = whole.half(side);
-                let series = transforms.half(margin, side);
-                search.exit = match examine::<P, FUSED>(&series, noise, 1, &mut search) {
+                let series = A::half(transforms, margin, side);
+                search.exit = match examine::<P, A>(transforms, &series, noise, 1, &mut search) {
                     Verdict::Clear => None,
                     Verdict::Exit(x) => Some(part.place(x)),
                     Verdict::Undecided => {
@@ -80,6 +87,25 @@ pub fn earliest_exit<const P: usize, const FUSED: bool>(
         }
     }
     search.exit = search.exit.filter(|x| *x <= limit);
+    search
+}
+
+/// [`earliest_exit`] of a margin that falls everywhere and is not negative at its start
+/// beyond noise.
+#[inline(always)]
+pub fn exit_of_falling<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    margin: &[f64; P],
+    limit: f64,
+) -> Search {
+    let mut search = Search::NONE;
+    let bounds = A::bounds(margin);
+    if bounds.end < 0.0 {
+        let root = bracketed_root::<P, A>(transforms, margin, bounds, &mut search.newton_steps);
+        search.exit = Some(root).filter(|x| *x <= limit);
+    } else {
+        search.certified = true;
+    }
     search
 }
 
@@ -118,25 +144,41 @@ enum Verdict {
 }
 
 #[inline(always)]
-fn examine<const P: usize, const FUSED: bool>(
+fn examine<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
     series: &[f64; P],
     noise: f64,
     depth: u32,
     search: &mut Search,
 ) -> Verdict {
-    let variation = legendre::variation(series);
-    if series[0] > variation + noise {
+    let bounds = A::bounds(series);
+    if series[0] > bounds.variation + noise {
         return Verdict::Clear;
     }
-    let slope = legendre::derivative(series);
-    if slope[0].abs() > legendre::variation(&slope) {
-        return if slope[0] < 0.0 && legendre::at_end(series) < 0.0 {
-            Verdict::Exit(bracketed_root::<P, FUSED>(series, &mut search.newton_steps))
+    judge::<P, A>(transforms, series, bounds, noise, depth, search)
+}
+
+/// What a series says that its size does not.
+#[inline(always)]
+fn judge<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+    bounds: Bounds,
+    noise: f64,
+    depth: u32,
+    search: &mut Search,
+) -> Verdict {
+    let slope = A::derivative(transforms, series);
+    let slopes = A::bounds(&slope);
+    if slope[0].abs() > slopes.variation {
+        return if slope[0] < 0.0 && bounds.end < 0.0 {
+            let steps = &mut search.newton_steps;
+            Verdict::Exit(bracketed_root::<P, A>(transforms, series, bounds, steps))
         } else {
             Verdict::Clear
         };
     }
-    if series[0].abs() + variation <= noise || depth == DEEPEST {
+    if series[0].abs() + bounds.variation <= noise || depth == DEEPEST {
         search.grazings += 1;
         return Verdict::Clear;
     }
@@ -161,7 +203,7 @@ fn halve<const P: usize>(
             return None;
         }
         let series = transforms.half(series, side);
-        let exit = match examine::<P, false>(&series, noise, part.depth, search) {
+        let exit = match examine::<P, Portable>(transforms, &series, noise, part.depth, search) {
             Verdict::Clear => None,
             Verdict::Exit(x) => Some(part.place(x)),
             Verdict::Undecided => halve(transforms, &series, part, limit, noise, search),
@@ -221,7 +263,8 @@ fn meet_signs<const P: usize>(
         meet(start, part.start);
         let x = if start * end < 0.0 {
             let falling = if slope[0] < 0.0 { 1.0 } else { -1.0 };
-            bracketed_root::<P, false>(&series.map(|a| falling * a), &mut 0)
+            let series = series.map(|a| falling * a);
+            bracketed_root::<P, Portable>(transforms, &series, Portable::bounds(&series), &mut 0)
         } else {
             -1.0
         };
@@ -243,27 +286,32 @@ fn meet_signs<const P: usize>(
 /// Halley's iteration, kept within its bracket. A step that curvature hardly bends leaves an
 /// error far below round-off, so that none is spent on seeing the iteration stand still.
 #[inline(always)]
-fn bracketed_root<const P: usize, const FUSED: bool>(series: &[f64; P], steps: &mut u32) -> f64 {
-    let (start, end) = (legendre::at_start(series), legendre::at_end(series));
-    if start <= 0.0 {
+fn bracketed_root<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+    bounds: Bounds,
+    steps: &mut u32,
+) -> f64 {
+    if bounds.start <= 0.0 {
         return -1.0;
     }
-    let (mut lo, mut hi) = (-1.0, 1.0);
-    let mut x = -1.0 + 2.0 * start / (start - end);
+    let [mut x, mut lo, mut hi] = place_of_zero::<P, A>(transforms, series);
     for _ in 0..60 {
         *steps += 1;
-        let [value, slope, curvature] = legendre::evaluate_with_derivatives::<P, FUSED>(series, x);
+        let [value, slope, curvature] = A::derivatives_at(series, x);
         if value > 0.0 {
             lo = x;
         } else {
             hi = x;
         }
-        let newton = value / slope;
-        let bend = 0.5 * newton * curvature / slope;
-        let mut next = x - newton / (1.0 - bend);
+        // One division: Newton's step is value / slope, and bend / slope² is what curvature
+        // makes of it.
+        let (bend, square) = (0.5 * value * curvature, slope * slope);
+        let mut next = x - value * slope / (square - bend);
+        let small = value.abs() < SMALL_STEP * slope.abs() && bend.abs() < SMALL_STEP * square;
         if !(next >= lo && next <= hi) {
             next = 0.5 * (lo + hi);
-        } else if newton.abs() < SMALL_STEP && bend.abs() < SMALL_STEP {
+        } else if small {
             return next;
         }
         if (next - x).abs() <= f64::EPSILON {
@@ -274,9 +322,36 @@ fn bracketed_root<const P: usize, const FUSED: bool>(series: &[f64; P], steps: &
     x
 }
 
-/// Halley's error is of third order: after a step this small, and as little bent, a
-/// thousandth of round-off.
-const SMALL_STEP: f64 = 1e-6;
+/// Between which samples a falling series passes zero, and about where: by the cubic through
+/// four samples that gives the place for a value.
+#[inline(always)]
+fn place_of_zero<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    series: &[f64; P],
+) -> [f64; 3] {
+    let values = A::samples(transforms, series);
+    let positive: usize = values.iter().map(|v| usize::from(*v > 0.0)).sum();
+    // Round-off may have it that the ends' signs are not those of the samples there.
+    let after = positive.clamp(1, SAMPLES - 1);
+    let (lo, hi) = (sample_place(after - 1), sample_place(after));
+    let first = after.saturating_sub(2).min(SAMPLES - 4);
+    let y: [f64; 4] = std::array::from_fn(|i| values[first + i]);
+    let others = |i: usize, of: &dyn Fn(usize) -> f64| -> f64 {
+        (0..4).filter(|j| *j != i).map(of).product()
+    };
+    // Lagrange's weights at value zero, of the steps between samples.
+    let steps: f64 = (1..4)
+        .map(|i| i as f64 * others(i, &|j| y[j]) / others(i, &|j| y[j] - y[i]))
+        .sum();
+    let step = sample_place(1) - sample_place(0);
+    let x = sample_place(first) + step * steps;
+    let inside = x > lo && x < hi;
+    [if inside { x } else { 0.5 * (lo + hi) }, lo, hi]
+}
+
+/// Halley's error is of third order: after a step this small, and as little bent, a fraction of
+/// round-off.
+const SMALL_STEP: f64 = 4e-6;
 
 #[cfg(test)]
 mod tests;

@@ -7,8 +7,9 @@
 
 use super::Counters;
 use crate::model::{Contact, Surface};
-use crate::numerics::legendre::{self, Transforms};
-use crate::numerics::roots::earliest_exit;
+use crate::numerics::arithmetic::Arithmetic;
+use crate::numerics::legendre::Transforms;
+use crate::numerics::roots::{Search, earliest_exit, exit_of_falling};
 
 /// Where and through which surface a window's trajectory leaves its contact state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,20 +23,52 @@ pub struct Crossing {
 /// Dividing out a root amplifies round-off by about the square of the series' length.
 const DEFLATION_NOISE: f64 = 64.0;
 
-/// The first crossing on `[−1, limit]` of a window whose deflection is the Legendre series
-/// `deflection` \[m\], with fused multiply-adds where asked for; `crossed` is the surface that the window starts on, if it starts on
-/// one just crossed, and `noise` the round-off of the series \[m\].
+/// A window's deflection, and what is known of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Course<'a, const P: usize> {
+    /// Legendre series of δ \[m\].
+    pub series: &'a [f64; P],
+    /// Contact state where the window starts.
+    pub contact: Contact,
+    /// The surface that the window starts on, if it starts on one just crossed.
+    pub crossed: Option<Surface>,
+    /// Round-off of the series \[m\].
+    pub noise: f64,
+}
+
+/// The first crossing on `[−1, limit]` of a window.
 #[inline(always)]
-pub fn first_crossing<const P: usize, const FUSED: bool>(
+pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
-    deflection: &[f64; P],
-    contact: Contact,
+    course: Course<'_, P>,
     half_gap: f64,
-    crossed: Option<Surface>,
     limit: f64,
-    noise: f64,
     counters: &mut Counters,
 ) -> Option<Crossing> {
+    let Course {
+        series,
+        contact,
+        crossed,
+        noise,
+    } = course;
+    let mut take = |search: Search, surface: Surface| {
+        counters.bisections += u64::from(search.bisections);
+        counters.newton_steps += u64::from(search.newton_steps);
+        counters.grazings += u64::from(search.grazings);
+        search.exit.map(|x| Crossing { x, surface })
+    };
+    // Inside it a state's margin is positive.
+    let margin = |surface: Surface| {
+        let inside = if contact.touching() { 1.0 } else { -1.0 };
+        A::scaled(series, inside * surface.sign(), -inside * half_gap)
+    };
+    if !contact.touching()
+        && let Some(surface) = ahead::<P, A>(transforms, course, half_gap)
+    {
+        let search = exit_of_falling::<P, A>(transforms, &margin(surface), limit);
+        counters.certified += u64::from(search.certified);
+        return take(search, surface);
+    }
     let surfaces: &[Surface] = match contact {
         Contact::Drive => &[Surface::Drive],
         Contact::Coast => &[Surface::Coast],
@@ -44,34 +77,49 @@ pub fn first_crossing<const P: usize, const FUSED: bool>(
     let mut first: Option<Crossing> = None;
     let mut certified = true;
     for &surface in surfaces {
-        let inside = if contact.touching() { 1.0 } else { -1.0 };
-        let mut margin = *deflection;
-        for a in &mut margin {
-            *a *= inside * surface.sign();
-        }
-        margin[0] -= inside * half_gap;
+        let mut margin = margin(surface);
         let mut noise = noise;
         if crossed == Some(surface) {
-            margin = legendre::divide_out_start::<P, FUSED>(&margin);
+            margin = A::quotient(transforms, &margin);
             noise *= DEFLATION_NOISE;
         }
         let limit = first.map_or(limit, |c| c.x);
-        let search = earliest_exit::<P, FUSED>(transforms, &margin, limit, noise);
+        let search = earliest_exit::<P, A>(transforms, &margin, limit, noise);
         certified &= search.certified;
-        counters.bisections += u64::from(search.bisections);
-        counters.newton_steps += u64::from(search.newton_steps);
-        counters.grazings += u64::from(search.grazings);
-        if let Some(x) = search.exit {
-            first = Some(Crossing { x, surface });
-        }
+        first = take(search, surface).or(first);
     }
     counters.certified += u64::from(certified);
     first
 }
 
+/// The surface that a free flight heads for without turning; none where it may turn, or starts beyond a surface or on the one ahead. The surface
+/// behind is left at once and for good, and needs no look.
+#[inline(always)]
+fn ahead<const P: usize, A: Arithmetic<P>>(
+    transforms: &Transforms<P>,
+    course: Course<'_, P>,
+    half_gap: f64,
+) -> Option<Surface> {
+    let slope = A::derivative(transforms, course.series);
+    if slope[0].abs() <= A::bounds(&slope).variation {
+        return None;
+    }
+    let (surface, behind) = match slope[0] > 0.0 {
+        true => (Surface::Drive, Surface::Coast),
+        false => (Surface::Coast, Surface::Drive),
+    };
+    let start = A::bounds(course.series).start;
+    let beyond = start.abs() > half_gap && course.crossed != Some(behind);
+    if beyond || course.crossed == Some(surface) {
+        return None;
+    }
+    Some(surface)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::arithmetic::Portable;
     use crate::numerics::legendre::transforms24;
 
     fn cross(
@@ -83,16 +131,13 @@ mod tests {
         let nodes = *t.nodes();
         let series = t.interpolate(&std::array::from_fn(|j| f(nodes[j])));
         let mut counters = Counters::default();
-        let found = first_crossing::<_, false>(
-            t,
-            &series,
+        let course = Course {
+            series: &series,
             contact,
-            1.0,
             crossed,
-            1.0,
-            1e-14,
-            &mut counters,
-        );
+            noise: 1e-14,
+        };
+        let found = first_crossing::<_, Portable>(t, course, 1.0, 1.0, &mut counters);
         (found, counters)
     }
 

@@ -3,6 +3,7 @@
 mod branches;
 mod coexistence;
 mod heat;
+mod operator_summary;
 mod plot;
 mod summary;
 mod table_summary;
@@ -11,6 +12,7 @@ mod transitions;
 
 pub use branches::{Attractor, branches, read_attractors, render_branches};
 pub use coexistence::{Coexistence, Ending};
+pub use operator_summary::OperatorSummary;
 pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, plot};
 pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};
 pub use table_summary::{ArraySummary, TableSummary, size_text};

@@ -8,6 +8,7 @@ use std::time::SystemTime;
 use serde::Serialize;
 use serde_json::Value;
 
+use super::operator_summary::OperatorSummary;
 use super::text::number;
 use crate::store::{ArrayHeader, CacheFault, CacheKind, MappedTable, timestamp};
 
@@ -28,6 +29,9 @@ pub struct TableSummary {
     pub used: String,
     /// What it was computed from.
     pub inputs: Value,
+    /// What its operators are like, where it is of a kernel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub operators: Option<OperatorSummary>,
     /// Its arrays.
     pub arrays: Vec<ArraySummary>,
 }
@@ -69,6 +73,7 @@ impl TableSummary {
             inputs: serde_json::from_str(table.inputs()).map_err(|error| CacheFault::Header {
                 detail: format!("its inputs: {error}"),
             })?,
+            operators: OperatorSummary::of(&table),
             arrays: arrays.map(|array| summary(&table, array)).collect(),
         })
     }
@@ -85,6 +90,9 @@ impl TableSummary {
             ("last used", &self.used),
         ] {
             _ = writeln!(text, "{name:<13}{value}");
+        }
+        if let Some(operators) = &self.operators {
+            operators.render(&mut text);
         }
         text.push_str("inputs");
         push_json(&mut text, &self.inputs, 1);

@@ -59,7 +59,8 @@ pub use run::{
 pub use table::{Column, Table};
 pub use tables::{
     ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
-    Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, Origin, TableStore, Unwanted,
+    Cleaned, DYADIC_BYTES, Fetched, FetchedMesh, KeptKernel, MappedTable, MeshFetchError,
+    OperatorFetchError, Origin, TableStore, Unwanted,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
 pub use writer::{ResultLayout, ResultWriter, Written};

@@ -1,5 +1,6 @@
 //! From a point's specification to the system that kernels march.
 
+use super::kernel_tables::KernelTables;
 use super::mesh_tables::{MeshError, MeshTables};
 use crate::analysis::{
     GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
@@ -14,7 +15,7 @@ use crate::model::{
 };
 use crate::propagate::{DenseError, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
-use crate::store::TableStore;
+use crate::store::{OperatorFetchError, TableStore};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -33,6 +34,9 @@ pub enum BuildError {
     /// The kernel's tables cannot be built.
     #[error(transparent)]
     Tables(#[from] DenseError),
+    /// The kernel's tables cannot be come by.
+    #[error(transparent)]
+    Kept(#[from] OperatorFetchError),
     /// There is no such slice of initial states.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),
@@ -281,15 +285,29 @@ pub fn tables_wanted<'a>(points: impl IntoIterator<Item = &'a PointSpec>) -> usi
 pub struct Parts {
     structures: Mutex<HashMap<String, Arc<ModalStructure>>>,
     meshes: MeshTables,
+    kernels: KernelTables,
 }
 
 impl Parts {
-    /// Nothing at hand yet; mesh tables are kept in `tables`.
+    /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
     pub fn new(tables: TableStore) -> Self {
         Self {
             structures: Mutex::default(),
-            meshes: MeshTables::new(tables),
+            meshes: MeshTables::new(tables.clone()),
+            kernels: KernelTables::new(tables),
         }
+    }
+
+    /// The tables of kernels.
+    pub fn kernels(&self) -> &KernelTables {
+        &self.kernels
+    }
+
+    /// What the user should know of the cache of tables, each once.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut all = self.meshes.warnings();
+        all.extend(self.kernels.warnings());
+        all
     }
 
     /// The mesh tables.

@@ -10,6 +10,7 @@
 pub mod build;
 mod chain;
 mod forecast;
+mod kernel_tables;
 mod layout;
 mod mesh_tables;
 mod point;
@@ -20,6 +21,7 @@ mod turns;
 
 pub use chain::{Link, compute, lead_up};
 pub use forecast::{Forecast, Interval, forecast};
+pub use kernel_tables::KernelTables;
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use point::Worker;
 pub use recorder::{Progress, Watcher};

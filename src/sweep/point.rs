@@ -9,7 +9,7 @@ use crate::analysis::{
 use crate::manifest::{KernelSpec, Ladder, PointSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
-use crate::store::{ChainEnd, Placement, PointRow};
+use crate::store::{ChainEnd, KeptKernel, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
@@ -146,11 +146,13 @@ fn answer(
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Spectral { event_grid } => {
-                let kernel = Spectral::new(&model, cells, limit, event_grid)?;
+                let tables = parts.kernels().get(KeptKernel::Spectral, &model, cells)?;
+                let kernel = Spectral::of_kept(&model, cells, limit, event_grid, &*tables)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Fused => {
-                let kernel = Fused::new(&model, cells, limit)?;
+                let tables = parts.kernels().get(KeptKernel::Fused, &model, cells)?;
+                let kernel = Fused::of_kept(&model, cells, limit, &*tables)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
         },

@@ -1,6 +1,6 @@
 //! What must balance over many cycles: energy, and the free rotation of the whole drive.
 
-use super::report::worse;
+use super::report::{drives_of, worse};
 use super::{Line, Subjects, Trouble, drives};
 
 /// Residual of the energy balance through rattle.
@@ -8,19 +8,20 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(1000, 10_000);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let mut worst = 0.0;
+        let (mut worst, mut served) = (0.0, 0);
         for case in &subjects.cases {
             let model = case.model()?;
+            if !kernel.serves(&model) {
+                continue;
+            }
+            served += 1;
             let start = drives::rattling(&model)?;
-            let residual = (kernel.on(&model)).energy_residual(&model, &start, cycles)?;
+            let residual = kernel.on(&model)?.energy_residual(&model, &start, cycles)?;
             worst = worse(worst, residual.unwrap_or(f64::NAN));
         }
-        let drives = subjects.cases.len();
+        let drives = drives_of(served, subjects.cases.len());
         lines.push(Line::at_most(
-            format!(
-                "{}: energy over {cycles} cycles, {drives} drives",
-                kernel.name
-            ),
+            format!("{}: energy over {cycles} cycles, {drives}", kernel.name),
             "works of all forces, added up",
             worst,
             1e-12,
@@ -37,7 +38,7 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let (place, speed) = (1e-6, 1e-4);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let (mut worst, mut tested, mut windows) = (0.0, 0, 0);
+        let (mut worst, mut served, mut fit, mut windows) = (0.0, 0, 0, 0);
         for case in &subjects.cases {
             let mut case = case.clone();
             case.drive.friction = 0.0;
@@ -46,6 +47,10 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             let [neutral] = model.neutral[..] else {
                 continue;
             };
+            fit += 1;
+            if !kernel.serves(&model) {
+                continue;
+            }
             let n = model.modes();
             let mut start = drives::rattling(&model)?;
             start.state[neutral] = place;
@@ -56,18 +61,19 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 place + time * (speed + 0.5 * time * pull),
                 speed + time * pull,
             ];
-            let course = kernel.on(&model).course(&start, cycles)?;
+            let course = kernel.on(&model)?.course(&start, cycles)?;
             let state = &course.end.state;
             for (found, exact) in [state[neutral], state[n + neutral]].iter().zip(&exact) {
                 worst = worse(worst, (found / exact - 1.0).abs());
             }
-            tested += 1;
+            served += 1;
             windows = windows.max(course.counters.windows);
         }
         lines.push(Line::at_most(
             format!(
-                "{}: drift over {cycles} cycles, {tested} drives",
-                kernel.name
+                "{}: drift over {cycles} cycles, {}",
+                kernel.name,
+                drives_of(served, fit)
             ),
             "free rotation",
             worst,

@@ -2,6 +2,7 @@
 
 use super::drives;
 use super::gears::{default_gears, differing};
+use super::report::drives_of;
 use super::{Line, Subjects, Trouble};
 use crate::analysis::MultistabilityQuestion;
 use crate::gear::{Flanks, MeshTable, MeshTableInputs};
@@ -11,21 +12,25 @@ pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(200, 20_000);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let mut unequal = 0;
+        let (mut unequal, mut served) = (0, 0);
         for case in &subjects.cases {
             let model = case.model()?;
+            if !kernel.serves(&model) {
+                continue;
+            }
+            served += 1;
             let start = drives::rattling(&model)?;
-            let whole = kernel.on(&model).course(&start, cycles)?.end;
-            let middle = kernel.on(&model).course(&start, cycles / 3)?.end;
-            let parts = kernel.on(&model).course(&middle, cycles - cycles / 3)?.end;
+            let whole = kernel.on(&model)?.course(&start, cycles)?.end;
+            let middle = kernel.on(&model)?.course(&start, cycles / 3)?.end;
+            let parts = kernel.on(&model)?.course(&middle, cycles - cycles / 3)?.end;
             let pairs = whole.state.iter().zip(&parts.state);
             unequal += pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count();
         }
         lines.push(Line::at_most(
             format!(
-                "{}: {cycles} cycles in one go, {} drives",
+                "{}: {cycles} cycles in one go, {}",
                 kernel.name,
-                subjects.cases.len()
+                drives_of(served, subjects.cases.len())
             ),
             "the same, stopped and taken up",
             unequal as f64,
@@ -63,7 +68,7 @@ pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     };
     let probe = || {
         Ok(postcard::to_stdvec(
-            &kernel.on(&model).probes(&model, &question)?,
+            &kernel.on(&model)?.probes(&model, &question)?,
         )?)
     };
     let (one, three) = (on_threads(1, probe)?, on_threads(3, probe)?);

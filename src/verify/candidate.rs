@@ -13,21 +13,34 @@ use crate::analysis::{
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::Stream;
 use crate::propagate::{
-    Counters, Event, InstructionSet, Kernel, Observer, Stop, Tangents, Volterra, Window,
+    Counters, DenseError, Dyadic, Event, Fused, Hermite, InstructionSet, Kernel, Observer,
+    Spectral, Stop, Tangents, Volterra, Window,
 };
 use std::sync::atomic::AtomicBool;
 
 /// Most events in a mesh cycle.
 const EVENT_LIMIT: u32 = 10_000;
 
+/// Fewest unit steps a mesh cycle of the table kernels, as published.
+const CELLS: u32 = 60;
+
 /// A kernel by name.
 pub struct Candidate {
     /// Its name in the report.
     pub name: String,
+    /// Whether it follows stiffness that varies within a segment.
+    follows_variation: bool,
+    /// Round-off it is allowed, in units of the structured kernel's.
+    pub round_off: f64,
     prepare: Box<Prepare>,
 }
 
-type Prepare = dyn for<'m> Fn(&'m Model) -> Box<dyn March + 'm> + Send + Sync;
+/// A product of dense operators adds up a hundred terms a step, and the round-off of its table is
+/// the same in every cycle.
+const TABLE_ROUND_OFF: f64 = 10.0;
+
+type Prepared<'m> = Result<Box<dyn March + 'm>, DenseError>;
+type Prepare = dyn for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync;
 
 impl Candidate {
     /// A kernel that `prepare` builds for a model.
@@ -37,18 +50,43 @@ impl Candidate {
     ) -> Self {
         Self {
             name: name.into(),
+            follows_variation: true,
+            round_off: 1.0,
+            prepare: Box::new(move |model| Ok(prepare(model))),
+        }
+    }
+
+    /// A kernel whose tables `prepare` builds for a model; it does not claim to follow stiffness
+    /// that varies within a segment.
+    pub fn of_tables(
+        name: impl Into<String>,
+        prepare: impl for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            follows_variation: false,
+            round_off: TABLE_ROUND_OFF,
             prepare: Box::new(prepare),
         }
     }
 
+    /// Whether the kernel claims to march a model.
+    pub fn serves(&self, model: &Model) -> bool {
+        let constant = || (model.cycle.segments.iter()).all(|s| s.stiffness.is_constant());
+        self.follows_variation || constant()
+    }
+
     /// The kernel of a model.
-    pub fn on<'m>(&self, model: &'m Model) -> Box<dyn March + 'm> {
-        (self.prepare)(model)
+    ///
+    /// # Errors
+    /// Its tables cannot be built.
+    pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn March + 'm>, Trouble> {
+        Ok((self.prepare)(model)?)
     }
 }
 
-/// The kernels that claim to be exact between events, each on every instruction set of this
-/// machine it has code for; the one that users run by default last.
+/// The kernels that claim to be exact between events: those of tables, and the structured one on
+/// every instruction set of this machine it has code for; the one that users run by default last.
 pub fn kernels() -> Vec<Candidate> {
     let volterra = |set: InstructionSet| {
         Candidate::new(format!("volterra {}", set.name()), move |model| {
@@ -60,10 +98,22 @@ pub fn kernels() -> Vec<Candidate> {
             ))
         })
     };
-    InstructionSet::available()
-        .into_iter()
-        .map(volterra)
-        .collect()
+    let tables = [
+        Candidate::of_tables("dyadic", |model| {
+            Ok(Box::new(Dyadic::new(model, CELLS, EVENT_LIMIT)?))
+        }),
+        Candidate::of_tables("hermite", |model| {
+            Ok(Box::new(Hermite::new(model, CELLS, EVENT_LIMIT)?))
+        }),
+        Candidate::of_tables("spectral", |model| {
+            Ok(Box::new(Spectral::new(model, CELLS, EVENT_LIMIT, None)?))
+        }),
+        Candidate::of_tables("fused", |model| {
+            Ok(Box::new(Fused::new(model, CELLS, EVENT_LIMIT)?))
+        }),
+    ];
+    let sets = InstructionSet::available().into_iter();
+    tables.into_iter().chain(sets.map(volterra)).collect()
 }
 
 /// Where a march ended and the events on its way.

@@ -24,7 +24,7 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let mut worst = 0.0f64;
         for (exponents, model) in &exact {
             let start = model.start(&InitialState::Static);
-            let found = kernel.on(model).multipliers(model, &start)?;
+            let found = kernel.on(model)?.multipliers(model, &start)?;
             let found = found.ok_or(Trouble::Missing {
                 what: "an eigenvalue of the kernel's map",
             })?;
@@ -179,7 +179,7 @@ impl Shaken {
             displacement: vec![self.push / (Self::NATURAL * Self::NATURAL) + size * angle.cos()],
             velocity: vec![-size * self.forcing() * angle.sin()],
         });
-        Ok(!kernel.on(&model).course(&start, 2)?.events.is_empty())
+        Ok(!kernel.on(&model)?.course(&start, 2)?.events.is_empty())
     }
 }
 
@@ -249,7 +249,9 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = (last / model.period()).ceil() as u64;
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let course = (kernel.on(&model)).course(&model.start(&InitialState::Rest), cycles)?;
+        let course = kernel
+            .on(&model)?
+            .course(&model.start(&InitialState::Rest), cycles)?;
         let mut worst = if course.events.len() < 2 * bounces {
             f64::NAN
         } else {
@@ -264,7 +266,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             "parabola and half sine, turn about",
             worst,
             // With the number of bounces squared: energy drifts, and with it their period.
-            subjects.extent.pick(1e-10, 1e-6),
+            subjects.extent.pick(1e-10, 1e-6) * kernel.round_off,
             "cycles",
         ));
     }
@@ -316,7 +318,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let start = model.start(&InitialState::Static);
-        let found = kernel.on(&model).multipliers(&model, &start)?;
+        let found = kernel.on(&model)?.multipliers(&model, &start)?;
         let found = found.and_then(|multipliers| multipliers.first().copied());
         let (re, im) = found.ok_or(Trouble::Missing {
             what: "a multiplier of the pair",

@@ -1,6 +1,6 @@
 //! Tangents and Lyapunov exponents, each by two ways that share nothing.
 
-use super::report::worse;
+use super::report::{drives_of, worse};
 use super::{Line, Subjects, Trouble, drives};
 use crate::model::Model;
 use crate::propagate::Tangents;
@@ -30,7 +30,7 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
 pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let columns = subjects.extent.pick(4, 80);
     let mut lines = Vec::new();
-    let mut worst = vec![0.0f64; subjects.kernels.len()];
+    let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
     for case in &subjects.cases {
         let model = case.model()?;
         let n = model.modes();
@@ -45,12 +45,19 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         }
         let mut carried = Vec::new();
         for kernel in &subjects.kernels {
+            if !kernel.serves(&model) {
+                carried.push(None);
+                continue;
+            }
             let mut tangents = Tangents::zeros(n, 2 * n);
             for i in 0..2 * n {
                 tangents.vector_mut(i)[i] = STEP[i / n];
             }
-            kernel.on(&model).carry(&start, &mut tangents)?;
-            carried.push(tangents);
+            kernel.on(&model)?.carry(&start, &mut tangents)?;
+            carried.push(Some(tangents));
+        }
+        for (found, tangents) in found.iter_mut().zip(&carried) {
+            found.1 += usize::from(tangents.is_some());
         }
         for i in (0..2 * n).step_by((2 * n).div_ceil(columns)) {
             let end = |side: f64| {
@@ -61,17 +68,18 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             let (above, below) = (end(1.0)?, end(-1.0)?);
             let half = above.iter().zip(&below).map(|(a, b)| 0.5 * (a - b));
             let difference: Vec<f64> = half.collect();
-            for (worst, tangents) in worst.iter_mut().zip(&carried) {
+            for ((worst, _), tangents) in found.iter_mut().zip(&carried) {
+                let Some(tangents) = tangents else { continue };
                 *worst = worse(*worst, relative_difference(tangents.vector(i), &difference));
             }
         }
     }
-    for (kernel, worst) in subjects.kernels.iter().zip(worst) {
+    for (kernel, (worst, served)) in subjects.kernels.iter().zip(found) {
         lines.push(Line::at_most(
             format!(
-                "{}: tangents through events, {} drives",
+                "{}: tangents through events, {}",
                 kernel.name,
-                subjects.cases.len()
+                drives_of(served, subjects.cases.len())
             ),
             "central differences of the reference",
             worst,
@@ -102,27 +110,32 @@ fn exact_sum(model: &Model, contact: f64) -> f64 {
 /// Sum of all exponents through rattle against the mean trace and the saltations.
 pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(200, 5000);
-    let mut worst = vec![0.0f64; subjects.kernels.len()];
-    let mut tested = 0;
+    let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
+    let mut fit = 0;
     for case in &subjects.cases {
         let model = case.model()?;
         if model.directions.len() > 1 {
             continue;
         }
-        tested += 1;
+        fit += 1;
         let start = drives::rattling(&model)?;
-        for (worst, kernel) in worst.iter_mut().zip(&subjects.kernels) {
-            let growth = kernel.on(&model).volume_growth(&model, &start, cycles)?;
+        for ((worst, served), kernel) in found.iter_mut().zip(&subjects.kernels) {
+            if !kernel.serves(&model) {
+                continue;
+            }
+            *served += 1;
+            let growth = kernel.on(&model)?.volume_growth(&model, &start, cycles)?;
             let growth = growth.ok_or(Trouble::Missing { what: "exponents" })?;
             let apart = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
             *worst = worse(*worst, apart);
         }
     }
-    let line = |(kernel, worst): (&super::candidate::Candidate, f64)| {
+    let line = |(kernel, (worst, served)): (&super::candidate::Candidate, (f64, usize))| {
         Line::at_most(
             format!(
-                "{}: sum of all exponents, {cycles} cycles, {tested} drives",
+                "{}: sum of all exponents, {cycles} cycles, {}",
                 kernel.name,
+                drives_of(served, fit)
             ),
             "mean trace + ln det of saltations",
             worst,
@@ -130,7 +143,7 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             "relative",
         )
     };
-    Ok(subjects.kernels.iter().zip(worst).map(line).collect())
+    Ok(subjects.kernels.iter().zip(found).map(line).collect())
 }
 
 /// An exponent above this, per mesh cycle, is chaos for the check of twins.
@@ -146,7 +159,7 @@ pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     for case in &subjects.cases {
         let model = case.model()?;
         let start = drives::rattling(&model)?;
-        let found = kernel.on(&model).lyapunov(&model, &start, cycles)?;
+        let found = kernel.on(&model)?.lyapunov(&model, &start, cycles)?;
         let Some((found, twin)) = found.and_then(|l| l.twin.map(|twin| (l, twin))) else {
             return Err(Trouble::Missing { what: "a twin" });
         };

@@ -38,7 +38,7 @@ pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let kernel = subjects.kernel()?;
     let measure = |case: &Case| {
         let model = case.model()?;
-        rms(&*kernel.on(&model), &model, cycles)
+        rms(&*kernel.on(&model)?, &model, cycles)
     };
     let full = measure(drive)?;
     let mut lines = Vec::new();
@@ -62,7 +62,7 @@ pub fn small_step(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(2000, 100_000);
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;
-    let exact = rms(&*kernel.on(&model), &model, cycles)?;
+    let exact = rms(&*kernel.on(&model)?, &model, cycles)?;
     let stepped = rms(&Stepping::new(&model, 2400, 10_000), &model, cycles)?;
     Ok(vec![Line::between(
         format!("{}: deflection RMS, {:.2} um", kernel.name, 1e6 * exact),

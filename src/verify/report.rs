@@ -51,6 +51,14 @@ pub(super) fn worse(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() { a } else { b }
 }
 
+/// How many drives of those that a check is about a kernel was tested on.
+pub(super) fn drives_of(tested: usize, all: usize) -> String {
+    match tested == all {
+        true => format!("{all} drives"),
+        false => format!("{tested} of {all} drives"),
+    }
+}
+
 /// One comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
@@ -64,6 +72,8 @@ pub struct Line {
     pub bound: Bound,
     /// Unit of the value and its bound.
     pub unit: &'static str,
+    /// Left out, for the reason in `against`: no verdict.
+    pub skipped: bool,
 }
 
 impl Line {
@@ -81,6 +91,7 @@ impl Line {
             value,
             bound: Bound::AtMost(most),
             unit,
+            skipped: false,
         }
     }
 
@@ -98,6 +109,15 @@ impl Line {
             value,
             bound: Bound::Between(range[0], range[1]),
             unit,
+            skipped: false,
+        }
+    }
+
+    /// A comparison that the kernel does not claim to stand.
+    pub(super) fn skipped(what: impl Into<String>, reason: &'static str) -> Self {
+        Self {
+            skipped: true,
+            ..Self::at_most(what, reason, f64::NAN, 0.0, "")
         }
     }
 
@@ -109,17 +129,24 @@ impl Line {
             value: f64::NAN,
             bound: Bound::AtMost(0.0),
             unit: "",
+            skipped: false,
         }
     }
 
     /// Whether the value keeps its bound.
     pub fn passed(&self) -> bool {
-        self.bound.holds(self.value)
+        !self.skipped && self.bound.holds(self.value)
+    }
+
+    /// Whether the value breaks its bound.
+    pub fn breaks_bound(&self) -> bool {
+        !self.skipped && !self.bound.holds(self.value)
     }
 }
 
 impl Serialize for Line {
-    /// As written, and `passed`. A value that is not finite is null.
+    /// As written, and `passed`, null where the line was skipped. A value that is not finite is
+    /// null.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeStruct;
         let mut line = serializer.serialize_struct("Line", 6)?;
@@ -128,7 +155,7 @@ impl Serialize for Line {
         line.serialize_field("value", &self.value)?;
         line.serialize_field("bound", &self.bound)?;
         line.serialize_field("unit", self.unit)?;
-        line.serialize_field("passed", &self.passed())?;
+        line.serialize_field("passed", &(!self.skipped).then(|| self.passed()))?;
         line.end()
     }
 }
@@ -204,12 +231,17 @@ impl Report {
 
     /// Lines that fail.
     pub fn failures(&self) -> usize {
-        self.lines().filter(|line| !line.passed()).count()
+        self.lines().filter(|line| line.breaks_bound()).count()
     }
 
-    /// Whether there are lines and all of them pass.
+    /// Lines left out.
+    pub fn skips(&self) -> usize {
+        self.lines().filter(|line| line.skipped).count()
+    }
+
+    /// Whether there are lines that pass and none that fails.
     pub fn passed(&self) -> bool {
-        self.failures() == 0 && self.lines().next().is_some()
+        self.failures() == 0 && self.lines().any(Line::passed)
     }
 
     /// Exit status of a program: 0 where all lines pass, else 1.

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::model::{Model, Stiffness, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Observer, Spectral, Stop, Tangents, Volterra};
 
 /// Checks that every kernel has to pass, quick enough for a test.
 const OF_KERNELS: [&str; 5] = ["multipliers", "cycle", "contact", "energy", "trace"];
@@ -39,7 +39,7 @@ fn ladder(kernel: Candidate) -> Report {
 
 /// Checks with a line that fails.
 fn failing(report: &Report) -> Vec<&'static str> {
-    let fails = |finding: &&Finding| finding.lines.iter().any(|line| !line.passed());
+    let fails = |finding: &&Finding| finding.lines.iter().any(Line::breaks_bound);
     report
         .findings
         .iter()
@@ -94,6 +94,51 @@ fn so_does_every_other_coefficient() {
         assert!(failing(&report).contains(&"cycle"), "{number}: {report}");
         assert_eq!(report.status(), 1, "{number}");
     }
+}
+
+/// A kernel of tables that stands on another half gap fails as well; what it does not claim to
+/// march is said and is no verdict.
+#[test]
+fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
+    let wrong = |part: f64| {
+        Candidate::of_tables("spectral", move |model| {
+            let mut other = model.clone();
+            other.half_gap *= part;
+            let other = Box::leak(Box::new(other));
+            Ok(Box::new(Spectral::new(other, 60, 100, None)?))
+        })
+    };
+    let with_computed_mesh = |kernel: Candidate| {
+        let mut subjects = subjects(kernel);
+        let computed = drives::cases().unwrap().remove(5);
+        subjects.cases.insert(0, computed);
+        let cycle = CHECKS.iter().filter(|check| check.name == "cycle");
+        run(&subjects, &cycle.copied().collect::<Vec<_>>(), &mut |_| ())
+    };
+    let sound = with_computed_mesh(wrong(1.0));
+    assert_eq!((sound.status(), sound.skips()), (0, 1), "{sound}");
+    let text = sound.to_string();
+    assert!(text.contains("  skip  cycle"), "{text}");
+    assert!(text.contains("fail, 1 skipped"), "{text}");
+    let report = with_computed_mesh(wrong(PART));
+    assert_eq!((report.status(), report.skips()), (1, 1), "{report}");
+    assert_eq!(failing(&report), ["cycle"], "{report}");
+}
+
+/// Nothing but lines left out is nothing shown.
+#[test]
+fn a_report_of_skips_alone_does_not_pass() {
+    let report = Report {
+        extent: Extent::Quick,
+        seconds: 0.0,
+        findings: vec![Finding {
+            check: "cycle",
+            group: Group::Kernels,
+            seconds: 0.0,
+            lines: vec![Line::skipped("dyadic", "no table")],
+        }],
+    };
+    assert_eq!((report.failures(), report.status()), (0, 1));
 }
 
 /// A kernel that finds every event but tells of none.

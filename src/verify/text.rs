@@ -34,10 +34,15 @@ impl Display for Report {
                 writeln!(f, "{}", line.trim_end())?;
             }
         }
-        let (lines, failures) = (self.lines().count(), self.failures());
+        let (failures, skips) = (self.failures(), self.skips());
+        let lines = self.lines().count() - skips;
+        let left_out = match skips {
+            0 => String::new(),
+            _ => format!(", {skips} skipped"),
+        };
         writeln!(
             f,
-            "\n{} of {lines} lines pass, {failures} fail ({}, {:.1} s)",
+            "\n{} of {lines} lines pass, {failures} fail{left_out} ({}, {:.1} s)",
             lines - failures,
             self.extent.name(),
             self.seconds
@@ -51,10 +56,13 @@ impl Report {
         let mut widths = [0; 5];
         for row in self.findings.iter().flat_map(rows) {
             let cells = [row.check, &row.what, row.against, &row.value, &row.bound];
-            // What could not be carried out says why, at length.
-            let skip = row.against.is_empty();
+            // What could not be carried out, or was left out, says why, at length.
+            let long = match row.verdict {
+                "skip" => Some(2),
+                _ => row.against.is_empty().then_some(1),
+            };
             for (column, (width, cell)) in widths.iter_mut().zip(cells).enumerate() {
-                if !(skip && column == 1) {
+                if long != Some(column) {
                     *width = (*width).max(cell.chars().count());
                 }
             }
@@ -64,13 +72,20 @@ impl Report {
 }
 
 fn rows(finding: &super::Finding) -> impl Iterator<Item = Row> {
-    finding.lines.iter().map(|line| Row {
-        verdict: if line.passed() { "pass" } else { "FAIL" },
-        check: finding.check,
-        what: line.what.clone(),
-        against: line.against,
-        value: number(line.value),
-        bound: line.bound.to_string(),
-        unit: line.unit,
+    finding.lines.iter().map(|line| {
+        let figure = |text: String| if line.skipped { String::new() } else { text };
+        Row {
+            verdict: match (line.skipped, line.passed()) {
+                (true, _) => "skip",
+                (false, true) => "pass",
+                (false, false) => "FAIL",
+            },
+            check: finding.check,
+            what: line.what.clone(),
+            against: line.against,
+            value: figure(number(line.value)),
+            bound: figure(line.bound.to_string()),
+            unit: line.unit,
+        }
     })
 }

@@ -4,7 +4,7 @@ use crate::analysis::CalledOff;
 use crate::gear::{GearError, MeshTableError, SharingError};
 use crate::manifest::ManifestErrors;
 use crate::model::ModelError;
-use crate::propagate::Stop;
+use crate::propagate::{DenseError, Stop};
 use crate::reference::ReferenceError;
 use crate::shaft::ShaftError;
 use crate::store::MeshFetchError;
@@ -15,6 +15,9 @@ pub enum Trouble {
     /// A kernel gave up.
     #[error(transparent)]
     Stop(#[from] Stop),
+    /// A kernel's tables cannot be built.
+    #[error(transparent)]
+    Tables(#[from] DenseError),
     /// The reference integrator gave up.
     #[error("the reference: {0}")]
     Reference(#[from] ReferenceError),

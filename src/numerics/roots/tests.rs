@@ -9,7 +9,7 @@ fn series(f: impl Fn(f64) -> f64) -> [f64; 24] {
 }
 
 fn find(f: impl Fn(f64) -> f64) -> Search {
-    earliest_exit::<_, false>(transforms24(), &series(f), 1.0, 1e-14)
+    earliest_exit::<_, Portable>(transforms24(), &series(f), 1.0, 1e-14)
 }
 
 #[test]
@@ -60,16 +60,23 @@ fn a_start_outside_exits_at_once_and_a_start_on_the_surface_by_its_slope() {
 fn roots_beyond_the_limit_are_not_reported() {
     let f = series(|x| 0.5 - x);
     let t = transforms24();
-    assert_eq!(earliest_exit::<_, false>(t, &f, 0.4999, 1e-16).exit, None);
+    assert_eq!(
+        earliest_exit::<_, Portable>(t, &f, 0.4999, 1e-16).exit,
+        None
+    );
     assert!(
-        (earliest_exit::<_, false>(t, &f, 0.5001, 1e-16)
+        (earliest_exit::<_, Portable>(t, &f, 0.5001, 1e-16)
             .exit
             .unwrap()
             - 0.5)
             .abs()
             < 1e-15
     );
-    assert!(earliest_exit::<_, false>(t, &f, 1.0, 1e-16).exit.is_some());
+    assert!(
+        earliest_exit::<_, Portable>(t, &f, 1.0, 1e-16)
+            .exit
+            .is_some()
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::model::{Contact, Model, Surface};
 
 /// What all table kernels know of their model.
 #[derive(Debug)]
-pub(super) struct Course<'m> {
+pub struct Course<'m> {
     pub model: &'m Model,
     pub layout: Layout,
     pub grid: Grid,
@@ -25,7 +25,7 @@ pub(super) struct Course<'m> {
 
 /// Where a piece starts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
+pub struct Clock {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the cycle \[s\].
@@ -77,7 +77,7 @@ impl<'m> Course<'m> {
     }
 
     /// Size of tables of these operators.
-    pub fn bytes<'o>(&self, operators: impl Iterator<Item = &'o Operator>) -> TableSize {
+    pub fn bytes<'o>(&self, operators: impl Iterator<Item = &'o Operator<'o>>) -> TableSize {
         let (mut count, mut bytes) = (0, 0);
         for operator in operators {
             count += 1;
@@ -121,8 +121,8 @@ impl<'m> Course<'m> {
     /// Writes the carried entries of the augmented state.
     pub fn set_carried(&self, clock: &Clock, contact: Contact, z: &mut [f64]) {
         let layout = &self.layout;
-        z[layout.constant()] = 1.0;
-        z[layout.side()] = contact.sign();
+        z[layout.constant()] = self.model.load;
+        z[layout.side()] = contact.sign() * self.model.half_gap;
         let (ripples, errors) =
             z[layout.pairs()..layout.dimension()].split_at_mut(2 * layout.ripples);
         for (pair, r) in ripples.chunks_exact_mut(2).zip(&self.model.ripple) {

@@ -7,14 +7,16 @@
 use super::course::Course;
 use super::exits::{Bounds, Sight, Verdict};
 use super::exponential;
-use super::generator::Generator;
-use super::march::{Exit, Method, Piece, Workspace};
-use super::matrix::{Operator, dot};
+use super::generator::{Generator, Layout};
+use super::grid::Grid;
+use super::kernel::{Dense, Stock};
+use super::march::{Exit, Method, Piece};
+use super::matrix::{Operator, dot, numbers_of};
 use super::series::{BoundRows, Series, judge_all, locate};
 use super::show::Taylor;
 use super::{DenseError, TableSize};
-use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use crate::model::Model;
+use crate::propagate::Counters;
 
 /// Halvings of a cell.
 pub const LEVELS: usize = 20;
@@ -23,23 +25,17 @@ pub const LEVELS: usize = 20;
 const LAST_TERMS: usize = 4;
 
 /// The kernel of dyadic descent for one model.
-#[derive(Debug)]
-pub struct Dyadic<'m> {
-    course: Course<'m>,
-    tables: Tables,
-}
+pub type Dyadic<'m> = Dense<'m, Tables>;
 
+/// Its tables.
 #[derive(Debug)]
-struct Tables {
-    contact: Vec<Table>,
-    flight: Vec<Table>,
-}
+pub struct Tables(Stock<Table>);
 
 /// Propagators of one class in one state.
 #[derive(Debug)]
-struct Table {
+pub struct Table {
     /// `e^{LΔ/2ᵐ}`, m = 0 … 20.
-    levels: Vec<Operator>,
+    levels: Vec<Operator<'static>>,
     bounds: BoundRows,
     curvature: Vec<f64>,
     duration: f64,
@@ -82,52 +78,27 @@ impl<'m> Dyadic<'m> {
     /// Stiffness that varies within a segment, or a speed too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
-        let table = |generator: &Generator, class: usize| {
-            Table::new(
-                generator,
-                course.grid.rate,
-                course.grid.classes[class].duration,
-            )
-        };
-        let contact = course.contact.iter().enumerate();
-        let flight = course.flight.iter().zip(&course.grid.flights);
-        let tables = Tables {
-            contact: contact.map(|(class, g)| table(g, class)).collect(),
-            flight: flight.map(|(g, &class)| table(g, class)).collect(),
-        };
+        let tables = Stock::new(&course, |generator, class, _| {
+            let duration = course.grid.classes[class].duration;
+            Ok(Table::new(generator, course.grid.rate, duration))
+        })?;
+        let tables = Tables(tables);
         Ok(Self { course, tables })
     }
 
-    /// Size of the tables.
-    pub fn bytes(&self) -> TableSize {
-        let all = self.tables.contact.iter().chain(&self.tables.flight);
-        self.course.bytes(all.flat_map(|table| &table.levels))
-    }
-}
-
-impl Kernel for Dyadic<'_> {
-    type Workspace = Workspace<Scratch>;
-
-    fn workspace(&self) -> Self::Workspace {
-        self.course.workspace(Scratch::new(&self.course))
-    }
-
-    fn march<O: Observer>(
-        &self,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut Self::Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        self.course.march(
-            &self.tables,
-            trajectory,
-            tangents,
-            workspace,
-            observer,
-            counters,
-        )
+    /// Size that the tables of a model would have.
+    ///
+    /// # Errors
+    /// As for [`Dyadic::new`].
+    pub fn size(model: &Model, cells: u32) -> Result<TableSize, DenseError> {
+        let (grid, layout) = (Grid::new(model, cells, Tables::REACH)?, Layout::new(model));
+        let d = layout.dimension();
+        let operators = (grid.classes.len() + grid.flights.len()) * (LEVELS + 1);
+        Ok(TableSize {
+            operators,
+            bytes: operators * numbers_of(d, d) * size_of::<f64>(),
+            cells: grid.cells.len(),
+        })
     }
 }
 
@@ -149,20 +120,18 @@ struct Ahead {
     holds_root: bool,
 }
 
-impl Tables {
-    fn table(&self, course: &Course<'_>, piece: &Piece) -> &Table {
-        let class = course.grid.cells[piece.cell].class;
-        match piece.contact.touching() {
-            true => &self.contact[class],
-            false => &self.flight[course.grid.classes[class].flight],
-        }
-    }
-}
-
 impl Method for Tables {
     type Scratch = Scratch;
     const REACH: f64 = 2.0;
     const FLIES: bool = false;
+
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        self.0.all().flat_map(|table| &table.levels)
+    }
+
+    fn scratch(&self, course: &Course<'_>) -> Scratch {
+        Scratch::new(course)
+    }
 
     fn pass(
         &self,
@@ -172,7 +141,7 @@ impl Method for Tables {
         scratch: &mut Scratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let table = self.table(course, piece);
+        let (table, _) = self.0.of(course, piece);
         let generator = course.generator(piece.cell, piece.contact);
         let half_gap = course.model.half_gap;
         let see = |z: &[f64], time: f64| Sight {
@@ -263,7 +232,7 @@ impl Method for Tables {
         scratch: &mut Scratch,
         counters: &mut Counters,
     ) {
-        let table = self.table(course, piece);
+        let (table, _) = self.0.of(course, piece);
         let mut rest = time;
         if piece.whole && time == piece.duration {
             rest = table.duration;

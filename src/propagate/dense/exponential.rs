@@ -45,10 +45,19 @@ pub fn plus_one(mut p: Mat<f64>) -> Mat<f64> {
     p
 }
 
+/// `e^{LΔ} − I`.
+pub fn increment(generator: &Generator, rate: f64, duration: f64) -> Mat<f64> {
+    levels(generator, rate, duration, 0).swap_remove(0)
+}
+
+/// `A B − I` of A − I and B − I: short steps in a row keep their relative accuracy.
+pub fn after(a: &Mat<f64>, b: &Mat<f64>) -> Mat<f64> {
+    a + b + a * b
+}
+
 /// `e^{LΔ}`.
 pub fn propagator(generator: &Generator, rate: f64, duration: f64) -> Mat<f64> {
-    let mut all = levels(generator, rate, duration, 0);
-    plus_one(all.swap_remove(0))
+    plus_one(increment(generator, rate, duration))
 }
 
 /// Steps and terms of a bound: it is taken on pieces of this product of rate and length.

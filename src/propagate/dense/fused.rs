@@ -6,45 +6,44 @@
 //! certified by its distance from a reference cycle, the steady one, whose smallest margin is
 //! known: one sum of sizes. Everything else is left to the spectral form.
 
+use super::DenseError;
 use super::course::Course;
 use super::exits::{Margin, Sight};
 use super::exponential::{self, bound_row};
-use super::march::{Exit, Method, Piece, Workspace};
-use super::matrix::{Operator, dot, padded, reach};
+use super::kept::{KeptTables, Reader, TableArray, Writer};
+use super::kernel::Dense;
+use super::march::{Exit, Method, Piece};
+use super::matrix::{Operator, dot, numbers_of, padded, reach};
 use super::spectral::{Conditioning, Scratch as SpectralScratch, Tables as SpectralTables};
-use super::steady::Steady;
-use super::{DenseError, TableSize};
-use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use super::steady::{CycleMap, Steady};
+use crate::model::Model;
+use crate::propagate::Counters;
 use faer::Mat;
 
 /// Longest run, in cells.
 const LONGEST: usize = 8;
 
 /// The kernel of fused runs for one model.
-#[derive(Debug)]
-pub struct Fused<'m> {
-    course: Course<'m>,
-    tables: Tables,
-}
+pub type Fused<'m> = Dense<'m, Tables<'m>>;
 
+/// Its tables.
 #[derive(Debug)]
-struct Tables {
-    spectral: SpectralTables,
-    runs: Vec<Run>,
+pub struct Tables<'t> {
+    spectral: SpectralTables<'t>,
+    runs: Vec<Run<'t>>,
     /// Runs that start at a cell, longest first: indices into `runs`.
     starts: Vec<Vec<usize>>,
-    steady: Option<Steady>,
+    steady: Steady<'t>,
 }
 
 /// Cells crossed at once in contact.
 #[derive(Debug)]
-struct Run {
+struct Run<'t> {
     /// Classes of its cells.
     classes: Vec<usize>,
-    map: Operator,
+    map: Operator<'t>,
     /// δ at the ends of its cells.
-    ends: Operator,
+    ends: Operator<'t>,
     /// Bound of δ'' over the run, as a row over sizes, times Δ²/8.
     sag: Vec<f64>,
 }
@@ -59,11 +58,12 @@ pub struct Scratch {
     run: Option<usize>,
 }
 
-impl Run {
+impl<'t> Run<'t> {
+    /// The run of cells whose propagators less the identity these are, by class.
     fn new(course: &Course<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
         let (layout, grid) = (&course.layout, &course.grid);
         let d = layout.dimension();
-        let mut map = Mat::<f64>::identity(d, d);
+        let mut map = Mat::<f64>::zeros(d, d);
         let mut ends = Mat::<f64>::zeros(classes.len(), d);
         let mut sag = vec![0.0f64; layout.padded()];
         for (i, &class) in classes.iter().enumerate() {
@@ -76,23 +76,48 @@ impl Run {
                 grid.rate,
                 duration,
                 &curvature,
-                Some(map.as_ref()),
+                Some(exponential::plus_one(map.clone()).as_ref()),
                 &mut bound,
             );
             for (sag, bound) in sag.iter_mut().zip(&bound) {
                 *sag = sag.max(0.125 * duration * duration * bound);
             }
-            map = &cells[class] * &map;
+            map = exponential::after(&cells[class], &map);
             for j in 0..d {
-                ends[(i, j)] = (0..d).map(|k| generator.deflection[k] * map[(k, j)]).sum();
+                let moved = (0..d).map(|k| generator.deflection[k] * map[(k, j)]);
+                ends[(i, j)] = generator.deflection[j] + moved.sum::<f64>();
             }
         }
         Self {
             classes: classes.to_vec(),
-            map: Operator::new(map.as_ref()),
+            map: Operator::new(exponential::plus_one(map).as_ref()),
             ends: Operator::new(ends.as_ref()),
             sag,
         }
+    }
+
+    fn keep(&self, out: &mut Writer) {
+        out.push("run_map", "mixed", self.map.numbers());
+        out.push("run_ends", "mixed", self.ends.numbers());
+        out.push("run_sag", "mixed", &self.sag);
+    }
+
+    fn read(
+        kept: &mut Reader<'t>,
+        course: &Course<'_>,
+        classes: Vec<usize>,
+    ) -> Result<Self, DenseError> {
+        let d = course.layout.dimension();
+        let mut operator = |name, rows| {
+            let numbers = kept.take(name, numbers_of(rows, d))?;
+            Operator::lent(numbers, rows, d).ok_or(DenseError::Kept { name })
+        };
+        Ok(Self {
+            map: operator("run_map", d)?,
+            ends: operator("run_ends", classes.len())?,
+            sag: kept.take("run_sag", course.layout.padded())?.to_vec(),
+            classes,
+        })
     }
 }
 
@@ -108,98 +133,135 @@ impl<'m> Fused<'m> {
         Ok(Self { course, tables })
     }
 
+    /// The kernel of a model whose tables, for as many `cells`, are kept. Load and half gap may be
+    /// others than those of the model they were built for.
+    ///
+    /// # Errors
+    /// As for [`Spectral::of_kept`](super::Spectral::of_kept).
+    pub fn of_kept(
+        model: &'m Model,
+        cells: u32,
+        event_limit: u32,
+        kept: &'m dyn KeptTables,
+    ) -> Result<Self, DenseError> {
+        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
+        let mut reader = Reader::new(kept);
+        let tables = Tables::read(&course, &mut reader)?;
+        reader.finish()?;
+        Ok(Self { course, tables })
+    }
+
+    /// The tables as arrays to be kept.
+    pub fn arrays(&self) -> Vec<TableArray> {
+        let mut out = Writer::default();
+        self.tables.spectral.keep(&mut out);
+        for run in &self.tables.runs {
+            run.keep(&mut out);
+        }
+        self.tables.steady.cycle().keep(&mut out);
+        out.finish()
+    }
+
     /// How well every basis behaves, contact first.
     pub fn conditioning(&self) -> Vec<Conditioning> {
         self.tables.spectral.conditioning().collect()
     }
-
-    /// Size of the tables.
-    pub fn bytes(&self) -> TableSize {
-        let runs = self
-            .tables
-            .runs
-            .iter()
-            .flat_map(|run| [&run.map, &run.ends]);
-        let steady = self.tables.steady.iter().map(Steady::map);
-        self.course
-            .bytes(self.tables.spectral.operators().chain(runs).chain(steady))
-    }
 }
 
-impl Kernel for Fused<'_> {
-    type Workspace = Workspace<Scratch>;
-
-    fn workspace(&self) -> Self::Workspace {
-        let state = self.course.layout.padded();
-        self.course.workspace(Scratch {
-            spectral: self.tables.spectral.scratch(),
-            ends: vec![0.0; padded(LONGEST)],
-            next: vec![0.0; state],
-            run: None,
-        })
+/// Runs that may start at each cell, longest first, as indices into the list of their cells'
+/// classes.
+fn runs(course: &Course<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
+    let grid = &course.grid;
+    let direction = |cell: usize| {
+        let segment = grid.cells[cell].segment;
+        course.model.cycle.segments[segment].direction
+    };
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    let mut starts = vec![Vec::new(); grid.cells.len()];
+    for (start, found) in starts.iter_mut().enumerate() {
+        let mut length = LONGEST;
+        while length > 0 {
+            let end = start + length;
+            let fits = start % length == 0 && end <= grid.cells.len();
+            if fits && (start..end).all(|cell| direction(cell) == direction(start)) {
+                let classes: Vec<usize> = grid.cells[start..end].iter().map(|c| c.class).collect();
+                let known = runs.iter().position(|run| *run == classes);
+                found.push(known.unwrap_or_else(|| {
+                    runs.push(classes);
+                    runs.len() - 1
+                }));
+            }
+            length /= 2;
+        }
     }
-
-    fn march<O: Observer>(
-        &self,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut Self::Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        self.course.march(
-            &self.tables,
-            trajectory,
-            tangents,
-            workspace,
-            observer,
-            counters,
-        )
-    }
+    (runs, starts)
 }
 
-impl Tables {
+impl<'t> Tables<'t> {
     fn new(course: &Course<'_>) -> Result<Self, DenseError> {
         let grid = &course.grid;
-        let propagators: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
-            .map(|(g, class)| exponential::propagator(g, grid.rate, class.duration))
+        let increments: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
+            .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
-        let direction = |cell: usize| {
-            let segment = grid.cells[cell].segment;
-            course.model.cycle.segments[segment].direction
-        };
-        let mut runs: Vec<Run> = Vec::new();
-        let mut starts = vec![Vec::new(); grid.cells.len()];
-        for (start, found) in starts.iter_mut().enumerate() {
-            let mut length = LONGEST;
-            while length > 0 {
-                let end = start + length;
-                let fits = start % length == 0 && end <= grid.cells.len();
-                if fits && (start..end).all(|cell| direction(cell) == direction(start)) {
-                    let classes: Vec<usize> =
-                        grid.cells[start..end].iter().map(|c| c.class).collect();
-                    let known = runs.iter().position(|run| run.classes == classes);
-                    found.push(known.unwrap_or_else(|| {
-                        runs.push(Run::new(course, &propagators, &classes));
-                        runs.len() - 1
-                    }));
-                }
-                length /= 2;
-            }
-        }
-        Ok(Self {
-            spectral: SpectralTables::new(course)?,
+        let (lists, starts) = runs(course);
+        let runs = (lists.iter())
+            .map(|classes| Run::new(course, &increments, classes))
+            .collect();
+        let cycle = CycleMap::new(course, &increments);
+        let spectral = SpectralTables::new(course)?;
+        Ok(Self::assembled(course, spectral, runs, starts, cycle))
+    }
+
+    fn read(course: &Course<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
+        let spectral = SpectralTables::read(course, kept)?;
+        let (lists, starts) = runs(course);
+        let runs = (lists.into_iter())
+            .map(|classes| Run::read(kept, course, classes))
+            .collect::<Result<_, _>>()?;
+        let cycle = CycleMap::read(course, kept)?;
+        Ok(Self::assembled(course, spectral, runs, starts, cycle))
+    }
+
+    fn assembled(
+        course: &Course<'_>,
+        spectral: SpectralTables<'t>,
+        runs: Vec<Run<'t>>,
+        starts: Vec<Vec<usize>>,
+        cycle: CycleMap<'t>,
+    ) -> Self {
+        let alone = |class: usize| runs.iter().find(|run| run.classes == [class]);
+        let cells: Vec<&Operator<'_>> = (0..course.grid.classes.len())
+            .filter_map(|class| Some(&alone(class)?.map))
+            .collect();
+        let steady = Steady::new(course, cycle, &cells);
+        Self {
+            spectral,
             runs,
             starts,
-            steady: Steady::new(course, &propagators),
-        })
+            steady,
+        }
     }
 }
 
-impl Method for Tables {
+impl Method for Tables<'_> {
     type Scratch = Scratch;
     const REACH: f64 = SpectralTables::REACH;
     const FLIES: bool = SpectralTables::FLIES;
+
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        let runs = self.runs.iter().flat_map(|run| [&run.map, &run.ends]);
+        let spectral = self.spectral.operators();
+        spectral.chain(runs).chain([&self.steady.cycle().map])
+    }
+
+    fn scratch(&self, course: &Course<'_>) -> Scratch {
+        Scratch {
+            spectral: self.spectral.scratch(course),
+            ends: vec![0.0; padded(LONGEST)],
+            next: vec![0.0; course.layout.padded()],
+            run: None,
+        }
+    }
 
     fn pass(
         &self,
@@ -246,12 +308,9 @@ impl Method for Tables {
                 })
                 .value
         };
-        if piece.cell == 0
-            && let Some(steady) = &self.steady
-            && steady.holds(piece, z)
-        {
+        if piece.cell == 0 && self.steady.holds(piece, z) {
             counters.certified += 1;
-            steady.map().apply(z, &mut scratch.next);
+            self.steady.cycle().map.apply(z, &mut scratch.next);
             counters.matvecs += 1;
             z.copy_from_slice(&scratch.next);
             scratch.run = None;
@@ -284,10 +343,9 @@ impl Method for Tables {
     }
 
     fn follow_run(&self, x: &mut [f64], scratch: &mut Scratch, counters: &mut Counters) {
-        let map = match (scratch.run, &self.steady) {
-            (Some(index), _) => &self.runs[index].map,
-            (None, Some(steady)) => steady.map(),
-            (None, None) => return,
+        let map = match scratch.run {
+            Some(index) => &self.runs[index].map,
+            None => &self.steady.cycle().map,
         };
         map.apply(x, &mut scratch.next);
         x.copy_from_slice(&scratch.next);

@@ -1,15 +1,15 @@
 //! The augmented linear system of one segment in one contact state.
 //!
 //! ```text
-//! z = (x, 1, s, cos θ₁, sin θ₁, …),   z' = L z
+//! z = (x, f, s b, cos θ₁, sin θ₁, …),   z' = L z
 //! ```
 //!
-//! x holds the blocks of the model (first components, then second components), s is the side
-//! of the contact (+1 drive, −1 coast), and a (cos, sin) pair per harmonic of torque ripple and
-//! transmission error carries its phase. With s a coordinate of its own both flanks share one
-//! operator. Tangent vectors are states whose carried entries are zero.
+//! x holds the blocks of the model (first components, then second components), f is the load, s
+//! the side of the contact (+1 drive, −1 coast), b the half gap, and a (cos, sin) pair per
+//! harmonic of torque ripple and transmission error carries its phase. With f and s b as
+//! coordinates one operator serves both flanks, every load and every gap. Tangent vectors are states whose carried entries are zero.
 
-use super::matrix::padded;
+use super::matrix::{add_scaled, blocks_and_inputs, dot, padded};
 use crate::model::{MeshGain, Model, Segment};
 use faer::Mat;
 
@@ -34,12 +34,12 @@ impl Layout {
         }
     }
 
-    /// Place of the constant 1; the side follows it.
+    /// Place of the load f; s b follows it.
     pub fn constant(&self) -> usize {
         2 * self.modes
     }
 
-    /// Place of the side s.
+    /// Place of s b.
     pub fn side(&self) -> usize {
         2 * self.modes + 1
     }
@@ -64,8 +64,9 @@ impl Layout {
 #[derive(Debug, Clone)]
 pub struct Generator {
     layout: Layout,
-    blocks: Vec<[[f64; 2]; 2]>,
-    /// Input of the constant 1, length 2N.
+    /// Entries 11, 12, 21, 22 of all blocks.
+    blocks: [Vec<f64>; 4],
+    /// Input of the rated load, length 2N.
     constant: Vec<f64>,
     /// Input of the cosine of every ripple, length 2N each.
     ripples: Vec<Vec<f64>>,
@@ -111,14 +112,20 @@ impl Generator {
             let (k, c) = (segment.stiffness.mean(), segment.damping);
             let both = deflection.iter().zip(&rate);
             let mut row: Vec<f64> = both.map(|(d, r)| k * d + c * r).collect();
-            row[layout.side()] = -k * model.half_gap;
+            row[layout.side()] = -k;
             row
         });
         let errors = model.transmission_error.iter();
         Self {
             layout,
-            blocks: model.blocks.iter().map(|block| block.generator).collect(),
-            constant: split(&|i| model.blocks[i].static_input),
+            blocks: std::array::from_fn(|entry| {
+                let entries = model
+                    .blocks
+                    .iter()
+                    .map(|b| b.generator[entry / 2][entry % 2]);
+                entries.collect()
+            }),
+            constant: split(&|i| model.rated_input[i]),
             ripples: (model.ripple.iter())
                 .map(|ripple| split(&|i| ripple.input[i]))
                 .collect(),
@@ -140,29 +147,25 @@ impl Generator {
 
     /// Undamped frequency of a block \[rad/s\].
     pub fn frequency(&self, block: usize) -> f64 {
-        let [a, b] = self.blocks[block];
-        (a[0] * b[1] - a[1] * b[0]).max(0.0).sqrt()
+        let [a, b, c, d] = self.blocks.each_ref().map(|entries| entries[block]);
+        (a * d - b * c).max(0.0).sqrt()
     }
 
-    /// Writes `L z` to `out`.
+    /// Writes `L z` to `out`, both in whole lane groups.
     pub fn apply(&self, z: &[f64], out: &mut [f64]) {
         let n = self.layout.modes;
-        let force = self.force.as_ref().map_or(0.0, |row| {
-            row.iter().zip(z).map(|(row, z)| row * z).sum::<f64>()
-        });
-        let one = z[self.layout.constant()];
-        for (i, [a, b]) in self.blocks.iter().enumerate() {
-            let (x, y) = (z[i], z[n + i]);
-            out[i] = a[0] * x + a[1] * y - self.mesh_input[i] * force + self.constant[i] * one;
-            out[n + i] =
-                b[0] * x + b[1] * y - self.mesh_input[n + i] * force + self.constant[n + i] * one;
-        }
+        let force = self.force.as_ref().map_or(0.0, |row| dot(row, z));
+        let load = z[self.layout.constant()];
+        blocks_and_inputs(
+            self.blocks.each_ref().map(Vec::as_slice),
+            &z[..2 * n],
+            [(-force, &self.mesh_input), (load, &self.constant)],
+            &mut out[..2 * n],
+        );
         out[2 * n..].fill(0.0);
         for (index, input) in self.ripples.iter().enumerate() {
             let cos = z[self.layout.pairs() + 2 * index];
-            for (out, input) in out.iter_mut().zip(input) {
-                *out += input * cos;
-            }
+            add_scaled(cos, input, &mut out[..2 * n]);
         }
         for (index, frequency) in self.frequencies.iter().enumerate() {
             let at = self.layout.pairs() + 2 * index;
@@ -176,9 +179,10 @@ impl Generator {
         let n = self.layout.modes;
         let times = |input: &[f64]| -> f64 { input.iter().zip(row).map(|(g, r)| g * r).sum() };
         out.fill(0.0);
-        for (i, [a, b]) in self.blocks.iter().enumerate() {
-            out[i] = row[i] * a[0] + row[n + i] * b[0];
-            out[n + i] = row[i] * a[1] + row[n + i] * b[1];
+        let [a, b, c, d] = &self.blocks;
+        for i in 0..n {
+            out[i] = row[i] * a[i] + row[n + i] * c[i];
+            out[n + i] = row[i] * b[i] + row[n + i] * d[i];
         }
         out[self.layout.constant()] = times(&self.constant);
         for (index, frequency) in self.frequencies.iter().enumerate() {
@@ -201,10 +205,11 @@ impl Generator {
     pub fn matrix(&self) -> Mat<f64> {
         let d = self.layout.dimension();
         let mut matrix = Mat::zeros(d, d);
-        let (mut unit, mut column) = (vec![0.0; self.layout.padded()], vec![0.0; d]);
+        let padded = self.layout.padded();
+        let (mut unit, mut column) = (vec![0.0; padded], vec![0.0; padded]);
         for j in 0..d {
             unit[j] = 1.0;
-            self.apply(&unit[..d], &mut column);
+            self.apply(&unit, &mut column);
             unit[j] = 0.0;
             for i in 0..d {
                 matrix[(i, j)] = column[i];

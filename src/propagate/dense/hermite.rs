@@ -6,17 +6,18 @@
 //! product, the guard becomes a polynomial there, and its root is refined from the cubic through
 //! values and slopes at the nodes.
 
+use super::DenseError;
 use super::course::Course;
 use super::exits::{Sight, Verdict};
 use super::exponential;
 use super::generator::Generator;
-use super::march::{Exit, Method, Piece, Workspace};
+use super::kernel::{Dense, Stock};
+use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, padded};
 use super::series::{BoundRows, Series, TERMS, judge_all, locate};
 use super::show::Taylor;
-use super::{DenseError, TableSize};
-use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use crate::model::Model;
+use crate::propagate::Counters;
 use faer::Mat;
 
 /// Parts of a cell.
@@ -26,25 +27,19 @@ const NODES: usize = 8;
 const ROWS: usize = 3 * NODES;
 
 /// The kernel of certificates and Hermite guesses for one model.
-#[derive(Debug)]
-pub struct Hermite<'m> {
-    course: Course<'m>,
-    tables: Tables,
-}
+pub type Hermite<'m> = Dense<'m, Tables>;
 
+/// Its tables.
 #[derive(Debug)]
-struct Tables {
-    contact: Vec<Table>,
-    flight: Vec<Table>,
-}
+pub struct Tables(Stock<Table>);
 
 /// Operators of one class in one state.
 #[derive(Debug)]
-struct Table {
+pub struct Table {
     /// `e^{LΔj/8}`, j = 1 … 8.
-    nodes: Vec<Operator>,
+    nodes: Vec<Operator<'static>>,
     /// δ, δ', δ'' at the nodes.
-    guards: Operator,
+    guards: Operator<'static>,
     bounds: BoundRows,
     curvature: Vec<f64>,
     duration: f64,
@@ -60,7 +55,8 @@ pub struct Scratch {
 
 impl Table {
     fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
-        let part = exponential::propagator(generator, rate, duration / NODES as f64);
+        // Of e^{LΔj/8} − I: see `exponential`.
+        let part = exponential::increment(generator, rate, duration / NODES as f64);
         let d = part.nrows();
         let curvature = generator.curvature();
         let rows = [&generator.deflection, &generator.rate, &curvature];
@@ -70,13 +66,14 @@ impl Table {
         let mut nodes = Vec::with_capacity(NODES);
         for node in 0..NODES {
             if node > 0 {
-                power = &part * &power;
+                power = exponential::after(&part, &power);
             }
+            let node_map = exponential::plus_one(power.clone());
             guards
                 .as_mut()
                 .subrows_mut(3 * node, 3)
-                .copy_from(&rows * &power);
-            nodes.push(Operator::new(power.as_ref()));
+                .copy_from(&rows * &node_map);
+            nodes.push(Operator::new(node_map.as_ref()));
         }
         Self {
             nodes,
@@ -105,68 +102,12 @@ impl<'m> Hermite<'m> {
     /// Stiffness that varies within a segment, or a speed too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
-        let table = |generator: &Generator, class: usize| {
-            Table::new(
-                generator,
-                course.grid.rate,
-                course.grid.classes[class].duration,
-            )
-        };
-        let contact = course.contact.iter().enumerate();
-        let flight = course.flight.iter().zip(&course.grid.flights);
-        let tables = Tables {
-            contact: contact.map(|(class, g)| table(g, class)).collect(),
-            flight: flight.map(|(g, &class)| table(g, class)).collect(),
-        };
+        let tables = Stock::new(&course, |generator, class, _| {
+            let duration = course.grid.classes[class].duration;
+            Ok(Table::new(generator, course.grid.rate, duration))
+        })?;
+        let tables = Tables(tables);
         Ok(Self { course, tables })
-    }
-
-    /// Size of the tables.
-    pub fn bytes(&self) -> TableSize {
-        let all = self.tables.contact.iter().chain(&self.tables.flight);
-        let operators = all.flat_map(|table| table.nodes.iter().chain([&table.guards]));
-        self.course.bytes(operators)
-    }
-}
-
-impl Kernel for Hermite<'_> {
-    type Workspace = Workspace<Scratch>;
-
-    fn workspace(&self) -> Self::Workspace {
-        let padded_state = self.course.layout.padded();
-        self.course.workspace(Scratch {
-            next: vec![0.0; padded_state],
-            guards: vec![0.0; padded(ROWS)],
-            taylor: Taylor::new(padded_state),
-        })
-    }
-
-    fn march<O: Observer>(
-        &self,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &mut Self::Workspace,
-        observer: &mut O,
-        counters: &mut Counters,
-    ) -> Result<(), Stop> {
-        self.course.march(
-            &self.tables,
-            trajectory,
-            tangents,
-            workspace,
-            observer,
-            counters,
-        )
-    }
-}
-
-impl Tables {
-    fn table(&self, course: &Course<'_>, piece: &Piece) -> &Table {
-        let class = course.grid.cells[piece.cell].class;
-        match piece.contact.touching() {
-            true => &self.contact[class],
-            false => &self.flight[course.grid.classes[class].flight],
-        }
     }
 }
 
@@ -174,6 +115,19 @@ impl Method for Tables {
     type Scratch = Scratch;
     const REACH: f64 = 2.0;
     const FLIES: bool = false;
+
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
+        (self.0.all()).flat_map(|table| table.nodes.iter().chain([&table.guards]))
+    }
+
+    fn scratch(&self, course: &Course<'_>) -> Scratch {
+        let state = course.layout.padded();
+        Scratch {
+            next: vec![0.0; state],
+            guards: vec![0.0; padded(ROWS)],
+            taylor: Taylor::new(state),
+        }
+    }
 
     fn pass(
         &self,
@@ -183,7 +137,7 @@ impl Method for Tables {
         scratch: &mut Scratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let table = self.table(course, piece);
+        let (table, _) = self.0.of(course, piece);
         let generator = course.generator(piece.cell, piece.contact);
         let half_gap = course.model.half_gap;
         let bounds = table.bounds.at(z, piece.noise);
@@ -268,7 +222,7 @@ impl Method for Tables {
         scratch: &mut Scratch,
         counters: &mut Counters,
     ) {
-        let table = self.table(course, piece);
+        let (table, _) = self.0.of(course, piece);
         let (node, rest) = match piece.whole && time == piece.duration {
             true => (NODES, 0.0),
             false => table.split(time),

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 #[derive(Debug)]
 pub struct PowerJumps<'m> {
     course: Course<'m>,
-    powers: Vec<Operator>,
+    powers: Vec<Operator<'static>>,
     spare: Vec<f64>,
     state: Vec<f64>,
 }
@@ -31,20 +31,20 @@ impl<'m> PowerJumps<'m> {
     pub fn new(model: &'m Model, most: u64) -> Result<Self, DenseError> {
         let course = Course::new(model, 1, SpectralTables::REACH, 0, None)?;
         let grid = &course.grid;
-        let propagators: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
-            .map(|(g, class)| exponential::propagator(g, grid.rate, class.duration))
+        let increments: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
+            .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
-        let mut map = cycle(&course, &propagators);
+        let mut map = cycle(&course, &increments);
         let mut powers = Vec::new();
         let mut cycles = 1u64;
         loop {
             turn_exactly(&course, cycles, &mut map);
-            powers.push(Operator::new(map.as_ref()));
+            powers.push(Operator::new(exponential::plus_one(map.clone()).as_ref()));
             match cycles.checked_mul(2) {
                 Some(twice) if twice <= most => cycles = twice,
                 _ => break,
             }
-            map = &map * &map;
+            map = exponential::after(&map, &map);
         }
         let padded = course.layout.padded();
         Ok(Self {
@@ -67,7 +67,7 @@ impl<'m> PowerJumps<'m> {
             .start_cycle(trajectory.cycle, trajectory.contact, &mut self.state);
         let mut products = 0;
         let last = self.powers.len() - 1;
-        let mut apply = |power: &Operator, state: &mut Vec<f64>| {
+        let mut apply = |power: &Operator<'_>, state: &mut Vec<f64>| {
             power.apply(state, &mut self.spare);
             std::mem::swap(state, &mut self.spare);
             products += 1;
@@ -91,7 +91,7 @@ impl<'m> PowerJumps<'m> {
     }
 }
 
-/// Writes the carried pairs' turn over some cycles: squaring would double its round-off every
+/// Writes the carried pairs' turn over some cycles, less the identity: squaring would double its round-off every
 /// time, and the whole turns are known.
 fn turn_exactly(course: &Course<'_>, cycles: u64, map: &mut Mat<f64>) {
     let layout = &course.layout;
@@ -102,9 +102,9 @@ fn turn_exactly(course: &Course<'_>, cycles: u64, map: &mut Mat<f64>) {
         };
         let (sin, cos) = (TAU * turns).sin_cos();
         let at = layout.pairs() + 2 * pair;
-        map[(at, at)] = cos;
+        map[(at, at)] = cos - 1.0;
         map[(at, at + 1)] = -sin;
         map[(at + 1, at)] = sin;
-        map[(at + 1, at + 1)] = cos;
+        map[(at + 1, at + 1)] = cos - 1.0;
     }
 }

@@ -7,7 +7,7 @@
 
 use super::course::{Clock, Course};
 use super::exits::{Margin, Sight};
-use super::matrix::{dot, reach};
+use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::propagate::{Counters, Event, Observer, Stop, Tangents, saltation};
@@ -20,7 +20,7 @@ const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// A stretch of one contact state to be passed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Piece {
+pub struct Piece {
     /// Cell in which it starts.
     pub cell: usize,
     /// Contact state.
@@ -37,7 +37,7 @@ pub(super) struct Piece {
 
 /// The first event of a piece.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Exit {
+pub struct Exit {
     /// Time since the start of the piece \[s\].
     pub time: f64,
     /// Surface crossed.
@@ -45,13 +45,19 @@ pub(super) struct Exit {
 }
 
 /// How a table kernel crosses a piece.
-pub(super) trait Method: Sync {
+pub trait Method: Sync {
     /// Scratch memory.
     type Scratch;
     /// Longest cell, in units of the fastest rate.
     const REACH: f64;
     /// Whether pieces in free flight may span cells.
     const FLIES: bool;
+
+    /// All operators kept.
+    fn operators(&self) -> impl Iterator<Item = &Operator<'_>>;
+
+    /// Scratch memory for a course.
+    fn scratch(&self, course: &Course<'_>) -> Self::Scratch;
 
     /// Moves the state `z` to the first event of the piece or to its end.
     fn pass(

@@ -16,10 +16,8 @@ pub const LANES: usize = 8;
 /// Lane groups in a panel: as many sums as hide the latency of an addition.
 const PANEL: usize = 6;
 
-/// One lane group, on a cache line of its own.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-struct Lanes([f64; LANES]);
+/// Bytes of a cache line.
+const LINE: usize = 64;
 
 /// `count` rounded up to whole lane groups.
 pub fn padded(count: usize) -> usize {
@@ -27,14 +25,22 @@ pub fn padded(count: usize) -> usize {
 }
 
 /// A dense matrix, ready for products with a vector.
-#[derive(Debug, Clone)]
-pub struct Operator {
-    data: Vec<Lanes>,
+#[derive(Debug)]
+pub struct Operator<'t> {
+    numbers: Numbers<'t>,
     groups: usize,
     columns: usize,
 }
 
-impl Operator {
+#[derive(Debug)]
+enum Numbers<'t> {
+    /// From this place on, where a cache line starts.
+    Own(Vec<f64>, usize),
+    /// Of tables that someone else keeps.
+    Lent(&'t [f64]),
+}
+
+impl<'t> Operator<'t> {
     /// The operator of a matrix.
     pub fn new(matrix: MatRef<'_, f64>) -> Self {
         let (rows, columns) = (matrix.nrows(), matrix.ncols());
@@ -43,27 +49,56 @@ impl Operator {
             true => matrix[(row, column)],
             false => 0.0,
         };
-        let mut data = Vec::with_capacity(groups * columns);
+        let mut data: Vec<f64> = Vec::with_capacity(groups * columns * LANES + LANES);
+        let from = data.as_ptr().align_offset(LINE).min(LANES);
+        data.resize(from, 0.0);
         for panel in (0..groups).step_by(PANEL) {
             for column in 0..columns {
                 for group in panel..groups.min(panel + PANEL) {
                     let row = group * LANES;
-                    data.push(Lanes(std::array::from_fn(|l| entry(row + l, column))));
+                    data.extend((row..row + LANES).map(|row| entry(row, column)));
                 }
             }
         }
         Self {
-            data,
+            numbers: Numbers::Own(data, from),
             groups,
             columns,
         }
+    }
+
+    /// The operator of so many rows and columns whose [`numbers`](Self::numbers) these are; none
+    /// where there are not as many.
+    pub fn lent(numbers: &'t [f64], rows: usize, columns: usize) -> Option<Self> {
+        (numbers.len() == numbers_of(rows, columns)).then_some(Self {
+            numbers: Numbers::Lent(numbers),
+            groups: padded(rows) / LANES,
+            columns,
+        })
+    }
+
+    /// All entries and the padding, in the order in which a product reads them.
+    pub fn numbers(&self) -> &[f64] {
+        match &self.numbers {
+            Numbers::Own(data, from) => &data[*from..],
+            Numbers::Lent(numbers) => numbers,
+        }
+    }
+
+    /// One entry.
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        let group = row / LANES;
+        let panel = group - group % PANEL;
+        let width = PANEL.min(self.groups - panel);
+        let lanes = panel * self.columns + column * width + group - panel;
+        self.numbers()[lanes * LANES + row % LANES]
     }
 
     /// Writes the product with `x` (at least as long as the columns) to `y` (as long as the
     /// padded rows).
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
         multiply(
-            &self.data,
+            self.numbers(),
             &x[..self.columns],
             &mut y[..self.groups * LANES],
         );
@@ -71,12 +106,18 @@ impl Operator {
 
     /// Bytes of the table.
     pub fn bytes(&self) -> usize {
-        self.data.len() * size_of::<Lanes>()
+        size_of_val(self.numbers())
     }
 }
 
+/// Numbers of an operator of so many rows and columns, padding included.
+pub fn numbers_of(rows: usize, columns: usize) -> usize {
+    padded(rows) * columns
+}
+
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
-fn multiply(data: &[Lanes], x: &[f64], y: &mut [f64]) {
+fn multiply(numbers: &[f64], x: &[f64], y: &mut [f64]) {
+    let (data, _) = numbers.as_chunks::<LANES>();
     if target_cfg_f!(target_feature = "fma") {
         panels::<true>(data, x, y);
     } else {
@@ -85,7 +126,7 @@ fn multiply(data: &[Lanes], x: &[f64], y: &mut [f64]) {
 }
 
 #[inline(always)]
-fn panels<const FUSED: bool>(mut data: &[Lanes], x: &[f64], y: &mut [f64]) {
+fn panels<const FUSED: bool>(mut data: &[[f64; LANES]], x: &[f64], y: &mut [f64]) {
     for y in y.chunks_mut(PANEL * LANES) {
         let groups = y.len() / LANES;
         let (panel, rest) = data.split_at(groups * x.len());
@@ -103,13 +144,13 @@ fn panels<const FUSED: bool>(mut data: &[Lanes], x: &[f64], y: &mut [f64]) {
 
 /// A panel of `G` lane groups.
 #[inline(always)]
-fn rows<const G: usize, const FUSED: bool>(panel: &[Lanes], x: &[f64], y: &mut [f64]) {
+fn rows<const G: usize, const FUSED: bool>(panel: &[[f64; LANES]], x: &[f64], y: &mut [f64]) {
     let mut sums = [[0.0; LANES]; G];
     let (columns, _) = panel.as_chunks::<G>();
     for (column, value) in columns.iter().zip(x) {
         for g in 0..G {
             for l in 0..LANES {
-                sums[g][l] = fma::<FUSED>(column[g].0[l], *value, sums[g][l]);
+                sums[g][l] = fma::<FUSED>(column[g][l], *value, sums[g][l]);
             }
         }
     }
@@ -149,6 +190,43 @@ pub fn reach(a: &[f64], b: &[f64]) -> f64 {
     fold(&sums)
 }
 
+/// Adds `scale · x` to `y`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+pub fn add_scaled(scale: f64, x: &[f64], y: &mut [f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += scale * x;
+    }
+}
+
+/// Multiplies by a number.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+pub fn scale(by: f64, x: &mut [f64]) {
+    for x in x {
+        *x *= by;
+    }
+}
+
+/// Writes what 2 × 2 blocks, given by their entries 11, 12, 21, 22, make of `z` (first components,
+/// then second ones), and two scaled inputs, to `out`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
+pub fn blocks_and_inputs(
+    [a, b, c, d]: [&[f64]; 4],
+    z: &[f64],
+    [(p, g), (q, h)]: [(f64, &[f64]); 2],
+    out: &mut [f64],
+) {
+    let n = a.len();
+    let (x, y) = (&z[..n], &z[n..][..n]);
+    let (first, second) = out.split_at_mut(n);
+    for (rows, at, out) in [([a, b], 0, first), ([c, d], n, second)] {
+        let (g, h) = (&g[at..][..n], &h[at..][..n]);
+        let [a, b] = rows.map(|row| &row[..n]);
+        for (i, out) in out[..n].iter_mut().enumerate() {
+            *out = a[i] * x[i] + b[i] * y[i] + p * g[i] + q * h[i];
+        }
+    }
+}
+
 #[inline(always)]
 fn fold(sums: &[[f64; LANES]; 2]) -> f64 {
     let s: [f64; LANES] = std::array::from_fn(|l| sums[0][l] + sums[1][l]);
@@ -185,6 +263,19 @@ mod tests {
                 };
                 assert_eq!(*y, exact, "{rows} × {columns}, row {i}");
             }
+            assert!(operator.numbers().as_ptr().addr().is_multiple_of(LINE));
+            assert_eq!(
+                operator.entry(rows - 1, columns / 2),
+                entry(rows - 1, columns / 2)
+            );
+            // Lent numbers are those numbers, wherever they lie.
+            let mut elsewhere = vec![f64::NAN];
+            elsewhere.extend_from_slice(operator.numbers());
+            let lent = Operator::lent(&elsewhere[1..], rows, columns).unwrap();
+            let mut again = vec![f64::NAN; padded(rows)];
+            lent.apply(&x, &mut again);
+            assert_eq!(again, y);
+            assert!(Operator::lent(&elsewhere, rows, columns).is_none());
             assert_eq!(operator.bytes(), 8 * padded(rows) * columns);
         }
     }

@@ -25,11 +25,14 @@ mod generator;
 mod grid;
 mod hermite;
 mod jumps;
+mod kept;
+mod kernel;
 mod march;
 mod matrix;
 mod series;
 mod show;
 mod spectral;
+mod spectral_table;
 mod steady;
 mod waves;
 
@@ -37,6 +40,7 @@ pub use dyadic::Dyadic;
 pub use fused::Fused;
 pub use hermite::Hermite;
 pub use jumps::PowerJumps;
+pub use kept::{KeptTables, TableArray};
 pub use spectral::{Conditioning, Spectral};
 
 /// Why a table kernel cannot be built for a model.
@@ -65,6 +69,15 @@ pub enum DenseError {
     Resonance {
         /// Angular frequency of the harmonic \[rad/s\].
         frequency: f64,
+    },
+    /// Kept tables are not those of this model.
+    #[error(
+        "the kept tables have no array `{name}` that fits this model; remove them \
+         (`atlas table clean --all`), they are computed again"
+    )]
+    Kept {
+        /// The array.
+        name: &'static str,
     },
     /// A cycle would take more cells than tables should have.
     #[error(

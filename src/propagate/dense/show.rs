@@ -6,13 +6,27 @@
 use super::course::Course;
 use super::generator::Generator;
 use super::march::Piece;
-use super::matrix::dot;
+use super::matrix::{add_scaled, dot, scale};
 use crate::numerics::legendre::transforms24;
 use crate::propagate::{Observer, Window};
 
 /// Longest step of the series, in units of the fastest rate, and its terms: 2²⁸/28! is 10⁻²¹.
 const REACH: f64 = 2.0;
 const TERMS: usize = 28;
+
+/// Terms of a series that are less than this part of the first are left out.
+const NEGLIGIBLE: f64 = 1e-20;
+
+/// Highest power of a series of the step `reach` ≤ [`REACH`].
+fn terms_needed(reach: f64) -> usize {
+    let mut size = 1.0;
+    (1..TERMS)
+        .find(|&k| {
+            size *= reach / k as f64;
+            size < NEGLIGIBLE
+        })
+        .unwrap_or(TERMS)
+}
 
 /// Scratch memory of [`show`].
 #[derive(Debug)]
@@ -66,9 +80,7 @@ impl Taylor {
         see(0, &self.term);
         for k in 1..=last {
             generator.apply(&self.term, &mut self.next);
-            for v in &mut self.next {
-                *v /= k as f64;
-            }
+            scale(1.0 / k as f64, &mut self.next);
             std::mem::swap(&mut self.term, &mut self.next);
             see(k, &self.term);
         }
@@ -79,14 +91,22 @@ impl Taylor {
         self.term.copy_from_slice(z);
         for k in 1..=last {
             generator.apply(&self.term, &mut self.next);
-            let scale = time / k as f64;
-            for (v, z) in self.next.iter_mut().zip(z.iter_mut()) {
-                *v *= scale;
-                *z += *v;
-            }
+            scale(time / k as f64, &mut self.next);
+            add_scaled(1.0, &self.next, z);
             std::mem::swap(&mut self.term, &mut self.next);
         }
     }
+}
+
+/// Values of a power series at some times.
+fn evaluate(series: &[f64], times: &[f64; 24]) -> [f64; 24] {
+    let mut sums = [0.0; 24];
+    for c in series.iter().rev() {
+        for (sum, time) in sums.iter_mut().zip(times) {
+            *sum = *sum * time + c;
+        }
+    }
+    sums
 }
 
 /// Shows the first `duration` of a piece that starts at `time` from the state `start`.
@@ -107,6 +127,7 @@ pub(super) fn show<O: Observer>(
     picture.state.copy_from_slice(start);
     let chunks = (course.grid.rate * duration / REACH).ceil().max(1.0);
     let step = duration / chunks;
+    let last_term = terms_needed(course.grid.rate * step);
     let mut node = 0;
     for chunk in 0..chunks as usize {
         let from = step * chunk as f64;
@@ -114,30 +135,38 @@ pub(super) fn show<O: Observer>(
         let Picture { state, end, taylor } = picture;
         end.fill(0.0);
         let mut power = 1.0;
-        taylor.terms(generator, state, TERMS, |k, term| {
-            places[k] = dot(&generator.deflection, term);
+        places[0] = dot(&generator.deflection, state);
+        taylor.terms(generator, state, last_term, |k, term| {
             rates[k] = dot(&generator.rate, term);
-            for (end, term) in end.iter_mut().zip(term) {
-                *end += power * term;
+            if let Some(place) = places.get_mut(k + 1) {
+                *place = rates[k] / (k + 1) as f64;
             }
+            add_scaled(power, term, end);
             power *= step;
         });
         std::mem::swap(state, end);
         let last = chunk + 1 == chunks as usize;
-        while let Some(x) = transforms.nodes().get(node) {
-            let place = 0.5 * (x + 1.0) * duration;
-            if place > from + step && !last {
-                break;
-            }
-            let at =
-                |series: &[f64]| (series.iter().rev()).fold(0.0, |sum, c| sum * (place - from) + c);
-            deflection[node] = at(&places);
+        let place = |x: &f64| 0.5 * (x + 1.0) * duration;
+        let ahead = &transforms.nodes()[node..];
+        let within = match last {
+            true => ahead.len(),
+            false => ahead.partition_point(|x| place(x) <= from + step),
+        };
+        // All nodes at once: one alone would wait for every sum before the next.
+        let mut times = [0.0; 24];
+        for (time, x) in times.iter_mut().zip(&ahead[..within]) {
+            *time = place(x) - from;
+        }
+        let [shown, speeds] =
+            [&places, &rates].map(|series| evaluate(&series[..=last_term], &times));
+        for at in 0..within {
+            deflection[node] = shown[at];
             force[node] = (course.model).force(
                 segment,
                 piece.contact,
-                time + place,
-                deflection[node],
-                at(&rates),
+                time + from + times[at],
+                shown[at],
+                speeds[at],
             );
             node += 1;
         }

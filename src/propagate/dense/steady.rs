@@ -1,22 +1,72 @@
 //! A mesh cycle of constant contact as one affine map, and when a trajectory may take it.
 
+use super::DenseError;
 use super::course::Course;
 use super::exits::{Margin, Sight};
-use super::exponential::bound_row;
+use super::exponential::{self, bound_row};
+use super::kept::{Reader, Writer};
 use super::march::Piece;
-use super::matrix::{Operator, dot};
+use super::matrix::{Operator, dot, numbers_of};
 use super::series::BoundRows;
 use crate::model::Contact;
 use crate::numerics::linalg;
 use faer::Mat;
 
-/// The map of a cycle in contact and the steady cycles on both flanks.
+/// The map of a cycle in contact, whatever the load and the gap.
 #[derive(Debug)]
-pub(super) struct Steady {
-    map: Operator,
-    /// Bound of |δ| over a cycle as a row over the sizes of a state.
+pub(super) struct CycleMap<'t> {
+    pub map: Operator<'t>,
+    /// Bound of |δ| over a cycle as a row over the sizes of a difference of states.
     reach: Vec<f64>,
-    flanks: [Flank; 2],
+}
+
+impl<'t> CycleMap<'t> {
+    /// The map of the cycle whose cells have these propagators less the identity, by class.
+    pub fn new(course: &Course<'_>, increments: &[Mat<f64>]) -> Self {
+        let (layout, grid) = (&course.layout, &course.grid);
+        let d = layout.dimension();
+        let mut reach = vec![0.0; layout.padded()];
+        let mut before = Mat::<f64>::zeros(d, d);
+        for cell in &grid.cells {
+            let generator = &course.contact[cell.class];
+            let duration = grid.classes[cell.class].duration;
+            let through = exponential::plus_one(before.clone());
+            let (row, through) = (&generator.deflection, Some(through.as_ref()));
+            bound_row(generator, grid.rate, duration, row, through, &mut reach);
+            before = exponential::after(&increments[cell.class], &before);
+        }
+        // The difference of two states in one contact has neither load nor side.
+        reach[layout.constant()] = 0.0;
+        reach[layout.side()] = 0.0;
+        Self {
+            map: Operator::new(exponential::plus_one(before).as_ref()),
+            reach,
+        }
+    }
+
+    /// Hands its numbers over.
+    pub fn keep(&self, out: &mut Writer) {
+        out.push("cycle_map", "mixed", self.map.numbers());
+        out.push("cycle_reach", "mixed", &self.reach);
+    }
+
+    /// The map whose numbers were handed over.
+    pub fn read(course: &Course<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
+        let d = course.layout.dimension();
+        let name = "cycle_map";
+        let numbers = kept.take(name, numbers_of(d, d))?;
+        Ok(Self {
+            map: Operator::lent(numbers, d, d).ok_or(DenseError::Kept { name })?,
+            reach: kept.take("cycle_reach", course.layout.padded())?.to_vec(),
+        })
+    }
+}
+
+/// The map of a cycle in contact and the steady cycles on both flanks, if there are any.
+#[derive(Debug)]
+pub(super) struct Steady<'t> {
+    cycle: CycleMap<'t>,
+    flanks: Option<[Flank; 2]>,
 }
 
 /// The steady cycle on one flank, ripple left out.
@@ -28,79 +78,34 @@ struct Flank {
     margin: f64,
 }
 
-impl Steady {
-    /// The map of the cycle whose cells have these propagators, by class; none where no steady
-    /// cycle exists.
-    pub fn new(course: &Course<'_>, propagators: &[Mat<f64>]) -> Option<Self> {
-        let (layout, grid) = (&course.layout, &course.grid);
-        let d = layout.dimension();
-        let map = cycle(course, propagators);
-        let n = layout.modes;
-        let kept: Vec<usize> = (0..2 * n)
-            .filter(|i| !course.model.neutral.contains(&(i % n)))
-            .collect();
-        let mut flanks = Vec::with_capacity(2);
-        for contact in [Contact::Drive, Contact::Coast] {
-            let mut start = vec![0.0; layout.padded()];
-            start[layout.constant()] = 1.0;
-            start[layout.side()] = contact.sign();
-            for error in 0..layout.errors {
-                // The cosine of a phase that is zero.
-                start[layout.pairs() + 2 * (layout.ripples + error)] = 1.0;
-            }
-            let system = Mat::from_fn(kept.len(), kept.len(), |i, j| {
-                f64::from(u8::from(i == j)) - map[(kept[i], kept[j])]
-            });
-            let driven: Vec<f64> = (kept.iter())
-                .map(|&i| (2 * n..d).map(|j| map[(i, j)] * start[j]).sum())
-                .collect();
-            if !kept.is_empty() {
-                for (&i, x) in kept.iter().zip(linalg::solve(system.as_ref(), &driven)) {
-                    start[i] = x;
-                }
-            }
-            if !start.iter().all(|x| x.is_finite()) {
-                return None;
-            }
-            let margin = smallest_margin(course, propagators, contact, &start);
-            flanks.push(Flank { start, margin });
+impl<'t> Steady<'t> {
+    /// The steady cycles under the model's load; `cells`: the propagator of a cell of each class.
+    pub fn new(course: &Course<'_>, cycle: CycleMap<'t>, cells: &[&Operator<'_>]) -> Self {
+        let [drive, coast] = [Contact::Drive, Contact::Coast]
+            .map(|contact| Flank::new(course, &cycle.map, cells, contact));
+        let flanks = (drive.zip(coast)).map(|(drive, coast)| [drive, coast]);
+        Self {
+            cycle,
+            flanks: flanks.filter(|flanks| flanks.iter().any(|flank| flank.margin > 0.0)),
         }
-        if flanks.iter().all(|flank| flank.margin <= 0.0) {
-            return None;
-        }
-        let mut reach = vec![0.0; layout.padded()];
-        let mut before = Mat::<f64>::identity(d, d);
-        for cell in &grid.cells {
-            let generator = &course.contact[cell.class];
-            let duration = grid.classes[cell.class].duration;
-            let (row, through) = (&generator.deflection, Some(before.as_ref()));
-            bound_row(generator, grid.rate, duration, row, through, &mut reach);
-            before = &propagators[cell.class] * &before;
-        }
-        // The difference of two states in one contact has neither constant nor side.
-        reach[layout.constant()] = 0.0;
-        reach[layout.side()] = 0.0;
-        let flanks: [Flank; 2] = flanks.try_into().ok()?;
-        Some(Self {
-            map: Operator::new(map.as_ref()),
-            reach,
-            flanks,
-        })
     }
 
-    /// The map of a cycle.
-    pub fn map(&self) -> &Operator {
-        &self.map
+    /// The cycle's map.
+    pub fn cycle(&self) -> &CycleMap<'t> {
+        &self.cycle
     }
 
     /// Whether the cycle that starts with a piece in a state surely keeps contact.
     pub fn holds(&self, piece: &Piece, z: &[f64]) -> bool {
+        let Some([drive, coast]) = &self.flanks else {
+            return false;
+        };
         let flank = match piece.contact {
-            Contact::Drive => &self.flanks[0],
-            Contact::Coast => &self.flanks[1],
+            Contact::Drive => drive,
+            Contact::Coast => coast,
             Contact::Free => return false,
         };
-        let sizes = self.reach.iter().zip(z).zip(&flank.start);
+        let sizes = self.cycle.reach.iter().zip(z).zip(&flank.start);
         let apart: f64 = sizes
             .map(|((reach, z), start)| reach * (z - start).abs())
             .sum();
@@ -108,12 +113,50 @@ impl Steady {
     }
 }
 
-/// The map of a cycle in contact, as a matrix.
-pub fn cycle(course: &Course<'_>, propagators: &[Mat<f64>]) -> Mat<f64> {
+impl Flank {
+    /// The steady cycle in a contact state; none where no such cycle exists.
+    fn new(
+        course: &Course<'_>,
+        map: &Operator<'_>,
+        cells: &[&Operator<'_>],
+        contact: Contact,
+    ) -> Option<Self> {
+        let (layout, model) = (&course.layout, course.model);
+        let (n, d) = (layout.modes, layout.dimension());
+        let kept: Vec<usize> = (0..2 * n)
+            .filter(|i| !model.neutral.contains(&(i % n)))
+            .collect();
+        let mut start = vec![0.0; layout.padded()];
+        start[layout.constant()] = model.load;
+        start[layout.side()] = contact.sign() * model.half_gap;
+        for error in 0..layout.errors {
+            // The cosine of a phase that is zero.
+            start[layout.pairs() + 2 * (layout.ripples + error)] = 1.0;
+        }
+        let system = Mat::from_fn(kept.len(), kept.len(), |i, j| {
+            f64::from(u8::from(i == j)) - map.entry(kept[i], kept[j])
+        });
+        let driven: Vec<f64> = (kept.iter())
+            .map(|&i| (2 * n..d).map(|j| map.entry(i, j) * start[j]).sum())
+            .collect();
+        if !kept.is_empty() {
+            for (&i, x) in kept.iter().zip(linalg::solve(system.as_ref(), &driven)) {
+                start[i] = x;
+            }
+        }
+        start.iter().all(|x| x.is_finite()).then(|| Self {
+            margin: smallest_margin(course, cells, contact, &start),
+            start,
+        })
+    }
+}
+
+/// The map of a cycle in contact less the identity, of the cells' own, by class.
+pub fn cycle(course: &Course<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
     let d = course.layout.dimension();
-    let mut map = Mat::<f64>::identity(d, d);
+    let mut map = Mat::<f64>::zeros(d, d);
     for cell in &course.grid.cells {
-        map = &propagators[cell.class] * &map;
+        map = exponential::after(&increments[cell.class], &map);
     }
     map
 }
@@ -121,7 +164,7 @@ pub fn cycle(course: &Course<'_>, propagators: &[Mat<f64>]) -> Mat<f64> {
 /// The smallest margin along a cycle in contact \[m\], or something smaller.
 fn smallest_margin(
     course: &Course<'_>,
-    propagators: &[Mat<f64>],
+    cells: &[&Operator<'_>],
     contact: Contact,
     start: &[f64],
 ) -> f64 {
@@ -129,8 +172,8 @@ fn smallest_margin(
     let bounds: Vec<BoundRows> = (course.contact.iter().zip(&grid.classes))
         .map(|(g, class)| BoundRows::new(g, grid.rate, class.duration))
         .collect();
-    let d = course.layout.dimension();
     let mut z = start.to_vec();
+    let mut next = vec![0.0; z.len()];
     let mut smallest = f64::INFINITY;
     for cell in &grid.cells {
         let generator = &course.contact[cell.class];
@@ -147,10 +190,8 @@ fn smallest_margin(
         };
         let sag = 0.125 * duration * duration * bounds[cell.class].at(&z, 0.0).second;
         let before = see(&z);
-        let next: Vec<f64> = (0..d)
-            .map(|i| (0..d).map(|j| propagators[cell.class][(i, j)] * z[j]).sum())
-            .collect();
-        z[..d].copy_from_slice(&next);
+        cells[cell.class].apply(&z, &mut next);
+        std::mem::swap(&mut z, &mut next);
         smallest = smallest.min(before.min(see(&z)) - sag);
     }
     smallest

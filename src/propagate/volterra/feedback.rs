@@ -6,6 +6,15 @@ use super::tables::{Row, Series};
 use super::varying::{Factors, Nodal};
 use crate::numerics::linalg::invert;
 
+/// What closes the mesh on a window in contact.
+#[derive(Debug, Clone, Copy)]
+pub enum Closed<'a> {
+    /// A table's operator.
+    Table(&'a Feedback),
+    /// The factors of this window's own system.
+    Factors(&'a Nodal, &'a Factors),
+}
+
 /// The solution operator of one distinct pair (k, c), or of one window whose k varies.
 ///
 /// With 𝒟 the derivative of a series by time and `S = (I + k B + c B')⁻¹`,
@@ -16,8 +25,10 @@ use crate::numerics::linalg::invert;
 /// ```
 #[derive(Debug)]
 pub struct Feedback {
-    /// Columns of S̃ and Q̃.
-    pub columns: [[Row; 2]; TERMS],
+    /// Columns of S̃.
+    pub force: [Row; TERMS],
+    /// Columns of Q̃.
+    pub deflection: [Row; TERMS],
     /// What a unit of s b adds to f and δ.
     pub gap: [Row; 2],
 }
@@ -41,8 +52,8 @@ impl Feedback {
         let solution = invert(&system);
         // S 𝒟 e_j = 2/Δ Σ (2n+1) S e_n over n = j−1, j−3, …: two running sums.
         let mut sums = [[0.0; TERMS]; 2];
-        let mut columns = [[Row([0.0; TERMS]); 2]; TERMS];
-        for (j, [force, deflection]) in columns.iter_mut().enumerate() {
+        let (mut to_force, mut to_deflection) = ([Row::ZERO; TERMS], [Row::ZERO; TERMS]);
+        for (j, (force, deflection)) in to_force.iter_mut().zip(&mut to_deflection).enumerate() {
             for i in 0..TERMS {
                 force.0[i] = k * solution[j][i] + c * 2.0 / delta * sums[j % 2][i];
                 sums[(j + 1) % 2][i] += (2 * j + 1) as f64 * solution[j][i];
@@ -52,7 +63,8 @@ impl Feedback {
         }
         let gap = solution[0].map(|s| -k * s);
         Self {
-            columns,
+            force: to_force,
+            deflection: to_deflection,
             gap: [Row(gap), Row(after_force(response, &gap, -1.0))],
         }
     }
@@ -61,18 +73,18 @@ impl Feedback {
 impl Feedback {
     /// The operator of a window whose stiffness varies, from the factors of its system.
     pub fn varying(set: InstructionSet, nodal: &Nodal, factors: &Factors) -> Self {
-        let mut columns = [[Row([0.0; TERMS]); 2]; TERMS];
-        for (j, [force, deflection]) in columns.iter_mut().enumerate() {
-            let mut free = [0.0; TERMS];
-            free[j] = 1.0;
-            force.0 = lanes::force(set, nodal, factors, &free, 0.0);
-            deflection.0 = lanes::deflection(set, nodal, &free, &force.0);
+        let (mut to_force, mut to_deflection) = ([Row::ZERO; TERMS], [Row::ZERO; TERMS]);
+        for (j, (force, deflection)) in to_force.iter_mut().zip(&mut to_deflection).enumerate() {
+            let mut free = Row::ZERO;
+            free.0[j] = 1.0;
+            *force = lanes::force(set, nodal, factors, &free, 0.0);
+            *deflection = lanes::deflection(set, nodal, &free, force);
         }
-        let free = [0.0; TERMS];
-        let gap = lanes::force(set, nodal, factors, &free, 1.0);
+        let gap = lanes::force(set, nodal, factors, &Row::ZERO, 1.0);
         Self {
-            columns,
-            gap: [Row(gap), Row(lanes::deflection(set, nodal, &free, &gap))],
+            force: to_force,
+            deflection: to_deflection,
+            gap: [gap, lanes::deflection(set, nodal, &Row::ZERO, &gap)],
         }
     }
 }

@@ -5,49 +5,22 @@
 //! grid, windows of full length follow one another until one would pass such a
 //! breakpoint; that one is cut there, and the march is aligned again.
 
-use super::feedback::Feedback;
-use super::lanes::{self, LANES, Solution};
-use super::partial::Cut;
+use super::feedback::Closed;
+use super::lanes;
 use super::tables::{Closure, Series};
 use super::varying::{Factors, Nodal};
-use super::window_table::WindowTable;
+use super::workspace::Workspace;
 use super::{TERMS, Volterra};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::numerics::legendre;
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window, saltation};
+use crate::propagate::events::Course;
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 
 /// Deflections beyond this many half gaps count as divergence.
 const FARTHEST: f64 = 1e9;
 
 /// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
-
-/// Scratch memory of the structured kernel.
-#[derive(Debug)]
-pub struct Workspace {
-    /// First components, second components, inputs.
-    state: Vec<f64>,
-    next: Vec<f64>,
-    /// Room for tangents; what one march made room for, later ones use.
-    tangents: Vec<Vec<f64>>,
-    /// Tangents in this march, the first of `tangents`.
-    tangent_count: usize,
-    /// The next state of a tangent.
-    tangent_next: Vec<f64>,
-    solution: Solution,
-    cut: Cut,
-    /// Of the present window, where its stiffness varies off the grid.
-    factors: Factors,
-}
-
-/// What closes the mesh on a window in contact.
-#[derive(Clone, Copy)]
-enum Closed<'a> {
-    /// A table's operator.
-    Table(&'a Feedback),
-    /// The factors of this window's own system.
-    Factors(&'a Nodal, &'a Factors),
-}
 
 /// Where a window starts.
 #[derive(Debug, Clone, Copy)]
@@ -66,17 +39,7 @@ impl Kernel for Volterra<'_> {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        let t = &self.tables;
-        Workspace {
-            state: vec![0.0; 2 * t.layout.padded + t.layout.inputs],
-            next: vec![0.0; 2 * t.layout.padded + t.layout.inputs],
-            tangents: Vec::new(),
-            tangent_count: 0,
-            tangent_next: vec![0.0; 2 * t.layout.padded],
-            solution: Solution::ZERO,
-            cut: Cut::new(t.layout.padded / LANES),
-            factors: Factors::NONE,
-        }
+        Workspace::new(self.tables.layout)
     }
 
     fn march<O: Observer>(
@@ -87,7 +50,7 @@ impl Kernel for Volterra<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        self.load(trajectory, tangents, workspace);
+        workspace.load(trajectory, tangents);
         let cells = self.tables.grid.cells();
         let mut clock = Clock {
             cycle: trajectory.cycle,
@@ -113,7 +76,7 @@ impl Kernel for Volterra<'_> {
         trajectory.contact = contact;
         trajectory.cycle += 1;
         counters.cycles += 1;
-        self.store(trajectory, tangents, workspace);
+        workspace.store(trajectory, tangents);
         Ok(())
     }
 }
@@ -149,22 +112,22 @@ impl Volterra<'_> {
             2.0 * (stop - clock.time) / table.delta - 1.0
         };
 
-        self.set_inputs(clock, &mut workspace.state);
-        let (set, gap) = (self.instructions, contact.sign() * self.model.half_gap);
+        self.set_inputs(clock, &mut workspace.inputs);
         if contact.touching() {
             self.close(clock, segment, &mut workspace.factors, counters);
         }
-        let closed = self.closed(clock, segment, *contact, &workspace.factors);
-        let (state, solution) = (&workspace.state, &mut workspace.solution);
-        match closed {
-            Some(Closed::Factors(nodal, factors)) => {
-                lanes::solve_varying(set, &table.rows, state, nodal, factors, gap, solution);
-            }
-            Some(Closed::Table(feedback)) => {
-                lanes::solve(set, &table.rows, state, Some((feedback, gap)), solution);
-            }
-            None => lanes::solve(set, &table.rows, state, None, solution),
-        }
+        let gap = contact.sign() * self.model.half_gap;
+        let (inputs, columns, factors, forces, solution) = workspace.to_solve();
+        let closed = self.closed(clock, segment, *contact, factors);
+        lanes::solve(
+            self.instructions,
+            &table.rows,
+            inputs,
+            columns,
+            closed.map(|closed| (closed, gap)),
+            forces,
+            solution,
+        );
         counters.windows += 1;
         let solution = &workspace.solution;
         let farthest = FARTHEST * self.model.half_gap;
@@ -185,16 +148,14 @@ impl Volterra<'_> {
         {
             counters.certified += 1;
         } else {
-            let crossing = lanes::first_crossing(
-                self.instructions,
-                &solution.deflection,
-                *contact,
-                self.model.half_gap,
+            let course = Course {
+                series: &solution.deflection,
+                contact: *contact,
                 crossed,
-                limit,
                 noise,
-                counters,
-            );
+            };
+            let (set, half_gap) = (self.instructions, self.model.half_gap);
+            let crossing = lanes::first_crossing(set, course, half_gap, limit, counters);
             if let Some(c) = crossing {
                 let series = solution.deflection;
                 let [deflection, slope, _] =
@@ -218,7 +179,7 @@ impl Volterra<'_> {
                 });
                 counters.events += 1;
                 // A step of δ at a prescribed time leaves tangents as they are.
-                if workspace.tangent_count > 0 && on_surface {
+                if workspace.tangents() > 0 && on_surface {
                     self.salt(self.segment(clock), to.touching(), workspace);
                 }
                 *contact = to;
@@ -238,10 +199,10 @@ impl Volterra<'_> {
         Ok(())
     }
 
-    /// Writes the inputs' values at the clock into the extended state.
-    fn set_inputs(&self, clock: &Clock, state: &mut [f64]) {
+    /// Writes the inputs' values at the clock.
+    fn set_inputs(&self, clock: &Clock, inputs: &mut [f64]) {
         let t = &self.tables;
-        let (constant, harmonics) = state[2 * t.layout.padded..].split_at_mut(1);
+        let (constant, harmonics) = inputs.split_at_mut(1);
         constant[0] = 1.0;
         let (ripples, rest) = harmonics.split_at_mut(2 * t.ripple.len());
         let errors = &mut rest[..2 * self.model.transmission_error.len()];
@@ -282,10 +243,10 @@ impl Volterra<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) {
-        let (table, set) = (self.tables.window(segment), self.instructions);
+        let table = self.tables.window(segment);
         if O::WINDOWS {
             let force = match contact.touching() {
-                true => workspace.solution.force,
+                true => workspace.forces[0].0,
                 false => [0.0; TERMS],
             };
             let series = [workspace.solution.deflection, force];
@@ -299,26 +260,10 @@ impl Volterra<'_> {
                 observer,
             );
         }
-        let w = workspace;
-        let closed = self.closed(clock, segment, contact, &w.factors);
-        for x in &mut w.tangents[..w.tangent_count] {
-            let force = self.tangent_force(x, table, closed);
-            lanes::advance(
-                set,
-                &table.moves,
-                force.as_ref(),
-                &[],
-                x,
-                &mut w.tangent_next,
-            );
-            std::mem::swap(x, &mut w.tangent_next);
-            counters.tangent_windows += 1;
-        }
-        let force = contact.touching().then_some(&w.solution.force);
-        let (x, inputs) = w.state.split_at(2 * self.tables.layout.padded);
+        counters.tangent_windows += workspace.tangents() as u64;
+        let (columns, forces, inputs, _) = workspace.to_move(contact.touching());
         let inputs = &inputs[..self.tables.layout.acting];
-        lanes::advance(set, &table.moves, force, inputs, x, &mut w.next);
-        std::mem::swap(&mut w.state, &mut w.next);
+        lanes::advance(self.instructions, &table.moves, forces, inputs, columns);
         match &mut clock.aligned {
             Some(cell) => {
                 *cell += 1;
@@ -340,21 +285,21 @@ impl Volterra<'_> {
         counters: &mut Counters,
     ) {
         let table = self.tables.window(segment);
-        let tau = self.prepare_cut(table, end, &mut workspace.cut);
+        let with_nodes = O::WINDOWS || contact.touching();
+        let tau = self.prepare_cut(table, end, with_nodes, &mut workspace.cut);
         counters.partial_windows += 1;
         if O::WINDOWS {
-            let series = self.cut_series(&workspace.cut, &workspace.solution, contact.touching());
+            let force = match contact.touching() {
+                true => self.cut_series(&workspace.cut, &workspace.forces[0].0),
+                false => [0.0; TERMS],
+            };
+            let deflection = self.cut_series(&workspace.cut, &workspace.solution.deflection);
+            let series = [deflection, force];
             self.show(clock, segment, contact, tau, &series, workspace, observer);
         }
-        let w = workspace;
-        let closed = self.closed(clock, segment, contact, &w.factors);
-        for x in &mut w.tangents[..w.tangent_count] {
-            let force = self.tangent_force(x, table, closed);
-            self.cut_tangent(table, &w.cut, force.as_ref(), x);
-            counters.tangent_windows += 1;
-        }
-        let force = contact.touching().then_some(&w.solution.force);
-        self.cut_trajectory(table, &w.cut, force, &mut w.state);
+        counters.tangent_windows += workspace.tangents() as u64;
+        let (columns, forces, inputs, cut) = workspace.to_move(contact.touching());
+        self.cut(table, cut, forces, inputs, columns);
         clock.time += tau;
     }
 
@@ -397,21 +342,6 @@ impl Volterra<'_> {
         Some(Closed::Table(self.tables.feedback(cell)))
     }
 
-    /// The force series of a tangent vector; none in free flight.
-    fn tangent_force(
-        &self,
-        x: &[f64],
-        table: &WindowTable,
-        closed: Option<Closed<'_>>,
-    ) -> Option<Series> {
-        let rows = &table.rows[..2 * self.tables.layout.padded];
-        let set = self.instructions;
-        closed.map(|closed| match closed {
-            Closed::Table(feedback) => lanes::respond(set, rows, x, feedback),
-            Closed::Factors(nodal, factors) => lanes::respond_varying(set, rows, x, nodal, factors),
-        })
-    }
-
     fn show<O: Observer>(
         &self,
         clock: &Clock,
@@ -422,7 +352,7 @@ impl Volterra<'_> {
         workspace: &Workspace,
         observer: &mut O,
     ) {
-        let (n, padded) = (self.model.modes(), self.tables.layout.padded);
+        let [first, second] = workspace.components(self.model.modes());
         observer.window(&Window {
             cycle: clock.cycle,
             start: clock.time,
@@ -431,55 +361,20 @@ impl Volterra<'_> {
             contact,
             deflection,
             force,
-            first: &workspace.state[..n],
-            second: &workspace.state[padded..padded + n],
+            first,
+            second,
         });
     }
 
     /// Applies the saltation matrix of an event to all tangents.
     fn salt(&self, segment: usize, entering: bool, workspace: &mut Workspace) {
         let segment = &self.model.cycle.segments[segment];
-        let (gains, damping) = (self.model.gains(segment), segment.damping);
-        for x in &mut workspace.tangents[..workspace.tangent_count] {
-            let (first, second) = x.split_at_mut(self.tables.layout.padded);
-            saltation::apply(gains, damping, entering, first, second);
-        }
-    }
-
-    /// Copies trajectory and tangents into the padded layout.
-    fn load(&self, trajectory: &TrajectoryState, tangents: &Tangents, workspace: &mut Workspace) {
-        let (n, padded) = (self.model.modes(), self.tables.layout.padded);
-        let pad = |from: &[f64], to: &mut [f64]| {
-            to[..n].copy_from_slice(&from[..n]);
-            to[padded..padded + n].copy_from_slice(&from[n..]);
+        let damping = if entering {
+            segment.damping
+        } else {
+            -segment.damping
         };
-        pad(&trajectory.state, &mut workspace.state);
-        workspace.tangent_count = tangents.count();
-        if workspace.tangents.len() < tangents.count() {
-            workspace
-                .tangents
-                .resize_with(tangents.count(), || vec![0.0; 2 * padded]);
-        }
-        for i in 0..tangents.count() {
-            pad(tangents.vector(i), &mut workspace.tangents[i]);
-        }
-    }
-
-    /// Copies trajectory and tangents back.
-    fn store(
-        &self,
-        trajectory: &mut TrajectoryState,
-        tangents: &mut Tangents,
-        workspace: &Workspace,
-    ) {
-        let (n, padded) = (self.model.modes(), self.tables.layout.padded);
-        let unpad = |from: &[f64], to: &mut [f64]| {
-            to[..n].copy_from_slice(&from[..n]);
-            to[n..].copy_from_slice(&from[padded..padded + n]);
-        };
-        unpad(&workspace.state, &mut trajectory.state);
-        for i in 0..tangents.count() {
-            unpad(&workspace.tangents[i], tangents.vector_mut(i));
-        }
+        let blocks = &self.tables.blocks[segment.direction];
+        lanes::salt(self.instructions, blocks, damping, workspace.tangents_mut());
     }
 }

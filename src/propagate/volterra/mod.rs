@@ -51,6 +51,7 @@ mod partial;
 mod tables;
 mod varying;
 mod window_table;
+mod workspace;
 
 pub use lanes::InstructionSet;
 

@@ -10,10 +10,10 @@
 //! weights know nothing of the blocks; the exponentials at τ are formed once a cut and shared
 //! by the trajectory and its tangents.
 
-use super::lanes::{self, Basis, Lanes, Solution};
-use super::tables::Series;
+use super::Volterra;
+use super::lanes::{self, Basis, Lanes};
+use super::tables::{Row, Series};
 use super::window_table::WindowTable;
-use super::{TERMS, Volterra};
 use crate::numerics::exponential::multiply;
 use crate::numerics::legendre::transforms24;
 
@@ -36,89 +36,61 @@ impl Cut {
 }
 
 impl Volterra<'_> {
-    /// Prepares a cut at the place `end` ∈ (−1, 1\] of a full window; returns τ \[s\].
-    pub(super) fn prepare_cut(&self, table: &WindowTable, end: f64, cut: &mut Cut) -> f64 {
-        let set = self.instructions;
+    /// Prepares a cut at the place `end` ∈ (−1, 1\] of a full window; returns τ \[s\]. Values at
+    /// the part's nodes are needed where a force acts, and where the part is to be seen.
+    pub(super) fn prepare_cut(
+        &self,
+        table: &WindowTable,
+        end: f64,
+        with_nodes: bool,
+        cut: &mut Cut,
+    ) -> f64 {
         let rule = transforms24();
+        let with_nodes = with_nodes || !self.tables.ripple.is_empty();
         lanes::basis(
-            set,
-            rule.nodes(),
-            rule.weights(),
+            self.instructions,
+            with_nodes.then_some([rule.nodes(), rule.weights()]),
             end,
             table.delta,
             &mut cut.basis,
         );
-        lanes::ends(set, &cut.basis, &table.exponentials, &mut cut.ends);
         0.5 * (end + 1.0) * table.delta
     }
 
-    /// Moves the trajectory's extended state to the cut. `force` is the series on the full
-    /// window, none in free flight.
-    pub(super) fn cut_trajectory(
+    /// Moves trajectory and tangents to the cut. `forces` are the series on the full window, none
+    /// in free flight, and are used up.
+    pub(super) fn cut(
         &self,
         table: &WindowTable,
-        cut: &Cut,
-        force: Option<&Series>,
-        x: &mut [f64],
+        cut: &mut Cut,
+        forces: &mut [Row],
+        inputs: &[f64],
+        columns: &mut [f64],
     ) {
         let (t, set) = (&self.tables, self.instructions);
-        let moments = force.map(|f| lanes::moments(set, &cut.basis, f));
-        lanes::cut(
-            set,
-            &t.blocks[table.direction],
-            &table.exponentials,
-            &cut.ends,
-            moments.as_ref(),
-            Some(&cut.basis.constant),
-            x,
-        );
-        for (index, (input, series)) in t.ripple.iter().zip(&table.ripple).enumerate() {
-            let at = 2 * t.layout.padded + 1 + 2 * index;
-            let phase = (x[at], x[at + 1]);
-            let series = series.map(|u| multiply(phase, u).0);
-            let moments = lanes::moments(set, &cut.basis, &series);
-            lanes::push(
-                set,
-                &t.blocks[table.direction],
-                &table.exponentials,
-                input,
-                &moments,
-                x,
-            );
+        let (blocks, exponentials) = (&t.blocks[table.direction], &table.exponentials);
+        self.moments(&cut.basis, forces);
+        let (basis, ends) = (&cut.basis, &mut cut.ends);
+        lanes::cut(set, blocks, exponentials, basis, forces, ends, columns);
+        let phases = inputs[1..].chunks_exact(2);
+        for ((input, series), phase) in t.ripple.iter().zip(&table.ripple).zip(phases) {
+            let mut moments = [Row(series.map(|u| multiply((phase[0], phase[1]), u).0))];
+            self.moments(basis, &mut moments);
+            let trajectory = &mut columns[..2 * t.layout.padded];
+            lanes::push(set, blocks, exponentials, input, &moments[0], trajectory);
         }
     }
 
-    /// Moves a tangent vector to the cut.
-    pub(super) fn cut_tangent(
-        &self,
-        table: &WindowTable,
-        cut: &Cut,
-        force: Option<&Series>,
-        x: &mut [f64],
-    ) {
-        let (t, set) = (&self.tables, self.instructions);
-        let moments = force.map(|f| lanes::moments(set, &cut.basis, f));
-        lanes::cut(
-            set,
-            &t.blocks[table.direction],
-            &table.exponentials,
-            &cut.ends,
-            moments.as_ref(),
-            None,
-            x,
-        );
+    /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every series F on the full window.
+    fn moments(&self, basis: &Basis, series: &mut [Row]) {
+        lanes::node_values(self.instructions, basis, series);
+        lanes::moments(self.instructions, basis, series);
     }
 
-    /// Deflection and force on the cut window, as the observer sees them.
-    pub(super) fn cut_series(&self, cut: &Cut, solution: &Solution, touching: bool) -> [Series; 2] {
-        let restrict = |series: &Series| {
-            let values = lanes::at_nodes(self.instructions, &cut.basis, series);
-            transforms24().interpolate(&values)
-        };
-        let force = match touching {
-            true => restrict(&solution.force),
-            false => [0.0; TERMS],
-        };
-        [restrict(&solution.deflection), force]
+    /// A window's series on its part up to the cut, as the observer sees it.
+    pub(super) fn cut_series(&self, cut: &Cut, series: &Series) -> Series {
+        let mut values = [Row(*series)];
+        lanes::node_values(self.instructions, &cut.basis, &mut values);
+        transforms24().interpolate(&values[0].0)
     }
 }

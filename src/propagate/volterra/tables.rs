@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::lanes::{self, InstructionSet, LANES, Lanes};
 use super::varying::{Factors, Nodal};
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{MeshGain, Model, Segment, Stiffness};
+use crate::model::{Block, MeshGain, Model, Segment, Stiffness};
 use crate::numerics::legendre::transforms24;
 
 /// A series on a window.
@@ -17,15 +17,26 @@ pub type Series = [f64; TERMS];
 #[repr(C, align(64))]
 pub struct Row(pub Series);
 
+impl Row {
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; TERMS]);
+}
+
 /// What a chunk of blocks is made of.
 #[derive(Debug, Clone, Copy)]
 pub struct BlockChunk {
     /// Traceless part M, row by row.
     pub traceless: [Lanes; 4],
+    /// Gain w of the deflection.
+    pub deflection: [Lanes; 2],
     /// Gain −g of the mesh force.
     pub mesh_pull: [Lanes; 2],
-    /// Constant input of the mean torques.
+    /// Constant input of the mean torques, where the blocks drift.
     pub static_input: [Lanes; 2],
+    /// Where the mean torques alone hold the blocks, `−A⁻¹ s`; zero where they drift.
+    pub rest: [Lanes; 2],
+    /// Whether some of the blocks have no rest, or one too far away.
+    pub drifts: bool,
 }
 
 /// Sizes that all tables of a model share.
@@ -203,21 +214,40 @@ fn in_chunks(pairs: &[[f64; 2]]) -> Vec<[Lanes; 2]> {
     pairs.chunks(LANES).map(chunk).collect()
 }
 
+/// Mesh radians that a block turns in a cycle, below which it drifts: its rest is so far from
+/// where it is that the distance would cost digits.
+const DRIFT: f64 = 0.1;
+
+/// `−A⁻¹ s`: with `A = μ I + M` and `M² = −ν² I`, `A⁻¹ = (μ I − M) / (μ² + ν²)`.
+fn rest(block: &Block) -> [f64; 2] {
+    let (mu, m, s) = (block.growth(), block.traceless(), block.static_input);
+    let square = block.natural_frequency().powi(2);
+    [0, 1].map(|i| (m[i][0] * s[0] + m[i][1] * s[1] - mu * s[i]) / square)
+}
+
 fn block_chunks(model: &Model, gains: &[MeshGain]) -> Vec<BlockChunk> {
+    let slowest = DRIFT / model.period();
     (model.blocks.chunks(LANES).zip(gains.chunks(LANES)))
         .map(|(group, gains)| {
             let mut chunk = BlockChunk {
                 traceless: [Lanes::ZERO; 4],
+                deflection: [Lanes::ZERO; 2],
                 mesh_pull: [Lanes::ZERO; 2],
                 static_input: [Lanes::ZERO; 2],
+                rest: [Lanes::ZERO; 2],
+                drifts: group.iter().any(|b| b.natural_frequency() < slowest),
             };
             for (l, (block, gain)) in group.iter().zip(gains).enumerate() {
                 for (k, value) in block.traceless().as_flattened().iter().enumerate() {
                     chunk.traceless[k].0[l] = *value;
                 }
                 for j in 0..2 {
+                    chunk.deflection[j].0[l] = gain.deflection[j];
                     chunk.mesh_pull[j].0[l] = -gain.mesh_input[j];
-                    chunk.static_input[j].0[l] = block.static_input[j];
+                    match chunk.drifts {
+                        true => chunk.static_input[j].0[l] = block.static_input[j],
+                        false => chunk.rest[j].0[l] = rest(block)[j],
+                    }
                 }
             }
             chunk

@@ -17,9 +17,6 @@ use super::TERMS;
 use super::tables::{Row, Series};
 use crate::numerics::legendre::{self, transforms24};
 
-/// Zero on cache lines of its own.
-const ZERO: Row = Row([0.0; TERMS]);
-
 /// Matrices of windows of one length, by columns.
 #[derive(Debug)]
 pub struct Nodal {
@@ -75,9 +72,9 @@ impl Nodal {
 /// The factors of one window's system.
 #[derive(Debug, Clone)]
 pub struct Factors {
-    /// Columns of L below its unit diagonal.
+    /// Columns of −L below its unit diagonal.
     pub lower: [Row; TERMS],
-    /// Columns of U above its diagonal.
+    /// Columns of −D⁻¹U above its diagonal, D being that diagonal.
     pub upper: [Row; TERMS],
     /// One over the diagonal of U.
     pub pivots: Row,
@@ -90,10 +87,10 @@ pub struct Factors {
 impl Factors {
     /// Of no window yet.
     pub const NONE: Self = Self {
-        lower: [ZERO; TERMS],
-        upper: [ZERO; TERMS],
-        pivots: ZERO,
-        stiffness: ZERO,
+        lower: [Row::ZERO; TERMS],
+        upper: [Row::ZERO; TERMS],
+        pivots: Row::ZERO,
+        stiffness: Row::ZERO,
         damping: 0.0,
     };
 }

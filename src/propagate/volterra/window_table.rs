@@ -12,6 +12,9 @@ use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series, multip
 /// Terms of the series of response kernels; the convolution table's first size.
 const KERNEL_TERMS: usize = 32;
 
+/// Coefficients smaller than the largest by this factor are left out: a sixteenth of round-off.
+const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
+
 /// Tables of the windows of one length and one direction of the mesh force.
 #[derive(Debug)]
 pub struct WindowTable {
@@ -46,12 +49,24 @@ impl WindowTable {
         closures: &[Closure],
         set: InstructionSet,
     ) -> Self {
-        let chunks = layout.padded / LANES;
+        let terms: Vec<_> = (exponentials.chunks(LANES))
+            .map(|blocks| {
+                blocks
+                    .iter()
+                    .map(BlockExponential::terms)
+                    .max()
+                    .unwrap_or(2)
+            })
+            .collect();
+        let chunk = |&terms: &usize| ExponentialChunk {
+            terms,
+            ..ExponentialChunk::ZERO
+        };
         let mut table = Self {
             delta,
-            exponentials: vec![ExponentialChunk::ZERO; chunks],
-            moves: Windows::new(chunks, layout.acting),
-            rows: vec![Row([0.0; TERMS]); 2 * layout.padded + layout.inputs],
+            exponentials: terms.iter().map(chunk).collect(),
+            moves: Windows::new(&terms, layout.acting),
+            rows: vec![Row::ZERO; 2 * layout.padded + layout.inputs],
             feedback: Vec::new(),
             nodal: None,
             direction,
@@ -89,14 +104,13 @@ impl WindowTable {
                 let moment = -moment(n, delta);
                 self.moves
                     .set_response(i, n, [moment * g[0], moment * g[1]]);
-                let target = &mut self.exponentials[chunk].0[n];
+                let target = &mut self.exponentials[chunk].series[n];
                 target[0].0[lane] = exponential.cosine[n];
                 target[1].0[lane] = exponential.sine[n];
             }
             self.moves.set_propagator(i, exponential.end());
             let s = apply(exponential.matrix(0), block.static_input);
-            self.moves
-                .set_response(i, TERMS, [delta * s[0], delta * s[1]]);
+            self.moves.set_input(i, 0, [delta * s[0], delta * s[1]]);
         }
     }
 
@@ -143,7 +157,7 @@ impl WindowTable {
         let delta = self.delta;
         let gains = &model.directions[self.direction];
         for (index, ripple) in model.ripple.iter().enumerate() {
-            let column = TERMS + 1 + 2 * index;
+            let column = 1 + 2 * index;
             let mut series = [(0.0, 0.0); TERMS];
             legendre_series((0.0, ripple.angular_frequency), delta, &mut series);
             let mut kernels = Kernels::default();
@@ -159,8 +173,8 @@ impl WindowTable {
                         target.1 += moment * e * u.1;
                     }
                 }
-                self.moves.set_response(i, column, state.map(|s| s.0));
-                self.moves.set_response(i, column + 1, state.map(|s| -s.1));
+                self.moves.set_input(i, column, state.map(|s| s.0));
+                self.moves.set_input(i, column + 1, state.map(|s| -s.1));
             }
             let columns = convolution24().operator(&kernels.deflection, delta);
             let rows = &mut self.rows[2 * layout.padded + 1 + 2 * index..][..2];
@@ -222,6 +236,17 @@ impl BlockExponential {
             end: [end.0, end.1 / nu],
             traceless: block.traceless(),
         }
+    }
+
+    /// How many terms matter, an even number: the others are below round-off.
+    fn terms(&self) -> usize {
+        let last = |series: &[f64; KERNEL_TERMS]| {
+            let largest = series.iter().fold(0.0f64, |m, a| m.max(a.abs()));
+            let matters = |a: &f64| a.abs() > NEGLIGIBLE * largest;
+            series[..TERMS].iter().rposition(matters).unwrap_or(0)
+        };
+        let terms = 1 + last(&self.cosine).max(last(&self.sine));
+        terms.next_multiple_of(2)
     }
 
     fn combine(&self, cosine: f64, sine: f64) -> [[f64; 2]; 2] {

@@ -11,19 +11,22 @@ use super::layout::VERSION;
 pub enum CacheKind {
     /// Mesh stiffness and its companions over a mesh cycle.
     Mesh,
-    /// Operators of a kernel on a window.
+    /// Operators of the spectral kernel.
     Spectral,
+    /// Operators of the fused kernel.
+    Fused,
 }
 
 impl CacheKind {
     /// All kinds.
-    pub const ALL: [Self; 2] = [Self::Mesh, Self::Spectral];
+    pub const ALL: [Self; 3] = [Self::Mesh, Self::Spectral, Self::Fused];
 
     /// Its name in file names and headers.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mesh => "mesh",
             Self::Spectral => "spectral",
+            Self::Fused => "fused",
         }
     }
 }

@@ -16,6 +16,7 @@ mod layout;
 mod map;
 mod mapped;
 mod mesh;
+mod operators;
 mod write;
 
 pub use arrays::Arrays;
@@ -26,6 +27,7 @@ pub use header::{ArrayHeader, CacheHeader};
 pub use key::CacheKind;
 pub use mapped::MappedTable;
 pub use mesh::{FetchedMesh, MeshFetchError};
+pub use operators::{DYADIC_BYTES, KeptKernel, OperatorFetchError};
 
 #[cfg(test)]
 mod tests;

@@ -10,18 +10,27 @@
 //! nodes, exact to degree 2P − 1; since its nodes lie symmetrically, `τ − s_j` is a node
 //! too and one table of polynomials gives both factors.
 
-use super::window::add_row;
-use super::{LANES, Lanes, fma, products_of_rows};
+use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
+use super::vector::Vector;
+use super::{LANES, Lanes};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::{BlockChunk, Row, Series};
 
 /// Legendre series of `e^{μt} cos νt` and `e^{μt} sin νt / ν` of one chunk on a full window.
 #[derive(Debug, Clone, Copy)]
-pub struct ExponentialChunk(pub [[Lanes; 2]; TERMS]);
+pub struct ExponentialChunk {
+    /// Coefficients.
+    pub series: [[Lanes; 2]; TERMS],
+    /// An even number of them that matter.
+    pub terms: usize,
+}
 
 impl ExponentialChunk {
     /// All zero.
-    pub const ZERO: Self = Self([[Lanes::ZERO; 2]; TERMS]);
+    pub const ZERO: Self = Self {
+        series: [[Lanes::ZERO; 2]; TERMS],
+        terms: TERMS,
+    };
 }
 
 /// What depends on the cut alone.
@@ -33,18 +42,18 @@ pub struct Basis {
     /// Weights of the part's nodes \[s\].
     pub weights: Series,
     /// P_n at the part's end.
-    pub end: Series,
+    pub end: Row,
     /// `∫₀^τ P_n dt` \[s\].
-    pub constant: Series,
+    pub constant: Row,
 }
 
 impl Basis {
     /// Nothing yet.
     pub const ZERO: Self = Self {
-        values: [Row([0.0; TERMS]); TERMS],
+        values: [Row::ZERO; TERMS],
         weights: [0.0; TERMS],
-        end: [0.0; TERMS],
-        constant: [0.0; TERMS],
+        end: Row::ZERO,
+        constant: Row::ZERO,
     };
 }
 
@@ -62,169 +71,248 @@ const fn recurrence() -> [[f64; 2]; TERMS + 1] {
 
 const RECURRENCE: [[f64; 2]; TERMS + 1] = recurrence();
 
+/// `1/2 / (2n+1)`.
+const fn integral() -> [f64; TERMS] {
+    let mut table = [0.0; TERMS];
+    let mut n = 0;
+    while n < TERMS {
+        table[n] = 0.5 / (2 * n + 1) as f64;
+        n += 1;
+    }
+    table
+}
+
+const INTEGRAL: [f64; TERMS] = integral();
+
+/// Sets term n at the part's end, given P_n and P_{n−1} there; P_{n+1} and P_n. One number at a
+/// time, as they will be read: a vector read behind single writes waits for them all.
 #[inline(always)]
-pub(super) fn basis_body<const SET: u8>(
-    nodes: &Series,
-    weights: &Series,
+fn at_end<V: Vector>(
+    n: usize,
+    end: f64,
+    delta: f64,
+    [now, before]: [f64; 2],
+    out: &mut Basis,
+) -> [f64; 2] {
+    let [up, down] = RECURRENCE[n];
+    let next = V::fma(up * end, now, -(down * before));
+    out.end.0[n] = now;
+    // ∫₀^τ P_n dt = Δ/2 (P_{n+1} − P_{n−1})/(2n+1).
+    out.constant.0[n] = INTEGRAL[n] * delta * (next - before);
+    [next, now]
+}
+
+#[inline(always)]
+pub(super) fn basis_body<V: Vector>(
+    rule: Option<[&Series; 2]>,
     end: f64,
     delta: f64,
     out: &mut Basis,
 ) {
     let share = 0.5 * (end + 1.0);
     let tau = share * delta;
-    let mut x = [0.0; TERMS];
-    for j in 0..TERMS {
-        x[j] = share * (1.0 + nodes[j]) - 1.0;
-        out.weights[j] = 0.5 * tau * weights[j];
-    }
-    let (mut previous, mut current) = ([0.0; TERMS], [1.0; TERMS]);
-    for n in 0..TERMS {
-        out.values[n].0 = current;
-        let [up, down] = RECURRENCE[n];
-        for j in 0..TERMS {
-            let next = fma::<SET>(up * x[j], current[j], -(down * previous[j]));
-            previous[j] = current[j];
-            current[j] = next;
+    // At the end, of n and n − 1.
+    let (mut now, mut before) = (1.0, 0.0);
+    if let Some([nodes, weights]) = rule {
+        let mut x = [V::zero(); GROUPS];
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            // Exact where the part is short: 1 + x is no difference.
+            let from_start = V::read(&nodes[at..]).plus(V::splat(1.0));
+            x[g] = from_start.times(V::splat(share)).plus(V::splat(-1.0));
+            let weights = V::read(&weights[at..]).times(V::splat(0.5 * tau));
+            weights.write(&mut out.weights[at..]);
         }
-    }
-    // ∫₀^τ P_n dt = Δ/2 (P_{n+1} − P_{n−1})/(2n+1), with P_{−1} = −1.
-    let (mut previous, mut current) = (-1.0, 1.0);
-    let mut inverse = 0.5 * delta;
-    for n in 0..TERMS {
-        out.end[n] = current;
-        let [up, down] = RECURRENCE[n];
-        let next = fma::<SET>(up * end, current, -(down * previous));
-        out.constant[n] = inverse * (next - previous);
-        inverse = 0.5 * delta / (2 * n + 3) as f64;
-        previous = current;
-        current = next;
-    }
-    out.constant[0] = tau;
-}
-
-#[inline(always)]
-pub(super) fn at_nodes_body<const SET: u8>(basis: &Basis, series: &Series) -> Series {
-    let (mut even, mut odd) = ([0.0; TERMS], [0.0; TERMS]);
-    for (rows, a) in basis.values.chunks_exact(2).zip(series.chunks_exact(2)) {
-        add_row::<SET>(&mut even, &rows[0], a[0]);
-        add_row::<SET>(&mut odd, &rows[1], a[1]);
-    }
-    for j in 0..TERMS {
-        even[j] += odd[j];
-    }
-    even
-}
-
-#[inline(always)]
-pub(super) fn moments_body<const SET: u8>(basis: &Basis, series: &Series) -> Series {
-    let values = at_nodes_body::<SET>(basis, series);
-    let mut mirrored = Row([0.0; TERMS]);
-    for j in 0..TERMS {
-        mirrored.0[j] = basis.weights[j] * values[TERMS - 1 - j];
-    }
-    products_of_rows::<SET>(&basis.values, &mirrored)
-}
-
-/// `Σ weights[k] ê_k` as weights of I and M.
-#[inline(always)]
-fn blend<const SET: u8>(exponential: &ExponentialChunk, weights: &Series) -> [Lanes; 2] {
-    let mut sums = [[[0.0; LANES]; 2]; 2];
-    for (terms, w) in exponential.0.chunks_exact(2).zip(weights.chunks_exact(2)) {
-        for i in 0..2 {
-            for l in 0..LANES {
-                sums[i][0][l] = fma::<SET>(terms[i][0].0[l], w[i], sums[i][0][l]);
-                sums[i][1][l] = fma::<SET>(terms[i][1].0[l], w[i], sums[i][1][l]);
+        let (mut previous, mut current) = ([V::zero(); GROUPS], [V::splat(1.0); GROUPS]);
+        for n in 0..TERMS {
+            // The chains of the nodes and of the end wait side by side.
+            [now, before] = at_end::<V>(n, end, delta, [now, before], out);
+            let [up, down] = RECURRENCE[n];
+            for g in 0..GROUPS {
+                current[g].write(&mut out.values[n].0[g * LANES..]);
+                let early = previous[g].times(V::splat(-down));
+                previous[g] = current[g];
+                current[g] = x[g].times(V::splat(up)).multiply_add(current[g], early);
             }
         }
+    } else {
+        for n in 0..TERMS {
+            [now, before] = at_end::<V>(n, end, delta, [now, before], out);
+        }
     }
-    let mut out = [Lanes::ZERO; 2];
-    for (c, o) in out.iter_mut().enumerate() {
-        for l in 0..LANES {
-            o.0[l] = sums[0][c][l] + sums[1][c][l];
+    out.constant.0[0] = tau;
+}
+
+#[inline(always)]
+pub(super) fn node_values_body<V: Vector>(basis: &Basis, series: &mut [Row]) {
+    in_batches!(V, series.len(), |first| node_values_batch(
+        basis,
+        &mut series[first..],
+    ));
+}
+
+#[inline(always)]
+fn node_values_batch<V: Vector, const COLUMNS: usize>(basis: &Basis, rows: &mut [Row]) {
+    if let Some(rows) = rows.first_chunk_mut::<COLUMNS>() {
+        *rows = combine::<V, COLUMNS>(&basis.values, &series(rows));
+    }
+}
+
+#[inline(always)]
+pub(super) fn moments_body<V: Vector>(basis: &Basis, values: &mut [Row]) {
+    for values in values {
+        let mut mirrored = Row::ZERO;
+        for g in 0..GROUPS {
+            let weights = V::read(&basis.weights[g * LANES..]);
+            let opposite = V::read(&values.0[(GROUPS - 1 - g) * LANES..]).reversed();
+            (weights.times(opposite)).write(&mut mirrored.0[g * LANES..]);
+        }
+        // Opaque, lest the compiler hold all polynomials from one column to the next.
+        let polynomials = std::hint::black_box(&basis.values);
+        values.0 = V::products_of_rows(polynomials, &mirrored);
+    }
+}
+
+/// `Σ weights[k] ê_k` as weights of I and M, for several weights.
+#[inline(always)]
+fn blend<V: Vector, const COUNT: usize>(
+    exponential: &ExponentialChunk,
+    weights: &[&Row; COUNT],
+) -> [[V; 2]; COUNT] {
+    let mut sums = [[[V::zero(); 2]; COUNT]; 2];
+    let terms = &exponential.series[..exponential.terms];
+    add_terms::<V, COUNT>(terms, weights, &mut sums);
+    let mut out = [[V::zero(); 2]; COUNT];
+    for c in 0..COUNT {
+        for i in 0..2 {
+            out[c][i] = sums[0][c][i].plus(sums[1][c][i]);
         }
     }
     out
 }
 
-#[inline(always)]
-pub(super) fn ends_body<const SET: u8>(
-    basis: &Basis,
-    exponentials: &[ExponentialChunk],
-    out: &mut [[Lanes; 2]],
-) {
-    for (exponential, end) in exponentials.iter().zip(out) {
-        *end = blend::<SET>(exponential, &basis.end);
-    }
-}
-
 /// `sum + (c I + s M) u`.
 #[inline(always)]
-fn add_applied<const SET: u8>(
-    [c, s]: &[Lanes; 2],
-    m: &[Lanes; 4],
-    u: &[Lanes; 2],
-    sum: &mut [Lanes; 2],
-) {
-    for l in 0..LANES {
-        let mu = fma::<SET>(m[0].0[l], u[0].0[l], m[1].0[l] * u[1].0[l]);
-        let mv = fma::<SET>(m[2].0[l], u[0].0[l], m[3].0[l] * u[1].0[l]);
-        sum[0].0[l] = fma::<SET>(c.0[l], u[0].0[l], fma::<SET>(s.0[l], mu, sum[0].0[l]));
-        sum[1].0[l] = fma::<SET>(c.0[l], u[1].0[l], fma::<SET>(s.0[l], mv, sum[1].0[l]));
+fn add_applied<V: Vector>([c, s]: [V; 2], m: &[Lanes; 4], u: [V; 2], sum: [V; 2]) -> [V; 2] {
+    let mut out = sum;
+    for i in 0..2 {
+        let cross = V::read(&m[2 * i + 1].0).times(u[1]);
+        let mu = V::read(&m[2 * i].0).multiply_add(u[0], cross);
+        out[i] = c.multiply_add(u[i], s.multiply_add(mu, sum[i]));
     }
+    out
+}
+
+/// A pair of lane groups.
+#[inline(always)]
+fn pair<V: Vector>(lanes: &[Lanes; 2]) -> [V; 2] {
+    [V::read(&lanes[0].0), V::read(&lanes[1].0)]
 }
 
 #[inline(always)]
-pub(super) fn cut_body<const SET: u8>(
+pub(super) fn cut_body<V: Vector>(
+    blocks: &[BlockChunk],
+    exponentials: &[ExponentialChunk],
+    basis: &Basis,
+    moments: &[Row],
+    ends: &mut [[Lanes; 2]],
+    columns: &mut [f64],
+) {
+    let padded = blocks.len() * LANES;
+    let (trajectory, tangents) = columns.split_at_mut(2 * padded);
+    let tables = blocks.iter().zip(exponentials);
+    for (chunk, ((block, exponential), end)) in tables.zip(&mut *ends).enumerate() {
+        let m = &block.traceless;
+        let rest = pair::<V>(&block.rest);
+        let mut sum = rest;
+        let own = match moments.first() {
+            Some(force) => {
+                let [own, force] = blend::<V, 2>(exponential, &[&basis.end, force]);
+                sum = add_applied(force, m, pair(&block.mesh_pull), sum);
+                own
+            }
+            None => blend::<V, 1>(exponential, &[&basis.end])[0],
+        };
+        if block.drifts {
+            let [constant] = blend::<V, 1>(exponential, &[&basis.constant]);
+            sum = add_applied(constant, m, pair(&block.static_input), sum);
+        }
+        let x = load::<V>(trajectory, padded, chunk);
+        let from_rest = [0, 1].map(|i| rest[i].multiply_add(V::splat(-1.0), x[i]));
+        sum = add_applied(own, m, from_rest, sum);
+        store(trajectory, padded, chunk, sum);
+        *end = own.map(V::lanes);
+    }
+    in_batches!(V, tangents.len() / (2 * padded), |first| cut_batch(
+        blocks,
+        exponentials,
+        ends,
+        moments.get(1 + first..).unwrap_or(&[]),
+        &mut tangents[2 * first * padded..],
+    ));
+}
+
+/// Moves a batch of tangents to the end of a part.
+#[inline(always)]
+fn cut_batch<V: Vector, const COLUMNS: usize>(
     blocks: &[BlockChunk],
     exponentials: &[ExponentialChunk],
     ends: &[[Lanes; 2]],
-    force: Option<&Series>,
-    constant: Option<&Series>,
-    x: &mut [f64],
+    moments: &[Row],
+    columns: &mut [f64],
 ) {
     let padded = blocks.len() * LANES;
-    let (x1, x2) = x[..2 * padded].split_at_mut(padded);
-    let states = x1.chunks_exact_mut(LANES).zip(x2.chunks_exact_mut(LANES));
-    let tables = blocks.iter().zip(exponentials).zip(ends);
-    for (((block, exponential), end), (a, b)) in tables.zip(states) {
-        let mut from = [Lanes::ZERO; 2];
-        from[0].0.copy_from_slice(a);
-        from[1].0.copy_from_slice(b);
-        let m = &block.traceless;
-        let mut sum = [Lanes::ZERO; 2];
-        if let Some(force) = force {
-            let weights = blend::<SET>(exponential, force);
-            add_applied::<SET>(&weights, m, &block.mesh_pull, &mut sum);
+    let moments = moments.first_chunk::<COLUMNS>();
+    let tables = blocks.iter().zip(exponentials);
+    for (chunk, ((block, exponential), end)) in tables.zip(ends).enumerate() {
+        let (m, end) = (&block.traceless, pair(end));
+        let mut sums = [[V::zero(); 2]; COLUMNS];
+        if let Some(moments) = moments {
+            let weights = blend::<V, COLUMNS>(exponential, &moments.each_ref());
+            for c in 0..COLUMNS {
+                sums[c] = add_applied(weights[c], m, pair(&block.mesh_pull), sums[c]);
+            }
         }
-        if let Some(constant) = constant {
-            let weights = blend::<SET>(exponential, constant);
-            add_applied::<SET>(&weights, m, &block.static_input, &mut sum);
+        for c in 0..COLUMNS {
+            let x = &mut columns[2 * c * padded..][..2 * padded];
+            let moved = add_applied(end, m, load(x, padded, chunk), sums[c]);
+            store(x, padded, chunk, moved);
         }
-        add_applied::<SET>(end, m, &from, &mut sum);
-        a.copy_from_slice(&sum[0].0);
-        b.copy_from_slice(&sum[1].0);
     }
 }
 
 #[inline(always)]
-pub(super) fn push_body<const SET: u8>(
+pub(super) fn push_body<V: Vector>(
     blocks: &[BlockChunk],
     exponentials: &[ExponentialChunk],
     input: &[[Lanes; 2]],
-    weights: &Series,
+    weights: &Row,
     x: &mut [f64],
 ) {
     let padded = blocks.len() * LANES;
-    let (x1, x2) = x[..2 * padded].split_at_mut(padded);
-    let states = x1.chunks_exact_mut(LANES).zip(x2.chunks_exact_mut(LANES));
-    let tables = blocks.iter().zip(exponentials).zip(input);
-    for (((block, exponential), input), (a, b)) in tables.zip(states) {
-        let mut sum = [Lanes::ZERO; 2];
-        sum[0].0.copy_from_slice(a);
-        sum[1].0.copy_from_slice(b);
-        let weights = blend::<SET>(exponential, weights);
-        add_applied::<SET>(&weights, &block.traceless, input, &mut sum);
-        a.copy_from_slice(&sum[0].0);
-        b.copy_from_slice(&sum[1].0);
+    let tables = blocks.iter().zip(exponentials);
+    for (chunk, ((block, exponential), input)) in tables.zip(input).enumerate() {
+        let [weights] = blend::<V, 1>(exponential, &[weights]);
+        let from = load(x, padded, chunk);
+        let moved = add_applied(weights, &block.traceless, pair(input), from);
+        store(x, padded, chunk, moved);
+    }
+}
+
+#[inline(always)]
+pub(super) fn salt_body<V: Vector>(blocks: &[BlockChunk], damping: f64, columns: &mut [f64]) {
+    let padded = blocks.len() * LANES;
+    for x in columns.chunks_exact_mut(2 * padded) {
+        let mut sums = V::zero();
+        for (chunk, block) in blocks.iter().enumerate() {
+            let ([a, b], [v, w]) = (load::<V>(x, padded, chunk), pair::<V>(&block.deflection));
+            sums = v.multiply_add(a, w.multiply_add(b, sums));
+        }
+        let kick = V::splat(damping * sums.sum());
+        for (chunk, block) in blocks.iter().enumerate() {
+            let ([a, b], [g, h]) = (load::<V>(x, padded, chunk), pair::<V>(&block.mesh_pull));
+            let kicked = [g.multiply_add(kick, a), h.multiply_add(kick, b)];
+            store(x, padded, chunk, kicked);
+        }
     }
 }

@@ -2,8 +2,11 @@
 //! sizes that straddle a chunk's edge; outputs hold NaN beforehand.
 
 use super::*;
-use crate::numerics::legendre::{evaluate, polynomials};
+use crate::model::{Block, Contact, MeshGain, Surface};
+use crate::numerics::legendre::{evaluate, polynomials, transforms24};
 use crate::numerics::random::Stream;
+use crate::propagate::saltation;
+use crate::propagate::volterra::feedback::Feedback;
 
 /// Numbers of modes about the edges of one chunk and of five.
 const MODES: [usize; 6] = [1, 7, 8, 9, 40, 41];
@@ -52,7 +55,8 @@ fn close(found: f64, exact: f64, size: f64, what: &str) {
 
 fn feedback(stream: &mut Stream) -> Feedback {
     Feedback {
-        columns: std::array::from_fn(|_| [Row(series(stream)), Row(series(stream))]),
+        force: std::array::from_fn(|_| Row(series(stream))),
+        deflection: std::array::from_fn(|_| Row(series(stream))),
         gap: [Row(series(stream)), Row(series(stream))],
     }
 }
@@ -65,15 +69,23 @@ fn combined(rows: &[Row], weights: &[f64]) -> [(f64, f64); TERMS] {
     })
 }
 
+/// Numbers of columns of every kind of batch.
+const COLUMNS: [usize; 6] = [1, 2, 3, 4, 6, 9];
+
 #[test]
 fn a_window_in_free_flight_is_a_sum_of_rows() {
     let mut stream = Stream::new(1, 0, 0);
     for set in InstructionSet::available() {
-        for length in [4, 8, 12, 16, 80, 100] {
-            let (rows, x) = (rows(length, &mut stream), deviates(length, &mut stream));
+        for (length, inputs) in [(16, 4), (80, 4), (80, 12)] {
+            let rows = rows(length + inputs, &mut stream);
+            let x = deviates(length + inputs, &mut stream);
             let mut found = Solution::ZERO;
             found.deflection = [f64::NAN; TERMS];
-            solve(set, &rows, &x, None, &mut found);
+            // A tangent behind the trajectory is not looked at.
+            let columns = [&x[..length], &vec![f64::NAN; length]].concat();
+            let mut forces = [Row::ZERO; 2];
+            let inputs = &x[length..];
+            solve(set, &rows, inputs, &columns, None, &mut forces, &mut found);
             let exact = combined(&rows, &x);
             let what = format!("{} of {length}", set.name());
             for j in 0..TERMS {
@@ -90,31 +102,52 @@ fn a_window_in_free_flight_is_a_sum_of_rows() {
 #[test]
 fn a_window_in_contact_feeds_the_mesh_back() {
     let mut stream = Stream::new(2, 0, 0);
+    let (length, gap) = (80, 0.7);
     for set in InstructionSet::available() {
-        let (rows, x) = (rows(80, &mut stream), deviates(80, &mut stream));
-        let mesh = feedback(&mut stream);
-        let gap = 0.7;
-        let mut found = Solution::ZERO;
-        found.deflection = [f64::NAN; TERMS];
-        found.force = [f64::NAN; TERMS];
-        solve(set, &rows, &x, Some((&mesh, gap)), &mut found);
-        let tangent = respond(set, &rows, &x, &mesh);
-        let free = combined(&rows, &x);
-        let d = free.map(|f| f.0);
-        let size: f64 = 3.0 * free.iter().map(|f| f.1).sum::<f64>();
-        for (which, found) in [found.force, found.deflection].iter().enumerate() {
-            let columns = mesh.columns.map(|c| c[which]);
-            let exact = combined(&columns, &d);
-            for j in 0..TERMS {
-                let constant = gap * mesh.gap[which].0[j];
-                close(found[j], exact[j].0 + constant, size, set.name());
-                if which == 0 {
-                    close(tangent[j], exact[j].0, size, set.name());
+        let (rows, mesh) = (rows(length + 4, &mut stream), feedback(&mut stream));
+        let all = deviates(9 * length, &mut stream);
+        let inputs = deviates(4, &mut stream);
+        let mut alone = None;
+        for count in COLUMNS {
+            let mut found = Solution::ZERO;
+            found.deflection = [f64::NAN; TERMS];
+            let mut forces = vec![Row([f64::NAN; TERMS]); count];
+            let contact = Some((Closed::Table(&mesh), gap));
+            let columns = &all[..count * length];
+            solve(
+                set,
+                &rows,
+                &inputs,
+                columns,
+                contact,
+                &mut forces,
+                &mut found,
+            );
+            for (c, (force, x)) in forces.iter().zip(columns.chunks(length)).enumerate() {
+                let inputs = if c == 0 { &inputs[..] } else { &[0.0; 4] };
+                let free = combined(&rows, &[x, inputs].concat());
+                let d = free.map(|f| f.0);
+                let size: f64 = 3.0 * free.iter().map(|f| f.1).sum::<f64>();
+                let gap = if c == 0 { gap } else { 0.0 };
+                let exact = combined(&mesh.force, &d);
+                for j in 0..TERMS {
+                    let constant = gap * mesh.gap[0].0[j];
+                    close(force.0[j], exact[j].0 + constant, size, set.name());
+                }
+                if c == 0 {
+                    let exact = combined(&mesh.deflection, &d);
+                    for j in 0..TERMS {
+                        let constant = gap * mesh.gap[1].0[j];
+                        close(found.deflection[j], exact[j].0 + constant, size, set.name());
+                    }
                 }
             }
+            let variation: f64 = found.deflection[1..].iter().map(|a| a.abs()).sum();
+            close(found.variation, variation, 24.0 * variation, set.name());
+            // The trajectory has the same bits in any company.
+            let own = (found.deflection, forces[0].0);
+            assert_eq!(*alone.get_or_insert(own), own, "{}, {count}", set.name());
         }
-        let variation: f64 = found.deflection[1..].iter().map(|a| a.abs()).sum();
-        close(found.variation, variation, 24.0 * variation, set.name());
     }
 }
 
@@ -123,42 +156,55 @@ fn advance_is_propagator_response_and_inputs() {
     let mut stream = Stream::new(3, 0, 0);
     let pair = |stream: &mut Stream| [stream.normal(), stream.normal()];
     for set in InstructionSet::available() {
-        for modes in MODES {
+        for (modes, count) in MODES.into_iter().zip(COLUMNS) {
             let padded = chunks(modes) * LANES;
-            let x = state(modes, &mut stream);
-            let (force, inputs) = (series(&mut stream), deviates(3, &mut stream));
-            let mut windows = Windows::new(chunks(modes), 3);
+            let from: Vec<_> = (0..count).flat_map(|_| state(modes, &mut stream)).collect();
+            let forces = rows(count, &mut stream);
+            let inputs = deviates(3, &mut stream);
+            // Every chunk but the first leaves the last terms out.
+            let kept = |chunk: usize| if chunk == 0 { TERMS } else { TERMS - 2 * chunk };
+            let kept: Vec<_> = (0..chunks(modes)).map(kept).collect();
+            let mut windows = Windows::new(&kept, 3);
             let mut tables = Vec::new();
             for i in 0..modes {
                 let d = [pair(&mut stream), pair(&mut stream)];
                 let e: Vec<_> = (0..TERMS + 3).map(|_| pair(&mut stream)).collect();
                 windows.set_propagator(i, d);
-                for (column, e) in e.iter().enumerate() {
-                    windows.set_response(i, column, *e);
+                for (term, e) in e[..TERMS].iter().enumerate() {
+                    windows.set_response(i, term, *e);
+                }
+                for (input, e) in e[TERMS..].iter().enumerate() {
+                    windows.set_input(i, input, *e);
                 }
                 tables.push((d, e));
             }
-            for (force, inputs) in [
-                (None, &[][..]),
-                (None, &inputs[..]),
-                (Some(&force), &[]),
-                (Some(&force), &inputs),
+            for (forces, inputs) in [
+                (&[][..], &[][..]),
+                (&[], &inputs),
+                (&forces, &[]),
+                (&forces, &inputs),
             ] {
-                let mut out = vec![f64::NAN; 2 * padded];
-                advance(set, &windows, force, inputs, &x, &mut out);
-                for (i, (d, e)) in tables.iter().enumerate() {
-                    for j in 0..2 {
-                        let mut terms = vec![d[j][0] * x[i], d[j][1] * x[padded + i]];
-                        let of_force = e.iter().zip(force.into_iter().flatten());
-                        terms.extend(of_force.map(|(e, f)| e[j] * f));
-                        terms.extend(e[TERMS..].iter().zip(inputs).map(|(e, f)| e[j] * f));
-                        let size: f64 = terms.iter().map(|t| t.abs()).sum();
-                        let what = format!("{}, {modes} modes, block {i}", set.name());
-                        close(out[j * padded + i], terms.iter().sum(), size, &what);
+                let mut out = from.clone();
+                advance(set, &windows, forces, inputs, &mut out);
+                let columns = out.chunks(2 * padded).zip(from.chunks(2 * padded));
+                for (c, (out, x)) in columns.enumerate() {
+                    let inputs = if c == 0 { inputs } else { &[] };
+                    for (i, (d, e)) in tables.iter().enumerate() {
+                        for j in 0..2 {
+                            let mut terms = vec![d[j][0] * x[i], d[j][1] * x[padded + i]];
+                            if let Some(force) = forces.get(c) {
+                                let kept = e[..kept[i / LANES]].iter();
+                                terms.extend(kept.zip(&force.0).map(|(e, f)| e[j] * f));
+                            }
+                            terms.extend(e[TERMS..].iter().zip(inputs).map(|(e, f)| e[j] * f));
+                            let size: f64 = terms.iter().map(|t| t.abs()).sum();
+                            let what = format!("{}, {modes} modes, block {i}", set.name());
+                            close(out[j * padded + i], terms.iter().sum(), size, &what);
+                        }
                     }
-                }
-                for i in modes..padded {
-                    assert_eq!((out[i], out[padded + i]), (0.0, 0.0), "padding moved");
+                    for i in modes..padded {
+                        assert_eq!((out[i], out[padded + i]), (0.0, 0.0), "padding moved");
+                    }
                 }
             }
         }
@@ -168,7 +214,17 @@ fn advance_is_propagator_response_and_inputs() {
 fn part(set: InstructionSet, end: f64, delta: f64) -> Basis {
     let rule = transforms24();
     let mut out = Basis::ZERO;
-    basis(set, rule.nodes(), rule.weights(), end, delta, &mut out);
+    basis(
+        set,
+        Some([rule.nodes(), rule.weights()]),
+        end,
+        delta,
+        &mut out,
+    );
+    // Without nodes the rest is the same.
+    let mut bare = Basis::ZERO;
+    basis(set, None, end, delta, &mut bare);
+    assert_eq!((bare.end.0, bare.constant.0), (out.end.0, out.constant.0));
     out
 }
 
@@ -187,14 +243,14 @@ fn a_part_has_the_window_s_polynomials() {
             }
             polynomials(end, &mut p);
             for n in 0..TERMS {
-                close(found.end[n], p[n], 1.0, set.name());
+                close(found.end.0[n], p[n], 1.0, set.name());
             }
             // The rule of the part integrates what it is given.
             for n in 0..TERMS {
                 let sum: f64 = (0..TERMS)
                     .map(|j| found.weights[j] * found.values[n].0[j])
                     .sum();
-                close(found.constant[n] / delta, sum / delta, 1.0, set.name());
+                close(found.constant.0[n] / delta, sum / delta, 1.0, set.name());
             }
         }
     }
@@ -210,7 +266,12 @@ fn moments_are_convolutions() {
         let force = series(&mut stream);
         for end in [-0.999, -0.2, 0.6, 1.0] {
             let basis = part(set, end, delta);
-            let (found, values) = (moments(set, &basis, &force), at_nodes(set, &basis, &force));
+            let mut found = [Row(force); 7];
+            node_values(set, &basis, &mut found);
+            let values = found[0].0;
+            moments(set, &basis, &mut found);
+            assert!(found.iter().all(|f| f.0 == found[0].0), "{}", set.name());
+            let found = found[0].0;
             let tau = 0.5 * (end + 1.0) * delta;
             let place = |t: f64| 2.0 * t / delta - 1.0;
             for (j, node) in transforms24().nodes().iter().enumerate() {
@@ -243,7 +304,7 @@ fn a_cut_moves_the_state_by_all_inputs() {
     let mut stream = Stream::new(5, 0, 0);
     for set in InstructionSet::available() {
         let basis = part(set, 0.3, 1.0);
-        for modes in MODES {
+        for (modes, count) in MODES.into_iter().zip(COLUMNS) {
             let padded = chunks(modes) * LANES;
             let used = |chunk: usize| (modes - chunk * LANES).min(LANES);
             let (mut blocks, mut exponentials, mut own) = (Vec::new(), Vec::new(), Vec::new());
@@ -252,56 +313,124 @@ fn a_cut_moves_the_state_by_all_inputs() {
                 let ([a, b], [d, e]) = (pair(), pair());
                 blocks.push(BlockChunk {
                     traceless: [a, b, d, e],
+                    deflection: pair(),
                     mesh_pull: pair(),
                     static_input: pair(),
+                    rest: pair(),
+                    drifts: c % 2 == 0,
                 });
-                exponentials.push(ExponentialChunk(std::array::from_fn(|_| pair())));
+                exponentials.push(ExponentialChunk {
+                    series: std::array::from_fn(|_| pair()),
+                    terms: TERMS - 2 * c,
+                });
                 own.push(pair());
             }
-            let from = state(modes, &mut stream);
-            let (force, constant) = (series(&mut stream), series(&mut stream));
+            let from: Vec<_> = (0..count).flat_map(|_| state(modes, &mut stream)).collect();
+            let moments = rows(count, &mut stream);
             let mut end = vec![[Lanes([f64::NAN; LANES]); 2]; chunks(modes)];
-            ends(set, &basis, &exponentials, &mut end);
-            for (force, constant, ripple) in [
-                (None, None, None),
-                (None, Some(&constant), None),
-                (Some(&force), None, None),
-                (Some(&force), Some(&constant), Some(&force)),
-            ] {
+            for (moments, ripple) in [(&[][..], None), (&moments, Some(&moments[0]))] {
                 let mut x = from.clone();
-                cut(set, &blocks, &exponentials, &end, force, constant, &mut x);
+                cut(
+                    set,
+                    &blocks,
+                    &exponentials,
+                    &basis,
+                    moments,
+                    &mut end,
+                    &mut x,
+                );
                 if let Some(weights) = ripple {
-                    push(set, &blocks, &exponentials, &own, weights, &mut x);
+                    push(
+                        set,
+                        &blocks,
+                        &exponentials,
+                        &own,
+                        weights,
+                        &mut x[..2 * padded],
+                    );
                 }
-                for i in 0..modes {
-                    let (c, l) = (i / LANES, i % LANES);
-                    let (block, m) = (&blocks[c], &blocks[c].traceless);
-                    let mut exact = [0.0; 2];
-                    let mut add = |weights: &Series, u: [f64; 2]| {
-                        for (n, w) in weights.iter().enumerate() {
-                            let e = &exponentials[c].0[n];
-                            let term = applied(w * e[0].0[l], w * e[1].0[l], m, u, l);
-                            exact[0] += term[0];
-                            exact[1] += term[1];
+                let columns = x.chunks(2 * padded).zip(from.chunks(2 * padded));
+                for (column, (x, from)) in columns.enumerate() {
+                    for i in 0..modes {
+                        let (c, l) = (i / LANES, i % LANES);
+                        let (block, m) = (&blocks[c], &blocks[c].traceless);
+                        let mut exact = [0.0; 2];
+                        let mut add = |weights: &Row, u: [f64; 2]| {
+                            let kept = &exponentials[c];
+                            for (e, w) in kept.series[..kept.terms].iter().zip(&weights.0) {
+                                let term = applied(w * e[0].0[l], w * e[1].0[l], m, u, l);
+                                exact[0] += term[0];
+                                exact[1] += term[1];
+                            }
+                        };
+                        let first = column == 0;
+                        let rest = [0, 1].map(|j| if first { block.rest[j].0[l] } else { 0.0 });
+                        add(&basis.end, [from[i] - rest[0], from[padded + i] - rest[1]]);
+                        for (weights, input) in [
+                            (moments.get(column), &block.mesh_pull),
+                            (
+                                (first && block.drifts).then_some(&basis.constant),
+                                &block.static_input,
+                            ),
+                            (ripple.filter(|_| first), &own[c]),
+                        ] {
+                            if let Some(weights) = weights {
+                                add(weights, [input[0].0[l], input[1].0[l]]);
+                            }
                         }
-                    };
-                    add(&basis.end, [from[i], from[padded + i]]);
-                    for (weights, input) in [
-                        (force, &block.mesh_pull),
-                        (constant, &block.static_input),
-                        (ripple, &own[c]),
-                    ] {
-                        if let Some(weights) = weights {
-                            add(weights, [input[0].0[l], input[1].0[l]]);
+                        let what = format!("{}, block {i} of {modes}", set.name());
+                        for j in 0..2 {
+                            close(x[j * padded + i], exact[j] + rest[j], 200.0, &what);
                         }
                     }
-                    let what = format!("{}, block {i} of {modes}", set.name());
-                    for j in 0..2 {
-                        close(x[j * padded + i], exact[j], 200.0, &what);
+                    for i in modes..padded {
+                        assert_eq!((x[i], x[padded + i]), (0.0, 0.0), "padding moved");
                     }
                 }
-                for i in modes..padded {
-                    assert_eq!((x[i], x[padded + i]), (0.0, 0.0), "padding moved");
+            }
+        }
+    }
+}
+
+/// Against the kernels' common saltation, block after block.
+#[test]
+fn an_event_salts_every_column() {
+    let mut stream = Stream::new(6, 0, 0);
+    for set in InstructionSet::available() {
+        for modes in MODES {
+            let padded = chunks(modes) * LANES;
+            let mut blocks = vec![
+                BlockChunk {
+                    traceless: [Lanes::ZERO; 4],
+                    deflection: [Lanes::ZERO; 2],
+                    mesh_pull: [Lanes::ZERO; 2],
+                    static_input: [Lanes::ZERO; 2],
+                    rest: [Lanes::ZERO; 2],
+                    drifts: false,
+                };
+                chunks(modes)
+            ];
+            let mut gains = Vec::new();
+            for i in 0..modes {
+                let (w, g) = (stream.normal(), stream.normal());
+                let gain = MeshGain::mode(&Block::mode(1.0, 0.1, 0.0), w, g);
+                for j in 0..2 {
+                    let block = &mut blocks[i / LANES];
+                    block.deflection[j].0[i % LANES] = gain.deflection[j];
+                    block.mesh_pull[j].0[i % LANES] = -gain.mesh_input[j];
+                }
+                gains.push(gain);
+            }
+            let from: Vec<_> = (0..3).flat_map(|_| state(modes, &mut stream)).collect();
+            for (entering, damping) in [(true, 0.4), (false, -0.4)] {
+                let (mut found, mut exact) = (from.clone(), from.clone());
+                salt(set, &blocks, damping, &mut found);
+                for x in exact.chunks_mut(2 * padded) {
+                    let (first, second) = x.split_at_mut(padded);
+                    saltation::apply(&gains, 0.4, entering, first, second);
+                }
+                for (found, exact) in found.iter().zip(&exact) {
+                    close(*found, *exact, 100.0, set.name());
                 }
             }
         }
@@ -317,16 +446,13 @@ fn every_set_finds_the_same_crossing() {
     let exact = 2.0 * (1.0f64 / 1.5).asin() - 1.0;
     for set in InstructionSet::available() {
         let mut counters = Counters::default();
-        let found = first_crossing(
-            set,
-            &deflection,
-            Contact::Free,
-            1.0,
-            None,
-            1.0,
-            1e-14,
-            &mut counters,
-        );
+        let course = Course {
+            series: &deflection,
+            contact: Contact::Free,
+            crossed: None,
+            noise: 1e-14,
+        };
+        let found = first_crossing(set, course, 1.0, 1.0, &mut counters);
         let surface = found.map(|c| c.surface);
         assert_eq!(surface, Some(Surface::Drive), "{}", set.name());
         let x = found.map_or(f64::NAN, |c| c.x);

@@ -1,7 +1,8 @@
 //! Loops of a full window on which the stiffness varies.
 
-use super::window::{add_row, combine, size};
-use super::{Solution, fma};
+use super::LANES;
+use super::columns::{GROUPS, combine, series};
+use super::vector::Vector;
 use crate::model::STIFFNESS_TERMS;
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::{Row, Series};
@@ -9,13 +10,13 @@ use crate::propagate::volterra::varying::{Factors, Nodal};
 
 /// Values of a Legendre series at places in lanes, by Clenshaw's recurrence.
 #[inline(always)]
-fn clenshaw<const SET: u8>(series: &[f64; STIFFNESS_TERMS], x: &Series) -> Row {
+fn clenshaw<V: Vector>(stiffness: &[f64; STIFFNESS_TERMS], x: &Series) -> Row {
     let (mut b1, mut b2) = (Row([0.0; TERMS]), Row([0.0; TERMS]));
     for n in (0..STIFFNESS_TERMS).rev() {
         let k = n as f64;
         let (up, down) = ((2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0));
         for j in 0..TERMS {
-            let b0 = fma::<SET>(up * x[j], b1.0[j], fma::<SET>(-down, b2.0[j], series[n]));
+            let b0 = V::fma(up * x[j], b1.0[j], V::fma(-down, b2.0[j], stiffness[n]));
             b2.0[j] = b1.0[j];
             b1.0[j] = b0;
         }
@@ -24,128 +25,160 @@ fn clenshaw<const SET: u8>(series: &[f64; STIFFNESS_TERMS], x: &Series) -> Row {
 }
 
 #[inline(always)]
-pub(super) fn factorise_body<const SET: u8>(
+pub(super) fn factorise_body<V: Vector>(
     nodal: &Nodal,
     stiffness: &[f64; STIFFNESS_TERMS],
     places: &Series,
     damping: f64,
     out: &mut Factors,
 ) {
-    let k = clenshaw::<SET>(stiffness, places);
-    let mut matrix = [Row([0.0; TERMS]); TERMS];
+    let k = clenshaw::<V>(stiffness, places);
+    let mut matrix = [Row::ZERO; TERMS];
     for j in 0..TERMS {
-        let (b, rate) = (&nodal.response[j], &nodal.response_rate[j]);
-        let column = &mut matrix[j].0;
-        for i in 0..TERMS {
-            column[i] = fma::<SET>(k.0[i], b.0[i], damping * rate.0[i]);
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            let rate = V::read(&nodal.response_rate[j].0[at..]);
+            let one = V::read(&DIAGONAL[TERMS - 1 - j + at..]);
+            let damped = rate.multiply_add(V::splat(damping), one);
+            let k = V::read(&k.0[at..]);
+            let entry = V::read(&nodal.response[j].0[at..]).multiply_add(k, damped);
+            entry.write(&mut matrix[j].0[at..]);
         }
-        column[j] += 1.0;
     }
-    for step in 0..TERMS {
-        let mut pivot_column = matrix[step];
-        let pivot = 1.0 / pivot_column.0[step];
-        let lower = &mut out.lower[step].0;
-        for i in 0..TERMS {
-            // A choice, not a shorter loop: whole vectors have no ragged ends.
-            let below = if i > step { pivot_column.0[i] } else { 0.0 };
-            lower[i] = below * pivot;
-            if i >= step {
-                pivot_column.0[i] = 0.0;
-            }
-        }
-        out.pivots.0[step] = pivot;
-        out.upper[step] = pivot_column;
-        for column in &mut matrix[step + 1..] {
-            let weight = column.0[step];
-            for i in 0..TERMS {
-                column.0[i] = fma::<SET>(-weight, lower[i], column.0[i]);
-            }
+    eliminate::<V, 0>(&mut matrix, out);
+    eliminate::<V, 1>(&mut matrix, out);
+    eliminate::<V, 2>(&mut matrix, out);
+    for j in 0..TERMS {
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            let above = V::read(&ABOVE[TERMS - 1 - j + at..]).times(V::splat(-1.0));
+            let scaled = V::read(&matrix[j].0[at..]).times(V::read(&out.pivots.0[at..]));
+            scaled.times(above).write(&mut out.upper[j].0[at..]);
         }
     }
     out.stiffness = k;
     out.damping = damping;
 }
 
-/// `Σ columns[j] weights[j]`, two sums in flight.
-#[inline(always)]
-fn product<const SET: u8>(columns: &[Row; TERMS], weights: &Series) -> Series {
-    let (mut even, mut odd) = ([0.0; TERMS], [0.0; TERMS]);
-    for (pair, weight) in columns.chunks_exact(2).zip(weights.chunks_exact(2)) {
-        add_row::<SET>(&mut even, &pair[0], weight[0]);
-        add_row::<SET>(&mut odd, &pair[1], weight[1]);
+/// One where a column's entry i, at `TERMS − 1 − j + i`, is on, above and below the diagonal.
+const DIAGONAL: [f64; 2 * TERMS - 1] = places(TERMS - 1, TERMS);
+const ABOVE: [f64; 2 * TERMS - 1] = places(0, TERMS - 1);
+const BELOW: [f64; 2 * TERMS - 1] = places(TERMS, 2 * TERMS - 1);
+
+const fn places(from: usize, to: usize) -> [f64; 2 * TERMS - 1] {
+    let mut out = [0.0; 2 * TERMS - 1];
+    let mut at = from;
+    while at < to {
+        out[at] = 1.0;
+        at += 1;
     }
-    for j in 0..TERMS {
-        even[j] += odd[j];
-    }
-    even
+    out
 }
 
-/// Force series from the series of the free deflection; `gap` is s b \[m\].
+/// Eliminates below the diagonal of a lane group's columns. The rows above the group are done.
 #[inline(always)]
-pub(super) fn force_body<const SET: u8>(
+fn eliminate<V: Vector, const GROUP: usize>(matrix: &mut [Row; TERMS], out: &mut Factors) {
+    for step in GROUP * LANES..(GROUP + 1) * LANES {
+        let pivot = 1.0 / matrix[step].0[step];
+        out.pivots.0[step] = pivot;
+        let mut lower = [V::zero(); GROUPS];
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            let below = V::read(&BELOW[TERMS - 1 - step + at..]).times(V::splat(-pivot));
+            lower[g] = V::read(&matrix[step].0[at..]).times(below);
+            lower[g].write(&mut out.lower[step].0[at..]);
+        }
+        for column in &mut matrix[step + 1..] {
+            let weight = V::splat(column.0[step]);
+            for g in GROUP..GROUPS {
+                let entries = &mut column.0[g * LANES..];
+                let left = lower[g].multiply_add(weight, V::read(entries));
+                left.write(entries);
+            }
+        }
+    }
+}
+
+/// `y += Σ columns[i] y[i]` one column after the other, upwards or downwards; a lane group's
+/// columns reach no further than the groups ahead.
+#[inline(always)]
+fn substitute<V: Vector, const COLUMNS: usize>(
+    columns: &[Row; TERMS],
+    upwards: bool,
+    y: &mut [[V; GROUPS]; COLUMNS],
+) {
+    for i in 0..GROUPS {
+        let own = if upwards { i } else { GROUPS - 1 - i };
+        for j in 0..LANES {
+            let lane = if upwards { j } else { LANES - 1 - j };
+            let column = &columns[own * LANES + lane].0;
+            let ahead = if upwards { own..GROUPS } else { 0..own + 1 };
+            for c in 0..COLUMNS {
+                let weight = y[c][own].lane(lane);
+                for g in ahead.clone() {
+                    let entries = V::read(&column[g * LANES..]);
+                    y[c][g] = entries.multiply_add(weight, y[c][g]);
+                }
+            }
+        }
+    }
+}
+
+/// Force series from the series of the free deflections; `gap` is s b \[m\] of the first column.
+#[inline(always)]
+pub(super) fn force_columns<V: Vector, const COLUMNS: usize>(
     nodal: &Nodal,
     factors: &Factors,
-    free: &Series,
+    free: &[Row; COLUMNS],
     gap: f64,
-) -> Series {
-    let mut y = product::<SET>(&nodal.values, free);
-    let slopes = product::<SET>(&nodal.slopes, free);
-    for i in 0..TERMS {
-        y[i] = fma::<SET>(
-            factors.stiffness.0[i],
-            y[i] - gap,
-            factors.damping * slopes[i],
-        );
+) -> [Row; COLUMNS] {
+    let values = combine::<V, COLUMNS>(&nodal.values, &series(free));
+    let slopes = combine::<V, COLUMNS>(&nodal.slopes, &series(free));
+    let mut y = [[V::zero(); GROUPS]; COLUMNS];
+    for c in 0..COLUMNS {
+        let gap = V::splat(if c == 0 { -gap } else { 0.0 });
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            let damped = V::read(&slopes[c].0[at..]).times(V::splat(factors.damping));
+            let k = V::read(&factors.stiffness.0[at..]);
+            let beyond = V::read(&values[c].0[at..]).plus(gap);
+            y[c][g] = k.multiply_add(beyond, damped);
+        }
     }
-    for step in 0..TERMS {
-        let weight = -y[step];
-        add_row::<SET>(&mut y, &factors.lower[step], weight);
+    substitute::<V, COLUMNS>(&factors.lower, true, &mut y);
+    for c in 0..COLUMNS {
+        for g in 0..GROUPS {
+            y[c][g] = y[c][g].times(V::read(&factors.pivots.0[g * LANES..]));
+        }
     }
-    for step in (0..TERMS).rev() {
-        let value = y[step] * factors.pivots.0[step];
-        y[step] = value;
-        add_row::<SET>(&mut y, &factors.upper[step], -value);
+    substitute::<V, COLUMNS>(&factors.upper, false, &mut y);
+    let mut forces = [Row::ZERO; COLUMNS];
+    for c in 0..COLUMNS {
+        for g in 0..GROUPS {
+            y[c][g].write(&mut forces[c].0[g * LANES..]);
+        }
     }
-    product::<SET>(&nodal.series, &y)
+    combine::<V, COLUMNS>(&nodal.series, &series(&forces))
 }
 
 /// Deflection series from those of the free deflection and the force.
 #[inline(always)]
-pub(super) fn deflection_body<const SET: u8>(
-    nodal: &Nodal,
-    free: &Series,
-    force: &Series,
-) -> Series {
-    let yielded = product::<SET>(&nodal.series_response, force);
+pub(super) fn deflection_columns<V: Vector>(nodal: &Nodal, free: &Row, force: &Row) -> Row {
+    let [yielded] = combine::<V, 1>(&nodal.series_response, &[&force.0]);
     let mut out = *free;
     for j in 0..TERMS {
-        out[j] -= yielded[j];
+        out.0[j] -= yielded.0[j];
     }
     out
 }
 
 #[inline(always)]
-pub(super) fn solve_varying_body<const SET: u8>(
-    rows: &[Row],
-    x: &[f64],
-    nodal: &Nodal,
-    factors: &Factors,
-    gap: f64,
-    out: &mut Solution,
-) {
-    let free = combine::<SET>(rows, x);
-    out.size = size(&free);
-    out.force = force_body::<SET>(nodal, factors, &free, gap);
-    out.deflection = deflection_body::<SET>(nodal, &free, &out.force);
-    out.variation = size(&out.deflection) - out.deflection[0].abs();
+pub(super) fn force_body<V: Vector>(nodal: &Nodal, factors: &Factors, free: &Row, gap: f64) -> Row {
+    let [force] = force_columns::<V, 1>(nodal, factors, &[*free], gap);
+    force
 }
 
 #[inline(always)]
-pub(super) fn respond_varying_body<const SET: u8>(
-    rows: &[Row],
-    x: &[f64],
-    nodal: &Nodal,
-    factors: &Factors,
-) -> Series {
-    force_body::<SET>(nodal, factors, &combine::<SET>(rows, x), 0.0)
+pub(super) fn deflection_body<V: Vector>(nodal: &Nodal, free: &Row, force: &Row) -> Row {
+    deflection_columns::<V>(nodal, free, force)
 }

@@ -1,18 +1,19 @@
 //! Loops of a full window.
 
-use super::{LANES, Lanes, fma};
+use super::columns::{add_terms, combine, in_batches, load, series, store};
+use super::varying::{deflection_columns, force_columns};
+use super::vector::Vector;
+use super::{LANES, Lanes};
 use crate::propagate::volterra::TERMS;
-use crate::propagate::volterra::feedback::Feedback;
+use crate::propagate::volterra::feedback::{Closed, Feedback};
 use crate::propagate::volterra::tables::{Row, Series};
 
-/// Deflection and force on a window.
+/// Deflection on a window.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct Solution {
     /// Series of δ \[m\].
     pub deflection: Series,
-    /// Series of F \[N\]; meaningless in free flight.
-    pub force: Series,
     /// `Σ_{n≥1} |deflection[n]|` \[m\]: the most by which δ can leave `deflection[0]`.
     pub variation: f64,
     /// `Σ |d[n]|` of the free deflection \[m\], of which round-off is a fraction.
@@ -23,7 +24,6 @@ impl Solution {
     /// No motion.
     pub const ZERO: Self = Self {
         deflection: [0.0; TERMS],
-        force: [0.0; TERMS],
         variation: 0.0,
         size: 0.0,
     };
@@ -33,18 +33,35 @@ impl Solution {
 /// (4 lane groups), then for every force term and every input the two components.
 #[derive(Debug)]
 pub struct Windows {
-    /// Lane groups of one chunk.
-    stride: usize,
+    chunks: Vec<Chunk>,
     data: Vec<Lanes>,
 }
 
+/// Where a chunk's numbers lie.
+#[derive(Debug, Clone, Copy)]
+struct Chunk {
+    start: usize,
+    end: usize,
+    /// Terms of the force that move its blocks.
+    terms: usize,
+}
+
 impl Windows {
-    /// Room for `chunks` chunks and `inputs` inputs, all zero.
-    pub fn new(chunks: usize, inputs: usize) -> Self {
-        let stride = 4 + 2 * (TERMS + inputs);
+    /// Room for chunks that so many terms of the force move, an even number each, and `inputs`
+    /// inputs; all zero.
+    pub fn new(terms: &[usize], inputs: usize) -> Self {
+        let mut start = 0;
+        let chunks: Vec<_> = (terms.iter())
+            .map(|&terms| {
+                let end = start + 4 + 2 * (terms + inputs);
+                let chunk = Chunk { start, end, terms };
+                start = end;
+                chunk
+            })
+            .collect();
         Self {
-            stride,
-            data: vec![Lanes::ZERO; chunks * stride],
+            chunks,
+            data: vec![Lanes::ZERO; start],
         }
     }
 
@@ -55,43 +72,36 @@ impl Windows {
 
     /// Sets the propagator of a block.
     pub fn set_propagator(&mut self, block: usize, d: [[f64; 2]; 2]) {
-        let (chunk, lane) = (block / LANES, block % LANES);
+        let start = self.chunks[block / LANES].start;
         for (k, value) in d.as_flattened().iter().enumerate() {
-            self.data[chunk * self.stride + k].0[lane] = *value;
+            self.data[start + k].0[block % LANES] = *value;
         }
     }
 
-    /// Sets a block's response to force term or input `column`; inputs follow the terms.
-    pub fn set_response(&mut self, block: usize, column: usize, e: [f64; 2]) {
-        let (chunk, lane) = (block / LANES, block % LANES);
+    /// Sets a block's response to a term of the force, unless its chunk has no room for that one.
+    pub fn set_response(&mut self, block: usize, term: usize, e: [f64; 2]) {
+        let chunk = self.chunks[block / LANES];
+        if term < chunk.terms {
+            self.set(chunk.start + 4 + 2 * term, block, e);
+        }
+    }
+
+    /// Sets a block's response to an input.
+    pub fn set_input(&mut self, block: usize, input: usize, e: [f64; 2]) {
+        let chunk = self.chunks[block / LANES];
+        self.set(chunk.start + 4 + 2 * (chunk.terms + input), block, e);
+    }
+
+    fn set(&mut self, at: usize, block: usize, e: [f64; 2]) {
         for (k, value) in e.into_iter().enumerate() {
-            self.data[chunk * self.stride + 4 + 2 * column + k].0[lane] = value;
+            self.data[at + k].0[block % LANES] = value;
         }
     }
-}
-
-/// `Σ weights[i] rows[i]`; both lengths are the same multiple of 4.
-#[inline(always)]
-pub(super) fn combine<const SET: u8>(rows: &[Row], weights: &[f64]) -> Series {
-    // Four sums in flight hide the latency of the multiply-add.
-    let mut sums = [[0.0; TERMS]; 4];
-    for (row, weight) in rows.chunks_exact(4).zip(weights.chunks_exact(4)) {
-        for u in 0..4 {
-            for j in 0..TERMS {
-                sums[u][j] = fma::<SET>(row[u].0[j], weight[u], sums[u][j]);
-            }
-        }
-    }
-    let mut out = [0.0; TERMS];
-    for j in 0..TERMS {
-        out[j] = (sums[0][j] + sums[1][j]) + (sums[2][j] + sums[3][j]);
-    }
-    out
 }
 
 /// `Σ |a[n]|`.
 #[inline(always)]
-pub(super) fn size(a: &Series) -> f64 {
+fn size(a: &Series) -> f64 {
     let mut sums = [0.0; LANES];
     for group in a.chunks_exact(LANES) {
         for l in 0..LANES {
@@ -103,97 +113,147 @@ pub(super) fn size(a: &Series) -> f64 {
 
 /// `sum += row · weight`.
 #[inline(always)]
-pub(super) fn add_row<const SET: u8>(sum: &mut Series, row: &Row, weight: f64) {
-    for j in 0..TERMS {
-        sum[j] = fma::<SET>(row.0[j], weight, sum[j]);
+pub(super) fn add_row<V: Vector>(sum: &mut Series, row: &Row, weight: f64) {
+    let weight = V::splat(weight);
+    for (sum, row) in sum.chunks_exact_mut(LANES).zip(row.0.chunks_exact(LANES)) {
+        V::read(row).multiply_add(weight, V::read(sum)).write(sum);
     }
 }
 
-/// `matrix d` for the columns of S̃ (`WHICH = 0`) or Q̃ (1), even and odd ones apart.
 #[inline(always)]
-fn feed_back<const SET: u8, const WHICH: usize>(feedback: &Feedback, d: &Series) -> Series {
-    let (mut even, mut odd) = ([0.0; TERMS], [0.0; TERMS]);
-    for (pair, weight) in feedback.columns.chunks_exact(2).zip(d.chunks_exact(2)) {
-        add_row::<SET>(&mut even, &pair[0][WHICH], weight[0]);
-        add_row::<SET>(&mut odd, &pair[1][WHICH], weight[1]);
-    }
-    for j in 0..TERMS {
-        even[j] += odd[j];
-    }
-    even
-}
-
-#[inline(always)]
-pub(super) fn solve_body<const SET: u8>(
+pub(super) fn solve_body<V: Vector>(
     rows: &[Row],
-    x: &[f64],
-    contact: Option<(&Feedback, f64)>,
+    inputs: &[f64],
+    columns: &[f64],
+    contact: Option<(Closed<'_>, f64)>,
+    forces: &mut [Row],
     out: &mut Solution,
 ) {
-    let free = combine::<SET>(rows, x);
-    out.size = size(&free);
-    if let Some((feedback, gap)) = contact {
-        let mut force = feed_back::<SET, 0>(feedback, &free);
-        add_row::<SET>(&mut force, &feedback.gap[0], gap);
-        let mut deflection = feed_back::<SET, 1>(feedback, &free);
-        add_row::<SET>(&mut deflection, &feedback.gap[1], gap);
-        out.variation = size(&deflection) - deflection[0].abs();
-        out.force = force;
-        out.deflection = deflection;
+    let (rows, of_inputs) = rows.split_at(rows.len() - inputs.len());
+    let [driven] = combine::<V, 1>(of_inputs, &[inputs]);
+    if let Some((closed, gap)) = contact {
+        in_batches!(V, forces.len(), |first| solve_batch(
+            rows,
+            &columns[first * rows.len()..],
+            closed,
+            (first == 0).then_some((&driven, gap)),
+            &mut forces[first..],
+            out,
+        ));
     } else {
-        out.variation = out.size - free[0].abs();
-        out.deflection = free;
+        let [mut free] = combine::<V, 1>(rows, &[&columns[..rows.len()]]);
+        add_row::<V>(&mut free.0, &driven, 1.0);
+        out.size = size(&free.0);
+        out.variation = out.size - free.0[0].abs();
+        out.deflection = free.0;
     }
 }
 
+/// Forces of a batch of columns in contact; of the trajectory, which comes first and has what
+/// `driven` and the gap add, the deflection too.
 #[inline(always)]
-pub(super) fn respond_body<const SET: u8>(rows: &[Row], x: &[f64], feedback: &Feedback) -> Series {
-    feed_back::<SET, 0>(feedback, &combine::<SET>(rows, x))
+fn solve_batch<V: Vector, const COLUMNS: usize>(
+    rows: &[Row],
+    columns: &[f64],
+    closed: Closed<'_>,
+    trajectory: Option<(&Row, f64)>,
+    forces: &mut [Row],
+    out: &mut Solution,
+) {
+    let mut x: [&[f64]; COLUMNS] = [&[]; COLUMNS];
+    for c in 0..COLUMNS {
+        x[c] = &columns[c * rows.len()..][..rows.len()];
+    }
+    let mut free = combine::<V, COLUMNS>(rows, &x);
+    let mut gap = 0.0;
+    if let Some((driven, own)) = trajectory {
+        add_row::<V>(&mut free[0].0, driven, 1.0);
+        out.size = size(&free[0].0);
+        gap = own;
+    }
+    let force = match closed {
+        Closed::Table(feedback) => feed_back::<V, COLUMNS>(feedback, &free, gap),
+        Closed::Factors(nodal, factors) => force_columns::<V, COLUMNS>(nodal, factors, &free, gap),
+    };
+    if trajectory.is_some() {
+        out.deflection = match closed {
+            Closed::Table(feedback) => {
+                let [mut deflection] = combine::<V, 1>(&feedback.deflection, &[&free[0].0]);
+                add_row::<V>(&mut deflection.0, &feedback.gap[1], gap);
+                deflection.0
+            }
+            Closed::Factors(nodal, _) => deflection_columns::<V>(nodal, &free[0], &force[0]).0,
+        };
+        out.variation = size(&out.deflection) - out.deflection[0].abs();
+    }
+    forces[..COLUMNS].copy_from_slice(&force);
+}
+
+/// Forces from free deflections; `gap` is that of the first column.
+#[inline(always)]
+fn feed_back<V: Vector, const COLUMNS: usize>(
+    feedback: &Feedback,
+    free: &[Row; COLUMNS],
+    gap: f64,
+) -> [Row; COLUMNS] {
+    let mut force = combine::<V, COLUMNS>(&feedback.force, &series(free));
+    add_row::<V>(&mut force[0].0, &feedback.gap[0], gap);
+    force
 }
 
 #[inline(always)]
-pub(super) fn advance_body<const SET: u8>(
+pub(super) fn advance_body<V: Vector>(
     windows: &Windows,
-    force: Option<&Series>,
+    forces: &[Row],
     inputs: &[f64],
-    x: &[f64],
-    out: &mut [f64],
+    columns: &mut [f64],
 ) {
-    let chunks = windows.data.chunks_exact(windows.stride);
-    let padded = chunks.len() * LANES;
-    let (x1, x2) = x[..2 * padded].split_at(padded);
-    let (y1, y2) = out[..2 * padded].split_at_mut(padded);
-    let from = x1.chunks_exact(LANES).zip(x2.chunks_exact(LANES));
-    let to = y1.chunks_exact_mut(LANES).zip(y2.chunks_exact_mut(LANES));
-    for ((chunk, (a, b)), (ya, yb)) in chunks.zip(from).zip(to) {
-        let (d, columns) = chunk.split_at(4);
-        let (terms, rest) = columns.split_at(2 * TERMS);
-        let (mut u, mut v) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
-        for l in 0..LANES {
-            u[0][l] = d[0].0[l] * a[l];
-            u[1][l] = d[1].0[l] * b[l];
-            v[0][l] = d[2].0[l] * a[l];
-            v[1][l] = d[3].0[l] * b[l];
-        }
-        if let Some(force) = force {
-            for (e, f) in terms.chunks_exact(4).zip(force.chunks_exact(2)) {
+    let length = 2 * LANES * windows.chunks.len();
+    in_batches!(V, columns.len() / length, |first| advance_batch(
+        windows,
+        forces.get(first..).unwrap_or(&[]),
+        if first == 0 { inputs } else { &[] },
+        &mut columns[first * length..],
+    ));
+}
+
+/// Moves a batch of columns; `inputs` act on the first of them.
+#[inline(always)]
+fn advance_batch<V: Vector, const COLUMNS: usize>(
+    windows: &Windows,
+    forces: &[Row],
+    inputs: &[f64],
+    columns: &mut [f64],
+) {
+    let padded = LANES * windows.chunks.len();
+    let forces = forces.first_chunk::<COLUMNS>();
+    for (index, chunk) in windows.chunks.iter().enumerate() {
+        let (d, responses) = windows.data[chunk.start..chunk.end].split_at(4);
+        let (responses, _) = responses.as_chunks::<2>();
+        let (terms, rest) = responses.split_at(chunk.terms);
+        let mut sums = [[[V::zero(); 2]; COLUMNS]; 2];
+        for c in 0..COLUMNS {
+            let x = load::<V>(&columns[2 * c * padded..], padded, index);
+            for way in 0..2 {
                 for i in 0..2 {
-                    for l in 0..LANES {
-                        u[i][l] = fma::<SET>(e[2 * i].0[l], f[i], u[i][l]);
-                        v[i][l] = fma::<SET>(e[2 * i + 1].0[l], f[i], v[i][l]);
-                    }
+                    sums[way][c][i] = V::read(&d[2 * i + way].0).times(x[way]);
                 }
             }
         }
-        for (e, f) in rest.chunks_exact(2).zip(inputs) {
-            for l in 0..LANES {
-                u[0][l] = fma::<SET>(e[0].0[l], *f, u[0][l]);
-                v[0][l] = fma::<SET>(e[1].0[l], *f, v[0][l]);
+        if let Some(forces) = forces {
+            add_terms::<V, COLUMNS>(terms, &forces.each_ref(), &mut sums);
+        }
+        for (e, f) in rest.iter().zip(inputs) {
+            for i in 0..2 {
+                sums[0][0][i] = V::read(&e[i].0).multiply_add(V::splat(*f), sums[0][0][i]);
             }
         }
-        for l in 0..LANES {
-            ya[l] = u[0][l] + u[1][l];
-            yb[l] = v[0][l] + v[1][l];
+        for c in 0..COLUMNS {
+            let x = [
+                sums[0][c][0].plus(sums[1][c][0]),
+                sums[0][c][1].plus(sums[1][c][1]),
+            ];
+            store(&mut columns[2 * c * padded..], padded, index, x);
         }
     }
 }

@@ -1,0 +1,125 @@
+//! What a march works on.
+
+use super::feedback::Closed;
+use super::lanes::{LANES, Solution};
+use super::partial::Cut;
+use super::tables::{Layout, Row};
+use super::varying::Factors;
+use crate::model::TrajectoryState;
+use crate::propagate::Tangents;
+
+/// Scratch memory of the structured kernel.
+#[derive(Debug)]
+pub struct Workspace {
+    /// Columns: the trajectory and then its tangents, of each the first and the second
+    /// components of all blocks, padded to whole chunks. What one march made room for, later
+    /// ones use.
+    columns: Vec<f64>,
+    /// Entries of a column.
+    length: usize,
+    /// Columns in this march.
+    count: usize,
+    /// Values of the inputs where the present window starts.
+    pub inputs: Vec<f64>,
+    /// Force series of every column on the present window, meaningless in free flight.
+    pub forces: Vec<Row>,
+    /// Of the trajectory on the present window.
+    pub solution: Solution,
+    /// Where a window was cut.
+    pub cut: Cut,
+    /// Of the present window, where its stiffness varies off the grid.
+    pub factors: Factors,
+}
+
+impl Workspace {
+    /// Room for a trajectory without tangents.
+    pub fn new(layout: Layout) -> Self {
+        Self {
+            columns: vec![0.0; 2 * layout.padded],
+            length: 2 * layout.padded,
+            count: 1,
+            inputs: vec![0.0; layout.inputs],
+            forces: vec![Row::ZERO],
+            solution: Solution::ZERO,
+            cut: Cut::new(layout.padded / LANES),
+            factors: Factors::NONE,
+        }
+    }
+
+    /// Tangents in this march.
+    pub fn tangents(&self) -> usize {
+        self.count - 1
+    }
+
+    /// First and second components of the trajectory's first `modes` blocks.
+    pub fn components(&self, modes: usize) -> [&[f64]; 2] {
+        let (first, second) = self.columns[..self.length].split_at(self.length / 2);
+        [&first[..modes], &second[..modes]]
+    }
+
+    /// What a window is solved from and for: inputs, columns, the forces to be, the solution.
+    pub fn to_solve(&mut self) -> (&[f64], &[f64], &Factors, &mut [Row], &mut Solution) {
+        (
+            &self.inputs,
+            &self.columns[..self.count * self.length],
+            &self.factors,
+            &mut self.forces[..self.count],
+            &mut self.solution,
+        )
+    }
+
+    /// What a window moves: all columns, with their forces where `touching`.
+    pub fn to_move(&mut self, touching: bool) -> (&mut [f64], &mut [Row], &[f64], &mut Cut) {
+        let forces = if touching { self.count } else { 0 };
+        (
+            &mut self.columns[..self.count * self.length],
+            &mut self.forces[..forces],
+            &self.inputs,
+            &mut self.cut,
+        )
+    }
+
+    /// All tangents, one after the other.
+    pub fn tangents_mut(&mut self) -> &mut [f64] {
+        &mut self.columns[self.length..self.count * self.length]
+    }
+
+    /// Copies trajectory and tangents into the padded layout.
+    pub fn load(&mut self, trajectory: &TrajectoryState, tangents: &Tangents) {
+        self.count = 1 + tangents.count();
+        if self.forces.len() < self.count {
+            self.forces.resize(self.count, Row::ZERO);
+            self.columns.resize(self.count * self.length, 0.0);
+        }
+        let (length, padded) = (self.length, self.length / 2);
+        let pad = |from: &[f64], to: &mut [f64]| {
+            let n = from.len() / 2;
+            to[..n].copy_from_slice(&from[..n]);
+            to[padded..padded + n].copy_from_slice(&from[n..]);
+        };
+        let mut columns = self.columns.chunks_exact_mut(length);
+        if let Some(first) = columns.next() {
+            pad(&trajectory.state, first);
+        }
+        for (i, column) in columns.take(tangents.count()).enumerate() {
+            pad(tangents.vector(i), column);
+        }
+    }
+
+    /// Copies trajectory and tangents back.
+    pub fn store(&self, trajectory: &mut TrajectoryState, tangents: &mut Tangents) {
+        let padded = self.length / 2;
+        let unpad = |from: &[f64], to: &mut [f64]| {
+            let n = to.len() / 2;
+            to[..n].copy_from_slice(&from[..n]);
+            to[n..].copy_from_slice(&from[padded..padded + n]);
+        };
+        let mut columns = self.columns.chunks_exact(self.length);
+        if let Some(first) = columns.next() {
+            unpad(first, &mut trajectory.state);
+        }
+        for (i, column) in columns.take(tangents.count()).enumerate() {
+            unpad(column, tangents.vector_mut(i));
+        }
+    }
+}
