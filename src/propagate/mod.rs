@@ -17,7 +17,7 @@ mod volterra;
 
 pub use counters::Counters;
 pub use dense::{
-    Conditioning, DenseError, Dyadic, Fused, Hermite, PowerJumps, Spectral, TableSize,
+    Conditioning, DenseError, Dyadic, Fused, Hermite, Operator, PowerJumps, Spectral, TableSize,
 };
 pub use observer::{Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};

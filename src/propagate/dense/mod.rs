@@ -37,6 +37,7 @@ pub use dyadic::Dyadic;
 pub use fused::Fused;
 pub use hermite::Hermite;
 pub use jumps::PowerJumps;
+pub use matrix::Operator;
 pub use spectral::{Conditioning, Spectral};
 
 /// Why a table kernel cannot be built for a model.
