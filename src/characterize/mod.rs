@@ -109,6 +109,8 @@ pub struct Settings {
     pub extent: Extent,
     /// Time after which nothing new is begun.
     pub budget: Duration,
+    /// Rounds at most, where fewer than usual are wanted.
+    pub rounds: Option<usize>,
     /// Most memory to take \[bytes\]; else a quarter of what is free, or granted by a control
     /// group.
     pub memory: Option<u64>,
@@ -150,7 +152,8 @@ pub fn characterize(
     let noise = Watch::new(threads.collect());
     let mut samples: Vec<Sample> = items.iter().map(|_| Sample::default()).collect();
     let pace = settings.extent.pace();
-    for round in 0..settings.extent.rounds() {
+    let most = settings.extent.rounds();
+    for round in 0..settings.rounds.unwrap_or(most).clamp(1, most) {
         let begun = clock.elapsed();
         for (done, (item, sample)) in items.iter().zip(&mut samples).enumerate() {
             if called_off.load(Ordering::Relaxed) {
