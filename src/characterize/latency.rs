@@ -11,6 +11,9 @@ use crate::topology::Topology;
 /// Loads of a repetition.
 pub const LOADS: usize = 20_000;
 
+/// Loads of the warm-up at most: 64 MiB of lines.
+const MOST_WARM: usize = 1 << 20;
+
 /// Lines of a usual page.
 const PAGE: usize = 4096 / LINE;
 
@@ -33,9 +36,7 @@ pub fn measure(
             Walk::Anywhere | Walk::AnywhereHuge => lines,
         };
         chain(buffer.lines_mut(), group);
-        // Once round what fits a cache, so that it is there.
-        let at = follow(&buffer, 0, lines.min(1 << 20));
-        Ok((buffer, at))
+        Ok((buffer, 0))
     };
     let worked = team::work(
         topology,
@@ -43,6 +44,8 @@ pub fn measure(
         1,
         pace,
         prepare,
+        // Once round what fits a cache, so that it is there.
+        |(buffer, at), _| *at = follow(buffer, *at, lines.min(MOST_WARM)),
         |(buffer, at), _| *at = follow(buffer, *at, LOADS),
         |(buffer, at)| at < buffer.lines().len(),
     )?;

@@ -90,8 +90,8 @@ impl Extent {
 
     fn pace(self) -> Pace {
         let (slice, least) = match self {
-            Self::Quick => (4, 3),
-            Self::Default => (10, 5),
+            Self::Quick => (6, 3),
+            Self::Default => (15, 5),
             Self::Full => (40, 7),
         };
         Pace {
@@ -102,13 +102,56 @@ impl Extent {
     }
 }
 
-/// What is asked for.
+/// A part of the measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Multiply-adds in registers.
+    Arithmetic,
+    /// Streams, also from node to node.
+    Bandwidth,
+    /// Rotating operators and operating points.
+    Operators,
+    /// Solver scaling.
+    Solver,
+    /// The memory mountain.
+    Mountain,
+    /// Chains of loads.
+    Latency,
+}
+
+impl Part {
+    /// All parts, in the order in which they are measured.
+    pub const ALL: [Self; 6] = [
+        Self::Arithmetic,
+        Self::Bandwidth,
+        Self::Operators,
+        Self::Solver,
+        Self::Mountain,
+        Self::Latency,
+    ];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Arithmetic => "arithmetic",
+            Self::Bandwidth => "bandwidth",
+            Self::Operators => "operators",
+            Self::Solver => "solver",
+            Self::Mountain => "mountain",
+            Self::Latency => "latency",
+        }
+    }
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
     /// How much is measured.
     pub extent: Extent,
     /// Time after which nothing new is begun.
     pub budget: Duration,
+    /// Only these parts; all where none is named.
+    pub only: Vec<Part>,
     /// Rounds at most, where fewer than usual are wanted.
     pub rounds: Option<usize>,
     /// Most memory to take \[bytes\]; else a quarter of what is free, or granted by a control
@@ -135,18 +178,22 @@ pub struct Progress {
 /// The drive that kernels are timed on cannot be assembled.
 pub fn characterize(
     topology: &Topology,
-    settings: Settings,
+    settings: &Settings,
     watch: &mut dyn FnMut(Progress),
     called_off: &AtomicBool,
 ) -> Result<Option<Characteristics>, Trouble> {
     let started = SystemTime::now();
     let clock = Instant::now();
     let description = description::describe(topology, &Root::of_this_machine());
-    let Plan { items, mut missing } = plan::plan(
+    let Plan {
+        mut items,
+        mut missing,
+    } = plan::plan(
         topology,
         settings.extent,
         limits(topology, settings, &description),
     );
+    items.retain(|item| settings.only.is_empty() || settings.only.contains(&item.part()));
     let default = DefaultDrive::new()?;
     let threads = (topology.cores.iter()).flat_map(|core| core.threads.clone());
     let noise = Watch::new(threads.collect());
@@ -206,7 +253,7 @@ pub fn characterize(
 /// What may be taken.
 fn limits(
     topology: &Topology,
-    settings: Settings,
+    settings: &Settings,
     description: &crate::store::Description,
 ) -> Limits {
     /// Where the system tells nothing.
@@ -243,6 +290,18 @@ pub fn host() -> String {
 }
 
 impl Item {
+    /// The part that it belongs to.
+    fn part(&self) -> Part {
+        match self {
+            Self::Arithmetic { .. } => Part::Arithmetic,
+            Self::Streams { .. } | Self::Nodes { .. } => Part::Bandwidth,
+            Self::Operators { .. } | Self::Points { .. } => Part::Operators,
+            Self::Solver { .. } => Part::Solver,
+            Self::Mountain { .. } => Part::Mountain,
+            Self::Latency { .. } => Part::Latency,
+        }
+    }
+
     /// What it measures, in a word or two.
     fn kind(&self) -> &'static str {
         match self {

@@ -17,7 +17,7 @@ use std::time::Duration;
 /// How long a repetition takes, about.
 const REPETITION: Duration = Duration::from_micros(500);
 
-/// Most lines of a repetition, however large the buffer.
+/// Most lines of a repetition, unless the buffer is larger.
 const MOST_LINES: usize = 1 << 19;
 
 /// Where a reader stands in its buffer.
@@ -37,9 +37,15 @@ impl Reader {
     fn read(&mut self, stride: usize, lines: usize) {
         let all = self.buffer.lines();
         let (mut left, mut sum) = (lines, 0.0);
+        if stride == 1 && self.next == 0 {
+            // Small buffers many times in one go: a call takes as long as reading some lines.
+            let passes = lines / all.len();
+            sum += vectors::read(self.set, all, 1, all.len(), passes);
+            left -= passes * all.len();
+        }
         while left > 0 {
             let count = left.min((all.len() - self.next).div_ceil(stride));
-            sum += vectors::read(self.set, &all[self.next..], stride, count);
+            sum += vectors::read(self.set, &all[self.next..], stride, count, 1);
             left -= count;
             self.next += count * stride;
             if self.next >= all.len() {
@@ -74,11 +80,15 @@ pub fn measure(
             right: true,
         };
         for &stride in strides {
-            // A pass at least, so that every size is a working set from the first repetition on,
-            // unless the buffer is so large that it is not one of any cache.
             reader.turn_back();
-            let passes = team::rounds_for(REPETITION, |n| reader.read(stride, n * 64)) * 64;
-            reader.lines.push(passes.clamp(64, MOST_LINES));
+            let read = team::rounds_for(REPETITION, |n| reader.read(stride, n * 64)) * 64;
+            // Whole passes through what is small.
+            let whole = if lines < read {
+                read.next_multiple_of(lines)
+            } else {
+                read
+            };
+            reader.lines.push(whole.clamp(64, MOST_LINES.max(lines)));
         }
         Ok(reader)
     };
@@ -88,11 +98,13 @@ pub fn measure(
         strides.len(),
         pace,
         prepare,
+        // Once through all, so that what fits a cache is there.
+        |reader: &mut Reader, _| {
+            reader.turn_back();
+            reader.read(1, lines);
+        },
         |reader: &mut Reader, task| {
             let lines = reader.lines[task];
-            if reader.next >= reader.buffer.lines().len() || reader.sweep >= strides[task] {
-                reader.turn_back();
-            }
             reader.read(strides[task], lines);
         },
         |reader| (reader.right, reader.lines),

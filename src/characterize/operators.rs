@@ -15,6 +15,9 @@ use std::time::Duration;
 /// How long a repetition takes, about.
 const REPETITION: Duration = Duration::from_micros(500);
 
+/// Mesh cycles at an operating point before the next one: a campaign stays for hundreds.
+const STAY: usize = 16;
+
 /// Modes of the points that rotate.
 pub const MODES: usize = 40;
 
@@ -97,6 +100,8 @@ pub fn products(
             }
             Ok(wheel)
         },
+        // Once round, so that what fits a cache is there.
+        |wheel: &mut Wheel, task| wheel.turn(counts[task], counts[task]),
         |wheel: &mut Wheel, task| wheel.turn(counts[task], wheel.products[task]),
         |wheel| {
             let bytes = wheel.operators[0].bytes();
@@ -132,32 +137,35 @@ fn over(
     Ok(checked)
 }
 
-/// Operating points that are marched in turn, a cycle each.
+/// Operating points that are marched in turn, some cycles each.
 struct Round<'m> {
     kernels: Vec<Volterra<'m>>,
     trajectories: Vec<TrajectoryState>,
     at: usize,
-    /// Cycles of a repetition, windows and cycles of all, a number a count.
-    cycles: Vec<usize>,
-    windows: Vec<u64>,
-    marched: Vec<usize>,
+    /// Stays of a repetition, a number a count.
+    stays: Vec<usize>,
+    /// Windows of every repetition.
+    windows: Vec<Vec<u64>>,
     stopped: bool,
 }
 
 impl Round<'_> {
-    fn march(&mut self, count: usize, cycles: usize) -> u64 {
+    /// Marches so many cycles at the next points; gives the windows that they took.
+    fn march(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
         let mut counters = Counters::default();
         let mut workspace = self.kernels[0].workspace();
-        for _ in 0..cycles {
+        for _ in 0..stays {
             self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
-            let ended = self.kernels[self.at].march(
-                &mut self.trajectories[self.at],
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            );
-            self.stopped |= ended.is_err();
+            for _ in 0..cycles {
+                let ended = self.kernels[self.at].march(
+                    &mut self.trajectories[self.at],
+                    &mut Tangents::none(),
+                    &mut workspace,
+                    &mut (),
+                    &mut counters,
+                );
+                self.stopped |= ended.is_err();
+            }
         }
         counters.windows
     }
@@ -180,6 +188,7 @@ pub fn points(
             default.model(&structure, mesh, OperatingPoint { load: 0.1, speed })
         })
         .collect::<Result<Vec<_>, _>>()?;
+    let start = drive::settled(&models[0])?;
     let worked = team::work(
         topology,
         &[seat],
@@ -188,38 +197,31 @@ pub fn points(
         |_| {
             let mut round = Round {
                 kernels: models.iter().map(drive::volterra).collect(),
-                trajectories: (models.iter())
-                    .map(drive::settled)
-                    .collect::<Result<_, Trouble>>()?,
+                trajectories: vec![start.clone(); most],
                 at: 0,
-                cycles: Vec::new(),
-                windows: vec![0; counts.len()],
-                marched: vec![0; counts.len()],
+                stays: Vec::new(),
+                windows: vec![Vec::new(); counts.len()],
                 stopped: false,
             };
             for &count in counts {
-                let cycles = team::rounds_for(REPETITION, |n| {
-                    round.march(count, n);
+                let stays = team::rounds_for(REPETITION, |stays| {
+                    round.march(count, stays, STAY);
                 });
-                // Whole rounds: every point marches equally often.
-                round.cycles.push(cycles.next_multiple_of(count));
+                round.stays.push(stays);
             }
             Ok(round)
         },
+        // Once round, so that what fits a cache is there.
         |round: &mut Round<'_>, task| {
-            let cycles = round.cycles[task];
-            round.windows[task] += round.march(counts[task], cycles);
-            round.marched[task] += cycles;
+            round.march(counts[task], counts[task], 1);
+        },
+        |round: &mut Round<'_>, task| {
+            let windows = round.march(counts[task], round.stays[task], STAY);
+            round.windows[task].push(windows);
         },
         |round| {
-            let windows = (round.windows.iter().zip(&round.marched))
-                .zip(&round.cycles)
-                .map(|((&windows, &marched), &cycles)| {
-                    windows as f64 / marched as f64 * cycles as f64
-                })
-                .collect::<Vec<f64>>();
             let bytes = round.kernels.iter().map(Volterra::bytes).sum::<usize>();
-            (!round.stopped, bytes / round.kernels.len(), windows)
+            (!round.stopped, bytes / round.kernels.len(), round.windows)
         },
     )?;
     let bytes = worked.results.first().map_or(0, |(_, bytes, _)| *bytes);
@@ -227,18 +229,21 @@ pub fn points(
         .results
         .first()
         .map(|(_, _, windows)| windows.clone());
-    Ok(Rotated {
-        worked: over(
-            Worked {
-                results: worked.results.iter().map(|(right, ..)| *right).collect(),
-                times: worked.times,
-                unbound: worked.unbound,
-            },
-            windows.unwrap_or_default().into_iter(),
-            "marching in turn",
-        )?,
-        bytes,
-    })
+    let mut worked = checked(
+        Worked {
+            results: worked.results.iter().map(|(right, ..)| *right).collect(),
+            times: worked.times,
+            unbound: worked.unbound,
+        },
+        "marching in turn",
+    )?;
+    // Every repetition by its own windows: motion differs from cycle to cycle.
+    for (times, windows) in worked.times.iter_mut().zip(windows.unwrap_or_default()) {
+        for (time, windows) in times.iter_mut().zip(windows) {
+            *time /= windows as f64;
+        }
+    }
+    Ok(Rotated { worked, bytes })
 }
 
 #[cfg(test)]

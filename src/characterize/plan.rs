@@ -247,11 +247,12 @@ const USUAL_CACHE: u64 = 32 << 20;
 /// of STREAM ask.
 const OUTGROWN: u64 = 4;
 
-/// Operating points in rotation at most: their tables take time to build.
-const MOST_POINTS: usize = 256;
+/// Operating points in rotation at most, with two levels of stiffness and with sixty: their
+/// tables take time to build.
+const MOST_POINTS: [u64; 2] = [4096, 512];
 
-/// Bytes of a point's tables with sixty levels, about: decides only how many rotate.
-const POINT_BYTES: u64 = 600 << 10;
+/// Bytes of a point's tables, about: decides only how many rotate.
+const POINT_BYTES: [u64; 2] = [66 << 10, 610 << 10];
 
 /// What an extent asks for.
 struct Scale {
@@ -345,16 +346,21 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
             });
         }
     }
-    let most = ((limits.memory / POINT_BYTES) as usize).clamp(1, MOST_POINTS);
-    let counts: Vec<usize> = (0..).map(|i| 1 << i).take_while(|&n| n <= most).collect();
-    for mesh in [Mesh::TwoLevels, Mesh::SixtyLevels] {
-        let (seat, counts) = (first, counts.clone());
+    for (i, mesh) in [Mesh::TwoLevels, Mesh::SixtyLevels].into_iter().enumerate() {
+        let most = (largest / POINT_BYTES[i]).clamp(1, MOST_POINTS[i]) as usize;
+        let counts = (0..).map(|i| 1 << i).take_while(|&n| n <= most).collect();
+        let seat = first;
         items.push(Item::Points { seat, mesh, counts });
     }
     solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
     for size in sizes(8 << 10, largest, scale.steps) {
         let lines = size as usize / LINE;
-        let strides = scale.strides.iter().copied().filter(|s| 4 * s <= lines);
+        // Sweeps of few lines would time the loop.
+        let strides = scale
+            .strides
+            .iter()
+            .copied()
+            .filter(|s| 32 * s <= lines || *s == 1);
         items.push(Item::Mountain {
             seat: first,
             lines,

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 const CELLS: u32 = 60;
 
 /// How long a repetition takes, about.
-const REPETITION: Duration = Duration::from_millis(4);
+const REPETITION: Duration = Duration::from_millis(1);
 
 /// Mesh cycles at one operating point before the next, where there are several.
 const STAY: usize = 16;
@@ -186,6 +186,7 @@ fn march<'m, K: Tabled + Send + Sync>(
                 let shelf = shelves.iter().find(own).unwrap_or(&shelves[0]);
                 Ok(Marcher::new(&shelf.kernels, &starts, index))
             },
+            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
             |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
             Marcher::end,
         )?;

@@ -44,6 +44,7 @@ pub fn streams(
             })
         },
         |arrays: &mut Arrays, task| arrays.pass(set, kernels[task]),
+        |arrays: &mut Arrays, task| arrays.pass(set, kernels[task]),
         |arrays| arrays.right,
     )?;
     checked(worked, "streaming")
@@ -55,7 +56,7 @@ impl Arrays {
         let last = a.lines().len() - 1;
         match kernel {
             StreamKernel::Read => {
-                let sum = vectors::read(set, b.lines(), 1, b.lines().len());
+                let sum = vectors::read(set, b.lines(), 1, b.lines().len(), 1);
                 *right &= sum == A * (b.lines().len() * LANES) as f64;
             }
             StreamKernel::Copy(past) => {
@@ -85,16 +86,18 @@ pub fn nodes(
     pace: Pace,
 ) -> Result<Worked<()>, Trouble> {
     let set = Set::widest();
+    let pass = |(buffer, right): &mut (Buffer, bool), _| {
+        let sum = vectors::read(set, buffer.lines(), 1, lines, 1);
+        *right &= sum == (lines * LANES) as f64;
+    };
     let worked = team::work(
         topology,
         seats,
         1,
         pace,
         |_| Ok((memory::on_node(topology, node, lines)?, true)),
-        |(buffer, right), _| {
-            let sum = vectors::read(set, buffer.lines(), 1, lines);
-            *right &= sum == (lines * LANES) as f64;
-        },
+        pass,
+        pass,
         |(_, right)| right,
     )?;
     checked(worked, "reading from node to node")
@@ -107,20 +110,22 @@ pub fn arithmetic(
     set: Set,
     pace: Pace,
 ) -> Result<(Worked<()>, u64), Trouble> {
-    /// About two milliseconds.
-    const ROUNDS: usize = 500_000;
+    /// Less than a millisecond.
+    const ROUNDS: usize = 100_000;
+    let iterate = |(right, operations): &mut (bool, u64), _| {
+        let (value, done) = vectors::multiply_add(set, ROUNDS);
+        // The limit of x ← x/2 + 1.
+        *right &= value == 2.0;
+        *operations = done as u64;
+    };
     let worked = team::work(
         topology,
         seats,
         1,
         pace,
         |_| Ok((true, 0)),
-        |(right, operations), _| {
-            let (value, done) = vectors::multiply_add(set, ROUNDS);
-            // The limit of x ← x/2 + 1.
-            *right &= value == 2.0;
-            *operations = done as u64;
-        },
+        iterate,
+        iterate,
         |state| state,
     )?;
     let operations = worked

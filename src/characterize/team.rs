@@ -1,8 +1,8 @@
 //! The method: threads bound to their places do the same work at the same time, and each
 //! repetition is timed from the first start to the last end.
 //!
-//! Every thread takes its memory itself, after it was bound, and does the work once before
-//! anything is timed.
+//! Every thread takes its memory itself, after it was bound, and warms up before anything is
+//! timed.
 
 use super::plan::Seat;
 use super::trouble::Trouble;
@@ -32,8 +32,8 @@ pub struct Worked<R> {
     pub unbound: Option<String>,
 }
 
-/// Lets a thread on every seat `prepare` its state, repeat each of `tasks` pieces of work and
-/// `finish`. The first error of a preparation is returned, and nothing is then repeated.
+/// Lets a thread on every seat `prepare` its state, `warm` up for each of `tasks` pieces of work,
+/// do it again and again, and `finish`. The first error of a preparation is returned, and nothing is then repeated.
 ///
 /// # Errors
 /// A preparation failed.
@@ -43,6 +43,7 @@ pub fn work<S, R: Send>(
     tasks: usize,
     pace: Pace,
     prepare: impl Fn(usize) -> Result<S, Trouble> + Sync,
+    warm: impl Fn(&mut S, usize) + Sync,
     once: impl Fn(&mut S, usize) + Sync,
     finish: impl Fn(S) -> R + Sync,
 ) -> Result<Worked<R>, Trouble> {
@@ -67,7 +68,7 @@ pub fn work<S, R: Send>(
         };
         let mut times = vec![Vec::new(); tasks];
         for (task, times) in times.iter_mut().enumerate() {
-            once(&mut state, task);
+            warm(&mut state, task);
             gate.pass();
             let begun = Instant::now();
             loop {
@@ -219,12 +220,12 @@ mod tests {
             2,
             PACE,
             |index| Ok((index, [0, 0])),
+            |(_, done), task| done[task] += 10,
             |(_, done), task| done[task] += 1,
             |state| state,
         )
         .unwrap();
-        // One warm-up beside those that were timed.
-        assert_eq!(worked.results, [0, 1, 2].map(|index| (index, [4, 4])));
+        assert_eq!(worked.results, [0, 1, 2].map(|index| (index, [13, 13])));
         assert!(worked.times.iter().all(|times| times.len() == 3));
         assert!(worked.times.iter().flatten().all(|time| *time >= 0.0));
     }
@@ -241,6 +242,7 @@ mod tests {
                 1 => Err(Trouble::Wrong { what: "this" }),
                 _ => Ok(()),
             },
+            |(), _| (),
             |(), _| (),
             |()| (),
         );

@@ -75,31 +75,35 @@ macro_rules! loops {
             const VECTORS: usize = LANES / $width;
 
             #[target_feature(enable = $features)]
-            pub fn read(lines: &[Line], stride: usize, count: usize) -> f64 {
+            pub fn read(lines: &[Line], stride: usize, count: usize, passes: usize) -> f64 {
                 let mut sums = [$splat(0.0); READERS];
-                let mut at = 0;
                 let lines = &lines[..(count * stride).min(lines.len())];
-                while at + (READERS - 1) * stride < lines.len() {
-                    for (k, sum) in sums.iter_mut().enumerate() {
-                        // SAFETY: k is less than READERS, so that this line lies before the end.
-                        let line = unsafe { lines.get_unchecked(at + k * stride) };
-                        for v in 0..VECTORS {
-                            // SAFETY: a vector within an aligned line.
-                            *sum = $add(*sum, unsafe { $load(line.0.as_ptr().add($width * v)) });
-                        }
-                    }
-                    at += READERS * stride;
-                }
                 let mut total = 0.0;
+                for _ in 0..passes {
+                    let lines = black_box(lines);
+                    let mut at = 0;
+                    while at + (READERS - 1) * stride < lines.len() {
+                        for (k, sum) in sums.iter_mut().enumerate() {
+                            // SAFETY: k is less than READERS, so that this line lies before the end.
+                            let line = unsafe { lines.get_unchecked(at + k * stride) };
+                            for v in 0..VECTORS {
+                                // SAFETY: a vector within an aligned line.
+                                *sum =
+                                    $add(*sum, unsafe { $load(line.0.as_ptr().add($width * v)) });
+                            }
+                        }
+                        at += READERS * stride;
+                    }
+                    while at < lines.len() {
+                        total += lines[at].0.iter().sum::<f64>();
+                        at += stride;
+                    }
+                }
                 for sum in sums {
                     let mut parts = [0.0; $width];
                     // SAFETY: as many numbers as the vector has; need not be aligned.
                     unsafe { $unload(parts.as_mut_ptr(), sum) };
                     total += parts.iter().sum::<f64>();
-                }
-                while at < lines.len() {
-                    total += lines[at].0.iter().sum::<f64>();
-                    at += stride;
                 }
                 total
             }
@@ -219,11 +223,14 @@ mod baseline {
     use std::arch::asm;
     use std::hint::black_box;
 
-    pub fn read(lines: &[Line], stride: usize, count: usize) -> f64 {
+    pub fn read(lines: &[Line], stride: usize, count: usize, passes: usize) -> f64 {
         let mut sums = [[0.0; LANES]; READERS];
-        for (k, line) in lines.iter().step_by(stride).take(count).enumerate() {
-            for (sum, value) in sums[k % READERS].iter_mut().zip(line.0) {
-                *sum += value;
+        for _ in 0..passes {
+            let lines = black_box(lines);
+            for (k, line) in lines.iter().step_by(stride).take(count).enumerate() {
+                for (sum, value) in sums[k % READERS].iter_mut().zip(line.0) {
+                    *sum += value;
+                }
             }
         }
         sums.as_flattened().iter().sum()
@@ -279,9 +286,9 @@ macro_rules! by_set {
     };
 }
 
-/// Sum of `count` lines, each `stride` lines after the one before.
-pub fn read(set: Set, lines: &[Line], stride: usize, count: usize) -> f64 {
-    by_set!(set, read, lines, stride, count)
+/// Sum of `count` lines, each `stride` lines after the one before, read `passes` times.
+pub fn read(set: Set, lines: &[Line], stride: usize, count: usize, passes: usize) -> f64 {
+    by_set!(set, read, lines, stride, count, passes)
 }
 
 /// Copies lines; past the caches where `past`.
@@ -330,13 +337,13 @@ mod tests {
                         .flat_map(|line| line.0)
                         .sum();
                     assert_eq!(
-                        read(set, buffer.lines(), stride, count),
-                        exact,
+                        read(set, buffer.lines(), stride, count, 3),
+                        3.0 * exact,
                         "{set} {lines} {stride}"
                     );
                 }
                 let first: f64 = buffer.lines()[0].0.iter().sum();
-                assert_eq!(read(set, buffer.lines(), 1, 1), first);
+                assert_eq!(read(set, buffer.lines(), 1, 1, 1), first);
             }
         }
     }

@@ -4,10 +4,11 @@
 use super::process::Process;
 use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
 use crate::characterize::compare::{Comparison, Pair, compare};
-use crate::characterize::{self, Extent, Progress, Settings};
+use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
 use crate::store::Characteristics;
-use clap::{Args, Subcommand};
+use clap::builder::PossibleValue;
+use clap::{Args, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fs;
 use std::io::IsTerminal;
@@ -45,6 +46,9 @@ struct MeasureArgs {
     /// Seconds after which nothing new is begun [default: 50, 240 or 2400].
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     budget: Option<f64>,
+    /// Only these parts, separated by commas [default: all].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,...")]
+    only: Vec<Part>,
     /// Rounds at most; figures of one round have no spread [default: 3, 5 or 9, as time allows].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9))]
     rounds: Option<u32>,
@@ -82,6 +86,24 @@ struct ShowArgs {
     json: bool,
 }
 
+impl ValueEnum for Part {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let help = match self {
+            Self::Arithmetic => "Multiply-adds in registers, by instruction set",
+            Self::Bandwidth => "Read, copy and triad over threads, and from node to node",
+            Self::Operators => "Dense products and the structured kernel over rotating tables",
+            Self::Solver => "Marching over threads, modes and kinds of tables",
+            Self::Mountain => "Reading buffers by size and stride",
+            Self::Latency => "Loads that depend on each other",
+        };
+        Some(PossibleValue::new(self.name()).help(help))
+    }
+}
+
 /// Where the result of this machine lies by default.
 pub fn default_folder() -> PathBuf {
     PathBuf::from("results").join(format!("machine-{}", characterize::host()))
@@ -106,6 +128,7 @@ fn measure(args: &MeasureArgs) -> ExitCode {
     let settings = Settings {
         extent,
         budget: args.budget.map_or(extent.budget(), Duration::from_secs_f64),
+        only: args.only.clone(),
         rounds: args.rounds.map(|n| n as usize),
         memory: args.memory,
     };
@@ -128,7 +151,7 @@ fn measure(args: &MeasureArgs) -> ExitCode {
     let bar = bar(args.quiet, settings.budget);
     let found = characterize::characterize(
         &topology,
-        settings,
+        &settings,
         &mut |progress| advance(&bar, progress),
         &process.called_off,
     );

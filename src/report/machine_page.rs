@@ -139,6 +139,7 @@ fn memory(page: &mut String, machine: &Characteristics) {
         let at = |stride: u64| {
             let rows = machine.mountain.iter().filter(|row| row.stride == stride);
             rows.min_by(|a, b| near(a.size).total_cmp(&near(b.size)))
+                .filter(|row| near(row.size) < 0.4)
         };
         let chain = (machine.latency.iter())
             .filter(|row| row.order == "pages" && row.cpu_node == row.memory_node)

@@ -79,12 +79,9 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     Some(Picture::new("machine-bandwidth".into(), canvas))
 }
 
-/// An axis of thread counts: logarithmic where there are many.
+/// An axis of thread counts, whose ticks are whole.
 pub(super) fn threads(most: f64) -> Axis {
-    match most > 8.0 {
-        true => Axis::logarithmic("threads", "1", [0.9, 1.1 * most]),
-        false => Axis::linear("threads", "1", [0.0, most + 0.5]),
-    }
+    Axis::logarithmic("threads", "1", [0.9, 1.1 * most.max(2.0)])
 }
 
 /// A square a pair of nodes; none on a machine with one.

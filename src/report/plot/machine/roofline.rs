@@ -21,6 +21,8 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     }
     let intensities = machine.roofline.iter().map(|row| row.intensity);
     let [low, high] = range(intensities.chain(levels.iter().map(|(_, b)| peak / b)));
+    // Room left of the dense kernels for their names.
+    let low = 0.5 * low;
     let rates = machine.roofline.iter().map(|row| row.rate);
     let floor = range(rates)[0];
     let mut canvas = titled("Roofline of one thread, with the kernels on it", machine);
@@ -55,9 +57,14 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         );
         let middle = (begin * end).sqrt();
         let [x, y] = panel.at(middle, middle * bandwidth);
-        canvas.text([x - 6.0, y - 4.0], name, TICK_SIZE, INK, Anchor::End);
+        // Memory's line may lie close below that of the last cache.
+        let (at, anchor) = match name.as_str() {
+            "memory" => ([x + 8.0, y + 12.0], Anchor::Start),
+            _ => ([x - 6.0, y - 4.0], Anchor::End),
+        };
+        canvas.text(at, name, TICK_SIZE, INK, anchor);
     }
-    let mut taken: Vec<[f64; 2]> = Vec::new();
+    let mut taken: Vec<([f64; 2], Anchor)> = Vec::new();
     for row in &machine.roofline {
         let number = match row.kernel.as_str() {
             "volterra" => 3,
@@ -66,14 +73,27 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         };
         let at = panel.at(row.intensity, row.rate);
         canvas.disc(at, 4.0, colour(number));
-        // Names that would cover another one are left to the neighbours of the same kernel.
-        let free =
-            |other: &[f64; 2]| (other[1] - at[1]).abs() > 13.0 || (other[0] - at[0]).abs() > 90.0;
+        // The dense kernels have about the same intensity: names on different sides; those that
+        // would cover another one are left out.
+        let side = match row.kernel.as_str() {
+            "fused" => Anchor::End,
+            _ => Anchor::Start,
+        };
+        let free = |(other, other_side): &([f64; 2], Anchor)| {
+            *other_side != side
+                || (other[1] - at[1]).abs() > 13.0
+                || (other[0] - at[0]).abs() > 90.0
+        };
         if taken.iter().all(free) {
             let name = format!("{} {}", row.kernel, row.modes);
-            let place = [at[0] + 8.0, at[1] + 0.35 * TICK_SIZE];
-            canvas.text(place, &name, TICK_SIZE, colour(number), Anchor::Start);
-            taken.push(at);
+            let y = at[1] + 0.35 * TICK_SIZE;
+            let x = if side == Anchor::End {
+                at[0] - 8.0
+            } else {
+                at[0] + 8.0
+            };
+            canvas.text([x, y], &name, TICK_SIZE, colour(number), side);
+            taken.push((at, side));
         }
     }
     name_ends(&mut canvas, &panel, names);

@@ -136,7 +136,8 @@ fn breadth(canvas: &mut Canvas, machine: &Characteristics, modes: u64) {
     let title = format!("breadth, {modes} modes");
     canvas.text([panel.left, 86.0], &title, LABEL_SIZE, INK, Anchor::Start);
     canvas.dashes(panel.at(1.0, 1.0), panel.at(most, most), SOFT, 1.4);
-    let at = [panel.x(most), panel.y(most) - 8.0];
+    let middle = most.sqrt();
+    let at = [panel.x(middle) - 8.0, panel.y(middle) - 8.0];
     canvas.text(at, "ideal", LABEL_SIZE, SOFT, Anchor::End);
     draw_curves(canvas, &panel, &curves);
 }
