@@ -12,6 +12,7 @@
 //! layers above its own line; `tests/architecture.rs` holds the code to that.
 
 pub mod analysis;
+pub mod characterize;
 pub mod cli;
 pub mod gear;
 pub mod manifest;

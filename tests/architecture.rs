@@ -28,11 +28,14 @@ const REFERENCE_KNOWS: [&str; 1] = ["model"];
 const LONGEST: usize = 500;
 
 /// Files that need unsafe code: calls of functions compiled for an instruction set that the
-/// processor was asked for; a file mapped into memory.
-const UNSAFE: [&str; 3] = [
+/// processor was asked for; a file mapped into memory; memory and vectors as they are, to be
+/// measured.
+const UNSAFE: [&str; 5] = [
     "propagate/volterra/lanes.rs",
     "propagate/volterra/lanes/vector.rs",
     "store/tables/map.rs",
+    "characterize/buffer.rs",
+    "characterize/vectors.rs",
 ];
 
 /// What only the command line may do.

@@ -3,6 +3,7 @@
 
 pub mod check;
 mod earlier;
+pub mod machine;
 pub mod merge;
 pub mod plan;
 pub mod plot;
@@ -59,6 +60,8 @@ enum Command {
     Plot(plot::PlotArgs),
     /// Record one trajectory with its events
     Trace(trace::TraceArgs),
+    /// Measure this machine: memory, arithmetic, kernels on all cores, and what a campaign will cost
+    Machine(machine::MachineArgs),
     /// Build, list, show, verify or remove computed tables
     Table(table::TableArgs),
     /// Check this build on this machine against closed forms, published values and independent
@@ -81,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
         Command::Trace(args) => trace::run(&args),
+        Command::Machine(args) => machine::run(&args),
         Command::Table(args) => table::run(&args),
         Command::Verify(args) => verify::run(&args),
         Command::Completions { shell } => {

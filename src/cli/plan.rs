@@ -1,14 +1,18 @@
-//! `atlas plan m.toml`: what a run will take. Computes a few points, keeps none of them.
+//! `atlas plan m.toml`: what a run will take. Computes a few points, keeps none of them. Where
+//! `atlas machine` has measured this machine, says what its threads are worth; where it has
+//! measured another one too, what the run would take there.
 
 use super::process::Process;
 use super::table::TablesFolder;
-use super::{BAD_INPUT, answer, check, fail, with_causes};
-use crate::manifest;
+use super::{BAD_INPUT, answer, check, fail, machine, with_causes};
+use crate::characterize::outlook::{Outlook, outlook};
+use crate::manifest::{self, Job};
 use crate::report::size_text;
-use crate::store::Shard;
+use crate::store::{Characteristics, Shard, StoreError};
 use crate::sweep::build::Parts;
-use crate::sweep::{self, Forecast, Options};
+use crate::sweep::{self, Forecast, Interval, Options};
 use clap::Args;
+use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -27,6 +31,13 @@ pub struct PlanArgs {
     /// Only part i of n, as `atlas run --shard i/n` would compute.
     #[arg(long, value_name = "i/n", value_parser = super::run::parse_shard)]
     pub shard: Option<Shard>,
+    /// What `atlas machine` found out about this machine [default: results/machine-HOST, where
+    /// it is there].
+    #[arg(long, value_name = "DIR")]
+    pub machine: Option<PathBuf>,
+    /// Also what the run would take on the machine of this other result of `atlas machine`.
+    #[arg(long, value_name = "DIR")]
+    pub on: Option<PathBuf>,
     #[command(flatten)]
     tables: TablesFolder,
     /// Print JSON for programs.
@@ -42,6 +53,10 @@ pub fn run(args: &PlanArgs) -> ExitCode {
             check::report(&errors);
             return ExitCode::from(BAD_INPUT);
         }
+    };
+    let machines = match Machines::read(args) {
+        Ok(machines) => machines,
+        Err(message) => return fail(BAD_INPUT, &message),
     };
     let process = match Process::prepare() {
         Ok(process) => process,
@@ -69,12 +84,121 @@ pub fn run(args: &PlanArgs) -> ExitCode {
     match found {
         Err(error) => fail(1, &with_causes(&error)),
         Ok(None) => ExitCode::from(super::INTERRUPTED),
-        Ok(Some(found)) if args.json => {
-            // Plain data; it always has a JSON form.
-            let json = serde_json::to_string_pretty(&found).unwrap_or_default();
-            answer(&format!("{json}\n"), ExitCode::SUCCESS)
+        Ok(Some(found)) => {
+            let measured = machines.measured(&job, &found, args.threads);
+            let text = match args.json {
+                true => document(&found, &measured),
+                false => text(&found) + &measured.text(),
+            };
+            answer(&text, ExitCode::SUCCESS)
         }
-        Ok(Some(found)) => answer(&text(&found), ExitCode::SUCCESS),
+    }
+}
+
+/// The forecast for programs, with what machines were measured to do.
+fn document(found: &Forecast, measured: &Measured) -> String {
+    let mut document = json!(found);
+    let parts = [
+        ("machine", json!(measured.here)),
+        ("elsewhere", json!(measured.there)),
+    ];
+    for (key, part) in parts.into_iter().filter(|(_, part)| !part.is_null()) {
+        document[key] = part;
+    }
+    format!("{document:#}\n")
+}
+
+/// Results of `atlas machine`.
+struct Machines {
+    here: Option<Characteristics>,
+    there: Option<Characteristics>,
+}
+
+/// What they say of a job.
+struct Measured {
+    here: Option<Outlook>,
+    /// On the other machine, with the time there.
+    there: Option<(Outlook, Interval)>,
+}
+
+impl Machines {
+    /// Reads those asked for; that of this machine where it lies in its usual place.
+    fn read(args: &PlanArgs) -> Result<Self, String> {
+        let read =
+            |folder: &PathBuf| Characteristics::read(folder).map_err(|error| with_causes(&error));
+        let usual = || match Characteristics::read(&machine::default_folder()) {
+            Ok(found) => Ok(Some(found)),
+            Err(StoreError::Missing { .. }) => Ok(None),
+            Err(error) => Err(with_causes(&error)),
+        };
+        let here = args
+            .machine
+            .as_ref()
+            .map_or_else(usual, |f| read(f).map(Some))?;
+        let there = args.on.as_ref().map(read).transpose()?;
+        if there.is_some() && here.is_none() {
+            return Err(
+                "--on needs this machine's own figures to compare with; run `atlas machine --quick` \
+                 here, or name its folder with --machine"
+                    .to_owned(),
+            );
+        }
+        Ok(Self { here, there })
+    }
+
+    /// What they say of a job that was forecast here; `threads` as asked for.
+    fn measured(&self, job: &Job, found: &Forecast, threads: Option<u32>) -> Measured {
+        let modes = job.points.iter().map(|point| point.model.retained).max();
+        let modes = modes.unwrap_or(1);
+        let here = (self.here.as_ref()).and_then(|m| outlook(m, modes, found.threads));
+        let there = self.there.as_ref().and_then(|machine| {
+            let cores = machine.description.cores as u64;
+            let there = outlook(machine, modes, threads.map_or(cores, u64::from))?;
+            let slower = here.as_ref()?.rate / there.rate;
+            let time = Interval {
+                low: slower * found.time.low,
+                expected: slower * found.time.expected,
+                high: slower * found.time.high,
+            };
+            Some((there, time))
+        });
+        Measured { here, there }
+    }
+}
+
+impl Measured {
+    fn text(&self) -> String {
+        let threads = |count: u64| match count {
+            1 => "1 thread".to_owned(),
+            _ => format!("{count} threads"),
+        };
+        let noise = |outlook: &Outlook| match outlook.quiet {
+            true => "",
+            false => ", on a machine that was not quiet",
+        };
+        let mut text = String::new();
+        if let Some(here) = &self.here {
+            let date = here.measured.get(..10).unwrap_or_default();
+            text.push_str(&format!(
+                "machine     {} at {:.0} % of ideal, no gain beyond {}; measured {date}{}\n",
+                threads(here.threads),
+                100.0 * here.efficiency,
+                threads(here.worthwhile),
+                noise(here),
+            ));
+        }
+        if let Some((there, time)) = &self.there {
+            text.push_str(&format!(
+                "on {:<8} {} ({} to {}) with {}{}\n",
+                there.host,
+                duration(time.expected),
+                duration(time.low),
+                duration(time.high),
+                threads(there.threads),
+                noise(there),
+            ));
+        }
+        text
     }
 }
 

@@ -17,8 +17,8 @@ mod volterra;
 
 pub use counters::Counters;
 pub use dense::{
-    Conditioning, DenseError, Dyadic, Fused, Hermite, KeptTables, PowerJumps, Spectral, TableArray,
-    TableSize,
+    Conditioning, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator, PowerJumps, Spectral,
+    TableArray, TableSize,
 };
 pub use observer::{Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};

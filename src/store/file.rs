@@ -272,6 +272,18 @@ impl<R: Row> TableFile<R> {
         Ok(Self { writer, temporary })
     }
 
+    /// Starts a file that is no table of a job.
+    pub(super) fn create_alone(
+        folder: &Path,
+        name: &str,
+        table: Table<R>,
+        metadata: &[(&str, String)],
+    ) -> Result<Self, StoreError> {
+        let (file, temporary) = temporary_file(folder, &format!(".{name}."))?.into_parts();
+        let writer = TableWriter::new(file, folder.join(name), table, metadata)?;
+        Ok(Self { writer, temporary })
+    }
+
     pub(super) fn table(&self) -> &Table<R> {
         self.writer.table()
     }

@@ -10,11 +10,14 @@
 //!
 //! A traced trajectory is a folder of its own, with `trace.parquet` and `events.parquet`.
 //!
+//! What `atlas machine` measured is a folder of its own too, with `machine.json`.
+//!
 //! Tables that take long to compute are kept between runs in a [`TableStore`].
 
 mod attractors;
 mod basins;
 mod chains;
+mod characteristics;
 mod clock;
 mod columns;
 mod error;
@@ -38,6 +41,10 @@ mod writer;
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
 pub use chains::{ChainColumns, ChainEnd, ChainPart, Transition, TransitionRow, transitions_table};
+pub use characteristics::{
+    ArithmeticRow, BandwidthRow, CacheRecord, Characteristics, Cliff, Description, Figure,
+    HugePages, Keyed, LatencyRow, MountainRow, NodeRecord, Noise, OperatorRow, RoofRow, SolverRow,
+};
 pub use clock::timestamp;
 pub use columns::{
     AxisColumn, Placement, PoincareRow, PointRow, SpectrumRow, poincare_table, points_table,

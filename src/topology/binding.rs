@@ -1,8 +1,11 @@
 //! Binds the calling thread to hardware threads, and says so only where it took effect.
 
 use super::Topology;
+use hwlocality::bitmap::BitmapIndex as NodeIndex;
 use hwlocality::cpu::binding::CpuBindingFlags;
 use hwlocality::cpu::cpuset::CpuSet;
+use hwlocality::memory::binding::{MemoryBindingFlags, MemoryBindingPolicy};
+use hwlocality::memory::nodeset::NodeSet;
 use hwlocality::object::types::ObjectType;
 use thiserror::Error;
 
@@ -54,6 +57,24 @@ impl Topology {
             true => Ok(()),
             false => Err(BindingError::NotKept),
         }
+    }
+
+    /// Lets pages that the calling thread touches first come from a NUMA node, which may have no
+    /// cores.
+    ///
+    /// # Errors
+    /// The topology is of another machine, or the system does not bind.
+    pub fn bind_memory_of_current_thread(&self, node: u32) -> Result<(), BindingError> {
+        if !self.is_this_system() {
+            return Err(BindingError::Elsewhere);
+        }
+        let index = NodeIndex::try_from(node as usize).map_err(|_| BindingError::NotKept)?;
+        let (policy, flags) = (MemoryBindingPolicy::Bind, MemoryBindingFlags::THREAD);
+        (self.hwloc())
+            .bind_memory(&NodeSet::from(index), policy, flags)
+            .map_err(|error| BindingError::Refused {
+                detail: error.to_string(),
+            })
     }
 }
 

@@ -41,6 +41,7 @@ pub use fused::Fused;
 pub use hermite::Hermite;
 pub use jumps::PowerJumps;
 pub use kept::{KeptTables, TableArray};
+pub use matrix::Operator;
 pub use spectral::{Conditioning, Spectral};
 
 /// Why a table kernel cannot be built for a model.

@@ -57,6 +57,7 @@ pub use lanes::InstructionSet;
 
 use crate::model::Model;
 use tables::Tables;
+use window_table::WindowTable;
 
 /// Terms of every series on a window.
 pub const TERMS: usize = 24;
@@ -112,6 +113,12 @@ impl<'m> Volterra<'m> {
     /// the trajectory; of the first length of window.
     pub fn numbers_per_window(&self) -> usize {
         self.tables.windows[0].numbers_read()
+    }
+
+    /// Bytes of the tables, those included that only windows cut short read.
+    pub fn bytes(&self) -> usize {
+        let numbers = self.tables.windows.iter().map(WindowTable::numbers);
+        numbers.sum::<usize>() * size_of::<f64>()
     }
 
     /// Windows a mesh cycle without events.

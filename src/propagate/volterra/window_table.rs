@@ -84,6 +84,13 @@ impl WindowTable {
         self.rows.len() * TERMS + 2 * (TERMS + 1) * TERMS + self.moves.numbers()
     }
 
+    /// Numbers held: what full windows read, with all solution operators, and the exponentials.
+    pub fn numbers(&self) -> usize {
+        let others = self.feedback.len().saturating_sub(1) * 2 * (TERMS + 1) * TERMS;
+        let exponentials = size_of_val(&*self.exponentials) / size_of::<f64>();
+        self.numbers_read() + others + exponentials
+    }
+
     /// R, D, E and the mean torques' effect on the state.
     fn fill_structure(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;

@@ -4,7 +4,9 @@
 //! that the largest value shown has one to three digits before the point.
 
 /// Units that take SI prefixes.
-const PREFIXABLE: [&str; 9] = ["m", "m/s", "N", "N/m", "N*m", "N*s/m", "s", "Hz", "rad"];
+const PREFIXABLE: [&str; 11] = [
+    "m", "m/s", "N", "N/m", "N*m", "N*s/m", "s", "Hz", "rad", "B/s", "op/s",
+];
 const PREFIXES: [(f64, &str); 7] = [
     (1e-9, "n"),
     (1e-6, "µ"),
@@ -23,6 +25,8 @@ pub(super) struct Axis {
     low: f64,
     high: f64,
     logarithmic: bool,
+    /// Ticks are powers of two, in KiB, MiB …
+    binary: bool,
     /// Shown value over SI value.
     factor: f64,
 }
@@ -36,6 +40,7 @@ impl Axis {
             low,
             high,
             logarithmic: false,
+            binary: false,
             factor,
         }
     }
@@ -45,6 +50,18 @@ impl Axis {
         Self {
             logarithmic: true,
             ..Self::linear(name, unit, range)
+        }
+    }
+
+    /// A logarithmic axis of numbers of bytes over `low..=high`, both positive.
+    pub fn bytes(name: &str, [low, high]: [f64; 2]) -> Self {
+        Self {
+            label: name.to_owned(),
+            low,
+            high,
+            logarithmic: true,
+            binary: true,
+            factor: 1.0,
         }
     }
 
@@ -75,7 +92,9 @@ impl Axis {
 
     /// Values with their texts, about `wanted` of them.
     pub fn ticks(&self, wanted: usize) -> Vec<(f64, String)> {
-        if self.logarithmic {
+        if self.binary {
+            self.binary_ticks(wanted)
+        } else if self.logarithmic {
             self.decade_ticks(wanted)
         } else {
             self.even_ticks(wanted)
@@ -123,6 +142,21 @@ impl Axis {
             }
         }
         ticks
+    }
+
+    fn binary_ticks(&self, wanted: usize) -> Vec<(f64, String)> {
+        let octaves = (self.high / self.low).log2();
+        let stride = (octaves / wanted.max(1) as f64).ceil().max(1.0) as i32;
+        let range = self.low.log2().ceil() as i32..=self.high.log2().floor() as i32;
+        let whole = |bytes: f64| {
+            let text = crate::report::size_text(bytes as u64);
+            text.replacen(".0 ", " ", 1)
+        };
+        range
+            .filter(|exponent| exponent.rem_euclid(stride) == 0)
+            .map(|exponent| f64::from(exponent).exp2())
+            .map(|bytes| (bytes, whole(bytes)))
+            .collect()
     }
 
     /// A value in the shown unit, with four digits.
@@ -258,6 +292,15 @@ mod tests {
         assert_eq!(texts(&wide.ticks(4)), ["10⁻⁴", "0.01", "1", "100", "10⁴"]);
         let short = Axis::logarithmic("a", "1", [0.8, 60.0]);
         assert_eq!(texts(&short.ticks(5)), ["1", "2", "5", "10", "20", "50"]);
+    }
+
+    #[test]
+    fn bytes_are_counted_in_powers_of_two() {
+        let axis = Axis::bytes("size", [6e3, 300e6]);
+        assert_eq!(
+            texts(&axis.ticks(5)),
+            ["64 KiB", "1 MiB", "16 MiB", "256 MiB"]
+        );
     }
 
     #[test]

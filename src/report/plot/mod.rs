@@ -15,6 +15,7 @@ mod error;
 mod horizon;
 mod lambda_curve;
 mod lambda_map;
+mod machine;
 mod mesh;
 mod motion;
 mod over_axis;
@@ -37,6 +38,7 @@ use recording::Recording;
 use results::Results;
 
 pub use error::PlotError;
+pub use machine::pictures as machine_pictures;
 
 /// A kind of picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

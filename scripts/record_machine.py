@@ -1,0 +1,126 @@
+"""Writes summary.md of `atlas machine` beside STREAM and lmbench.
+
+    python3 scripts/record_machine.py WORK benches/runs/NAME
+"""
+
+import json
+import pathlib
+import re
+import shutil
+import statistics
+import sys
+
+
+def streams(work, kind, threads):
+    """Best rates of STREAM [B/s], a dictionary a turn."""
+    found = []
+    for path in sorted(work.glob(f"stream-{kind}-{threads}-*.txt")):
+        rates = re.findall(r"^(\w+):\s+([\d.]+)", path.read_text(), re.M)
+        found.append({name.lower(): 1e6 * float(rate) for name, rate in rates})
+        assert "Solution Validates" in path.read_text(), path
+    return found
+
+
+def chains(work):
+    """Latency by size [s by bytes], a dictionary a turn."""
+    found = []
+    for path in sorted(work.glob("chain-*.txt")):
+        pairs = re.findall(r"^([\d.]+) ([\d.]+)$", path.read_text(), re.M)
+        found.append({float(size) * 2**20: 1e-9 * float(time) for size, time in pairs})
+    return found
+
+
+def between(curve, size):
+    """A curve at a size: the place nearest to it, at most a tenth away."""
+    near = min(curve, key=lambda known: abs(known / size - 1))
+    return curve[near] if abs(near / size - 1) < 0.1 else None
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+def main(work, out):
+    work, out = pathlib.Path(work), pathlib.Path(out)
+    turns = [json.loads((path / "machine.json").read_text()) for path in sorted(work.glob("turn-*"))]
+    second = json.loads((work / "second/machine.json").read_text())
+    median = statistics.median
+
+    def ours(kernel, threads):
+        return median(
+            row["bandwidth"]["best"]
+            for turn in turns
+            for row in turn["bandwidth"]
+            if (row["kernel"], row["threads"], row["placement"]) == (kernel, threads, "compact")
+        )
+
+    rows, worst = [], 0.0
+    threads = sorted({r["threads"] for r in turns[0]["bandwidth"] if r["placement"] == "compact"})
+    kernels = {r["kernel"] for r in turns[0]["bandwidth"]}
+    for count in threads:
+        for mine, kind, theirs in [
+            ("copy", "plain", "copy"),
+            ("triad", "plain", "triad"),
+            ("copy_nt", "memcpy", "copy"),
+        ]:
+            if mine not in kernels:
+                continue
+            stream = median(run[theirs] for run in streams(work, kind, count))
+            atlas = ours(mine, count)
+            if kind == "plain":
+                worst = max(worst, abs(atlas / stream - 1))
+            rows.append((str(count), mine, f"{1e-9 * atlas:.2f}",
+                f"{theirs}, {kind}", f"{1e-9 * stream:.2f}", f"{atlas / stream:.3f}"))
+    text = [
+        "# `atlas machine` beside STREAM and lmbench, and beside itself\n",
+        f"{second['description']['cpu']}, {second['host']}, {second['started']}, "
+        f"{second['program']['version']} ({second['program']['commit']}), `scripts/machine-peers`.",
+        "Quiet." if second["noise"]["quiet"] else
+        "**Not quiet**: " + "; ".join(second["noise"]["remarks"]) + ".",
+        "\n## Bandwidth, GB/s, medians of the best rates of three turns\n",
+        "STREAM 5.10 (J. D. McCalpin), arrays as long as those of atlas, compiled here with plain "
+        "loops, and with the copy as a call of memcpy.\n",
+        table(("threads", "atlas", "", "STREAM", "", "ratio"), rows),
+        f"\nPlain copies and triads differ by {100 * worst:.1f} % at most (wanted: 10 %).",
+    ]
+    lmbench = chains(work)
+    if lmbench:
+        rows, worst = [], 0.0
+        sizes = sorted({r["size"] for r in turns[0]["latency"] if r["order"] == "pages"})
+        for size in sizes:
+            theirs = [between(curve, size) for curve in lmbench]
+            if None in theirs:
+                continue
+            mine = median(
+                row["latency"]["best"] for turn in turns for row in turn["latency"]
+                if row["size"] == size and row["order"] == "pages"
+                and row["cpu_node"] == row["memory_node"]
+            )
+            ratio = mine / median(theirs)
+            worst = max(worst, abs(ratio - 1))
+            rows.append((f"{size / 1024:.0f}", f"{1e9 * mine:.2f}",
+                f"{1e9 * median(theirs):.2f}", f"{ratio:.3f}"))
+        text += [
+            "\n## Time of a load, ns, page by page\n",
+            "lmbench 3.0-a9 of Debian, `lat_mem_rd -t`, steps of 64 bytes.\n",
+            table(("buffer [KiB]", "atlas", "lmbench", "ratio"), rows),
+            f"\nThey differ by {100 * worst:.1f} % at most (wanted: 15 %).",
+        ]
+    fence = "```"
+    text += [
+        "\n## Two runs\n", fence, (work / "compare.txt").read_text().rstrip(), fence,
+        "\n## The second one\n", fence, (work / "page.txt").read_text().rstrip(), fence,
+    ]
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "summary.md").write_text("\n".join(text) + "\n")
+    shutil.copy(work / "second/machine.json", out / "machine.json")
+    for name in ("operators", "solver", "roofline"):
+        picture = work / f"second/pictures/machine-{name}.png"
+        if picture.exists():
+            shutil.copy(picture, out / picture.name)
+    print(out / "summary.md")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

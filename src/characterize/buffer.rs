@@ -1,0 +1,82 @@
+//! Memory straight from the system: pages that nobody has touched, on lines of 64 bytes.
+//!
+//! The allocator hands out pages again that another thread touched first, on another node
+//! perhaps. Pages of a fresh mapping lie where the thread that first writes to them runs.
+
+#![allow(unsafe_code)]
+
+use memmap2::{Advice, MmapMut, MmapOptions};
+use std::io;
+
+/// Doubles of a line.
+pub const LANES: usize = 8;
+
+/// Bytes of a line.
+pub const LINE: usize = 8 * LANES;
+
+/// A line of memory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
+pub struct Line(pub [f64; LANES]);
+
+/// Lines that belong to one owner.
+#[derive(Debug)]
+pub struct Buffer {
+    map: MmapMut,
+    lines: usize,
+}
+
+impl Buffer {
+    /// Untouched lines, at least one; on huge pages where asked for and granted.
+    ///
+    /// # Errors
+    /// The system does not grant the memory, or knows no huge pages.
+    pub fn new(lines: usize, huge_pages: bool) -> io::Result<Self> {
+        let lines = lines.max(1);
+        let map = MmapOptions::new().len(lines * LINE).map_anon()?;
+        if huge_pages {
+            map.advise(Advice::HugePage)?;
+        }
+        Ok(Self { map, lines })
+    }
+
+    /// The lines.
+    pub fn lines(&self) -> &[Line] {
+        // SAFETY: a mapping starts on a page, so on a line, is `lines * LINE` bytes long, and any
+        // bits are a double.
+        unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast(), self.lines) }
+    }
+
+    /// The lines, to be written.
+    pub fn lines_mut(&mut self) -> &mut [Line] {
+        // SAFETY: as above, and the mapping is borrowed alone.
+        unsafe { std::slice::from_raw_parts_mut(self.map.as_mut_ptr().cast(), self.lines) }
+    }
+
+    /// Writes one number everywhere: from then on the pages are in memory.
+    pub fn fill(&mut self, value: f64) {
+        self.lines_mut().fill(Line([value; LANES]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_aligned_zero_and_one_after_the_other() {
+        let mut buffer = Buffer::new(100, false).unwrap();
+        assert_eq!(buffer.lines().len(), 100);
+        assert_eq!(buffer.lines().as_ptr() as usize % LINE, 0);
+        assert!(buffer.lines().iter().all(|line| line.0 == [0.0; LANES]));
+        buffer.fill(3.0);
+        buffer.lines_mut()[99].0[7] = 4.0;
+        let sum: f64 = buffer.lines().iter().flat_map(|line| line.0).sum();
+        assert_eq!(sum, 800.0 * 3.0 + 1.0);
+    }
+
+    #[test]
+    fn more_than_there_is_is_refused() {
+        assert!(Buffer::new(usize::MAX / 128, false).is_err());
+    }
+}

@@ -1,0 +1,39 @@
+//! Buffers on a node of one's choice.
+
+use super::buffer::{Buffer, LINE};
+use super::trouble::Trouble;
+use crate::topology::Topology;
+
+/// A buffer full of `value`, taken by the calling thread: near it, where the system does as
+/// usual.
+pub fn near(lines: usize, huge_pages: bool, value: f64) -> Result<Buffer, Trouble> {
+    let refused = |source| Trouble::Memory {
+        bytes: lines * LINE,
+        source,
+    };
+    let mut buffer = Buffer::new(lines, huge_pages).map_err(refused)?;
+    buffer.fill(value);
+    Ok(buffer)
+}
+
+/// The same on a node: touched first by a thread that is bound to a core of the node, or, where
+/// it has none, by one whose memory is bound to the node.
+pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, Trouble> {
+    let cores = topology.cores.iter().filter(|core| core.numa_node == node);
+    let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
+    let touch = || {
+        let bound = match threads.is_empty() {
+            true => topology.bind_memory_of_current_thread(node),
+            false => topology.bind_current_thread(&threads),
+        };
+        bound.map_err(|error| Trouble::Node {
+            node,
+            detail: error.to_string(),
+        })?;
+        near(lines, false, 1.0)
+    };
+    std::thread::scope(|scope| {
+        let toucher = scope.spawn(touch);
+        (toucher.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
+}

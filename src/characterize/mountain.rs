@@ -1,0 +1,150 @@
+//! The memory mountain: reading buffers of a size line by line, with a stride.
+//!
+//! A pass of stride s reads the lines 0, s, 2s …, then 1, s + 1, …: every line once, so that the
+//! working set is the whole buffer whatever the stride (after Bryant and O'Hallaron, *Computer
+//! Systems*, section 6.6, whose strides are elements; here whole lines are read, as kernels read
+//! their tables).
+
+use super::buffer::{Buffer, LANES};
+use super::plan::Seat;
+use super::team::{self, Pace, Worked};
+use super::trouble::Trouble;
+use super::vectors::{self, Set};
+use super::{memory, streaming};
+use crate::topology::Topology;
+use std::time::Duration;
+
+/// How long a repetition takes, about.
+const REPETITION: Duration = Duration::from_micros(500);
+
+/// Most lines of a repetition, unless the buffer is larger.
+const MOST_LINES: usize = 1 << 19;
+
+/// Where a reader stands in its buffer.
+struct Reader {
+    set: Set,
+    buffer: Buffer,
+    /// First line of the sweep, next line.
+    sweep: usize,
+    next: usize,
+    /// Lines of a repetition, a number a stride.
+    lines: Vec<usize>,
+    right: bool,
+}
+
+impl Reader {
+    /// Reads so many lines on from where it stands.
+    fn read(&mut self, stride: usize, lines: usize) {
+        let all = self.buffer.lines();
+        let (mut left, mut sum) = (lines, 0.0);
+        if stride == 1 && self.next == 0 {
+            // Small buffers many times in one go: a call takes as long as reading some lines.
+            let passes = lines / all.len();
+            sum += vectors::read(self.set, all, 1, all.len(), passes);
+            left -= passes * all.len();
+        }
+        while left > 0 {
+            let count = left.min((all.len() - self.next).div_ceil(stride));
+            sum += vectors::read(self.set, &all[self.next..], stride, count, 1);
+            left -= count;
+            self.next += count * stride;
+            if self.next >= all.len() {
+                self.sweep = (self.sweep + 1) % stride;
+                self.next = self.sweep;
+            }
+        }
+        self.right &= sum == (lines * LANES) as f64;
+    }
+
+    /// To the buffer's start.
+    fn turn_back(&mut self) {
+        (self.sweep, self.next) = (0, 0);
+    }
+}
+
+/// Times of every stride, and the lines of a repetition of each.
+pub fn measure(
+    topology: &Topology,
+    seat: Seat,
+    lines: usize,
+    strides: &[usize],
+    pace: Pace,
+) -> Result<(Worked<()>, Vec<usize>), Trouble> {
+    let prepare = |_| {
+        let mut reader = Reader {
+            set: Set::widest(),
+            buffer: memory::near(lines, false, 1.0)?,
+            sweep: 0,
+            next: 0,
+            lines: Vec::new(),
+            right: true,
+        };
+        for &stride in strides {
+            reader.turn_back();
+            let read = team::rounds_for(REPETITION, |n| reader.read(stride, n * 64)) * 64;
+            // Whole passes through what is small.
+            let whole = if lines < read {
+                read.next_multiple_of(lines)
+            } else {
+                read
+            };
+            reader.lines.push(whole.clamp(64, MOST_LINES.max(lines)));
+        }
+        Ok(reader)
+    };
+    let worked = team::work(
+        topology,
+        &[seat],
+        strides.len(),
+        pace,
+        prepare,
+        // Once through all, so that what fits a cache is there.
+        |reader: &mut Reader, _| {
+            reader.turn_back();
+            reader.read(1, lines);
+        },
+        |reader: &mut Reader, task| {
+            let lines = reader.lines[task];
+            reader.read(strides[task], lines);
+        },
+        |reader| (reader.right, reader.lines),
+    )?;
+    let counts = worked.results.first().map(|(_, lines)| lines.clone());
+    let right = Worked {
+        results: worked.results.iter().map(|(right, _)| *right).collect(),
+        times: worked.times,
+        unbound: worked.unbound,
+    };
+    let checked = streaming::checked(right, "reading with a stride")?;
+    Ok((checked, counts.unwrap_or_default()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However a pass is divided into repetitions, every line is read once.
+    #[test]
+    fn a_pass_reads_every_line_once() {
+        for (lines, stride, piece) in [(64, 1, 10), (64, 4, 7), (67, 8, 5), (5, 1, 3)] {
+            let mut reader = Reader {
+                set: Set::widest(),
+                buffer: memory::near(lines, false, 1.0).unwrap(),
+                sweep: 0,
+                next: 0,
+                lines: Vec::new(),
+                right: true,
+            };
+            let mut left = lines;
+            while left > 0 {
+                reader.read(stride, left.min(piece));
+                left -= left.min(piece);
+            }
+            assert!(reader.right);
+            assert_eq!((reader.sweep, reader.next), (0, 0), "{lines} {stride}");
+            reader.buffer.lines_mut()[lines / 2].0[3] = 2.0;
+            reader.read(stride, lines);
+            assert!(!reader.right, "a wrong number is noticed");
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Who else used the machine while it was measured?
+//!
+//! The system's own accounts (`/proc/stat`, ticks of usable processors) less what this process
+//! took, the time that the hypervisor kept for others, the load average, and how far the
+//! repetitions of a measurement scatter.
+
+use crate::store::Noise;
+use std::fs;
+
+/// Other programs may take this part of the processors before the machine counts as shared.
+const MOST_OTHERS: f64 = 0.02;
+
+/// The hypervisor may keep this part.
+const MOST_STOLEN: f64 = 0.01;
+
+/// The median repetition may lie so far behind the best.
+const MOST_SCATTER: f64 = 0.05;
+
+/// Time spent until now, in ticks of all usable processors.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Accounts {
+    /// All ticks.
+    all: u64,
+    /// Ticks in which something ran.
+    busy: u64,
+    /// Ticks that the hypervisor kept.
+    stolen: u64,
+    /// Ticks of this process.
+    own: u64,
+}
+
+/// Watches from its making on.
+#[derive(Debug)]
+pub struct Watch {
+    threads: Vec<u32>,
+    start: Option<Accounts>,
+    load: Option<f64>,
+}
+
+impl Watch {
+    /// Starts to watch some hardware threads.
+    pub fn new(threads: Vec<u32>) -> Self {
+        let load = fs::read_to_string("/proc/loadavg").ok();
+        Self {
+            start: now(&threads),
+            load: load.and_then(|text| text.split_whitespace().next()?.parse().ok()),
+            threads,
+        }
+    }
+
+    /// What was noticed; `scatter` of all measurements, none where nothing was repeated.
+    pub fn end(&self, scatter: Option<f64>) -> Noise {
+        verdict(self.start.zip(now(&self.threads)), self.load, scatter)
+    }
+}
+
+fn now(threads: &[u32]) -> Option<Accounts> {
+    let stat = fs::read_to_string("/proc/stat").ok()?;
+    let own = fs::read_to_string("/proc/self/stat").ok()?;
+    Some(Accounts {
+        own: own_ticks(&own)?,
+        ..of_processors(&stat, threads)?
+    })
+}
+
+/// Ticks of some processors in the text of `/proc/stat`: user, nice, system, idle, iowait, irq,
+/// softirq, steal; guests are part of user.
+fn of_processors(text: &str, threads: &[u32]) -> Option<Accounts> {
+    let mut accounts = Accounts::default();
+    let mut met = 0;
+    for line in text.lines() {
+        let mut words = line.split_whitespace();
+        let number = words.next().and_then(|name| name.strip_prefix("cpu"));
+        let Some(thread) = number.and_then(|number| number.parse::<u32>().ok()) else {
+            continue;
+        };
+        if !threads.contains(&thread) {
+            continue;
+        }
+        let ticks: Vec<u64> = words.flat_map(str::parse).take(8).collect();
+        let [user, nice, system, idle, iowait, irq, softirq, stolen] = ticks[..] else {
+            return None;
+        };
+        let busy = user + nice + system + irq + softirq;
+        accounts.busy += busy;
+        accounts.stolen += stolen;
+        accounts.all += busy + stolen + idle + iowait;
+        met += 1;
+    }
+    (met > 0).then_some(accounts)
+}
+
+/// Ticks of a process in the text of its `stat`: user and system, after the name in parentheses.
+fn own_ticks(text: &str) -> Option<u64> {
+    let (_, rest) = text.rsplit_once(')')?;
+    let mut fields = rest.split_whitespace().skip(11);
+    let (user, system): (u64, u64) = (fields.next()?.parse().ok()?, fields.next()?.parse().ok()?);
+    Some(user + system)
+}
+
+fn verdict(
+    between: Option<(Accounts, Accounts)>,
+    load: Option<f64>,
+    scatter: Option<f64>,
+) -> Noise {
+    let part = |pick: fn(&Accounts) -> f64| {
+        let (start, end) = between?;
+        let all = end.all.checked_sub(start.all).filter(|all| *all > 0)?;
+        Some(((pick(&end) - pick(&start)) / all as f64).max(0.0))
+    };
+    let others = part(|a| a.busy as f64 - a.own as f64);
+    let stolen = part(|a| a.stolen as f64);
+    let mut remarks = Vec::new();
+    let mut notice = |value: Option<f64>, most: f64, words: fn(f64) -> String| {
+        let noticed = value.filter(|value| *value > most);
+        remarks.extend(noticed.map(words));
+        noticed.is_none()
+    };
+    let quiet = [
+        notice(others, MOST_OTHERS, |v| {
+            format!("other programs took {:.0} % of the processors", 100.0 * v)
+        }),
+        notice(stolen, MOST_STOLEN, |v| {
+            format!(
+                "the hypervisor kept {:.0} % of the processors for others",
+                100.0 * v
+            )
+        }),
+        notice(scatter, MOST_SCATTER, |v| {
+            format!(
+                "repetitions lie {:.0} % behind the best, in the middle of all",
+                100.0 * v
+            )
+        }),
+    ];
+    if between.is_none() {
+        remarks.push("the system does not tell who else used the processors".to_owned());
+    }
+    Noise {
+        others,
+        stolen,
+        load,
+        scatter,
+        quiet: quiet == [true; 3] && between.is_some(),
+        remarks,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STAT: &str = "cpu  99 99 99 99 99 99 99 99 0 0\n\
+        cpu0 100 10 20 1000 5 1 2 7 0 0\n\
+        cpu1 200 0 30 900 0 0 0 3 0 0\n\
+        cpu7 9 9 9 9 9 9 9 9 0 0\nintr 12\n";
+
+    #[test]
+    fn accounts_are_of_the_processors_in_use() {
+        let found = of_processors(STAT, &[0, 1]).unwrap();
+        assert_eq!(found.busy, 133 + 230);
+        assert_eq!(found.stolen, 10);
+        assert_eq!(found.all, 133 + 230 + 10 + 1005 + 900);
+        assert_eq!(of_processors(STAT, &[3]), None);
+        assert_eq!(of_processors("cpu0 1 2 3", &[0]), None);
+        let stat = "12 (a name) with) R 1 1 1 0 -1 0 0 0 0 0 500 30 0 0 20";
+        assert_eq!(own_ticks(stat), Some(530));
+    }
+
+    #[test]
+    fn a_shared_machine_is_said_to_be_shared() {
+        let start = Accounts::default();
+        let end = Accounts {
+            all: 1000,
+            busy: 900,
+            stolen: 30,
+            own: 500,
+        };
+        let noise = verdict(Some((start, end)), Some(7.5), Some(0.2));
+        assert!(!noise.quiet);
+        assert_eq!((noise.others, noise.stolen), (Some(0.4), Some(0.03)));
+        let said = noise.remarks.join("; ");
+        for words in ["40 %", "3 %", "20 % behind"] {
+            assert!(said.contains(words), "{said}");
+        }
+        let alone = Accounts {
+            own: 900,
+            stolen: 0,
+            ..end
+        };
+        let noise = verdict(Some((start, alone)), None, Some(0.01));
+        assert!(noise.quiet && noise.remarks.is_empty(), "{noise:?}");
+        assert!(!verdict(None, None, None).quiet);
+    }
+
+    #[test]
+    fn this_process_s_own_work_is_not_noise() {
+        let before = now(&[0, 1]);
+        if let Some(before) = before {
+            let after = now(&[0, 1]).unwrap();
+            assert!(after.own >= before.own && after.all >= before.all);
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! Kernels that go round a set of tables, as a mesh cycle goes round its segments or a campaign
+//! round its points: what a product costs while the set fits a cache, and when it does not.
+
+use super::drive::{self, DefaultDrive};
+use super::plan::{Mesh, Seat};
+use super::streaming::checked;
+use super::team::{self, Pace, Worked};
+use super::trouble::Trouble;
+use crate::model::{OperatingPoint, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Operator, Tangents, Volterra};
+use crate::topology::Topology;
+use faer::Mat;
+use std::time::Duration;
+
+/// How long a repetition takes, about.
+const REPETITION: Duration = Duration::from_micros(500);
+
+/// Mesh cycles at an operating point before the next one: a campaign stays for hundreds.
+const STAY: usize = 16;
+
+/// Modes of the points that rotate.
+pub const MODES: usize = 40;
+
+/// Times of what was repeated, over the pieces of a repetition.
+#[derive(Debug)]
+pub struct Rotated {
+    /// Times of a piece, for every count \[s\].
+    pub worked: Worked<()>,
+    /// Bytes of one table.
+    pub bytes: usize,
+}
+
+/// A vector that operators are applied to in turn.
+struct Wheel {
+    operators: Vec<Operator>,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    at: usize,
+    applied: usize,
+    /// Products of a repetition, a number a count.
+    products: Vec<usize>,
+}
+
+impl Wheel {
+    /// So many cyclic shifts of a vector 0, 1, 2 …: products are exact, and their number can be
+    /// read off the vector.
+    fn new(dimension: usize, count: usize) -> Self {
+        let shift = Mat::from_fn(dimension, dimension, |i, j| {
+            f64::from(u8::from(j == (i + 1) % dimension))
+        });
+        let operators = (0..count).map(|_| Operator::new(shift.as_ref())).collect();
+        // Rows are padded to lane groups of eight.
+        let padded = dimension.next_multiple_of(8);
+        Self {
+            operators,
+            x: (0..padded).map(|i| i as f64).collect(),
+            y: vec![0.0; padded],
+            at: 0,
+            applied: 0,
+            products: Vec::new(),
+        }
+    }
+
+    fn turn(&mut self, count: usize, products: usize) {
+        for _ in 0..products {
+            self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
+            self.operators[self.at].apply(&self.x, &mut self.y);
+            std::mem::swap(&mut self.x, &mut self.y);
+        }
+        self.applied += products;
+    }
+
+    fn right(&self, dimension: usize) -> bool {
+        let shown = self.x[..dimension].iter().enumerate();
+        shown.fold(true, |right, (i, &x)| {
+            right && x == ((i + self.applied) % dimension) as f64
+        })
+    }
+}
+
+/// Times of a dense product over rotating operators.
+pub fn products(
+    topology: &Topology,
+    seat: Seat,
+    dimension: usize,
+    counts: &[usize],
+    pace: Pace,
+) -> Result<Rotated, Trouble> {
+    let most = counts.iter().copied().max().unwrap_or(1);
+    let worked = team::work(
+        topology,
+        &[seat],
+        counts.len(),
+        pace,
+        |_| {
+            let mut wheel = Wheel::new(dimension, most);
+            for &count in counts {
+                let products = team::rounds_for(REPETITION, |n| wheel.turn(count, n));
+                wheel.products.push(products);
+            }
+            Ok(wheel)
+        },
+        // Once round, so that what fits a cache is there.
+        |wheel: &mut Wheel, task| wheel.turn(counts[task], counts[task]),
+        |wheel: &mut Wheel, task| wheel.turn(counts[task], wheel.products[task]),
+        |wheel| {
+            let bytes = wheel.operators[0].bytes();
+            (wheel.right(dimension), bytes, wheel.products)
+        },
+    )?;
+    let bytes = worked.results.first().map_or(0, |(_, bytes, _)| *bytes);
+    let pieces = worked.results.first().map(|(_, _, pieces)| pieces.clone());
+    Ok(Rotated {
+        worked: over(
+            Worked {
+                results: worked.results.iter().map(|(right, ..)| *right).collect(),
+                times: worked.times,
+                unbound: worked.unbound,
+            },
+            pieces.unwrap_or_default().iter().map(|&n| n as f64),
+            "dense products",
+        )?,
+        bytes,
+    })
+}
+
+/// Times over the pieces of a repetition, if the results were right.
+fn over(
+    worked: Worked<bool>,
+    pieces: impl Iterator<Item = f64>,
+    what: &'static str,
+) -> Result<Worked<()>, Trouble> {
+    let mut checked = checked(worked, what)?;
+    for (times, pieces) in checked.times.iter_mut().zip(pieces) {
+        times.iter_mut().for_each(|time| *time /= pieces);
+    }
+    Ok(checked)
+}
+
+/// Operating points that are marched in turn, some cycles each.
+struct Round<'m> {
+    kernels: Vec<Volterra<'m>>,
+    trajectories: Vec<TrajectoryState>,
+    at: usize,
+    /// Stays of a repetition, a number a count.
+    stays: Vec<usize>,
+    /// Windows of every repetition.
+    windows: Vec<Vec<u64>>,
+    stopped: bool,
+}
+
+impl Round<'_> {
+    /// Marches so many cycles at the next points; gives the windows that they took.
+    fn march(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
+        let mut counters = Counters::default();
+        let mut workspace = self.kernels[0].workspace();
+        for _ in 0..stays {
+            self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
+            for _ in 0..cycles {
+                let ended = self.kernels[self.at].march(
+                    &mut self.trajectories[self.at],
+                    &mut Tangents::none(),
+                    &mut workspace,
+                    &mut (),
+                    &mut counters,
+                );
+                self.stopped |= ended.is_err();
+            }
+        }
+        counters.windows
+    }
+}
+
+/// Times of a window of the structured kernel over rotating operating points.
+pub fn points(
+    topology: &Topology,
+    default: &DefaultDrive,
+    seat: Seat,
+    mesh: Mesh,
+    counts: &[usize],
+    pace: Pace,
+) -> Result<Rotated, Trouble> {
+    let most = counts.iter().copied().max().unwrap_or(1);
+    let structure = default.structure(MODES)?;
+    let models = (0..most)
+        .map(|i| {
+            let speed = 1200.0 + 300.0 * i as f64 / most as f64;
+            default.model(&structure, mesh, OperatingPoint { load: 0.1, speed })
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let start = drive::settled(&models[0])?;
+    let worked = team::work(
+        topology,
+        &[seat],
+        counts.len(),
+        pace,
+        |_| {
+            let mut round = Round {
+                kernels: models.iter().map(drive::volterra).collect(),
+                trajectories: vec![start.clone(); most],
+                at: 0,
+                stays: Vec::new(),
+                windows: vec![Vec::new(); counts.len()],
+                stopped: false,
+            };
+            for &count in counts {
+                let stays = team::rounds_for(REPETITION, |stays| {
+                    round.march(count, stays, STAY);
+                });
+                round.stays.push(stays);
+            }
+            Ok(round)
+        },
+        // Once round, so that what fits a cache is there.
+        |round: &mut Round<'_>, task| {
+            round.march(counts[task], counts[task], 1);
+        },
+        |round: &mut Round<'_>, task| {
+            let windows = round.march(counts[task], round.stays[task], STAY);
+            round.windows[task].push(windows);
+        },
+        |round| {
+            let bytes = round.kernels.iter().map(Volterra::bytes).sum::<usize>();
+            (!round.stopped, bytes / round.kernels.len(), round.windows)
+        },
+    )?;
+    let bytes = worked.results.first().map_or(0, |(_, bytes, _)| *bytes);
+    let windows = worked
+        .results
+        .first()
+        .map(|(_, _, windows)| windows.clone());
+    let mut worked = checked(
+        Worked {
+            results: worked.results.iter().map(|(right, ..)| *right).collect(),
+            times: worked.times,
+            unbound: worked.unbound,
+        },
+        "marching in turn",
+    )?;
+    // Every repetition by its own windows: motion differs from cycle to cycle.
+    for (times, windows) in worked.times.iter_mut().zip(windows.unwrap_or_default()) {
+        for (time, windows) in times.iter_mut().zip(windows) {
+            *time /= windows as f64;
+        }
+    }
+    Ok(Rotated { worked, bytes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wheel_counts_its_products() {
+        let mut wheel = Wheel::new(31, 5);
+        wheel.turn(5, 7);
+        wheel.turn(2, 100);
+        assert!(wheel.right(31));
+        assert_eq!(wheel.x[0], (107 % 31) as f64);
+        wheel.applied += 1;
+        assert!(!wheel.right(31));
+    }
+}

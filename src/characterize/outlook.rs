@@ -1,0 +1,102 @@
+//! What a job would take on another machine, from what both machines were measured to do.
+
+use crate::store::{Characteristics, SolverRow};
+use serde::Serialize;
+
+/// The rate of a machine for a job.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outlook {
+    /// Name of the machine.
+    pub host: String,
+    /// When it was measured.
+    pub measured: String,
+    /// Threads of the rate.
+    pub threads: u64,
+    /// Mesh cycles of the default drive a second, with the job's number of modes.
+    pub rate: f64,
+    /// Rate over that of one thread times the threads.
+    pub efficiency: f64,
+    /// Threads beyond which the rate no longer grows by two per cent.
+    pub worthwhile: u64,
+    /// Whether the machine was quiet while it was measured.
+    pub quiet: bool,
+}
+
+/// Rates of the structured kernel with a number of modes on a number of threads, interpolated in
+/// logarithms between those measured; none where it was not measured.
+pub fn outlook(machine: &Characteristics, modes: usize, threads: u64) -> Option<Outlook> {
+    let rate = |threads: u64| over_modes(&machine.solver, modes as f64, threads);
+    let mut counts: Vec<u64> = volterra(&machine.solver).map(|row| row.threads).collect();
+    counts.sort_unstable();
+    counts.dedup();
+    let rates: Vec<[f64; 2]> = (counts.iter())
+        .filter_map(|&count| Some([count as f64, rate(count)?]))
+        .collect();
+    let most = counts.last().copied()?;
+    let threads = threads.min(most);
+    let here = interpolated(&rates, threads as f64)?;
+    let alone = interpolated(&rates, 1.0)?;
+    let best = rates.iter().map(|[_, rate]| *rate).fold(0.0, f64::max);
+    let worthwhile = rates.iter().find(|[_, rate]| *rate >= 0.98 * best)?;
+    Some(Outlook {
+        host: machine.host.clone(),
+        measured: machine.started.clone(),
+        threads,
+        rate: here,
+        efficiency: here / (alone * threads as f64),
+        worthwhile: worthwhile[0] as u64,
+        quiet: machine.noise.quiet,
+    })
+}
+
+fn volterra(rows: &[SolverRow]) -> impl Iterator<Item = &SolverRow> {
+    let wanted = |row: &&SolverRow| row.kernel == "volterra" && row.tables == "eight";
+    rows.iter().filter(wanted)
+}
+
+fn over_modes(rows: &[SolverRow], modes: f64, threads: u64) -> Option<f64> {
+    let mut places: Vec<[f64; 2]> = volterra(rows)
+        .filter(|row| row.threads == threads)
+        .map(|row| [row.modes as f64, row.rate.value])
+        .collect();
+    places.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    interpolated(&places, modes)
+}
+
+/// A power law between neighbours, that of the last two beyond the ends.
+fn interpolated(places: &[[f64; 2]], x: f64) -> Option<f64> {
+    match places {
+        [] => None,
+        [only] => Some(only[1]),
+        _ => {
+            let after = places.partition_point(|place| place[0] < x);
+            let [a, b] = [
+                places[after.clamp(1, places.len() - 1) - 1],
+                places[after.clamp(1, places.len() - 1)],
+            ];
+            let slope = (b[1] / a[1]).ln() / (b[0] / a[0]).ln();
+            Some(a[1] * (x / a[0]).powf(slope))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_is_followed_between_and_beyond() {
+        let places = [[10.0, 100.0], [20.0, 50.0], [40.0, 25.0]];
+        for (x, exact) in [
+            (10.0, 100.0),
+            (15.0, 1000.0 / 15.0),
+            (80.0, 12.5),
+            (5.0, 200.0),
+        ] {
+            let found = interpolated(&places, x).unwrap();
+            assert!((found / exact - 1.0).abs() < 1e-12, "{x}: {found}");
+        }
+        assert_eq!(interpolated(&[[4.0, 7.0]], 9.0), Some(7.0));
+        assert_eq!(interpolated(&[], 9.0), None);
+    }
+}

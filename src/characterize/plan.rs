@@ -1,0 +1,650 @@
+//! What is to be measured on a machine: a pure decision over its topology, tried out on machines
+//! that do not exist.
+
+use super::Extent;
+use super::buffer::LINE;
+use super::vectors::Set;
+use crate::topology::{Cache, Topology};
+
+/// Where a thread sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seat {
+    /// Hardware thread, as the system numbers it.
+    pub thread: u32,
+    /// Its NUMA node, as the system numbers it.
+    pub node: u32,
+}
+
+/// How threads are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Placement {
+    /// The cores of a node before those of the next.
+    Compact,
+    /// The nodes in turn.
+    Scattered,
+}
+
+impl Placement {
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Compact => "compact",
+            Self::Scattered => "scattered",
+        }
+    }
+}
+
+/// The order in which a chain of loads goes through a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Walk {
+    /// Page after page, at random within each.
+    Pages,
+    /// At random over all.
+    Anywhere,
+    /// The same on huge pages.
+    AnywhereHuge,
+}
+
+/// A mesh of the default drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mesh {
+    /// Two levels of stiffness, as in the default manifest.
+    TwoLevels,
+    /// A level of its own for each of sixty segments, as a computed mesh has.
+    SixtyLevels,
+}
+
+/// A kernel that marches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// The structured kernel.
+    Volterra,
+    /// Dense tables, spectral form.
+    Spectral,
+    /// The same with certified runs.
+    Fused,
+}
+
+impl Solver {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Volterra, Self::Spectral, Self::Fused];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Volterra => "volterra",
+            Self::Spectral => "spectral",
+            Self::Fused => "fused",
+        }
+    }
+}
+
+/// Which tables threads read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sharing {
+    /// All the same one.
+    Shared,
+    /// The one of their node.
+    Node,
+    /// Those of eight operating points.
+    Eight,
+}
+
+impl Sharing {
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shared => "shared",
+            Self::Node => "node",
+            Self::Eight => "eight",
+        }
+    }
+}
+
+/// One thing to measure; some give several figures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Item {
+    /// Multiply-adds of every member: one figure.
+    Arithmetic {
+        /// Instruction set.
+        set: Set,
+        /// Members.
+        team: Vec<Seat>,
+    },
+    /// Read, copy, triad: a figure a kernel of [`StreamKernel::available`].
+    Streams {
+        /// How the members are placed.
+        placement: Placement,
+        /// Members.
+        team: Vec<Seat>,
+        /// Lines of each of a member's arrays.
+        lines: usize,
+    },
+    /// Reading memory of one node from the cores of another: one figure.
+    Nodes {
+        /// Members, all of one node.
+        team: Vec<Seat>,
+        /// Node of the memory.
+        memory: u32,
+        /// Lines of a member's array.
+        lines: usize,
+    },
+    /// Dense products over rotating operators: a figure a count.
+    Operators {
+        /// Where.
+        seat: Seat,
+        /// Rows and columns.
+        dimension: usize,
+        /// How many operators rotate.
+        counts: Vec<usize>,
+    },
+    /// Marching rotating operating points with the structured kernel: a figure a count.
+    Points {
+        /// Where.
+        seat: Seat,
+        /// The mesh.
+        mesh: Mesh,
+        /// How many points rotate.
+        counts: Vec<usize>,
+    },
+    /// Marching on teams of growing size: a figure a team.
+    Solver {
+        /// The kernel.
+        solver: Solver,
+        /// Its tables.
+        sharing: Sharing,
+        /// Modes.
+        modes: usize,
+        /// The teams.
+        teams: Vec<Vec<Seat>>,
+    },
+    /// Reading a buffer: a figure a stride.
+    Mountain {
+        /// Where.
+        seat: Seat,
+        /// Lines of the buffer.
+        lines: usize,
+        /// Strides in lines.
+        strides: Vec<usize>,
+    },
+    /// A chain of loads: one figure.
+    Latency {
+        /// Where.
+        seat: Seat,
+        /// Node of the memory.
+        memory: u32,
+        /// Lines of the buffer.
+        lines: usize,
+        /// Their order.
+        walk: Walk,
+    },
+}
+
+/// What streams through memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StreamKernel {
+    /// Sums an array.
+    Read,
+    /// `a = b`, past the caches or not.
+    Copy(bool),
+    /// `a = b + q c`, past the caches or not.
+    Triad(bool),
+}
+
+impl StreamKernel {
+    /// Those of this architecture.
+    pub fn available() -> Vec<Self> {
+        let mut kernels = vec![Self::Read, Self::Copy(false), Self::Triad(false)];
+        if super::vectors::NON_TEMPORAL {
+            kernels.extend([Self::Copy(true), Self::Triad(true)]);
+        }
+        kernels
+    }
+
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Copy(false) => "copy",
+            Self::Copy(true) => "copy_nt",
+            Self::Triad(false) => "triad",
+            Self::Triad(true) => "triad_nt",
+        }
+    }
+
+    /// Arrays that it reads or writes.
+    pub fn arrays(self) -> usize {
+        match self {
+            Self::Read => 1,
+            Self::Copy(_) => 2,
+            Self::Triad(_) => 3,
+        }
+    }
+}
+
+/// What may be taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Memory \[bytes\].
+    pub memory: u64,
+    /// Processors' worth of time that the system gives this process.
+    pub processors: usize,
+}
+
+/// What is measured, in this order, and what is not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The items.
+    pub items: Vec<Item>,
+    /// What cannot be measured here, a sentence each.
+    pub missing: Vec<String>,
+}
+
+/// A last-level cache where the system reports none \[bytes\].
+const USUAL_CACHE: u64 = 32 << 20;
+
+/// Arrays are this many times as large as the last-level caches they pass through, as the rules
+/// of STREAM ask.
+const OUTGROWN: u64 = 4;
+
+/// Operating points in rotation at most, with two levels of stiffness and with sixty: their
+/// tables take time to build.
+const MOST_POINTS: [u64; 2] = [4096, 512];
+
+/// Bytes of a point's tables, about: decides only how many rotate.
+const POINT_BYTES: [u64; 2] = [66 << 10, 610 << 10];
+
+/// What an extent asks for.
+struct Scale {
+    /// Largest buffer of a single thread \[bytes\].
+    largest: u64,
+    /// Sizes an octave.
+    steps: u32,
+    strides: &'static [usize],
+    dimensions: &'static [usize],
+    modes: &'static [usize],
+    /// Largest array of a stream over all threads \[bytes\].
+    array: u64,
+}
+
+impl Scale {
+    fn of(extent: Extent) -> Self {
+        match extent {
+            Extent::Quick => Self {
+                largest: 512 << 20,
+                steps: 1,
+                strides: &[1, 4, 16, 64],
+                dimensions: &[31, 41, 81],
+                modes: &[10, 20, 40],
+                array: 512 << 20,
+            },
+            Extent::Default => Self {
+                largest: 1 << 30,
+                steps: 2,
+                strides: &[1, 2, 4, 8, 16, 32, 64],
+                dimensions: &[31, 41, 81, 161],
+                modes: &[10, 20, 40, 80],
+                array: 4 << 30,
+            },
+            Extent::Full => Self {
+                largest: 4 << 30,
+                steps: 3,
+                strides: &[1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128],
+                dimensions: &[31, 41, 61, 81, 121, 161, 321],
+                modes: &[5, 10, 20, 40, 80, 160],
+                array: 64 << 30,
+            },
+        }
+    }
+}
+
+/// Plans the measurements of a machine.
+pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
+    let scale = Scale::of(extent);
+    let mut missing = Vec::new();
+    let compact = teams(topology, Placement::Compact, limits.processors);
+    let Some(first) = compact.first().and_then(|team| team.first()).copied() else {
+        missing.push("this process may use no core: nothing was measured".to_owned());
+        return Plan {
+            items: Vec::new(),
+            missing,
+        };
+    };
+    if limits.processors < topology.threads() {
+        missing.push(format!(
+            "more than {} of {} threads: the system gives this process no more processor time",
+            limits.processors,
+            topology.threads()
+        ));
+    }
+    let mut items = arithmetic(&compact);
+    streams(&mut items, &mut missing, topology, &compact, &scale, limits);
+    nodes(&mut items, &mut missing, topology, &scale, limits);
+
+    let llc = topology.caches.last().map_or(USUAL_CACHE, |c| c.size);
+    let wanted = (OUTGROWN * llc).max(64 << 20);
+    let largest = wanted.min(scale.largest).min(limits.memory);
+    if largest < 2 * llc {
+        missing.push(format!(
+            "one thread's working sets beyond the last-level cache of {} MiB: buffers end at {} MiB \
+             (--memory, --full)",
+            llc >> 20,
+            largest >> 20
+        ));
+    }
+    for &dimension in scale.dimensions {
+        let bytes = (8 * dimension * dimension.next_multiple_of(8)) as u64;
+        let counts: Vec<usize> = sizes(bytes, largest, scale.steps)
+            .map(|size| (size / bytes) as usize)
+            .collect();
+        if !counts.is_empty() {
+            let seat = first;
+            items.push(Item::Operators {
+                seat,
+                dimension,
+                counts,
+            });
+        }
+    }
+    for (i, mesh) in [Mesh::TwoLevels, Mesh::SixtyLevels].into_iter().enumerate() {
+        let most = (largest / POINT_BYTES[i]).clamp(1, MOST_POINTS[i]) as usize;
+        let counts = (0..).map(|i| 1 << i).take_while(|&n| n <= most).collect();
+        let seat = first;
+        items.push(Item::Points { seat, mesh, counts });
+    }
+    solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
+    for size in sizes(8 << 10, largest, scale.steps) {
+        let lines = size as usize / LINE;
+        // Sweeps of few lines would time the loop.
+        let strides = scale
+            .strides
+            .iter()
+            .copied()
+            .filter(|s| 32 * s <= lines || *s == 1);
+        items.push(Item::Mountain {
+            seat: first,
+            lines,
+            strides: strides.collect(),
+        });
+    }
+    latencies(&mut items, topology, first, largest, &scale);
+    Plan { items, missing }
+}
+
+/// `smallest` and up to `largest`, so many sizes an octave.
+fn sizes(smallest: u64, largest: u64, steps: u32) -> impl Iterator<Item = u64> {
+    let size = move |i: u32| {
+        let grown = smallest as f64 * (f64::from(i) / f64::from(steps)).exp2();
+        // Whole lines, whole operators.
+        match smallest.is_multiple_of(LINE as u64) && smallest.is_power_of_two() {
+            true => (grown as u64).next_multiple_of(LINE as u64),
+            false => (grown / smallest as f64).round() as u64 * smallest,
+        }
+    };
+    let mut last = 0;
+    (0..)
+        .map(size)
+        .take_while(move |size| *size <= largest)
+        .filter(move |size| std::mem::replace(&mut last, *size) != *size)
+}
+
+/// All hardware threads in the order in which they are taken: first threads of all cores before
+/// second ones.
+pub fn order(topology: &Topology, placement: Placement) -> Vec<Seat> {
+    let mut ranked = Vec::new();
+    let mut in_node = std::collections::HashMap::new();
+    for (index, core) in topology.cores.iter().enumerate() {
+        let rank: &mut usize = in_node.entry(core.numa_node).or_default();
+        for (lap, &thread) in core.threads.iter().enumerate() {
+            let node = core.numa_node;
+            let key = match placement {
+                Placement::Compact => (lap, node as usize, index),
+                Placement::Scattered => (lap, *rank, node as usize),
+            };
+            ranked.push((key, Seat { thread, node }));
+        }
+        *rank += 1;
+    }
+    ranked.sort_by_key(|(key, _)| *key);
+    ranked.into_iter().map(|(_, seat)| seat).collect()
+}
+
+/// Teams of growing size: powers of two, a node's cores, all cores, all threads; no more than
+/// `most` members.
+pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<Seat>> {
+    let order = order(topology, placement);
+    let most = order.len().min(most);
+    let of_node = |node: u32| {
+        topology
+            .cores
+            .iter()
+            .filter(|c| c.numa_node == node)
+            .count()
+    };
+    let nodes = topology.numa_nodes.iter().map(|node| of_node(node.index));
+    let mut counts: Vec<usize> = (0..usize::BITS)
+        .map(|i| 1 << i)
+        .take_while(|&n| n <= most)
+        .chain([nodes.max().unwrap_or(1), topology.cores.len(), most])
+        .filter(|n| (1..=most).contains(n))
+        .collect();
+    counts.sort_unstable();
+    counts.dedup();
+    counts.iter().map(|&n| order[..n].to_vec()).collect()
+}
+
+fn arithmetic(teams: &[Vec<Seat>]) -> Vec<Item> {
+    let mut items = Vec::new();
+    for set in Set::available() {
+        let (first, last) = (&teams[0], &teams[teams.len() - 1]);
+        let both = [first, last];
+        let distinct = if first == last { &both[..1] } else { &both[..] };
+        items.extend(distinct.iter().map(|&team| Item::Arithmetic {
+            set,
+            team: team.clone(),
+        }));
+    }
+    items
+}
+
+/// Last-level caches that a team spans; hwloc lists cores that share a cache side by side.
+fn caches_spanned(topology: &Topology, team: &[Seat], cache: &Cache) -> usize {
+    let mut before = 0;
+    let mut spanned: Vec<usize> = Vec::new();
+    for core in &topology.cores {
+        if team.iter().any(|seat| core.threads.contains(&seat.thread)) {
+            spanned.push(before / cache.shared_by.max(1));
+        }
+        before += core.threads.len();
+    }
+    spanned.dedup();
+    spanned.len().clamp(1, cache.count.max(1))
+}
+
+/// Lines of each of a member's arrays when there are so many arrays, and whether they outgrow
+/// the caches.
+fn array_lines(
+    topology: &Topology,
+    team: &[Seat],
+    arrays: u64,
+    scale: &Scale,
+    limits: Limits,
+) -> (usize, bool) {
+    let caches = match topology.caches.last() {
+        Some(cache) => cache.size * caches_spanned(topology, team, cache) as u64,
+        None => USUAL_CACHE,
+    };
+    let wanted = (OUTGROWN * caches).max(16 << 20);
+    let granted = wanted.min(scale.array).min(limits.memory / arrays);
+    let lines = granted as usize / LINE / team.len();
+    (lines.max(64), granted >= wanted)
+}
+
+fn streams(
+    items: &mut Vec<Item>,
+    missing: &mut Vec<String>,
+    topology: &Topology,
+    compact: &[Vec<Seat>],
+    scale: &Scale,
+    limits: Limits,
+) {
+    let mut outgrown = true;
+    let scattered = teams(topology, Placement::Scattered, limits.processors);
+    for (placement, teams) in [
+        (Placement::Compact, compact),
+        (Placement::Scattered, &scattered),
+    ] {
+        for team in teams {
+            // Where both place threads alike, once is enough.
+            if placement == Placement::Scattered && same_places(team, compact) {
+                continue;
+            }
+            let (lines, enough) = array_lines(topology, team, 3, scale, limits);
+            outgrown &= enough;
+            items.push(Item::Streams {
+                placement,
+                team: team.clone(),
+                lines,
+            });
+        }
+    }
+    if !outgrown {
+        missing.push(
+            "streams through arrays of four times the last-level caches: there is not memory \
+             enough, or not time (--memory, --full); their figures hold a part of cache"
+                .to_owned(),
+        );
+    }
+}
+
+/// Whether a team of this size with the same threads is among those given.
+fn same_places(team: &[Seat], teams: &[Vec<Seat>]) -> bool {
+    let sorted = |team: &[Seat]| {
+        let mut threads: Vec<u32> = team.iter().map(|seat| seat.thread).collect();
+        threads.sort_unstable();
+        threads
+    };
+    (teams.iter()).any(|other| other.len() == team.len() && sorted(other) == sorted(team))
+}
+
+/// Pairs of nodes: the cores of each read the memory of each.
+fn nodes(
+    items: &mut Vec<Item>,
+    missing: &mut Vec<String>,
+    topology: &Topology,
+    scale: &Scale,
+    limits: Limits,
+) {
+    if topology.numa_nodes.len() < 2 {
+        return;
+    }
+    for (node, memory) in pairs(topology) {
+        let mut team = order(topology, Placement::Compact);
+        let cores = (topology.cores.iter()).filter(|core| core.numa_node == node);
+        let cores = cores.count();
+        team.retain(|seat| seat.node == node);
+        team.truncate(cores.min(limits.processors));
+        let (lines, _) = array_lines(topology, &team, 1, scale, limits);
+        items.push(Item::Nodes {
+            team,
+            memory,
+            lines,
+        });
+    }
+    for node in &topology.numa_nodes {
+        if node.threads.is_empty() {
+            let index = node.index;
+            missing.push(format!(
+                "node {index} from its own cores: it has none that this process may use"
+            ));
+        }
+    }
+}
+
+/// Nodes with cores, each with every node.
+fn pairs(topology: &Topology) -> Vec<(u32, u32)> {
+    let with_cores = |node: u32| topology.cores.iter().any(|core| core.numa_node == node);
+    let all = || topology.numa_nodes.iter().map(|node| node.index);
+    all()
+        .filter(|&node| with_cores(node))
+        .flat_map(|node| all().map(move |memory| (node, memory)))
+        .collect()
+}
+
+fn solvers(
+    items: &mut Vec<Item>,
+    missing: &mut Vec<String>,
+    topology: &Topology,
+    teams: &[Vec<Seat>],
+    scale: &Scale,
+    limits: Limits,
+) {
+    let several = topology.numa_nodes.len() > 1;
+    for &modes in scale.modes {
+        // Two operators a segment; runs of cells double that.
+        let table = 4 * 60 * 8 * (2 * modes as u64 + 3).pow(2);
+        for sharing in [Sharing::Shared, Sharing::Node, Sharing::Eight] {
+            if sharing == Sharing::Node && !several {
+                continue;
+            }
+            let tables = match sharing {
+                Sharing::Shared => 1,
+                Sharing::Node => topology.numa_nodes.len() as u64,
+                Sharing::Eight => 8,
+            };
+            for solver in Solver::ALL {
+                if solver != Solver::Volterra && tables * table > limits.memory {
+                    missing.push(format!(
+                        "{} with {modes} modes, tables {}: {} MiB of tables (--memory)",
+                        solver.name(),
+                        sharing.name(),
+                        (tables * table) >> 20
+                    ));
+                    continue;
+                }
+                items.push(Item::Solver {
+                    solver,
+                    sharing,
+                    modes,
+                    teams: teams.to_vec(),
+                });
+            }
+        }
+    }
+    if !several {
+        missing.push("a table a node: there is one node, its table is the shared one".to_owned());
+    }
+}
+
+fn latencies(items: &mut Vec<Item>, topology: &Topology, first: Seat, largest: u64, scale: &Scale) {
+    let lines = |size: u64| size as usize / LINE;
+    let item = |seat: Seat, memory, size, walk| Item::Latency {
+        seat,
+        memory,
+        lines: lines(size),
+        walk,
+    };
+    for size in sizes(8 << 10, largest, scale.steps) {
+        items.push(item(first, first.node, size, Walk::Pages));
+    }
+    let last = sizes(8 << 10, largest, scale.steps)
+        .last()
+        .unwrap_or(8 << 10);
+    for walk in [Walk::Anywhere, Walk::AnywhereHuge] {
+        items.push(item(first, first.node, last, walk));
+    }
+    for (node, memory) in pairs(topology) {
+        let seat = order(topology, Placement::Compact)
+            .into_iter()
+            .find(|seat| seat.node == node);
+        if let Some(seat) = seat
+            && (node, memory) != (first.node, first.node)
+        {
+            items.push(item(seat, memory, last, Walk::Pages));
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "plan/tests.rs"]
+mod tests;

@@ -1,0 +1,351 @@
+//! Solver scaling: teams that march the default drive with one table for all, a table a node, or
+//! the tables of eight operating points.
+//!
+//! Every member marches the same trajectories over the same cycles, so that all have the same
+//! work and must end in the same bits.
+
+use super::drive::{self, DefaultDrive, EVENT_LIMIT};
+use super::plan::{Mesh, Seat, Sharing, Solver};
+use super::team::{self, Pace};
+use super::trouble::Trouble;
+use crate::model::{Model, OperatingPoint, TrajectoryState};
+use crate::propagate::{Counters, DenseError, Fused, Kernel, Spectral, Stop, Tangents, Volterra};
+use crate::topology::Topology;
+use std::time::{Duration, Instant};
+
+/// Unit steps of the dense tables, as published.
+const CELLS: u32 = 60;
+
+/// How long a repetition takes, about.
+const REPETITION: Duration = Duration::from_millis(1);
+
+/// Mesh cycles at one operating point before the next, where there are several.
+const STAY: usize = 16;
+
+/// Where the drive runs: near resonance, light load first.
+const SPEED: f64 = 1200.0;
+const LOADS: [f64; 8] = [0.05, 0.08, 0.12, 0.15, 0.19, 0.22, 0.26, 0.30];
+
+/// Work of a mesh cycle, counted.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Work {
+    /// Numbers of tables read, each for one multiply-add.
+    pub numbers: f64,
+    /// Bytes of different numbers among them.
+    pub distinct: f64,
+}
+
+/// What marching gave.
+#[derive(Debug)]
+pub struct Marched {
+    /// Time of a cycle on every team: of a repetition, over the cycles of all members \[s\].
+    pub times: Vec<Vec<f64>>,
+    /// Bytes of the tables of one operating point.
+    pub bytes: usize,
+    /// Work of a cycle.
+    pub work: Work,
+    /// Why members could not be bound, where they could not.
+    pub unbound: Option<String>,
+}
+
+/// A kernel that can say what it reads.
+trait Tabled: Kernel {
+    /// Bytes of its tables.
+    fn table_bytes(&self) -> usize;
+    /// Work of a cycle.
+    fn work(&self, counted: &Counters) -> Work;
+}
+
+impl Tabled for Volterra<'_> {
+    fn table_bytes(&self) -> usize {
+        self.bytes()
+    }
+
+    fn work(&self, counted: &Counters) -> Work {
+        let windows = counted.windows as f64 / counted.cycles as f64;
+        let numbers = windows * self.numbers_per_window() as f64;
+        Work {
+            numbers,
+            distinct: (self.bytes() as f64).min(8.0 * numbers),
+        }
+    }
+}
+
+/// Work of a kernel with dense operators, all of the same size but few.
+fn of_operators(size: crate::propagate::TableSize, counted: &Counters) -> Work {
+    let products = counted.matvecs as f64 / counted.cycles as f64;
+    let operator = size.bytes as f64 / size.operators.max(1) as f64;
+    Work {
+        numbers: products * operator / 8.0,
+        distinct: (size.bytes as f64).min(products * operator),
+    }
+}
+
+impl Tabled for Spectral<'_> {
+    fn table_bytes(&self) -> usize {
+        self.bytes().bytes
+    }
+
+    fn work(&self, counted: &Counters) -> Work {
+        of_operators(self.bytes(), counted)
+    }
+}
+
+impl Tabled for Fused<'_> {
+    fn table_bytes(&self) -> usize {
+        self.bytes().bytes
+    }
+
+    fn work(&self, counted: &Counters) -> Work {
+        of_operators(self.bytes(), counted)
+    }
+}
+
+/// Marches on every team.
+pub fn measure(
+    topology: &Topology,
+    default: &DefaultDrive,
+    solver: Solver,
+    sharing: Sharing,
+    modes: usize,
+    teams: &[Vec<Seat>],
+    pace: Pace,
+) -> Result<Marched, Trouble> {
+    let structure = default.structure(modes)?;
+    let loads = match sharing {
+        Sharing::Eight => &LOADS[..],
+        Sharing::Shared | Sharing::Node => &LOADS[..1],
+    };
+    let model = |&load: &f64| {
+        let speed = SPEED;
+        default.model(
+            &structure,
+            Mesh::SixtyLevels,
+            OperatingPoint { load, speed },
+        )
+    };
+    let models = loads.iter().map(model).collect::<Result<Vec<_>, _>>()?;
+    let nodes = nodes(sharing, teams);
+    match solver {
+        Solver::Volterra => march(topology, &models, &nodes, teams, pace, |m| {
+            Ok(drive::volterra(m))
+        }),
+        Solver::Spectral => march(topology, &models, &nodes, teams, pace, |m| {
+            Spectral::new(m, CELLS, EVENT_LIMIT, None)
+        }),
+        Solver::Fused => march(topology, &models, &nodes, teams, pace, |m| {
+            Fused::new(m, CELLS, EVENT_LIMIT)
+        }),
+    }
+}
+
+/// Nodes that get tables of their own.
+fn nodes(sharing: Sharing, teams: &[Vec<Seat>]) -> Vec<u32> {
+    let mut nodes: Vec<u32> = teams.iter().flatten().map(|seat| seat.node).collect();
+    if sharing != Sharing::Node {
+        nodes.truncate(1);
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// Kernels of one node, one an operating point.
+struct Shelf<K> {
+    node: u32,
+    kernels: Vec<K>,
+}
+
+fn march<'m, K: Tabled + Send + Sync>(
+    topology: &Topology,
+    models: &'m [Model],
+    nodes: &[u32],
+    teams: &[Vec<Seat>],
+    pace: Pace,
+    build: impl Fn(&'m Model) -> Result<K, DenseError> + Sync,
+) -> Result<Marched, Trouble> {
+    let starts = (models.iter().map(drive::settled)).collect::<Result<Vec<_>, _>>()?;
+    let shelves = (nodes.iter())
+        .map(|&node| shelf(topology, node, models, &build))
+        .collect::<Result<Vec<_>, _>>()?;
+    let (stay, counted) = calibrated(&shelves[0].kernels, &starts)?;
+    let mut marched = Marched {
+        times: Vec::new(),
+        bytes: shelves[0].kernels[0].table_bytes(),
+        work: shelves[0].kernels[0].work(&counted),
+        unbound: None,
+    };
+    for team in teams {
+        let worked = team::work(
+            topology,
+            team,
+            1,
+            pace,
+            |index| {
+                let own = |shelf: &&Shelf<K>| shelf.node == team[index].node;
+                let shelf = shelves.iter().find(own).unwrap_or(&shelves[0]);
+                Ok(Marcher::new(&shelf.kernels, &starts, index))
+            },
+            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
+            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
+            Marcher::end,
+        )?;
+        let mut ends = Vec::new();
+        for end in worked.results {
+            ends.push(end?);
+        }
+        if ends.windows(2).any(|pair| pair[0] != pair[1]) {
+            return Err(Trouble::Wrong {
+                what: "marching on several threads",
+            });
+        }
+        let cycles = (team.len() * stay * models.len()) as f64;
+        let times = worked.times.into_iter().flatten();
+        marched
+            .times
+            .push(times.map(|time| time / cycles).collect());
+        marched.unbound = marched.unbound.or(worked.unbound);
+    }
+    Ok(marched)
+}
+
+/// Builds the tables of one node on that node.
+fn shelf<'m, K: Send>(
+    topology: &Topology,
+    node: u32,
+    models: &'m [Model],
+    build: &(impl Fn(&'m Model) -> Result<K, DenseError> + Sync),
+) -> Result<Shelf<K>, Trouble> {
+    let cores = topology.cores.iter().filter(|core| core.numa_node == node);
+    let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
+    let kernels = std::thread::scope(|scope| {
+        let builder = scope.spawn(|| {
+            // Where it cannot be bound, tables lie where the system puts them.
+            _ = topology.bind_current_thread(&threads);
+            models.iter().map(build).collect::<Result<Vec<_>, _>>()
+        });
+        (builder.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })?;
+    Ok(Shelf { node, kernels })
+}
+
+/// Cycles at each point that fill a repetition, and the work counted on the way.
+fn calibrated<K: Tabled>(
+    kernels: &[K],
+    starts: &[TrajectoryState],
+) -> Result<(usize, Counters), Trouble> {
+    const COUNTED: usize = 64;
+    let mut marcher = Marcher::new(kernels, starts, 0);
+    let clock = Instant::now();
+    marcher.repeat(COUNTED / kernels.len());
+    let cycle = clock.elapsed().as_secs_f64() / COUNTED as f64;
+    let counters = marcher.counters;
+    marcher.end()?;
+    let cycles = (REPETITION.as_secs_f64() / cycle) as usize;
+    let stay = match kernels.len() {
+        1 => cycles.max(1),
+        points => (cycles / points).clamp(1, STAY),
+    };
+    Ok((stay, counters))
+}
+
+/// A member's trajectories.
+struct Marcher<'k, K: Kernel> {
+    kernels: &'k [K],
+    trajectories: Vec<TrajectoryState>,
+    /// One an operating point: kernels keep in them what they have prepared.
+    workspaces: Vec<K::Workspace>,
+    counters: Counters,
+    /// The operating point where it begins: members begin at different ones.
+    first: usize,
+    stopped: Option<Stop>,
+}
+
+impl<'k, K: Kernel> Marcher<'k, K> {
+    fn new(kernels: &'k [K], starts: &[TrajectoryState], index: usize) -> Self {
+        Self {
+            kernels,
+            trajectories: starts.to_vec(),
+            workspaces: kernels.iter().map(K::workspace).collect(),
+            counters: Counters::default(),
+            first: index % kernels.len(),
+            stopped: None,
+        }
+    }
+
+    /// Marches so many cycles at every point.
+    fn repeat(&mut self, stay: usize) {
+        let points = self.kernels.len();
+        for point in (self.first..points).chain(0..self.first) {
+            for _ in 0..stay {
+                let ended = self.kernels[point].march(
+                    &mut self.trajectories[point],
+                    &mut Tangents::none(),
+                    &mut self.workspaces[point],
+                    &mut (),
+                    &mut self.counters,
+                );
+                self.stopped = self.stopped.or(ended.err());
+            }
+        }
+    }
+
+    /// Where it ended, bit by bit.
+    fn end(self) -> Result<Vec<u64>, Stop> {
+        match self.stopped {
+            Some(stop) => Err(stop),
+            None => Ok(self
+                .trajectories
+                .iter()
+                .flat_map(|t| t.state.iter().map(|x| x.to_bits()).chain([t.cycle]))
+                .collect()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PACE: Pace = Pace {
+        slice: Duration::ZERO,
+        least: 2,
+        most: 2,
+    };
+
+    /// All kernels on two members that share a core: equal ends, times, and work that says what
+    /// the tables are.
+    #[test]
+    fn kernels_march_on_teams_and_count_their_work() {
+        let topology = Topology::current().unwrap();
+        let default = DefaultDrive::new().unwrap();
+        let thread = topology.cores[0].threads[0];
+        let seat = Seat { thread, node: 0 };
+        let teams = [vec![seat], vec![seat; 2]];
+        for sharing in [Sharing::Shared, Sharing::Eight] {
+            let measured =
+                |solver| measure(&topology, &default, solver, sharing, 4, &teams, PACE).unwrap();
+            for solver in Solver::ALL {
+                let marched = measured(solver);
+                assert_eq!(marched.times.len(), 2);
+                assert!(marched.times.iter().flatten().all(|time| *time > 0.0));
+                assert!(marched.work.numbers > 0.0);
+                assert!(marched.work.distinct <= marched.bytes as f64);
+            }
+            // A dense table is read once a cycle, a structured one over and over.
+            let dense = measured(Solver::Spectral).work;
+            assert!(dense.distinct > 0.5 * 8.0 * dense.numbers);
+            let structured = measured(Solver::Volterra).work;
+            assert!(structured.distinct < 0.6 * 8.0 * structured.numbers);
+        }
+    }
+
+    #[test]
+    fn tables_a_node_only_where_asked_for() {
+        let seat = |thread, node| Seat { thread, node };
+        let teams = [vec![seat(0, 1)], vec![seat(0, 1), seat(1, 0)]];
+        assert_eq!(nodes(Sharing::Node, &teams), [0, 1]);
+        assert_eq!(nodes(Sharing::Shared, &teams), [1]);
+        assert_eq!(nodes(Sharing::Eight, &teams), [1]);
+    }
+}

@@ -1,0 +1,263 @@
+//! The method: threads bound to their places do the same work at the same time, and each
+//! repetition is timed from the first start to the last end.
+//!
+//! Every thread takes its memory itself, after it was bound, and warms up before anything is
+//! timed.
+
+use super::plan::Seat;
+use super::trouble::Trouble;
+use crate::topology::Topology;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long something is repeated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pace {
+    /// Until this time has passed …
+    pub slice: Duration,
+    /// … but so often at least …
+    pub least: usize,
+    /// … and not more often.
+    pub most: usize,
+}
+
+/// What a team did.
+#[derive(Debug)]
+pub struct Worked<R> {
+    /// Times of the repetitions of every task \[s\].
+    pub times: Vec<Vec<f64>>,
+    /// What each member brought back.
+    pub results: Vec<R>,
+    /// Why members could not be bound, where they could not.
+    pub unbound: Option<String>,
+}
+
+/// Lets a thread on every seat `prepare` its state, `warm` up for each of `tasks` pieces of work,
+/// do it again and again, and `finish`. The first error of a preparation is returned, and nothing is then repeated.
+///
+/// # Errors
+/// A preparation failed.
+pub fn work<S, R: Send>(
+    topology: &Topology,
+    seats: &[Seat],
+    tasks: usize,
+    pace: Pace,
+    prepare: impl Fn(usize) -> Result<S, Trouble> + Sync,
+    warm: impl Fn(&mut S, usize) + Sync,
+    once: impl Fn(&mut S, usize) + Sync,
+    finish: impl Fn(S) -> R + Sync,
+) -> Result<Worked<R>, Trouble> {
+    let clocks: Vec<Clock> = seats.iter().map(|_| Clock::default()).collect();
+    let (gate, failed, on) = (
+        Gate::new(seats.len()),
+        AtomicBool::new(false),
+        AtomicBool::new(true),
+    );
+    let epoch = Instant::now();
+    let member = |index: usize| {
+        let unbound = (topology.bind_current_thread(&[seats[index].thread]))
+            .err()
+            .map(|error| error.to_string());
+        let prepared = prepare(index);
+        failed.fetch_or(prepared.is_err(), Ordering::SeqCst);
+        gate.pass();
+        let mut state = match prepared {
+            Err(error) => return Err(error),
+            Ok(_) if failed.load(Ordering::SeqCst) => return Ok(None),
+            Ok(state) => state,
+        };
+        let mut times = vec![Vec::new(); tasks];
+        for (task, times) in times.iter_mut().enumerate() {
+            warm(&mut state, task);
+            gate.pass();
+            let begun = Instant::now();
+            loop {
+                gate.pass();
+                let start = epoch.elapsed();
+                once(&mut state, task);
+                clocks[index].set(start, epoch.elapsed());
+                gate.pass();
+                if index == 0 {
+                    times.push(Clock::over_all(&clocks));
+                    let enough = times.len() >= pace.least && begun.elapsed() >= pace.slice;
+                    on.store(!enough && times.len() < pace.most, Ordering::SeqCst);
+                }
+                gate.pass();
+                if !on.load(Ordering::SeqCst) {
+                    break;
+                }
+            }
+        }
+        Ok(Some((times, finish(state), unbound)))
+    };
+    // Threads of their own even for one seat: whoever calls keeps its freedom.
+    let ended: Vec<_> = std::thread::scope(|scope| {
+        let member = &member;
+        let threads: Vec<_> = (0..seats.len())
+            .map(|index| scope.spawn(move || member(index)))
+            .collect();
+        (threads.into_iter())
+            .map(|thread| (thread.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+            .collect()
+    });
+    let mut worked = Worked {
+        times: Vec::new(),
+        results: Vec::new(),
+        unbound: None,
+    };
+    for end in ended {
+        if let Some((times, result, unbound)) = end? {
+            if worked.results.is_empty() {
+                worked.times = times;
+            }
+            worked.results.push(result);
+            worked.unbound = worked.unbound.or(unbound);
+        }
+    }
+    Ok(worked)
+}
+
+/// Rounds of `run` that take about `wanted`, by doubling.
+pub fn rounds_for(wanted: Duration, mut run: impl FnMut(usize)) -> usize {
+    let mut rounds = 1;
+    loop {
+        let clock = Instant::now();
+        run(rounds);
+        let taken = clock.elapsed();
+        if 2 * taken >= wanted || rounds > 1 << 40 {
+            let scale = wanted.as_secs_f64() / taken.as_secs_f64().max(1e-9);
+            return ((rounds as f64 * scale) as usize).max(1);
+        }
+        rounds *= 2;
+    }
+}
+
+/// When one member worked \[ns since the epoch\], on a line of its own.
+#[derive(Debug, Default)]
+#[repr(align(128))]
+struct Clock {
+    start: AtomicU64,
+    end: AtomicU64,
+}
+
+impl Clock {
+    fn set(&self, start: Duration, end: Duration) {
+        self.start.store(start.as_nanos() as u64, Ordering::SeqCst);
+        self.end.store(end.as_nanos() as u64, Ordering::SeqCst);
+    }
+
+    /// From the first start to the last end \[s\].
+    fn over_all(clocks: &[Self]) -> f64 {
+        let starts = clocks.iter().map(|c| c.start.load(Ordering::SeqCst));
+        let ends = clocks.iter().map(|c| c.end.load(Ordering::SeqCst));
+        let (first, last) = (starts.min().unwrap_or(0), ends.max().unwrap_or(0));
+        1e-9 * last.saturating_sub(first) as f64
+    }
+}
+
+/// A barrier that spins before it sleeps: a member that the system must wake up would start
+/// late.
+struct Gate {
+    members: usize,
+    waiting: AtomicUsize,
+    passed: AtomicUsize,
+}
+
+/// Looks at the gate before the processor is given to others.
+const SPINS: usize = 20_000;
+
+impl Gate {
+    fn new(members: usize) -> Self {
+        Self {
+            members,
+            waiting: AtomicUsize::new(0),
+            passed: AtomicUsize::new(0),
+        }
+    }
+
+    /// Waits for all members.
+    fn pass(&self) {
+        let turn = self.passed.load(Ordering::SeqCst);
+        if self.waiting.fetch_add(1, Ordering::SeqCst) + 1 == self.members {
+            self.waiting.store(0, Ordering::SeqCst);
+            self.passed.fetch_add(1, Ordering::SeqCst);
+            return;
+        }
+        let mut spins = 0;
+        while self.passed.load(Ordering::SeqCst) == turn {
+            spins += 1;
+            match spins < SPINS {
+                true => std::hint::spin_loop(),
+                false => std::thread::yield_now(),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PACE: Pace = Pace {
+        slice: Duration::ZERO,
+        least: 3,
+        most: 10,
+    };
+
+    fn seats(count: usize) -> (Topology, Vec<Seat>) {
+        let topology = Topology::current().unwrap();
+        let thread = topology.cores[0].threads[0];
+        (topology, vec![Seat { thread, node: 0 }; count])
+    }
+
+    /// Three members on one core: the barrier does not depend on cores of their own.
+    #[test]
+    fn all_members_do_all_tasks_equally_often() {
+        let (topology, seats) = seats(3);
+        let worked = work(
+            &topology,
+            &seats,
+            2,
+            PACE,
+            |index| Ok((index, [0, 0])),
+            |(_, done), task| done[task] += 10,
+            |(_, done), task| done[task] += 1,
+            |state| state,
+        )
+        .unwrap();
+        assert_eq!(worked.results, [0, 1, 2].map(|index| (index, [13, 13])));
+        assert!(worked.times.iter().all(|times| times.len() == 3));
+        assert!(worked.times.iter().flatten().all(|time| *time >= 0.0));
+    }
+
+    #[test]
+    fn one_failed_preparation_lets_everybody_go() {
+        let (topology, seats) = seats(2);
+        let ended = work(
+            &topology,
+            &seats,
+            1,
+            PACE,
+            |index| match index {
+                1 => Err(Trouble::Wrong { what: "this" }),
+                _ => Ok(()),
+            },
+            |(), _| (),
+            |(), _| (),
+            |()| (),
+        );
+        assert!(matches!(ended, Err(Trouble::Wrong { what: "this" })));
+    }
+
+    #[test]
+    fn rounds_fill_the_time_wanted() {
+        let spin = |rounds: usize| {
+            for i in 0..rounds {
+                std::hint::black_box(i);
+            }
+        };
+        let wanted = Duration::from_millis(2);
+        assert!(rounds_for(wanted, spin) > 1000);
+        assert_eq!(rounds_for(Duration::ZERO, |_| ()), 1);
+    }
+}

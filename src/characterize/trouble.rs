@@ -1,0 +1,52 @@
+//! Why a measurement gives no figure.
+
+use crate::model::ModelError;
+use crate::propagate::{DenseError, Stop};
+use crate::shaft::ShaftError;
+use std::io;
+use thiserror::Error;
+
+/// Why a measurement gives no figure.
+#[derive(Debug, Error)]
+pub enum Trouble {
+    /// The system does not grant the memory.
+    #[error("{} MiB of memory were not granted: {source}", .bytes >> 20)]
+    Memory {
+        /// How much was asked for.
+        bytes: usize,
+        /// The system's own words.
+        source: io::Error,
+    },
+    /// Memory cannot be taken from a node.
+    #[error("no memory of node {node} can be had: {detail}")]
+    Node {
+        /// The node.
+        node: u32,
+        /// Why.
+        detail: String,
+    },
+    /// What was computed while the clock ran is wrong.
+    #[error("{what} gave a wrong result: its times are not shown")]
+    Wrong {
+        /// What was measured.
+        what: &'static str,
+    },
+    /// The built-in drive cannot be read.
+    #[error("the built-in drive lacks {what}")]
+    Drive {
+        /// What is missing.
+        what: &'static str,
+    },
+    /// The built-in drive cannot be assembled.
+    #[error("the built-in drive cannot be assembled: {0}")]
+    Shaft(#[from] ShaftError),
+    /// The built-in drive has no model.
+    #[error("the built-in drive has no model: {0}")]
+    Model(#[from] ModelError),
+    /// A table kernel cannot be built.
+    #[error("no tables: {0}")]
+    Dense(#[from] DenseError),
+    /// A trajectory stopped.
+    #[error("the trajectory stopped: {0}")]
+    Stopped(#[from] Stop),
+}

@@ -1,0 +1,367 @@
+//! `atlas machine`: what this machine is worth to a campaign; `compare` and `show` of such
+//! results.
+
+use super::process::Process;
+use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
+use crate::characterize::compare::{Comparison, Pair, compare};
+use crate::characterize::{self, Extent, Part, Progress, Settings};
+use crate::report::{machine_page, machine_pictures, size_text};
+use crate::store::Characteristics;
+use clap::builder::PossibleValue;
+use clap::{Args, Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fs;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Arguments of `atlas machine`.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct MachineArgs {
+    #[command(subcommand)]
+    command: Option<MachineCommand>,
+    #[command(flatten)]
+    measure: MeasureArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum MachineCommand {
+    /// Compare two results figure by figure, within the spread that each states.
+    Compare(CompareArgs),
+    /// Print the page of a result and draw its pictures again.
+    Show(ShowArgs),
+}
+
+/// What is measured and where it goes.
+#[derive(Debug, Args)]
+struct MeasureArgs {
+    /// Less of everything, in under a minute.
+    #[arg(long, conflicts_with = "full")]
+    quick: bool,
+    /// Larger working sets, more modes, more repetitions: up to an hour.
+    #[arg(long)]
+    full: bool,
+    /// Seconds after which nothing new is begun [default: 50, 240 or 2400].
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    budget: Option<f64>,
+    /// Only these parts, separated by commas [default: all].
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,...")]
+    only: Vec<Part>,
+    /// Rounds at most; figures of one round have no spread [default: 3, 5 or 9, as time allows].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9))]
+    rounds: Option<u32>,
+    /// Most memory to take, such as 512MiB or 8GiB [default: a quarter of what is free].
+    #[arg(long, value_name = "SIZE", value_parser = size)]
+    memory: Option<u64>,
+    /// Folder for the results [default: results/machine-HOST].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    quiet: bool,
+    /// Print the whole record as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct CompareArgs {
+    /// Folder of the first result.
+    a: PathBuf,
+    /// Folder of the second.
+    b: PathBuf,
+    /// Print JSON for programs.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct ShowArgs {
+    /// Folder that `atlas machine` wrote [default: that of this machine].
+    folder: Option<PathBuf>,
+    /// Print the whole record as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl ValueEnum for Part {
+    fn value_variants<'a>() -> &'a [Self] {
+        &Self::ALL
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let help = match self {
+            Self::Arithmetic => "Multiply-adds in registers, by instruction set",
+            Self::Bandwidth => "Read, copy and triad over threads, and from node to node",
+            Self::Operators => "Dense products and the structured kernel over rotating tables",
+            Self::Solver => "Marching over threads, modes and kinds of tables",
+            Self::Mountain => "Reading buffers by size and stride",
+            Self::Latency => "Loads that depend on each other",
+        };
+        Some(PossibleValue::new(self.name()).help(help))
+    }
+}
+
+/// Where the result of this machine lies by default.
+pub fn default_folder() -> PathBuf {
+    PathBuf::from("results").join(format!("machine-{}", characterize::host()))
+}
+
+/// Measures, compares or shows: status 0, 1 where a file cannot be written, 2 for bad input, 130
+/// after Ctrl-C.
+pub fn run(args: &MachineArgs) -> ExitCode {
+    match &args.command {
+        None => measure(&args.measure),
+        Some(MachineCommand::Compare(args)) => compared(args),
+        Some(MachineCommand::Show(args)) => show(args),
+    }
+}
+
+fn measure(args: &MeasureArgs) -> ExitCode {
+    let extent = match (args.quick, args.full) {
+        (true, _) => Extent::Quick,
+        (_, true) => Extent::Full,
+        _ => Extent::Default,
+    };
+    let settings = Settings {
+        extent,
+        budget: args.budget.map_or(extent.budget(), Duration::from_secs_f64),
+        only: args.only.clone(),
+        rounds: args.rounds.map(|n| n as usize),
+        memory: args.memory,
+    };
+    let process = match Process::prepare() {
+        Ok(process) => process,
+        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
+    };
+    let Some(topology) = process.topology else {
+        return fail(1, &process.warnings.join("; "));
+    };
+    let folder = args.out.clone().unwrap_or_else(default_folder);
+    // Better said before the minutes than after them.
+    if let Err(error) = fs::create_dir_all(&folder) {
+        let shown = folder.display();
+        return fail(
+            1,
+            &format!("cannot create `{shown}`: {error}; choose another folder with --out"),
+        );
+    }
+    let bar = bar(args.quiet, settings.budget);
+    let found = characterize::characterize(
+        &topology,
+        &settings,
+        &mut |progress| advance(&bar, progress),
+        &process.called_off,
+    );
+    bar.finish_and_clear();
+    let found = match found {
+        Ok(Some(found)) => found,
+        Ok(None) => return ExitCode::from(INTERRUPTED),
+        Err(trouble) => return fail(1, &with_causes(&trouble)),
+    };
+    if let Err(error) = found.write(&folder) {
+        return fail(1, &with_causes(&error));
+    }
+    let pictures = match draw(&found, &folder) {
+        Ok(pictures) => pictures,
+        Err(message) => return fail(1, &message),
+    };
+    let text = match (args.json, args.quiet) {
+        (true, _) => json(&found),
+        (_, true) => String::new(),
+        _ => page(&found, &folder, pictures),
+    };
+    answer(&text, ExitCode::SUCCESS)
+}
+
+fn page(found: &Characteristics, folder: &Path, pictures: usize) -> String {
+    let folder = folder.display();
+    let page = machine_page(found);
+    format!("{page}\n{folder}: machine.json, a Parquet file a measurement, {pictures} pictures\n")
+}
+
+fn json<T: serde::Serialize>(value: &T) -> String {
+    // Plain data; it always has a JSON form.
+    format!(
+        "{}\n",
+        serde_json::to_string_pretty(value).unwrap_or_default()
+    )
+}
+
+/// Draws every picture in SVG and PNG; gives their number.
+fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
+    let folder = folder.join("pictures");
+    let refused = |path: &Path, error: std::io::Error| {
+        format!(
+            "cannot write `{}`: {error}; choose another folder with --out",
+            path.display()
+        )
+    };
+    fs::create_dir_all(&folder).map_err(|error| refused(&folder, error))?;
+    let pictures = machine_pictures(found);
+    for picture in &pictures {
+        let svg = picture
+            .svg()
+            .map_err(|error| error.to_string())?
+            .into_bytes();
+        let png = picture.png().map_err(|error| error.to_string())?;
+        for (extension, bytes) in [("svg", svg), ("png", png)] {
+            let path = folder.join(format!("{}.{extension}", picture.name));
+            fs::write(&path, bytes).map_err(|error| refused(&path, error))?;
+        }
+    }
+    Ok(pictures.len())
+}
+
+fn show(args: &ShowArgs) -> ExitCode {
+    let folder = args.folder.clone().unwrap_or_else(default_folder);
+    let found = match Characteristics::read(&folder) {
+        Ok(found) => found,
+        Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+    };
+    if args.json {
+        return answer(&json(&found), ExitCode::SUCCESS);
+    }
+    match draw(&found, &folder) {
+        Ok(pictures) => answer(&page(&found, &folder, pictures), ExitCode::SUCCESS),
+        Err(message) => fail(1, &message),
+    }
+}
+
+fn compared(args: &CompareArgs) -> ExitCode {
+    let read = |folder: &Path| Characteristics::read(folder);
+    let (a, b) = match (read(&args.a), read(&args.b)) {
+        (Ok(a), Ok(b)) => (a, b),
+        (Err(error), _) | (_, Err(error)) => return fail(BAD_INPUT, &with_causes(&error)),
+    };
+    let comparison = compare(&a, &b);
+    let text = match args.json {
+        true => json(&comparison),
+        false => comparison_text(&a, &b, &comparison),
+    };
+    answer(&text, ExitCode::SUCCESS)
+}
+
+fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Comparison) -> String {
+    /// Disagreements shown.
+    const MOST: usize = 10;
+    let run = |name: &str, run: &Characteristics| {
+        let noise = if run.noise.quiet {
+            "quiet"
+        } else {
+            "not quiet"
+        };
+        let cpu = &run.description.cpu;
+        format!(
+            "{name}  {}, {}, {} ({noise}), {cpu}\n",
+            run.host, run.started, run.extent
+        )
+    };
+    let mut text = run("a", a) + &run("b", b);
+    text.push_str("\nmeasurement    figures   b / a   agree within their spread\n");
+    for (kind, figures, ratio, agreeing, judged) in comparison.by_kind() {
+        text.push_str(&format!(
+            "  {kind:<13} {figures:>6}   {ratio:>5.2}   {agreeing} of {judged}\n"
+        ));
+    }
+    let (agreeing, judged) = comparison.agreeing();
+    text.push_str(&format!(
+        "  {:<13} {:>6}           {agreeing} of {judged}\n",
+        "all",
+        comparison.pairs.len()
+    ));
+    let mut apart: Vec<&Pair> = (comparison.pairs.iter())
+        .filter(|pair| pair.agrees == Some(false))
+        .collect();
+    apart.sort_by(|p, q| q.ratio.ln().abs().total_cmp(&p.ratio.ln().abs()));
+    if !apart.is_empty() {
+        text.push_str("\nfarthest apart, b / a (spread)\n");
+    }
+    for pair in apart.iter().take(MOST) {
+        let spread = pair.spread.unwrap_or_default();
+        text.push_str(&format!(
+            "  {:.2} (± {spread:.2})  {}\n",
+            pair.ratio, pair.what
+        ));
+    }
+    let only = [("a", comparison.only_a), ("b", comparison.only_b)];
+    for (name, count) in only.into_iter().filter(|(_, count)| *count > 0) {
+        text.push_str(&format!("{count} figures of {name} alone\n"));
+    }
+    text
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn bar(quiet: bool, budget: Duration) -> ProgressBar {
+    let target = match !quiet && std::io::stderr().is_terminal() {
+        true => ProgressDrawTarget::stderr(),
+        false => ProgressDrawTarget::hidden(),
+    };
+    let bar = ProgressBar::with_draw_target(None, target);
+    let budget = budget.as_secs();
+    let template = format!("{{bar:30}} {{elapsed}} of about {budget} s  {{msg}}");
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(250));
+    bar
+}
+
+fn advance(bar: &ProgressBar, progress: Progress) {
+    bar.set_length(progress.of as u64);
+    bar.set_position(progress.done as u64);
+    bar.set_message(format!("round {}: {}", progress.round + 1, progress.what));
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
+        _ => Err("a number of seconds, more than 0".to_owned()),
+    }
+}
+
+/// A number of bytes: `67108864`, `64MiB`, `2 GiB`.
+fn size(text: &str) -> Result<u64, String> {
+    const UNITS: [(&str, u64); 4] = [
+        ("KiB", 1 << 10),
+        ("MiB", 1 << 20),
+        ("GiB", 1 << 30),
+        ("TiB", 1 << 40),
+    ];
+    let text = text.trim();
+    let found = UNITS
+        .iter()
+        .find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, *factor)));
+    let (number, factor) = found.unwrap_or((text, 1));
+    let bytes = number
+        .trim()
+        .parse::<f64>()
+        .ok()
+        .map(|number| number * factor as f64);
+    match bytes {
+        Some(bytes) if bytes >= f64::from(1 << 20) && bytes < 1e18 => Ok(bytes as u64),
+        Some(bytes) if bytes >= 0.0 && bytes < 1e18 => Err(format!(
+            "{} is too little: 1MiB at least",
+            size_text(bytes as u64)
+        )),
+        _ => Err("a size such as 512MiB or 8GiB".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_have_binary_units() {
+        assert_eq!(size("64MiB"), Ok(64 << 20));
+        assert_eq!(size("1.5 GiB"), Ok(3 << 29));
+        assert_eq!(size("1048576"), Ok(1 << 20));
+        for bad in ["12", "64MB", "-3GiB", "many", ""] {
+            assert!(size(bad).is_err(), "{bad}");
+        }
+        assert!(positive("0").is_err() && positive("2.5") == Ok(2.5));
+    }
+}

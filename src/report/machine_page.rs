@@ -1,0 +1,406 @@
+//! What was found out about a machine, on one page of a terminal.
+
+use crate::store::{
+    BandwidthRow, Characteristics, Description, Figure, LatencyRow, OperatorRow, SolverRow,
+};
+use std::fmt::Write;
+
+use super::table_summary::size_text;
+
+/// Modes for which solver scaling is shown, where it was measured.
+const SHOWN_MODES: u64 = 40;
+
+/// The page.
+pub fn machine_page(machine: &Characteristics) -> String {
+    let mut page = String::new();
+    head(&mut page, machine);
+    memory(&mut page, machine);
+    bandwidth(&mut page, machine);
+    arithmetic(&mut page, machine);
+    operators(&mut page, machine);
+    solver(&mut page, machine);
+    if !machine.missing.is_empty() {
+        page.push_str("\nnot measured, or not found\n");
+        for sentence in &machine.missing {
+            _ = writeln!(page, "  {sentence}");
+        }
+    }
+    page
+}
+
+fn head(page: &mut String, machine: &Characteristics) {
+    let d = &machine.description;
+    _ = writeln!(
+        page,
+        "{}  measured {} in {:.0} s ({}), {}",
+        machine.host, machine.started, machine.seconds, machine.extent, machine.program
+    );
+    let mut line = |name: &str, text: String| {
+        if !text.is_empty() {
+            _ = writeln!(page, "  {name:<11} {text}");
+        }
+    };
+    line("processor", processor(d));
+    line("caches", caches(d));
+    line("memory", memory_words(d));
+    line("system", system(d));
+    let noise = &machine.noise;
+    let verdict = match noise.quiet {
+        true => "quiet".to_owned(),
+        false => format!("NOT QUIET: {}", noise.remarks.join("; ")),
+    };
+    line("noise", verdict);
+}
+
+fn processor(d: &Description) -> String {
+    let mut text = format!(
+        "{}; {}, {}, {} here",
+        d.cpu,
+        plural(d.packages, "package"),
+        plural(d.cores, "core"),
+        plural(d.threads, "thread"),
+    );
+    if let Some(online) = d.threads_online.filter(|online| *online != d.threads) {
+        _ = write!(text, " of {online} online");
+    }
+    if let Some(percent) = d.quota_percent {
+        _ = write!(text, "; quota of {} processors", percent as f64 / 100.0);
+    }
+    if let Some(isa) = d.isa.last() {
+        _ = write!(text, "; {isa}");
+    }
+    text
+}
+
+fn caches(d: &Description) -> String {
+    let one = |cache: &crate::store::CacheRecord| {
+        let size = size_text(cache.size);
+        format!("L{} {size} × {}", cache.level, cache.count)
+    };
+    d.caches.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+fn memory_words(d: &Description) -> String {
+    let mut text = format!(
+        "{} on {}",
+        size_text(d.memory),
+        plural(d.nodes.len(), "node")
+    );
+    if d.nodes.len() > 1 {
+        let far = d.nodes.iter().flat_map(|node| &node.distances).max();
+        if let Some(far) = far {
+            _ = write!(text, ", distances to {far} (10 is near)");
+        }
+    }
+    if let Some(mode) = &d.huge_pages.transparent {
+        _ = write!(text, "; huge pages: {mode}");
+    }
+    if let Some(limit) = d.memory_limit {
+        _ = write!(text, "; limit {}", size_text(limit));
+    }
+    text
+}
+
+fn system(d: &Description) -> String {
+    let mut parts = vec![d.system.clone()];
+    parts.push(match &d.hypervisor {
+        Some(name) => format!("virtual ({name})"),
+        None => "not virtual".to_owned(),
+    });
+    parts.extend(d.container.iter().map(|name| format!("in {name}")));
+    parts.push(match &d.governor {
+        Some(governor) => format!("governor {governor}"),
+        None => "governor not told".to_owned(),
+    });
+    parts.join(", ")
+}
+
+fn plural(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
+/// Half of each cache, and the largest buffer.
+fn memory(page: &mut String, machine: &Characteristics) {
+    let Some(largest) = machine.mountain.iter().map(|row| row.size).max() else {
+        return;
+    };
+    let caches = machine.description.caches.iter();
+    let mut places: Vec<(String, u64)> = caches
+        .filter(|cache| cache.size <= largest)
+        .map(|cache| (format!("L{}", cache.level), cache.size / 2))
+        .collect();
+    places.push(("largest".to_owned(), largest));
+    page.push_str("\none thread   buffer      line by line   every 4 KiB      a load\n");
+    for (name, size) in places {
+        let near = |other: u64| (other as f64 / size as f64).ln().abs();
+        let at = |stride: u64| {
+            let rows = machine.mountain.iter().filter(|row| row.stride == stride);
+            rows.min_by(|a, b| near(a.size).total_cmp(&near(b.size)))
+                .filter(|row| near(row.size) < 0.4)
+        };
+        let chain = (machine.latency.iter())
+            .filter(|row| row.order == "pages" && row.cpu_node == row.memory_node)
+            .min_by(|a, b| near(a.size).total_cmp(&near(b.size)));
+        let rate = |row: Option<&crate::store::MountainRow>| {
+            row.map_or_else(String::new, |row| rate_text(&row.bandwidth))
+        };
+        let shown = at(64).map_or(size, |row| row.size);
+        _ = writeln!(
+            page,
+            "  {name:<10} {:<11} {:<14} {:<14} {}",
+            size_text(shown),
+            rate(at(64)),
+            rate(at(4096)),
+            chain.map_or_else(String::new, |row| time_text(&row.latency)),
+        );
+    }
+    for row in machine.latency.iter().filter(|row| row.order == "anywhere") {
+        let pages = if row.huge_pages {
+            "huge pages"
+        } else {
+            "usual pages"
+        };
+        _ = writeln!(
+            page,
+            "  a load anywhere in {}, {pages}: {}",
+            size_text(row.size),
+            time_text(&row.latency)
+        );
+    }
+    nodes(page, machine);
+}
+
+/// Rows are the nodes of the threads, columns those of the memory.
+fn nodes(page: &mut String, machine: &Characteristics) {
+    let between = |row: &&BandwidthRow| row.placement == "nodes";
+    let rows: Vec<&BandwidthRow> = machine.bandwidth.iter().filter(between).collect();
+    if rows.is_empty() {
+        return;
+    }
+    let latency = |cpu: Option<u32>, memory: Option<u32>| {
+        let wanted = |row: &&LatencyRow| {
+            row.order == "pages" && Some(row.cpu_node) == cpu && Some(row.memory_node) == memory
+        };
+        let rows = machine.latency.iter().filter(wanted);
+        rows.max_by_key(|row| row.size)
+    };
+    page.push_str("\ncores of node → memory of node: reading, a load\n");
+    for row in rows {
+        let name = |node: Option<u32>| node.map_or_else(String::new, |node| node.to_string());
+        _ = writeln!(
+            page,
+            "  {} → {}: {}, {}",
+            name(row.cpu_node),
+            name(row.memory_node),
+            rate_text(&row.bandwidth),
+            latency(row.cpu_node, row.memory_node)
+                .map_or_else(String::new, |row| time_text(&row.latency)),
+        );
+    }
+}
+
+fn bandwidth(page: &mut String, machine: &Characteristics) {
+    let kernels = ["read", "copy", "triad", "copy_nt", "triad_nt"];
+    let mut teams: Vec<(&str, u64)> = (machine.bandwidth.iter())
+        .filter(|row| row.placement != "nodes")
+        .map(|row| (row.placement.as_str(), row.threads))
+        .collect();
+    teams.dedup();
+    if teams.is_empty() {
+        return;
+    }
+    page.push_str("\nthreads      read        copy        triad       copy nt     triad nt\n");
+    for (placement, threads) in teams {
+        let cell = |kernel: &str| {
+            let row = machine.bandwidth.iter().find(|row| {
+                row.kernel == kernel && row.placement == placement && row.threads == threads
+            });
+            row.map_or_else(String::new, |row| rate_text(&row.bandwidth))
+        };
+        let name = match placement {
+            "compact" => threads.to_string(),
+            _ => format!("{threads} scattered"),
+        };
+        let cells = kernels.map(|kernel| format!("{:<11}", cell(kernel)));
+        _ = writeln!(page, "  {name:<10} {}", cells.join(" ").trim_end());
+    }
+}
+
+fn arithmetic(page: &mut String, machine: &Characteristics) {
+    let mut sets: Vec<&str> = machine
+        .arithmetic
+        .iter()
+        .map(|row| row.isa.as_str())
+        .collect();
+    sets.dedup();
+    if sets.is_empty() {
+        return;
+    }
+    page.push_str("\nmultiply-adds, 10⁹ operations a second\n");
+    for set in sets {
+        let rows = machine.arithmetic.iter().filter(|row| row.isa == set);
+        let cells: Vec<String> = rows
+            .map(|row| {
+                let threads = plural(row.threads as usize, "thread");
+                format!("{threads} {:.1}", 1e-9 * row.rate.value)
+            })
+            .collect();
+        _ = writeln!(page, "  {set:<10} {}", cells.join(", "));
+    }
+}
+
+fn operators(page: &mut String, machine: &Characteristics) {
+    let mut curves: Vec<(&str, u64)> = (machine.operators.iter())
+        .map(|row| (row.kernel.as_str(), row.dimension))
+        .collect();
+    curves.dedup();
+    if curves.is_empty() {
+        return;
+    }
+    page.push_str("\nrotating tables: time of a product or window, smallest set → largest\n");
+    for (kernel, dimension) in curves {
+        let own = |row: &&OperatorRow| row.kernel == kernel && row.dimension == dimension;
+        let rows: Vec<&OperatorRow> = machine.operators.iter().filter(own).collect();
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+            continue;
+        };
+        let of = format!("{kernel} of dimension {dimension}");
+        let cliffs = machine.cliffs.iter().filter(|cliff| cliff.of == of);
+        let words: Vec<String> = cliffs
+            .map(|cliff| {
+                let cache = cliff
+                    .cache
+                    .map_or_else(String::new, |level| format!(" (L{level})"));
+                format!(
+                    "{:.1} × at {}{cache}",
+                    cliff.ratio,
+                    size_text(cliff.size as u64)
+                )
+            })
+            .collect();
+        let words = match words.is_empty() {
+            true => "no cliff".to_owned(),
+            false => words.join(", "),
+        };
+        let name = match kernel {
+            "matvec" => format!("matvec {dimension}"),
+            _ => kernel.to_owned(),
+        };
+        _ = writeln!(
+            page,
+            "  {name:<20} {:>9} at {:<9} → {:>9} at {:<9} {words}",
+            time_text(&first.time),
+            size_text(first.working_set),
+            time_text(&last.time),
+            size_text(last.working_set),
+        );
+    }
+}
+
+fn solver(page: &mut String, machine: &Characteristics) {
+    let modes = machine.solver.iter().map(|row| row.modes);
+    let Some(modes) = modes.min_by_key(|modes| modes.abs_diff(SHOWN_MODES)) else {
+        return;
+    };
+    let rows: Vec<&SolverRow> = (machine.solver.iter())
+        .filter(|r| r.modes == modes)
+        .collect();
+    _ = writeln!(
+        page,
+        "\nmarching {modes} modes    table      one thread    best of threads"
+    );
+    let mut kinds: Vec<(&str, &str)> = (rows.iter())
+        .map(|row| (row.kernel.as_str(), row.tables.as_str()))
+        .collect();
+    kinds.dedup();
+    for (kernel, tables) in kinds {
+        let own = rows
+            .iter()
+            .filter(|r| r.kernel == kernel && r.tables == tables);
+        let alone = own.clone().find(|row| row.threads == 1);
+        let best = own.max_by(|a, b| a.rate.value.total_cmp(&b.rate.value));
+        let (Some(alone), Some(best)) = (alone, best) else {
+            continue;
+        };
+        _ = writeln!(
+            page,
+            "  {:<20} {:<10} {:<13} {:.2} × on {}{}",
+            format!("{kernel}, {tables}"),
+            size_text(alone.table_bytes),
+            format!("{} a cycle", seconds(1.0 / alone.rate.value)),
+            best.rate.value / alone.rate.value,
+            plural(best.threads as usize, "thread"),
+            best.efficiency
+                .filter(|_| best.threads > 1)
+                .map_or_else(String::new, |e| format!(", {:.0} % of ideal", 100.0 * e)),
+        );
+    }
+}
+
+/// `12.3 GB/s`.
+fn rate_text(figure: &Figure) -> String {
+    let (value, unit) = match figure.value {
+        value if value >= 1e12 => (1e-12 * value, "TB/s"),
+        value if value >= 1e9 => (1e-9 * value, "GB/s"),
+        value => (1e-6 * value, "MB/s"),
+    };
+    format!("{} {unit}", three_digits(value))
+}
+
+fn time_text(figure: &Figure) -> String {
+    seconds(figure.value)
+}
+
+/// `1.23 µs`.
+fn seconds(value: f64) -> String {
+    let (scaled, unit) = match value {
+        value if value >= 1.0 => (value, "s"),
+        value if value >= 1e-3 => (1e3 * value, "ms"),
+        value if value >= 1e-6 => (1e6 * value, "µs"),
+        value => (1e9 * value, "ns"),
+    };
+    format!("{} {unit}", three_digits(scaled))
+}
+
+fn three_digits(value: f64) -> String {
+    let digits = match value {
+        value if value >= 100.0 => 0,
+        value if value >= 10.0 => 1,
+        _ => 2,
+    };
+    format!("{value:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_have_three_digits() {
+        for (value, text) in [
+            (1.234e-7, "123 ns"),
+            (2.5e-6, "2.50 µs"),
+            (0.0314, "31.4 ms"),
+        ] {
+            assert_eq!(seconds(value), text);
+        }
+        let figure = |value| Figure {
+            value,
+            best: value,
+            median: value,
+            spread: None,
+            rounds: 1,
+            repetitions: 1,
+        };
+        for (value, text) in [
+            (12.34e9, "12.3 GB/s"),
+            (1.5e12, "1.50 TB/s"),
+            (9e8, "900 MB/s"),
+        ] {
+            assert_eq!(rate_text(&figure(value)), text);
+        }
+    }
+}

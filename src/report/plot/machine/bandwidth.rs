@@ -1,0 +1,148 @@
+//! Bandwidth over threads, a panel a placement; and from node to node.
+
+use super::super::Picture;
+use super::super::axis::{Axis, range};
+use super::super::canvas::{Anchor, Canvas, INK};
+use super::super::categories::colour;
+use super::super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
+use super::super::ramp::{ink_on, viridis};
+use super::{Curve, draw_curves, titled};
+use crate::store::Characteristics;
+
+const KERNELS: [(&str, &str); 5] = [
+    ("read", "read"),
+    ("copy", "copy"),
+    ("triad", "triad"),
+    ("copy_nt", "copy, non-temporal"),
+    ("triad_nt", "triad, non-temporal"),
+];
+
+pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
+    let of = |placement: &str| -> Vec<Curve> {
+        (KERNELS.iter().enumerate())
+            .map(|(i, (kernel, name))| Curve {
+                name: (*name).to_owned(),
+                // The palette's yellow is too pale for a thin curve.
+                colour: colour([0, 3, 4, 2, 6][i]),
+                places: (machine.bandwidth.iter())
+                    .filter(|row| row.placement == placement && row.kernel == *kernel)
+                    .map(|row| [row.threads as f64, row.bandwidth.value])
+                    .collect(),
+            })
+            .filter(|curve| !curve.places.is_empty())
+            .collect()
+    };
+    let (compact, scattered) = (of("compact"), of("scattered"));
+    if compact.is_empty() {
+        return None;
+    }
+    let places = || {
+        compact
+            .iter()
+            .chain(&scattered)
+            .flat_map(|curve| &curve.places)
+    };
+    let most = range(places().map(|place| place[0]))[1];
+    let highest = range(places().map(|place| place[1]))[1];
+    let mut canvas = titled("Bandwidth of large arrays over threads", machine);
+    let panel = |left: f64, right: f64, curves: &[Curve], canvas: &mut Canvas, name: &str| {
+        let panel = Panel {
+            left,
+            right,
+            top: 86.0,
+            bottom: 536.0,
+            across: threads(most),
+            up: Axis::linear("bandwidth", "B/s", [0.0, 1.08 * highest]),
+        };
+        panel.frame(canvas, true);
+        canvas.text([left, 78.0], name, LABEL_SIZE, INK, Anchor::Start);
+        draw_curves(canvas, &panel, curves);
+    };
+    if scattered.is_empty() {
+        panel(
+            92.0,
+            770.0,
+            &compact,
+            &mut canvas,
+            "cores of a node before the next",
+        );
+    } else {
+        panel(
+            92.0,
+            330.0,
+            &compact,
+            &mut canvas,
+            "cores of a node before the next",
+        );
+        panel(572.0, 800.0, &scattered, &mut canvas, "nodes in turn");
+    }
+    Some(Picture::new("machine-bandwidth".into(), canvas))
+}
+
+/// An axis of thread counts, whose ticks are whole.
+pub(super) fn threads(most: f64) -> Axis {
+    Axis::logarithmic("threads", "1", [0.9, 1.1 * most.max(2.0)])
+}
+
+/// A square a pair of nodes; none on a machine with one.
+pub(super) fn draw_nodes(machine: &Characteristics) -> Option<Picture> {
+    let rows: Vec<_> = (machine.bandwidth.iter())
+        .filter_map(|row| Some((row.cpu_node?, row.memory_node?, row)))
+        .collect();
+    let mut cpus: Vec<u32> = rows.iter().map(|(cpu, ..)| *cpu).collect();
+    let mut memories: Vec<u32> = rows.iter().map(|(_, memory, _)| *memory).collect();
+    for nodes in [&mut cpus, &mut memories] {
+        nodes.sort_unstable();
+        nodes.dedup();
+    }
+    if memories.len() < 2 {
+        return None;
+    }
+    let [low, high] = range(rows.iter().map(|(_, _, row)| row.bandwidth.value));
+    let mut canvas = titled(
+        "Reading memory of one node from the cores of another",
+        machine,
+    );
+    let (left, top) = (150.0, 110.0);
+    let cell = (700.0 / memories.len() as f64).min(400.0 / cpus.len() as f64);
+    for (cpu, memory, row) in &rows {
+        let (Some(i), Some(j)) = (
+            cpus.iter().position(|node| node == cpu),
+            memories.iter().position(|node| node == memory),
+        ) else {
+            continue;
+        };
+        let from = [left + cell * j as f64, top + cell * i as f64];
+        let value = row.bandwidth.value;
+        let shade = viridis((value - low) / (high - low).max(f64::MIN_POSITIVE));
+        canvas.rectangle(from, [from[0] + cell - 2.0, from[1] + cell - 2.0], shade);
+        if cell > 40.0 {
+            let at = [
+                from[0] + 0.5 * cell,
+                from[1] + 0.5 * cell + 0.35 * TICK_SIZE,
+            ];
+            let text = format!("{:.1}", 1e-9 * value);
+            canvas.text(at, &text, TICK_SIZE, ink_on(shade), Anchor::Middle);
+        }
+    }
+    for (i, node) in cpus.iter().enumerate() {
+        let at = [
+            left - 10.0,
+            top + cell * (i as f64 + 0.5) + 0.35 * TICK_SIZE,
+        ];
+        canvas.text(at, &format!("cores of {node}"), TICK_SIZE, INK, Anchor::End);
+    }
+    for (j, node) in memories.iter().enumerate() {
+        let at = [left + cell * (j as f64 + 0.5), top - 10.0];
+        canvas.text(
+            at,
+            &format!("memory of {node}"),
+            TICK_SIZE,
+            INK,
+            Anchor::Middle,
+        );
+    }
+    let at = [left, top + cell * cpus.len() as f64 + 30.0];
+    canvas.text(at, "read bandwidth [GB/s]", LABEL_SIZE, INK, Anchor::Start);
+    Some(Picture::new("machine-nodes".into(), canvas))
+}

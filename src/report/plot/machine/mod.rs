@@ -1,0 +1,152 @@
+//! Pictures of what a machine was measured to do: the memory mountain, cliffs of rotating tables,
+//! bandwidth and marching over threads, the roofline, and where working sets lie.
+
+mod bandwidth;
+mod map;
+mod mountain;
+mod operators;
+mod roofline;
+mod solver;
+
+use super::Picture;
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas, Colour, SOFT};
+use super::panel::{Panel, TICK_SIZE};
+use crate::report::size_text;
+use crate::store::Characteristics;
+
+/// Pictures of all that was measured.
+pub fn pictures(machine: &Characteristics) -> Vec<Picture> {
+    let draw = [
+        operators::draw,
+        mountain::draw,
+        bandwidth::draw,
+        bandwidth::draw_nodes,
+        solver::draw,
+        roofline::draw,
+        map::draw,
+    ];
+    draw.iter().filter_map(|draw| draw(machine)).collect()
+}
+
+/// Least distance of two labels \[px\].
+const LABEL_STEP: f64 = 16.0;
+
+/// A curve with its name.
+struct Curve {
+    name: String,
+    colour: Colour,
+    places: Vec<[f64; 2]>,
+}
+
+/// A canvas that says which machine this is, and whether it was quiet.
+fn titled(title: &str, machine: &Characteristics) -> Canvas {
+    let mut parts = vec![machine.host.clone(), machine.description.cpu.clone()];
+    parts.push(machine.started.chars().take(10).collect());
+    if !machine.noise.quiet {
+        parts.push("machine not quiet".to_owned());
+    }
+    Canvas::titled(title, &parts.join("  ·  "))
+}
+
+/// Curves with a disc at each place, and their names right of the panel.
+fn draw_curves(canvas: &mut Canvas, panel: &Panel, curves: &[Curve]) {
+    for curve in curves {
+        let path: Vec<_> = curve.places.iter().map(|p| panel.at(p[0], p[1])).collect();
+        canvas.line(&path, curve.colour, 1.8);
+        path.iter()
+            .for_each(|&at| canvas.disc(at, 2.6, curve.colour));
+    }
+    let ends = curves.iter().filter_map(|curve| {
+        let last = curve.places.last()?;
+        Some((panel.y(last[1]), curve.name.as_str(), curve.colour))
+    });
+    name_ends(canvas, panel, ends.collect());
+}
+
+/// Names right of a panel, as near to their heights as they can be without overlapping.
+fn name_ends(canvas: &mut Canvas, panel: &Panel, mut ends: Vec<(f64, &str, Colour)>) {
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut places: Vec<f64> = ends.iter().map(|(y, ..)| *y).collect();
+    spread_out(&mut places, [panel.top, panel.bottom]);
+    for ((y, name, colour), place) in ends.into_iter().zip(places) {
+        let from = [panel.right + 3.0, y];
+        let to = [panel.right + 14.0, place];
+        canvas.line(&[from, to], colour, 1.0);
+        let at = [panel.right + 18.0, place + 0.35 * TICK_SIZE];
+        canvas.text(at, name, TICK_SIZE, colour, Anchor::Start);
+    }
+}
+
+/// Moves ascending places apart to [`LABEL_STEP`], within bounds where there is room.
+fn spread_out(places: &mut [f64], [low, high]: [f64; 2]) {
+    for i in 1..places.len() {
+        places[i] = places[i].max(places[i - 1] + LABEL_STEP);
+    }
+    if let Some(last) = places.last_mut() {
+        *last = last.min(high.max(low));
+    }
+    for i in (1..places.len()).rev() {
+        places[i - 1] = places[i - 1].min(places[i] - LABEL_STEP);
+    }
+}
+
+/// Dashed lines at the sizes of the caches that lie in a panel, with their names above it.
+fn mark_caches(canvas: &mut Canvas, panel: &Panel, machine: &Characteristics) {
+    for cache in &machine.description.caches {
+        let size = cache.size as f64;
+        if !(0.0..=1.0).contains(&panel.across.fraction(size)) {
+            continue;
+        }
+        let x = panel.x(size);
+        canvas.dashes([x, panel.top], [x, panel.bottom], SOFT, 1.2);
+        let text = format!(
+            "L{} {}",
+            cache.level,
+            size_text(cache.size).replacen(".0 ", " ", 1)
+        );
+        canvas.text([x, panel.top - 6.0], &text, TICK_SIZE, SOFT, Anchor::Middle);
+    }
+}
+
+/// An axis over all second coordinates, from a little below to a little above.
+fn logarithmic<'c>(name: &str, unit: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
+    let values = curves.flat_map(|curve| curve.places.iter().map(|p| p[1]));
+    let [low, high] = super::axis::range(values);
+    Axis::logarithmic(name, unit, [low / 1.3, high * 1.3])
+}
+
+/// An axis of bytes over all first coordinates.
+fn sizes<'c>(name: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
+    let values = curves.flat_map(|curve| curve.places.iter().map(|p| p[0]));
+    let [low, high] = super::axis::range(values);
+    Axis::bytes(name, [low / 1.2, high * 1.2])
+}
+
+/// Bandwidth of one thread that reads line after line out of half of each cache, and out of the
+/// largest buffer.
+fn levels(machine: &Characteristics) -> Vec<(String, f64)> {
+    let rows = || machine.mountain.iter().filter(|row| row.stride == 64);
+    let near = |size: f64| {
+        rows().min_by(|a, b| {
+            let far = |bytes: u64| (bytes as f64 / size).ln().abs();
+            far(a.size).total_cmp(&far(b.size))
+        })
+    };
+    let Some(largest) = rows().map(|row| row.size).max() else {
+        return Vec::new();
+    };
+    let caches = machine.description.caches.iter();
+    let within = caches.filter(|cache| cache.size <= largest);
+    let mut levels: Vec<(String, f64)> = within
+        .filter_map(|cache| {
+            let row = near(0.5 * cache.size as f64)?;
+            Some((format!("L{}", cache.level), row.bandwidth.value))
+        })
+        .collect();
+    levels.extend(near(largest as f64).map(|row| ("memory".to_owned(), row.bandwidth.value)));
+    levels
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,90 @@
+//! The memory mountain, seen along its size: bandwidth a stride above, latency below.
+
+use super::super::Picture;
+use super::super::canvas::{Anchor, BLUE, RED};
+use super::super::panel::{Panel, TICK_SIZE};
+use super::super::ramp::viridis;
+use super::{Curve, draw_curves, logarithmic, mark_caches, sizes, titled};
+use crate::report::size_text;
+use crate::store::Characteristics;
+
+pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
+    let mut strides: Vec<u64> = machine.mountain.iter().map(|row| row.stride).collect();
+    strides.sort_unstable();
+    strides.dedup();
+    let last = strides.len().saturating_sub(1).max(1) as f64;
+    let curves: Vec<Curve> = (strides.iter().enumerate())
+        .map(|(i, &stride)| Curve {
+            name: match stride {
+                64 => "every line".to_owned(),
+                _ => format!("every {}", size_text(stride).replacen(".0 ", " ", 1)),
+            },
+            // Yellow ends of the ramp do not show on white.
+            colour: viridis(0.82 * i as f64 / last),
+            places: (machine.mountain.iter())
+                .filter(|row| row.stride == stride)
+                .map(|row| [row.size as f64, row.bandwidth.value])
+                .collect(),
+        })
+        .collect();
+    if curves.is_empty() {
+        return None;
+    }
+    let mut canvas = titled("Memory: bandwidth and latency of one thread", machine);
+    let across = sizes("size of the buffer", curves.iter());
+    let panel = Panel {
+        left: 92.0,
+        right: 790.0,
+        top: 86.0,
+        bottom: 336.0,
+        across: across.clone(),
+        up: logarithmic("read bandwidth", "B/s", curves.iter()),
+    };
+    panel.frame(&mut canvas, false);
+    mark_caches(&mut canvas, &panel, machine);
+    draw_curves(&mut canvas, &panel, &curves);
+
+    let near = |row: &&crate::store::LatencyRow| row.cpu_node == row.memory_node;
+    let first = machine.latency.first().map(|row| row.cpu_node);
+    let own: Vec<_> = (machine.latency.iter().filter(near))
+        .filter(|row| Some(row.cpu_node) == first)
+        .collect();
+    let chain = Curve {
+        name: "page by page".to_owned(),
+        colour: BLUE,
+        places: (own.iter().filter(|row| row.order == "pages"))
+            .map(|row| [row.size as f64, row.latency.value])
+            .collect(),
+    };
+    let others: Vec<Curve> = (own.iter().filter(|row| row.order != "pages"))
+        .map(|row| Curve {
+            name: match row.huge_pages {
+                true => "anywhere, huge pages".to_owned(),
+                false => "anywhere".to_owned(),
+            },
+            colour: RED,
+            places: vec![[row.size as f64, row.latency.value]],
+        })
+        .collect();
+    let all: Vec<Curve> = std::iter::once(chain).chain(others).collect();
+    let panel = Panel {
+        top: 362.0,
+        bottom: 536.0,
+        up: logarithmic("time of a load", "s", all.iter()),
+        across,
+        ..panel
+    };
+    if all[0].places.is_empty() {
+        canvas.text(
+            [panel.left, panel.bottom],
+            "latency was not measured",
+            TICK_SIZE,
+            RED,
+            Anchor::Start,
+        );
+        return Some(Picture::new("machine-mountain".into(), canvas));
+    }
+    panel.frame(&mut canvas, true);
+    draw_curves(&mut canvas, &panel, &all);
+    Some(Picture::new("machine-mountain".into(), canvas))
+}

@@ -1,0 +1,101 @@
+//! The roofline: what arithmetic and each level of memory allow one thread, and where kernels
+//! lie, from counted work (Williams, Waterman and Patterson 2009).
+
+use super::super::Picture;
+use super::super::axis::{Axis, range};
+use super::super::canvas::{Anchor, INK, SOFT};
+use super::super::categories::colour;
+use super::super::panel::{Panel, TICK_SIZE};
+use super::{levels, name_ends, titled};
+use crate::store::Characteristics;
+
+pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
+    let peaks: Vec<(String, f64)> = (machine.arithmetic.iter())
+        .filter(|row| row.threads == 1)
+        .map(|row| (row.isa.clone(), row.rate.value))
+        .collect();
+    let levels = levels(machine);
+    let peak = peaks.iter().map(|(_, rate)| *rate).fold(0.0, f64::max);
+    if peaks.is_empty() || levels.is_empty() || machine.roofline.is_empty() {
+        return None;
+    }
+    let intensities = machine.roofline.iter().map(|row| row.intensity);
+    let [low, high] = range(intensities.chain(levels.iter().map(|(_, b)| peak / b)));
+    // Room left of the dense kernels for their names.
+    let low = 0.5 * low;
+    let rates = machine.roofline.iter().map(|row| row.rate);
+    let floor = range(rates)[0];
+    let mut canvas = titled("Roofline of one thread, with the kernels on it", machine);
+    let panel = Panel {
+        left: 92.0,
+        right: 800.0,
+        top: 80.0,
+        bottom: 536.0,
+        across: Axis::logarithmic(
+            "operations a byte of different table entries in a mesh cycle",
+            "op/B",
+            [low / 1.6, high * 1.6],
+        ),
+        up: Axis::logarithmic("rate", "op/s", [floor / 2.0, peak * 1.6]),
+    };
+    panel.frame(&mut canvas, true);
+    let mut names: Vec<(f64, &str, _)> = Vec::new();
+    for (name, rate) in &peaks {
+        let from = [panel.left, panel.y(*rate)];
+        canvas.line(&[from, [panel.right, panel.y(*rate)]], SOFT, 1.4);
+        names.push((panel.y(*rate), name, SOFT));
+    }
+    let (start, floor) = (low / 1.6, floor / 2.0);
+    for (name, bandwidth) in &levels {
+        // From the left or lower edge to the peak.
+        let begin = start.max(floor / bandwidth);
+        let end = peak / bandwidth;
+        canvas.line(
+            &[panel.at(begin, begin * bandwidth), panel.at(end, peak)],
+            INK,
+            1.4,
+        );
+        let middle = (begin * end).sqrt();
+        let [x, y] = panel.at(middle, middle * bandwidth);
+        // Memory's line may lie close below that of the last cache.
+        let (at, anchor) = match name.as_str() {
+            "memory" => ([x + 8.0, y + 12.0], Anchor::Start),
+            _ => ([x - 6.0, y - 4.0], Anchor::End),
+        };
+        canvas.text(at, name, TICK_SIZE, INK, anchor);
+    }
+    let mut taken: Vec<([f64; 2], Anchor)> = Vec::new();
+    for row in &machine.roofline {
+        let number = match row.kernel.as_str() {
+            "volterra" => 3,
+            "spectral" => 0,
+            _ => 4,
+        };
+        let at = panel.at(row.intensity, row.rate);
+        canvas.disc(at, 4.0, colour(number));
+        // The dense kernels have about the same intensity: names on different sides; those that
+        // would cover another one are left out.
+        let side = match row.kernel.as_str() {
+            "fused" => Anchor::End,
+            _ => Anchor::Start,
+        };
+        let free = |(other, other_side): &([f64; 2], Anchor)| {
+            *other_side != side
+                || (other[1] - at[1]).abs() > 13.0
+                || (other[0] - at[0]).abs() > 90.0
+        };
+        if taken.iter().all(free) {
+            let name = format!("{} {}", row.kernel, row.modes);
+            let y = at[1] + 0.35 * TICK_SIZE;
+            let x = if side == Anchor::End {
+                at[0] - 8.0
+            } else {
+                at[0] + 8.0
+            };
+            canvas.text([x, y], &name, TICK_SIZE, colour(number), side);
+            taken.push((at, side));
+        }
+    }
+    name_ends(&mut canvas, &panel, names);
+    Some(Picture::new("machine-roofline".into(), canvas))
+}

@@ -1,0 +1,196 @@
+use super::*;
+use crate::store::{
+    ArithmeticRow, BandwidthRow, CacheRecord, Description, Figure, LatencyRow, MountainRow, Noise,
+    OperatorRow, ProgramRecord, RoofRow, SolverRow,
+};
+
+fn figure(value: f64) -> Figure {
+    Figure {
+        value,
+        best: value,
+        median: value,
+        spread: Some(0.02),
+        rounds: 3,
+        repetitions: 30,
+    }
+}
+
+/// Two nodes, two caches, everything measured once or twice.
+fn machine() -> Characteristics {
+    let cache = |level, size| CacheRecord {
+        level,
+        size,
+        line: Some(64),
+        count: 2,
+        shared_by: 1,
+    };
+    let sizes = [16u64 << 10, 256 << 10, 64 << 20];
+    let bandwidth =
+        |placement: &str, kernel: &str, threads, nodes: Option<(u32, u32)>| BandwidthRow {
+            kernel: kernel.to_owned(),
+            placement: placement.to_owned(),
+            threads,
+            cpu_node: nodes.map(|n| n.0),
+            memory_node: nodes.map(|n| n.1),
+            array: 1 << 30,
+            bytes: 1 << 30,
+            bandwidth: figure(1e10 * threads as f64),
+        };
+    let solver = |kernel: &str, tables: &str, modes, threads: u64| SolverRow {
+        kernel: kernel.to_owned(),
+        tables: tables.to_owned(),
+        modes,
+        threads,
+        table_bytes: 9000 * modes,
+        rate: figure(1e5 / modes as f64 * threads as f64),
+        efficiency: Some(1.0),
+    };
+    Characteristics {
+        format: Characteristics::format(),
+        host: "there".to_owned(),
+        started: "2026-03-01T12:00:00Z".to_owned(),
+        seconds: 42.0,
+        extent: "quick".to_owned(),
+        program: ProgramRecord::current(),
+        description: Description {
+            cpu: "A <processor>".to_owned(),
+            caches: vec![cache(1, 48 << 10), cache(2, 2 << 20)],
+            ..Description::default()
+        },
+        noise: Noise {
+            others: Some(0.3),
+            stolen: None,
+            load: None,
+            scatter: None,
+            quiet: false,
+            remarks: Vec::new(),
+        },
+        mountain: (sizes.iter())
+            .flat_map(|&size| [64, 4096].map(|stride| (size, stride)))
+            .map(|(size, stride)| MountainRow {
+                size,
+                stride,
+                bandwidth: figure(1e17 / size as f64 / stride as f64),
+            })
+            .collect(),
+        operators: (sizes.iter())
+            .flat_map(|&size| [("matvec", 41), ("matvec", 81), ("volterra", 81)].map(|k| (size, k)))
+            .map(|(working_set, (kernel, dimension))| OperatorRow {
+                kernel: kernel.to_owned(),
+                dimension,
+                count: 2,
+                working_set,
+                time: figure(1e-12 * working_set as f64),
+            })
+            .collect(),
+        cliffs: Vec::new(),
+        bandwidth: vec![
+            bandwidth("compact", "read", 1, None),
+            bandwidth("compact", "read", 2, None),
+            bandwidth("scattered", "read", 2, None),
+            bandwidth("nodes", "read", 2, Some((0, 0))),
+            bandwidth("nodes", "read", 1, Some((0, 1))),
+        ],
+        latency: (sizes.iter())
+            .map(|&size| LatencyRow {
+                size,
+                order: "pages".to_owned(),
+                huge_pages: false,
+                cpu_node: 0,
+                memory_node: 0,
+                latency: figure(1e-15 * size as f64),
+            })
+            .collect(),
+        arithmetic: vec![ArithmeticRow {
+            isa: "avx2".to_owned(),
+            threads: 1,
+            rate: figure(4e10),
+        }],
+        solver: [("volterra", "shared"), ("spectral", "eight")]
+            .into_iter()
+            .flat_map(|(k, t)| [(10, 1), (40, 1), (40, 2)].map(|(n, p)| solver(k, t, n, p)))
+            .collect(),
+        roofline: vec![RoofRow {
+            kernel: "volterra".to_owned(),
+            modes: 40,
+            operations: 1e6,
+            bytes_read: 4e6,
+            bytes_distinct: 1e5,
+            intensity: 10.0,
+            rate: 1e10,
+        }],
+        missing: Vec::new(),
+    }
+}
+
+#[test]
+fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
+    let drawn = pictures(&machine());
+    let names: Vec<&str> = drawn.iter().map(|picture| picture.name.as_str()).collect();
+    let wanted = [
+        "operators",
+        "mountain",
+        "bandwidth",
+        "nodes",
+        "solver",
+        "roofline",
+        "map",
+    ];
+    assert_eq!(names, wanted.map(|name| format!("machine-{name}")));
+    let words: [&[&str]; 7] = [
+        &[
+            "product, dimension 81",
+            "volterra window",
+            "L2 2 MiB",
+            "1 MiB",
+        ],
+        &[
+            "every line",
+            "every 4 KiB",
+            "page by page",
+            "read bandwidth [GB/s]",
+        ],
+        &["threads [–]", "nodes in turn"],
+        &["cores of 0", "memory of 1", "20.0"],
+        &["volterra, one table", "spectral, eight tables", "ideal"],
+        &["avx2", "memory", "volterra 40"],
+        &["operator of dimension 41", "volterra, 40 modes", "L1"],
+    ];
+    for (picture, words) in drawn.iter().zip(words) {
+        let svg = picture.svg().unwrap();
+        let document = roxmltree::Document::parse(&svg).unwrap();
+        let texts: Vec<&str> = (document.descendants())
+            .filter_map(|node| node.text().map(str::trim))
+            .collect();
+        for word in words
+            .iter()
+            .chain(&["there  ·  A <processor>  ·  2026-03-01  ·  machine not quiet"])
+        {
+            assert!(texts.contains(word), "{}: {word}: {texts:?}", picture.name);
+        }
+    }
+}
+
+#[test]
+fn a_record_without_figures_has_no_pictures() {
+    let mut empty = machine();
+    empty.mountain.clear();
+    empty.operators.clear();
+    empty.bandwidth.clear();
+    empty.latency.clear();
+    empty.solver.clear();
+    empty.roofline.clear();
+    assert_eq!(pictures(&empty), []);
+}
+
+#[test]
+fn labels_are_moved_apart_within_their_panel() {
+    let mut places = [100.0, 101.0, 102.0, 299.0, 300.0];
+    spread_out(&mut places, [0.0, 300.0]);
+    assert!(
+        places.windows(2).all(|p| p[1] - p[0] >= LABEL_STEP - 1e-9),
+        "{places:?}"
+    );
+    assert!(places[4] <= 300.0);
+    spread_out(&mut [], [0.0, 1.0]);
+}
