@@ -22,6 +22,6 @@ pub use chain::{Link, compute, lead_up};
 pub use forecast::{Forecast, Interval, forecast};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
 pub use point::Worker;
-pub use recorder::{Progress, Watcher};
+pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};
 pub use turns::{shard_points, whole_chains};

@@ -5,7 +5,7 @@ use super::chain::compute;
 use super::layout::layout;
 use super::point::Worker;
 use super::queue::{Next, Queue};
-use super::recorder::{Progress, Recorder, Watcher};
+use super::recorder::{Begun, Progress, Recorder, Watcher};
 use super::turns::{TakenOver, shard_points};
 use crate::manifest::Job;
 use crate::store::{Journal, ResultWriter, Shard, StoreError};
@@ -100,7 +100,6 @@ pub fn run(
         writer.push(row)
     })?;
     progress.resumed = progress.done;
-    watcher.resumed(&progress);
     let turns = taken_over.rest(&all);
     let firsts = turns.iter().map(|turn| turn.first);
     let Crew {
@@ -109,11 +108,22 @@ pub fn run(
         seats,
         obtained,
     } = start_workers(job, firsts, options, topology)?;
+    let asked = seats.to_string();
+    watcher.begun(&Begun {
+        points: all.len() as u64,
+        progress,
+        threads,
+        asked: &asked,
+        obtained: &obtained,
+    });
 
     let shards = shard.map_or(1, |shard| shard.count as usize);
     let queue = Queue::new(job, all.len(), turns, shards, threads);
     let firsts = queue.turns().iter().map(|turn| &job.points[turn.first]);
     pool.install(|| parts.prepare(firsts, &mut || ()));
+    for warning in parts.meshes().warnings() {
+        watcher.warning(&warning);
+    }
 
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
@@ -123,6 +133,7 @@ pub fn run(
             journal,
             progress,
             watcher,
+            begun: Instant::now(),
             written: &written,
             most_failures: options.most_failures,
             called_off,
@@ -180,7 +191,7 @@ pub fn run(
         progress: recorded.progress,
         missing: recorded.missing,
         threads,
-        asked: seats.to_string(),
+        asked,
         obtained,
         gave_up: recorded.gave_up,
     })
