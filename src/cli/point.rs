@@ -174,7 +174,7 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     });
     match spec {
         Some(spec) if errors.is_empty() => {
-            Ok(chosen(job, spec.clone(), &values, &typed, direction))
+            Ok(chosen(job, spec, &values, &typed, direction))
         }
         _ => Err(errors),
     }

@@ -15,7 +15,7 @@ use crate::store::{
     timestamp, write_run,
 };
 use crate::sweep::build::Parts;
-use crate::sweep::{self, Options, SweepError, Watcher};
+use crate::sweep::{self, Options, Share, SweepError, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -47,7 +47,7 @@ fn retry(
     // Nobody else may change these results meanwhile.
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
     let found = failed(folder, args)?;
-    let points = sweep::whole_chains(&found, job.chain_length());
+    let points: BTreeSet<u64> = Share::of_shard(job, args.shard).with(&found).ids().collect();
     let anew = retry_folder(folder, args);
     let mut voice = Voice::new(args, job, folder);
     let mut text = format!(

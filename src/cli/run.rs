@@ -8,7 +8,7 @@ use super::voice::Voice;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, check, fail, with_causes};
 use crate::manifest::{self, Job};
 use crate::store::{
-    Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, StoreError,
+    ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, StoreError,
     Totals, timestamp, write_run,
 };
 use crate::sweep::build::Parts;
@@ -207,6 +207,13 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             asked: finished.asked.clone(),
             obtained: finished.obtained.clone(),
         },
+        forecast: finished.outlook.map(|foretold| ForecastRecord {
+            points: foretold.points,
+            after: foretold.after,
+            wall_time: foretold.wall_time.expected,
+            wall_time_low: foretold.wall_time.low,
+            wall_time_high: foretold.wall_time.high,
+        }),
         totals,
         shards: Vec::new(),
         retries: Vec::new(),

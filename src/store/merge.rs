@@ -339,9 +339,11 @@ fn record(parts: &[Part]) -> RunRecord {
             finished: record.finished.clone(),
             machine: record.machine.clone(),
             placement: record.placement.clone(),
+            forecast: record.forecast,
             totals: record.totals.clone(),
         }));
     }
+    whole.forecast = None;
     whole.totals = totals;
     whole.warnings = warnings;
     whole.placement.threads_asked = None;

@@ -53,7 +53,7 @@ pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
 pub use replace::{replace, statuses};
 pub use run::{
-    MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState, ShardRecord,
+    ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState, ShardRecord,
     Totals, write_run,
 };
 pub use table::{Column, Table};

@@ -6,8 +6,8 @@ use crate::analysis::{
     OrbitQuestion, Plane, Questions, Section, SliceError, SliceOf, SliceQuestion,
 };
 use crate::manifest::{
-    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName, SliceSpec,
-    StiffnessSpec, StructureSource, TableSpec,
+    DampingSpec, InitialSpec, Job, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName,
+    SliceSpec, StiffnessSpec, StructureSource, TableSpec, Variant,
 };
 use crate::model::{
     Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
@@ -251,35 +251,63 @@ pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
     })
 }
 
-/// One point for every mesh table that some points need, with what it is of.
-fn meshes_wanted<'a>(
-    points: impl IntoIterator<Item = &'a PointSpec>,
-) -> Vec<(&'a PointSpec, &'a Arc<TableSpec>)> {
+/// One point for every mesh table that some points of a job need, with what it is of.
+fn meshes_wanted(
+    job: &Job,
+    points: impl IntoIterator<Item = usize>,
+) -> Vec<(PointSpec, Arc<TableSpec>)> {
     let mut seen = HashSet::new();
     let mut wanted = Vec::new();
-    for point in points {
+    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
+    if !job.points.variants().iter().any(tabled) {
+        return wanted;
+    }
+    for point in points.into_iter().map(|id| job.points.at(id)) {
         let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
             continue;
         };
+        let spec = spec.clone();
         let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
         // With shafts that tilt the structure matters as well.
         let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
-        if seen.insert((Arc::as_ptr(spec), numbers, tilt)) {
+        if seen.insert((Arc::as_ptr(&spec), numbers, tilt)) {
             wanted.push((point, spec));
         }
     }
     wanted
 }
 
-/// Mesh tables that some points need.
-pub fn tables_wanted<'a>(points: impl IntoIterator<Item = &'a PointSpec>) -> usize {
-    meshes_wanted(points).len()
+/// Mesh tables that some points of a job need.
+pub fn tables_wanted(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
+    meshes_wanted(job, points).len()
+}
+
+/// Structures already at hand.
+#[derive(Debug, Default)]
+struct Structures {
+    /// By the specification's own words: equal text is an equal structure.
+    by_text: HashMap<String, Arc<ModalStructure>>,
+    /// By the specification's place in memory, which writing it out takes much longer than. The
+    /// source is kept, so that the place stays taken.
+    by_place: HashMap<Place, (StructureSource, Arc<ModalStructure>)>,
+}
+
+/// Where the source of a structure lies, and what is kept of its modes.
+type Place = (usize, usize, usize, bool);
+
+fn place(spec: &ModelSpec) -> Place {
+    let address = match &spec.source {
+        StructureSource::Rigid(drive) => Arc::as_ptr(drive).addr(),
+        StructureSource::Flexible(drive) => Arc::as_ptr(drive).addr(),
+        StructureSource::Modal(structure) => Arc::as_ptr(structure).addr(),
+    };
+    (address, spec.modes, spec.retained, spec.mta)
 }
 
 /// Structures and mesh tables already at hand: points of a grid mostly share them.
 #[derive(Debug)]
 pub struct Parts {
-    structures: Mutex<HashMap<String, Arc<ModalStructure>>>,
+    structures: Mutex<Structures>,
     meshes: MeshTables,
 }
 
@@ -305,16 +333,18 @@ impl Parts {
         model(&*self.structure(&point.model)?, point, &self.meshes)
     }
 
-    /// Fetches or computes the mesh tables of some points, each on all threads of the current
-    /// rayon pool; `progress` is told of every table. What fails is left for its points to say.
-    pub fn prepare<'a>(
+    /// Fetches or computes the mesh tables of some points of a job, each on all threads of the
+    /// current rayon pool; `progress` is told of every table. What fails is left for its points
+    /// to say.
+    pub fn prepare(
         &self,
-        points: impl IntoIterator<Item = &'a PointSpec>,
+        job: &Job,
+        points: impl IntoIterator<Item = usize>,
         progress: &mut dyn FnMut(),
     ) {
-        for (point, spec) in meshes_wanted(points) {
+        for (point, spec) in meshes_wanted(job, points) {
             if let Ok(structure) = self.structure(&point.model) {
-                _ = self.meshes.mesh(point, spec, &structure);
+                _ = self.meshes.mesh(&point, &spec, &structure);
             }
             progress();
         }
@@ -325,15 +355,19 @@ impl Parts {
     /// # Errors
     /// As [`structure`].
     pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
-        // The specification's own words: equal text is an equal structure.
-        let key = format!("{spec:?}");
         // Computing under the lock keeps workers from computing the same one twice.
         let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known.get(&key) {
+        if let Some((_, found)) = known.by_place.get(&place(spec)) {
             return Ok(found.clone());
         }
-        let computed = Arc::new(structure(spec)?);
-        known.insert(key, computed.clone());
-        Ok(computed)
+        let text = format!("{spec:?}");
+        let found = match known.by_text.get(&text) {
+            Some(found) => found.clone(),
+            None => Arc::new(structure(spec)?),
+        };
+        known.by_text.insert(text, found.clone());
+        let kept = (spec.source.clone(), found.clone());
+        known.by_place.insert(place(spec), kept);
+        Ok(found)
     }
 }

@@ -9,9 +9,11 @@
 
 pub mod build;
 mod chain;
+mod estimate;
 mod forecast;
 mod layout;
 mod mesh_tables;
+mod outlook;
 mod point;
 mod queue;
 mod recorder;
@@ -19,9 +21,11 @@ mod run;
 mod turns;
 
 pub use chain::{Link, compute, lead_up};
-pub use forecast::{Forecast, Interval, forecast};
+pub use estimate::Interval;
+pub use forecast::{Forecast, forecast};
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
+pub use outlook::Foretold;
 pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};
-pub use turns::{shard_points, whole_chains};
+pub use turns::Share;

@@ -1,6 +1,7 @@
 //! The writer's side of a sweep: every finished point goes to the journal, to those who
 //! watch, and to the result files.
 
+use super::outlook::{Foretold, Outlook};
 use crate::analysis::Status;
 use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
@@ -88,6 +89,7 @@ pub(super) struct Recorder<'a> {
     pub watcher: &'a mut dyn Watcher,
     /// When the first point was begun.
     pub begun: Instant,
+    pub outlook: Outlook<'a>,
     /// Points that have left the writer's memory, for the workers to see.
     pub written: &'a AtomicU64,
     /// Failed points, taken-over ones not counted, after which the sweep is called off.
@@ -102,6 +104,7 @@ pub(super) struct Recorded {
     pub missing: u64,
     /// Whether the sweep was called off for its failed points.
     pub gave_up: bool,
+    pub outlook: Option<Foretold>,
 }
 
 impl Recorder<'_> {
@@ -131,6 +134,7 @@ impl Recorder<'_> {
             progress: self.progress,
             missing: written.missing,
             gave_up: gave_up && written.missing > 0,
+            outlook: self.outlook.foretold(),
         })
     }
 
@@ -139,6 +143,7 @@ impl Recorder<'_> {
         self.progress.count(&row);
         self.progress.cycles += row.outcome.cycles;
         self.progress.elapsed = self.begun.elapsed();
+        self.outlook.count(&row, self.progress.elapsed);
         self.watcher.point(&row, &self.progress);
         self.writer.push(row)?;
         let waiting = self.writer.waiting() as u64;

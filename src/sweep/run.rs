@@ -3,10 +3,11 @@
 use super::build::Parts;
 use super::chain::compute;
 use super::layout::layout;
+use super::outlook::{Foretold, Outlook};
 use super::point::Worker;
 use super::queue::{Next, Queue};
 use super::recorder::{Begun, Progress, Recorder, Watcher};
-use super::turns::{TakenOver, shard_points};
+use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::Job;
 use crate::store::{Journal, ResultWriter, Shard, StoreError};
 use crate::topology::{Pinning, Plan, Topology, default_workers, plan};
@@ -35,7 +36,7 @@ pub struct Options<'a> {
 }
 
 /// How a sweep ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Finished {
     /// Points of this run.
     pub points: u64,
@@ -51,6 +52,8 @@ pub struct Finished {
     pub obtained: String,
     /// Whether it was called off for its failed points.
     pub gave_up: bool,
+    /// What its first points foretold; none where there were too few.
+    pub outlook: Option<Foretold>,
 }
 
 /// Why a sweep could not run.
@@ -86,31 +89,30 @@ pub fn run(
     called_off: &AtomicBool,
     watcher: &mut dyn Watcher,
 ) -> Result<Finished, SweepError> {
+    let clock = Instant::now();
     let length = job.chain_length();
-    let mut all = shard_points(job.points.len(), length, options.shard);
+    let mut share = Share::of_shard(job, options.shard);
     if let Some(only) = options.only {
-        all.retain(|&i| only.contains(&job.points[i].point_id));
+        share = share.with(only);
     }
+    let points = share.points() as u64;
     let shard = options.shard.filter(|_| options.only.is_none());
-    let ids: Vec<u64> = all.iter().map(|&i| job.points[i].point_id).collect();
-    let mut writer = ResultWriter::create(folder, &layout(job, shard), ids)?;
+    let mut writer = ResultWriter::create(folder, &layout(job, shard), share.clone().ids())?;
     let mut progress = Progress::default();
     let taken_over = TakenOver::replay(job, journal, |row| {
         progress.count(&row);
         writer.push(row)
     })?;
     progress.resumed = progress.done;
-    let turns = taken_over.rest(&all);
-    let firsts = turns.iter().map(|turn| turn.first);
     let Crew {
         pool,
         threads,
         seats,
         obtained,
-    } = start_workers(job, firsts, options, topology)?;
+    } = start_workers(job, &share, options, topology)?;
     let asked = seats.to_string();
     watcher.begun(&Begun {
-        points: all.len() as u64,
+        points,
         progress,
         threads,
         asked: &asked,
@@ -118,13 +120,17 @@ pub fn run(
     });
 
     let shards = shard.map_or(1, |shard| shard.count as usize);
-    let queue = Queue::new(job, all.len(), turns, shards, threads);
-    let firsts = queue.turns().iter().map(|turn| &job.points[turn.first]);
-    pool.install(|| parts.prepare(firsts, &mut || ()));
+    let mut outlook = Outlook::new(job, &share, &taken_over, threads);
+    let drawn = outlook.draw(&share, &taken_over);
+    let left = (0..share.chains()).filter(|&place| !taken_over.has(&share, place));
+    let firsts = left.map(|place| share.id(place * length));
+    pool.install(|| parts.prepare(job, firsts, &mut || ()));
+    let queue = Queue::new(job, share, taken_over, drawn, shards, threads);
     for warning in parts.meshes().warnings() {
         watcher.warning(&warning);
     }
 
+    outlook.begin(clock.elapsed());
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
     let ended = std::thread::scope(|scope| {
@@ -134,6 +140,7 @@ pub fn run(
             progress,
             watcher,
             begun: Instant::now(),
+            outlook,
             written: &written,
             most_failures: options.most_failures,
             called_off,
@@ -153,19 +160,19 @@ pub fn run(
             };
             let sender = sender.clone();
             while !called_off.load(Ordering::Relaxed) {
-                let index = match queue.next(written.load(Ordering::Relaxed)) {
-                    Next::Chain(index) => index,
+                let (turn, work) = match queue.next(written.load(Ordering::Relaxed)) {
+                    Next::Chain { turn, work } => (turn, work),
                     Next::Wait => {
                         std::thread::sleep(Duration::from_millis(1));
                         continue;
                     }
                     Next::End => return,
                 };
-                let turn = &queue.turns()[index];
-                let (mut link, clock) = (turn.link.clone(), Instant::now());
+                let Turn { place, first, mut link } = turn;
+                let clock = Instant::now();
                 while link.passed() < length {
-                    let point = &job.points[turn.first + link.passed()];
-                    let Ok(row) = compute(job, point, &link, parts, worker, called_off) else {
+                    let point = job.points.at(first + link.passed());
+                    let Ok(row) = compute(job, &point, &link, parts, worker, called_off) else {
                         return;
                     };
                     link.pass(job, &row);
@@ -177,7 +184,7 @@ pub fn run(
                         return;
                     }
                 }
-                queue.finished(index, clock.elapsed());
+                queue.finished(place, work, clock.elapsed());
             }
         });
         drop(sender);
@@ -187,13 +194,14 @@ pub fn run(
     });
     let recorded = ended?;
     Ok(Finished {
-        points: all.len() as u64,
+        points,
         progress: recorded.progress,
         missing: recorded.missing,
         threads,
         asked,
         obtained,
         gave_up: recorded.gave_up,
+        outlook: recorded.outlook,
     })
 }
 
@@ -207,11 +215,11 @@ pub(super) struct Crew {
     pub obtained: String,
 }
 
-/// Starts the workers for chains with these first points: as many as asked for, or one a
-/// core, and no more than there are pieces of work.
+/// Starts the workers for these chains: as many as asked for, or one a core, and no more than
+/// there are pieces of work.
 pub(super) fn start_workers(
     job: &Job,
-    firsts: impl Iterator<Item = usize>,
+    share: &Share,
     options: Options<'_>,
     topology: Option<&Topology>,
 ) -> Result<Crew, SweepError> {
@@ -219,8 +227,8 @@ pub(super) fn start_workers(
     let parallelism = std::thread::available_parallelism().ok();
     let threads = options
         .threads
-        .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)))
-        .clamp(1, pieces(job, firsts).max(1));
+        .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)));
+    let threads = threads.clamp(1, pieces(job, share, threads).max(1));
     let seats = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -256,10 +264,13 @@ fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology
     }
 }
 
-/// Pieces of work that may be done at the same time: points, and probes where there are any.
-fn pieces(job: &Job, firsts: impl Iterator<Item = usize>) -> usize {
-    let pieces = firsts.map(|first| {
-        let probes = job.points[first].analyses.multistability;
+/// Pieces of work that may be done at the same time: chains, and probes where there are any.
+/// Beyond `enough` they are not counted.
+fn pieces(job: &Job, share: &Share, enough: usize) -> usize {
+    let chains = share.chains().min(enough);
+    let pieces = (0..chains).map(|place| {
+        let first = job.points.variant(share.id(place * job.chain_length()));
+        let probes = first.analyses.multistability;
         probes.map_or(1, |asked| asked.initial_conditions as usize)
     });
     pieces.sum()

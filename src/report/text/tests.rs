@@ -117,6 +117,7 @@ fn record(folder: &Path, state: RunState, points: u64, computed: u64) {
             asked: "one worker a core".into(),
             obtained: "as asked".into(),
         },
+        forecast: None,
         totals: Totals::new(points, computed, 0, 1000 * computed, 0.5),
         shards: Vec::new(),
         retries: Vec::new(),
