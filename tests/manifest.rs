@@ -135,7 +135,10 @@ fn a_modal_file_is_the_structure() {
     assert_eq!(structure.friction, [0.0; 3]);
     assert_eq!(structure.pinion_torque, None);
     assert_eq!(job.points.at(0).model.retained, 3);
-    assert_eq!(job.points.at(0).mesh.stiffness, StiffnessSpec::Constant(4e8));
+    assert_eq!(
+        job.points.at(0).mesh.stiffness,
+        StiffnessSpec::Constant(4e8)
+    );
 }
 
 #[test]

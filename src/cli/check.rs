@@ -107,7 +107,12 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             format!("{} {unit}", span(low, high)),
         ));
     }
-    let retained = range(job.points.variants().iter().map(|v| v.model.retained as f64));
+    let retained = range(
+        job.points
+            .variants()
+            .iter()
+            .map(|v| v.model.retained as f64),
+    );
     let modes = range(job.points.variants().iter().map(|v| v.model.modes as f64));
     lines.push((
         "model".to_owned(),
@@ -343,7 +348,12 @@ fn job_json(name: &str, job: &Job) -> Value {
         .iter()
         .map(|axis| json!({ "name": axis.name, "unit": axis.unit, "values": axis.values }))
         .collect();
-    let retained = range(job.points.variants().iter().map(|v| v.model.retained as f64));
+    let retained = range(
+        job.points
+            .variants()
+            .iter()
+            .map(|v| v.model.retained as f64),
+    );
     let first = job.points.first();
     json!({
         "sound": true,

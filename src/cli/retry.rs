@@ -47,7 +47,10 @@ fn retry(
     // Nobody else may change these results meanwhile.
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
     let found = failed(folder, args)?;
-    let points: BTreeSet<u64> = Share::of_shard(job, args.shard).with(&found).ids().collect();
+    let points: BTreeSet<u64> = Share::of_shard(job, args.shard)
+        .with(&found)
+        .ids()
+        .collect();
     let anew = retry_folder(folder, args);
     let mut voice = Voice::new(args, job, folder);
     let mut text = format!(

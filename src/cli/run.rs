@@ -8,8 +8,8 @@ use super::voice::Voice;
 use super::{BAD_INPUT, FAILED_POINTS, INTERRUPTED, check, fail, with_causes};
 use crate::manifest::{self, Job};
 use crate::store::{
-    ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, StoreError,
-    Totals, timestamp, write_run,
+    ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
+    Shard, StoreError, Totals, timestamp, write_run,
 };
 use crate::sweep::build::Parts;
 use crate::sweep::{self, Finished, Options, SweepError, Watcher};

@@ -4,9 +4,9 @@
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
 use super::hash::JobHash;
+use super::points::Variant;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
-use super::points::Variant;
 use super::sections::{Context, resolve};
 use super::spec::PointSpec;
 use super::tree::Node;

@@ -168,6 +168,9 @@ impl Chains {
             Direction::Down => self.ascending[length - 1 - along],
         };
         let (slower, faster) = (others / self.stride, others % self.stride);
-        ((slower * length + index) * self.stride + faster, Some(direction))
+        (
+            (slower * length + index) * self.stride + faster,
+            Some(direction),
+        )
     }
 }

@@ -115,7 +115,7 @@ pub fn lead_up(
 }
 
 /// The kind of motion, where there is a verdict.
-fn verdict(outcome: &PointOutcome) -> Option<Class> {
+pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     outcome.class.filter(|class| *class != Class::NotConverged)
 }
 

@@ -2,19 +2,21 @@
 //! points computed beforehand.
 //!
 //! Points are drawn over the grid until the time is known well enough, or half of them are
-//! computed. Of a chain, the point before is computed too, as if it were the first, so that the
-//! one that is timed starts from a motion as it does in a sweep.
+//! computed. Of a chain, the transient of the point before is marched too, as if that were the
+//! first, so that the one that is timed starts from a motion as it does in a sweep. What the
+//! refinement of changes takes is added for every change between neighbours of the sample: most
+//! points meet none, and a few would say little of how many do.
 
 use super::build::{Parts, tables_wanted};
-use super::chain::{Link, compute};
-use super::layout::layout;
-use super::point::Worker;
+use super::chain::{Link, compute, verdict};
 use super::estimate::{Interval, Load, drawn};
+use super::layout::layout;
 use super::outlook::{sample, shared};
+use super::point::Worker;
 use super::queue::{look, work};
 use super::run::{Options, SweepError, start_workers};
 use super::turns::Share;
-use crate::manifest::Job;
+use crate::manifest::{Job, PointSpec};
 use crate::numerics::statistics::mean;
 use crate::store::{PointRow, ResultWriter, StoreError, journal_bytes};
 use crate::topology::{Topology, peak_memory};
@@ -22,7 +24,7 @@ use serde::Serialize;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Half width of the interval of the computing time, over the time, at which it is known well
@@ -148,12 +150,16 @@ pub fn forecast(
         return Ok(None);
     }
     let calibration_time = clock.elapsed().as_secs_f64();
+    let refining = calibration.refining();
     let (ratios, cut_short, mut rows) = calibration.found();
     let calibrated = rows.len() as u64 + cut_short;
     rows.sort_by_key(|row| row.point_id);
 
     let known = tables_wanted(job, sample()).max(1);
-    let time = load.wall_time(&ratios);
+    let mut time = load.wall_time(&ratios);
+    time.expected += refining / threads as f64;
+    // A change may come and go between two neighbours.
+    time.high += 2.0 * refining / threads as f64;
     let row_bytes = mean_or_zero(&rows, |row| journal_bytes(row) as f64);
     let held = (all as u64).min(GROUP_ROWS + (look(threads) * length) as u64);
     // Before the memory is looked at, which encoding takes up too.
@@ -183,8 +189,16 @@ struct Calibration<'a> {
     least: usize,
     /// Raised when no more time is left.
     over: AtomicBool,
-    /// Times per work, and rows of the points that were not given up.
-    tried: Mutex<Vec<(f64, Option<PointRow>)>>,
+    tried: Mutex<Vec<Tried>>,
+}
+
+/// A point that was tried out.
+struct Tried {
+    id: usize,
+    /// Its time per work \[s\].
+    ratio: f64,
+    /// None where it was given up.
+    row: Option<PointRow>,
 }
 
 impl Calibration<'_> {
@@ -194,7 +208,7 @@ impl Calibration<'_> {
         if tried.len() < self.least {
             return false;
         }
-        let ratios: Vec<f64> = tried.iter().map(|(ratio, _)| *ratio).collect();
+        let ratios: Vec<f64> = tried.iter().map(|tried| tried.ratio).collect();
         let Interval { expected, high, .. } = self.load.computing(&ratios);
         high - expected <= CLOSE * expected
     }
@@ -202,9 +216,12 @@ impl Calibration<'_> {
     /// Computes a point and keeps what it took.
     fn try_out(&self, id: usize, worker: Worker<'_>) {
         let (job, over) = (self.job, &self.over);
-        let (point, mut link) = (job.points.at(id), Link::default());
+        let (mut point, mut link) = (job.points.at(id), Link::default());
+        if let Some(poincare) = &mut Arc::make_mut(&mut point.analyses).poincare {
+            poincare.refine = 0;
+        }
         if !id.is_multiple_of(job.chain_length()) {
-            let before = job.points.at(id - 1);
+            let before = led_to(job.points.at(id - 1));
             match compute(job, &before, &link, self.parts, worker, over) {
                 Ok(row) => link.pass(job, &row),
                 // Nothing was learnt of the point.
@@ -215,7 +232,30 @@ impl Calibration<'_> {
         let row = compute(job, &point, &link, self.parts, worker, over);
         let ratio = clock.elapsed().as_secs_f64() / work(job.points.variant(id));
         let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
-        tried.push((ratio, row.ok()));
+        let row = row.ok();
+        tried.push(Tried { id, ratio, row });
+    }
+
+    /// Computing time that narrowing down changes of motion takes \[s\], by those between
+    /// neighbours of the sample.
+    fn refining(&self) -> f64 {
+        let (job, length) = (self.job, self.job.chain_length());
+        let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        tried.sort_by_key(|tried| tried.id);
+        let motion = |tried: &Tried| tried.row.as_ref().and_then(|row| verdict(&row.outcome));
+        let between = |pair: &[Tried]| {
+            let [a, b] = [&pair[0], &pair[1]];
+            let variant = job.points.variant(b.id);
+            let halvings = variant.analyses.poincare.map_or(0, |asked| asked.refine);
+            let (Some(from), Some(to)) = (motion(a), motion(b)) else {
+                return 0.0;
+            };
+            match a.id / length == b.id / length && from != to {
+                true => f64::from(halvings) * 0.5 * (a.ratio + b.ratio) * work(variant),
+                false => 0.0,
+            }
+        };
+        tried.windows(2).map(between).sum()
     }
 
     /// Times per work, how many points were given up, rows of the others. One that was given up
@@ -225,17 +265,25 @@ impl Calibration<'_> {
             .tried
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner);
-        let whole: Vec<f64> = (tried.iter())
-            .filter_map(|(ratio, row)| row.as_ref().map(|_| *ratio))
+        let whole: Vec<f64> = (tried.iter().filter(|tried| tried.row.is_some()))
+            .map(|tried| tried.ratio)
             .collect();
         let middle = if whole.is_empty() { 0.0 } else { mean(&whole) };
-        let telling = |(ratio, row): &(f64, Option<PointRow>)| row.is_some() || *ratio > middle;
+        let telling = |tried: &Tried| tried.row.is_some() || tried.ratio > middle;
         let tried: Vec<_> = tried.into_iter().filter(telling).collect();
-        let cut_short = tried.iter().filter(|(_, row)| row.is_none()).count() as u64;
-        let ratios = tried.iter().map(|(ratio, _)| *ratio).collect();
-        let rows = tried.into_iter().filter_map(|(_, row)| row).collect();
+        let cut_short = tried.iter().filter(|tried| tried.row.is_none()).count() as u64;
+        let ratios = tried.iter().map(|tried| tried.ratio).collect();
+        let rows = tried.into_iter().filter_map(|tried| tried.row).collect();
         (ratios, cut_short, rows)
     }
+}
+
+/// A point of which only the state that it leaves is wanted.
+fn led_to(mut point: PointSpec) -> PointSpec {
+    let run = Arc::make_mut(&mut point.run);
+    (run.cycles, run.audit_cycles) = (1, 0);
+    point.analyses = Arc::default();
+    point
 }
 
 fn mean_or_zero(rows: &[PointRow], value: impl Fn(&PointRow) -> f64) -> f64 {

@@ -1,8 +1,8 @@
 //! What a run foretells of itself from its own first points, to be held against what it took.
 //!
 //! Independent points are drawn over the grid and computed before the others, which costs
-//! nothing: they are points of the run. Where the state is carried the first points of the
-//! chains have to do, and a grid that grows slower along them is foretold too fast.
+//! nothing: they are points of the run. Where the state is carried, the first tenth of the points
+//! has to do: the beginnings of chains, which are foretold as if all of each went on like that.
 
 use super::estimate::{Interval, Load, drawn};
 use super::queue::work;
@@ -75,6 +75,7 @@ impl<'a> Outlook<'a> {
             wanted: None,
             needed: match points < FEWEST {
                 true => 0,
+                false if length > 1 => sample(points, threads).max(points / 10),
                 false => sample(points, threads),
             },
             ratios: Vec::new(),

@@ -168,7 +168,11 @@ pub fn run(
                     }
                     Next::End => return,
                 };
-                let Turn { place, first, mut link } = turn;
+                let Turn {
+                    place,
+                    first,
+                    mut link,
+                } = turn;
                 let clock = Instant::now();
                 while link.passed() < length {
                     let point = job.points.at(first + link.passed());

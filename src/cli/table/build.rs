@@ -15,7 +15,7 @@ use signal_hook::flag;
 use super::{NO_ACCESS, TablesFolder};
 use crate::cli::{BAD_INPUT, answer, check, fail, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
-use crate::manifest::{self, Job, Variant, StiffnessSpec};
+use crate::manifest::{self, Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
 use crate::sweep::build::Parts;
 use crate::units::{self, Dimension};

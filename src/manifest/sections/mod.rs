@@ -14,8 +14,8 @@ mod unfelt;
 
 use super::diagnostic::Issues;
 use super::grid::is_carried;
-use super::reader::{Child, Section};
 use super::points::Variant;
+use super::reader::{Child, Section};
 use super::spec::{AnalysesSpec, ExcitationSpec, StructureSource};
 use crate::shaft::ModalStructure;
 use std::collections::HashMap;

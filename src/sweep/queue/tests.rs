@@ -8,7 +8,10 @@ use std::path::Path;
 fn job(loads: usize, speeds: usize) -> Job {
     let text = include_str!("../../../tests/data/oscillator.toml")
         .replace("to = 0.3, count = 2", &format!("to = 0.3, count = {loads}"))
-        .replace("to = 1500, count = 3", &format!("to = 1500, count = {speeds}"));
+        .replace(
+            "to = 1500, count = 3",
+            &format!("to = 1500, count = {speeds}"),
+        );
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
     let job = manifest::parse(&text, "m.toml", &data).unwrap();
     assert_eq!(job.points.len(), loads * speeds);
@@ -82,7 +85,11 @@ fn only_the_window_is_in_memory() {
     finish(&queue, 5, 9);
     finish(&queue, 0, 1);
     let order: Vec<usize> = (0..6).map(|_| taken(&queue, 0)).collect();
-    assert_eq!(order, [0, 4, 2, 3, 1, 6], "4 and 6 lie beside 5, 1 beside 0");
+    assert_eq!(
+        order,
+        [0, 4, 2, 3, 1, 6],
+        "4 and 6 lie beside 5, 1 beside 0"
+    );
     for place in 0..5000 {
         taken(&queue, 0);
         finish(&queue, place, 5);
