@@ -206,6 +206,8 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             threads: finished.threads as u32,
             asked: finished.asked.clone(),
             obtained: finished.obtained.clone(),
+            copies_asked: finished.copies_asked.clone(),
+            copies_obtained: finished.copies_obtained.clone(),
         },
         forecast: finished.outlook.map(|foretold| ForecastRecord {
             points: foretold.points,

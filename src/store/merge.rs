@@ -350,5 +350,7 @@ fn record(parts: &[Part]) -> RunRecord {
     whole.placement.threads = parts.iter().map(|p| p.record.placement.threads).sum();
     whole.placement.asked = format!("joined from {} shards, each with its own", parts.len());
     whole.placement.obtained = "as each shard says".into();
+    whole.placement.copies_asked = whole.placement.asked.clone();
+    whole.placement.copies_obtained = whole.placement.obtained.clone();
     whole
 }

@@ -197,6 +197,12 @@ pub struct PlacementRecord {
     pub asked: String,
     /// Placement obtained, in words.
     pub obtained: String,
+    /// Copies of structures and mesh tables that were to be made, in words.
+    #[serde(default)]
+    pub copies_asked: String,
+    /// Where these lie.
+    #[serde(default)]
+    pub copies_obtained: String,
 }
 
 /// Counts and times over all points of a run.
@@ -312,6 +318,8 @@ mod tests {
                 threads: 8,
                 asked: "one worker a core".into(),
                 obtained: "not bound".into(),
+                copies_asked: "one copy for all workers".into(),
+                copies_obtained: "one copy for all workers".into(),
             },
             forecast: None,
             totals: Totals::new(80, 70, 4, 50_000, 2.0),

@@ -1,22 +1,20 @@
 //! From a point's specification to the system that kernels march.
 
 use super::mesh_tables::{MeshError, MeshTables};
+pub use super::parts::{Parts, tables_wanted};
 use crate::analysis::{
     GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
     OrbitQuestion, Plane, Questions, Section, SliceError, SliceOf, SliceQuestion,
 };
 use crate::manifest::{
-    DampingSpec, InitialSpec, Job, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName,
-    SliceSpec, StiffnessSpec, StructureSource, TableSpec, Variant,
+    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName, SliceSpec,
+    StiffnessSpec, StructureSource,
 };
 use crate::model::{
     Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
 use crate::propagate::{DenseError, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
-use crate::store::TableStore;
-use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// Why a point's system cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -87,7 +85,7 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
 }
 
 /// The piecewise-linear system of a point.
-fn model(
+pub(super) fn model(
     structure: &ModalStructure,
     point: &PointSpec,
     meshes: &MeshTables,
@@ -249,125 +247,4 @@ pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
         cycles: asked.cycles,
         averages: asked.averages,
     })
-}
-
-/// One point for every mesh table that some points of a job need, with what it is of.
-fn meshes_wanted(
-    job: &Job,
-    points: impl IntoIterator<Item = usize>,
-) -> Vec<(PointSpec, Arc<TableSpec>)> {
-    let mut seen = HashSet::new();
-    let mut wanted = Vec::new();
-    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
-    if !job.points.variants().iter().any(tabled) {
-        return wanted;
-    }
-    for point in points.into_iter().map(|id| job.points.at(id)) {
-        let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
-            continue;
-        };
-        let spec = spec.clone();
-        let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
-        // With shafts that tilt the structure matters as well.
-        let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
-        if seen.insert((Arc::as_ptr(&spec), numbers, tilt)) {
-            wanted.push((point, spec));
-        }
-    }
-    wanted
-}
-
-/// Mesh tables that some points of a job need.
-pub fn tables_wanted(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
-    meshes_wanted(job, points).len()
-}
-
-/// Structures already at hand.
-#[derive(Debug, Default)]
-struct Structures {
-    /// By the specification's own words: equal text is an equal structure.
-    by_text: HashMap<String, Arc<ModalStructure>>,
-    /// By the specification's place in memory, which writing it out takes much longer than. The
-    /// source is kept, so that the place stays taken.
-    by_place: HashMap<Place, (StructureSource, Arc<ModalStructure>)>,
-}
-
-/// Where the source of a structure lies, and what is kept of its modes.
-type Place = (usize, usize, usize, bool);
-
-fn place(spec: &ModelSpec) -> Place {
-    let address = match &spec.source {
-        StructureSource::Rigid(drive) => Arc::as_ptr(drive).addr(),
-        StructureSource::Flexible(drive) => Arc::as_ptr(drive).addr(),
-        StructureSource::Modal(structure) => Arc::as_ptr(structure).addr(),
-    };
-    (address, spec.modes, spec.retained, spec.mta)
-}
-
-/// Structures and mesh tables already at hand: points of a grid mostly share them.
-#[derive(Debug)]
-pub struct Parts {
-    structures: Mutex<Structures>,
-    meshes: MeshTables,
-}
-
-impl Parts {
-    /// Nothing at hand yet; mesh tables are kept in `tables`.
-    pub fn new(tables: TableStore) -> Self {
-        Self {
-            structures: Mutex::default(),
-            meshes: MeshTables::new(tables),
-        }
-    }
-
-    /// The mesh tables.
-    pub fn meshes(&self) -> &MeshTables {
-        &self.meshes
-    }
-
-    /// The piecewise-linear system of a point.
-    ///
-    /// # Errors
-    /// A structure, a mesh or a value that is refused.
-    pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
-        model(&*self.structure(&point.model)?, point, &self.meshes)
-    }
-
-    /// Fetches or computes the mesh tables of some points of a job, each on all threads of the
-    /// current rayon pool; `progress` is told of every table. What fails is left for its points
-    /// to say.
-    pub fn prepare(
-        &self,
-        job: &Job,
-        points: impl IntoIterator<Item = usize>,
-        progress: &mut dyn FnMut(),
-    ) {
-        for (point, spec) in meshes_wanted(job, points) {
-            if let Ok(structure) = self.structure(&point.model) {
-                _ = self.meshes.mesh(&point, &spec, &structure);
-            }
-            progress();
-        }
-    }
-
-    /// The structure of a model specification, computed once.
-    ///
-    /// # Errors
-    /// As [`structure`].
-    pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
-        // Computing under the lock keeps workers from computing the same one twice.
-        let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, found)) = known.by_place.get(&place(spec)) {
-            return Ok(found.clone());
-        }
-        let text = format!("{spec:?}");
-        let found = match known.by_text.get(&text) {
-            Some(found) => found.clone(),
-            None => Arc::new(structure(spec)?),
-        };
-        known.by_text.insert(text, found.clone());
-        let kept = (spec.source.clone(), found.clone());
-        known.by_place.insert(place(spec), kept);
-        Ok(found)
-    }
 }

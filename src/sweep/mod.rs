@@ -14,6 +14,7 @@ mod forecast;
 mod layout;
 mod mesh_tables;
 mod outlook;
+mod parts;
 mod point;
 mod queue;
 mod recorder;

@@ -10,7 +10,7 @@ use super::recorder::{Begun, Progress, Recorder, Watcher};
 use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::Job;
 use crate::store::{Journal, ResultWriter, Shard, StoreError};
-use crate::topology::{Pinning, Plan, Topology, default_workers, plan};
+use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
 use crossbeam_channel::bounded;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -50,6 +50,10 @@ pub struct Finished {
     pub asked: String,
     /// Where they ran.
     pub obtained: String,
+    /// Copies of structures and mesh tables that were to be made, in words.
+    pub copies_asked: String,
+    /// Where these lie.
+    pub copies_obtained: String,
     /// Whether it was called off for its failed points.
     pub gave_up: bool,
     /// What its first points foretold; none where there were too few.
@@ -130,6 +134,8 @@ pub fn run(
         watcher.warning(&warning);
     }
 
+    let copies = copies(&seats);
+    let of_nodes: Vec<Parts> = copies.nodes.iter().map(|_| parts.on_node()).collect();
     outlook.begin(clock.elapsed());
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
@@ -158,6 +164,8 @@ pub fn run(
                 index: context.index() as u32,
                 topology,
             };
+            let copy = copies.of_worker.get(context.index()).copied().flatten();
+            let parts = copy.map_or(parts, |copy| &of_nodes[copy]);
             let sender = sender.clone();
             while !called_off.load(Ordering::Relaxed) {
                 let (turn, work) = match queue.next(written.load(Ordering::Relaxed)) {
@@ -204,6 +212,8 @@ pub fn run(
         threads,
         asked,
         obtained,
+        copies_obtained: copies_obtained(&of_nodes, &copies, topology),
+        copies_asked: copies.to_string(),
         gave_up: recorded.gave_up,
         outlook: recorded.outlook,
     })
@@ -266,6 +276,27 @@ fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology
         None => "pinned".into(),
         Some(error) => format!("{bound} of {} workers pinned: {error}", taken.len()),
     }
+}
+
+/// Where the copies of nodes lie, in words.
+fn copies_obtained(of_nodes: &[Parts], copies: &Copies, topology: Option<&Topology>) -> String {
+    if of_nodes.is_empty() {
+        return copies.to_string();
+    }
+    let lies = |parts: &Parts| topology.map_or_else(BTreeSet::new, |t| parts.nodes(t));
+    let found: Vec<BTreeSet<u32>> = of_nodes.iter().map(lies).collect();
+    if found.iter().all(BTreeSet::is_empty) {
+        return format!("{} copies; the system does not tell where", of_nodes.len());
+    }
+    let as_asked = (found.iter().zip(&copies.nodes)).all(|(found, node)| found.iter().eq([node]));
+    if as_asked {
+        return copies.to_string();
+    }
+    let words = copies.nodes.iter().zip(&found).map(|(node, found)| {
+        let found: Vec<String> = found.iter().map(u32::to_string).collect();
+        format!("that of node {node} on [{}]", found.join(", "))
+    });
+    words.collect::<Vec<String>>().join("; ")
 }
 
 /// Pieces of work that may be done at the same time: chains, and probes where there are any.

@@ -116,6 +116,8 @@ fn record(folder: &Path, state: RunState, points: u64, computed: u64) {
             threads: 2,
             asked: "one worker a core".into(),
             obtained: "as asked".into(),
+            copies_asked: String::new(),
+            copies_obtained: String::new(),
         },
         forecast: None,
         totals: Totals::new(points, computed, 0, 1000 * computed, 0.5),
