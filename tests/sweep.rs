@@ -166,7 +166,7 @@ fn job(place: &Place) -> Job {
 }
 
 fn model_of(job: &Job, index: usize) -> Model {
-    let point = &job.points[index];
+    let point = &job.points.at(index);
     common::parts().model(point).unwrap()
 }
 
@@ -202,7 +202,8 @@ fn chains_are_ranges_of_ids_in_marching_order() {
     );
     let job = self::job(&Place::new(&along));
     assert_eq!((job.points.len(), job.chain_length()), (82, 2));
-    for (index, pair) in job.points.chunks(2).enumerate() {
+    let points: Vec<_> = job.points.iter().collect();
+    for (index, pair) in points.chunks(2).enumerate() {
         assert_eq!([pair[0].load, pair[1].load], [1.0, 0.5]);
         assert!(
             pair.iter()

@@ -32,7 +32,7 @@ const FRICTIONLESS: (&str, &str) = ("friction = 0.05", "friction = 0.0");
 const RUBBING: (&str, &str) = ("friction = 0.05", "friction = 0.05");
 
 fn model(parts: &Parts, job: &Job, load: f64, speed: f64) -> Model {
-    let mut point = job.points[0].clone();
+    let mut point = job.points.at(0);
     (point.load, point.speed) = (load, speed);
     parts.model(&point).unwrap()
 }

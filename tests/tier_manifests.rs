@@ -24,7 +24,7 @@ fn job(text: &str) -> Job {
 }
 
 fn rigid(job: &Job) -> RigidDrive {
-    match &job.points[0].model.source {
+    match &job.points.at(0).model.source {
         StructureSource::Rigid(drive) => RigidDrive::clone(drive),
         other => panic!("not rigid: {}", other.kind()),
     }
@@ -40,17 +40,17 @@ fn without(text: &str, keys: &[&str]) -> String {
 }
 
 fn model(job: &Job, point: usize) -> Model {
-    let point = &job.points[point];
+    let point = &job.points.at(point);
     common::parts().model(point).unwrap()
 }
 
 #[test]
 fn shipped_manifests_are_a_ladder_over_one_grid() {
     let flexible = job(&text("flexible"));
-    let StructureSource::Flexible(machine) = &flexible.points[0].model.source else {
+    let StructureSource::Flexible(machine) = &flexible.points.at(0).model.source else {
         panic!("not flexible");
     };
-    assert_eq!(flexible.points[0].model.retained, 40);
+    assert_eq!(flexible.points.at(0).model.retained, 40);
     let mut hashes = vec![flexible.hash.clone()];
     for (tier, modes) in Tier::ALL.into_iter().zip([2, 6, 12, 20]) {
         let job = job(&text(tier.name()));
@@ -62,7 +62,7 @@ fn shipped_manifests_are_a_ladder_over_one_grid() {
         );
         assert_eq!(drive.pedestals.is_some(), tier == Tier::Pedestal);
         assert_eq!(job.axes, flexible.axes);
-        let model = &job.points[0].model;
+        let model = &job.points.at(0).model;
         assert_eq!(
             (model.source.kind(), model.modes, model.retained),
             (tier.name(), modes, modes)
@@ -88,7 +88,7 @@ fn the_kind_alone_takes_a_drive_from_tier_to_tier() {
 
 #[test]
 fn what_a_kind_does_not_feel_may_be_left_out() {
-    let structure = |text: &str| build::structure(&job(text).points[0].model).unwrap();
+    let structure = |text: &str| build::structure(&job(text).points.at(0).model).unwrap();
     let translational = text("translational");
     let bare = without(&translational, &["tilt", "axial", "gear_position"]);
     assert_eq!(structure(&bare), structure(&translational));
@@ -127,7 +127,7 @@ fn fewer_modes_and_fewer_retained_are_accepted() {
         "kind = \"tilting\"",
         "kind = \"tilting\"\nmodes = 10\nretained = 2\nmta = true",
     );
-    let structure = build::structure(&job(&reduced).points[0].model).unwrap();
+    let structure = build::structure(&job(&reduced).points.at(0).model).unwrap();
     assert_eq!(structure.modes(), 2);
     assert!(structure.residual_flexibility > 0.0);
 }

@@ -47,7 +47,7 @@ fn job(text: &str) -> Job {
 
 /// Structure and model of a point of the quickstart drive.
 fn model(load: f64, speed: f64) -> (ModalStructure, Model) {
-    let mut point = job(QUICKSTART).points[0].clone();
+    let mut point = job(QUICKSTART).points.at(0);
     (point.load, point.speed) = (load, speed);
     let structure = build::structure(&point.model).unwrap();
     let model = common::parts().model(&point).unwrap();
@@ -55,7 +55,7 @@ fn model(load: f64, speed: f64) -> (ModalStructure, Model) {
 }
 
 fn kernel(model: &Model) -> Volterra<'_> {
-    let run = &job(QUICKSTART).points[0].run;
+    let run = &job(QUICKSTART).points.at(0).run;
     let KernelSpec::Volterra { tolerance } = run.kernel else {
         panic!("another kernel");
     };
@@ -168,7 +168,7 @@ fn samples_are_even_and_start_where_the_transient_ends() {
         &[&arguments[..], &["7"]].concat(),
     );
     let (_, model) = model(0.05, 1200.0);
-    let transient = job(QUICKSTART).points[0].run.transient;
+    let transient = job(QUICKSTART).points.at(0).run.transient;
     let s = samples(folder.path());
     assert_eq!(s.time.len(), 21);
     assert_eq!(summary["samples"], 21);
@@ -442,7 +442,7 @@ fn files_lie_below_the_jobs_results_unless_told_otherwise() {
         assert!(text.contains(path.to_str().unwrap()), "{text}");
     }
     assert!(text.contains("2 mesh cycles"), "{text}");
-    let transient = job(QUICKSTART).points[0].run.transient;
+    let transient = job(QUICKSTART).points.at(0).run.transient;
     let from = format!("from cycle {transient} on; 128 samples");
     assert!(text.contains(&from), "{text}");
 }

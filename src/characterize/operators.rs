@@ -32,7 +32,7 @@ pub struct Rotated {
 
 /// A vector that operators are applied to in turn.
 struct Wheel {
-    operators: Vec<Operator>,
+    operators: Vec<Operator<'static>>,
     x: Vec<f64>,
     y: Vec<f64>,
     at: usize,

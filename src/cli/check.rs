@@ -66,7 +66,7 @@ fn summary(name: &str, job: &Job) -> String {
     let lines = job
         .points
         .first()
-        .map_or(Vec::new(), |first| describe(job, first));
+        .map_or(Vec::new(), |first| describe(job, &first));
     let mut text = format!("{name}: sound\n\n");
     for (head, line) in lines {
         text += format!("{head:<11} {line}").trim_end();
@@ -107,8 +107,13 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             format!("{} {unit}", span(low, high)),
         ));
     }
-    let retained = range(job.points.iter().map(|p| p.model.retained as f64));
-    let modes = range(job.points.iter().map(|p| p.model.modes as f64));
+    let retained = range(
+        job.points
+            .variants()
+            .iter()
+            .map(|v| v.model.retained as f64),
+    );
+    let modes = range(job.points.variants().iter().map(|v| v.model.modes as f64));
     lines.push((
         "model".to_owned(),
         format!(
@@ -155,13 +160,14 @@ fn order(job: &Job, carried: &Carried) -> String {
 }
 
 fn mesh(job: &Job) -> String {
-    let gap = range(job.points.iter().map(|p| p.mesh.half_gap));
-    let friction = range(job.points.iter().map(|p| p.mesh.friction));
+    let gap = range(job.points.variants().iter().map(|v| v.mesh.half_gap));
+    let friction = range(job.points.variants().iter().map(|v| v.mesh.friction));
     let damping = |pick: fn(&DampingSpec) -> Option<f64>, unit: &str| {
         let values: Vec<f64> = job
             .points
+            .variants()
             .iter()
-            .filter_map(|p| pick(&p.mesh.damping))
+            .filter_map(|variant| pick(&variant.mesh.damping))
             .collect();
         (!values.is_empty()).then(|| {
             let (low, high) = range(values.into_iter());
@@ -196,8 +202,8 @@ fn mesh(job: &Job) -> String {
 fn stiffness(job: &Job) -> String {
     let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
     let mut segments = (f64::INFINITY, f64::NEG_INFINITY);
-    for point in &job.points {
-        let values = match &point.mesh.stiffness {
+    for variant in job.points.variants() {
+        let values = match &variant.mesh.stiffness {
             StiffnessSpec::Constant(value) => Cow::Borrowed(std::slice::from_ref(value)),
             StiffnessSpec::Piecewise(values) => Cow::Borrowed(&values[..]),
             StiffnessSpec::Continuous(levels) => Cow::Owned(levels.divisions().0),
@@ -221,7 +227,7 @@ fn tabled(job: &Job, table: &TableSpec) -> String {
         CourseSpec::Segments(count) => format!("{count} segments"),
         CourseSpec::Continuous => "continuous".to_owned(),
     };
-    let misalignment = range(job.points.iter().map(|p| p.mesh.misalignment));
+    let misalignment = range(job.points.variants().iter().map(|v| v.mesh.misalignment));
     format!(
         "stiffness from the drawing of the gears, {course}; misalignment {} rad{}",
         span(misalignment.0, misalignment.1),
@@ -342,7 +348,12 @@ fn job_json(name: &str, job: &Job) -> Value {
         .iter()
         .map(|axis| json!({ "name": axis.name, "unit": axis.unit, "values": axis.values }))
         .collect();
-    let retained = range(job.points.iter().map(|p| p.model.retained as f64));
+    let retained = range(
+        job.points
+            .variants()
+            .iter()
+            .map(|v| v.model.retained as f64),
+    );
     let first = job.points.first();
     json!({
         "sound": true,
@@ -358,15 +369,15 @@ fn job_json(name: &str, job: &Job) -> Value {
             "chains": job.points.len() / carried.length,
             "chain_length": carried.length,
         })),
-        "model": first.map(|p| p.model.source.kind()),
+        "model": first.as_ref().map(|p| p.model.source.kind()),
         "retained_min": retained.0,
         "retained_max": retained.1,
-        "kernel": first.map(|p| match p.run.kernel {
+        "kernel": first.as_ref().map(|p| match p.run.kernel {
             KernelSpec::Volterra { .. } => "volterra",
             KernelSpec::Stepping { .. } => "stepping",
             KernelSpec::Tables { ladder, .. } => ladder.name(),
         }),
-        "analyses": first.map(|p| {
+        "analyses": first.as_ref().map(|p| {
             let names = [
                 ("lyapunov", p.analyses.lyapunov.is_some()),
                 ("poincare", p.analyses.poincare.is_some()),

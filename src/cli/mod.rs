@@ -1,8 +1,10 @@
 //! Arguments, and one thin file per subcommand: the only code that prints or sets an
 //! exit status.
 
+mod activity;
 pub mod check;
 mod earlier;
+mod events;
 pub mod machine;
 pub mod merge;
 pub mod plan;
@@ -16,6 +18,7 @@ pub mod show;
 pub mod table;
 pub mod trace;
 pub mod verify;
+mod voice;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;

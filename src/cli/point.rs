@@ -173,9 +173,7 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
                 .all(|((_, on_grid), value)| on_grid == value)
     });
     match spec {
-        Some(spec) if errors.is_empty() => {
-            Ok(chosen(job, spec.clone(), &values, &typed, direction))
-        }
+        Some(spec) if errors.is_empty() => Ok(chosen(job, spec, &values, &typed, direction)),
         _ => Err(errors),
     }
 }

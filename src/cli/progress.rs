@@ -1,10 +1,11 @@
 //! Progress on standard error: a bar on a terminal, plain lines elsewhere.
 
+use super::activity::Activity;
 use crate::store::PointRow;
-use crate::sweep::{Progress, Watcher};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use crate::sweep::{Begun, Progress, Watcher};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::{IsTerminal, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Least time between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
@@ -12,96 +13,140 @@ const LINE_INTERVAL: Duration = Duration::from_secs(10);
 /// Shows how far a sweep is.
 pub struct Display {
     bar: ProgressBar,
-    plain: bool,
+    quiet: bool,
+    terminal: bool,
     points: u64,
-    /// When this run began to compute.
-    started: Instant,
-    last_line: Instant,
+    activity: Activity,
+    /// Time of the run when the last line was written.
+    last_line: Duration,
 }
 
 impl Display {
-    /// A display for so many points; silent when `quiet`.
-    pub fn new(points: u64, quiet: bool) -> Self {
+    /// A display; silent when `quiet`.
+    pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let target = if quiet || !terminal {
             ProgressDrawTarget::hidden()
         } else {
             ProgressDrawTarget::stderr()
         };
-        let bar = ProgressBar::with_draw_target(Some(points), target);
-        let template = "{bar:30} {pos}/{len} points  {per_sec}  ETA {eta}  {msg}";
-        if let Ok(style) = ProgressStyle::with_template(template) {
+        let bar = ProgressBar::with_draw_target(None, target);
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} points  {msg}") {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(250));
         Self {
             bar,
-            plain: !quiet && !terminal,
-            points,
-            started: Instant::now(),
-            last_line: Instant::now(),
+            quiet,
+            terminal,
+            points: 0,
+            activity: Activity::default(),
+            last_line: Duration::ZERO,
         }
     }
 
-    /// Removes the bar.
-    pub fn finish(&self) {
-        self.bar.finish_and_clear();
-    }
-
-    fn line(&mut self, progress: &Progress) {
-        let due = self.last_line.elapsed() >= LINE_INTERVAL;
-        if !self.plain || !due {
+    /// Writes a line, above the bar where there is one.
+    fn say(&self, line: &str) {
+        if self.quiet {
             return;
         }
-        self.last_line = Instant::now();
-        let computed = progress.done - progress.resumed;
-        let rate = computed as f64 / self.started.elapsed().as_secs_f64();
-        let left = (self.points - progress.done) as f64 / rate;
-        // Nothing can be done when standard error is closed.
-        _ = writeln!(
-            std::io::stderr(),
-            "{}/{} points, {rate:.2} points/s, about {left:.0} s left{}",
-            progress.done,
-            self.points,
-            remark(progress)
-        );
+        if self.terminal {
+            self.bar.println(line);
+        } else {
+            // Nothing can be done when standard error is closed.
+            _ = writeln!(std::io::stderr(), "{line}");
+        }
+    }
+
+    fn show(&mut self, progress: &Progress) {
+        let mut text = remark(progress, self.points);
+        let nodes = self.activity.words(progress.elapsed.as_secs_f64());
+        if !nodes.is_empty() {
+            text += &format!("; {nodes}");
+        }
+        self.bar.set_position(progress.done);
+        let plain = !self.quiet && !self.terminal;
+        if plain && progress.elapsed >= self.last_line + LINE_INTERVAL {
+            self.last_line = progress.elapsed;
+            self.say(&format!("{}/{} points, {text}", progress.done, self.points));
+        }
+        self.bar.set_message(text);
+    }
+}
+
+impl Drop for Display {
+    /// Removes the bar.
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 
 impl Watcher for Display {
-    fn resumed(&mut self, progress: &Progress) {
-        self.started = Instant::now();
-        if progress.resumed == 0 {
-            return;
-        }
-        // What is taken over must not count for the rate.
-        self.bar.set_position(progress.done);
-        self.bar.reset_eta();
-        if self.plain {
-            // Nothing can be done when standard error is closed.
-            _ = writeln!(
-                std::io::stderr(),
-                "{}/{} points taken over from an interrupted run",
-                progress.resumed,
+    fn begun(&mut self, begun: &Begun<'_>) {
+        self.points = begun.points;
+        self.bar.set_length(begun.points);
+        self.bar.set_position(begun.progress.done);
+        let resumed = begun.progress.resumed;
+        if resumed > 0 && !self.terminal {
+            self.say(&format!(
+                "{resumed}/{} points taken over from an interrupted run",
                 self.points
-            );
+            ));
         }
     }
 
-    fn point(&mut self, _: &PointRow, progress: &Progress) {
-        self.bar.set_position(progress.done);
-        self.bar
-            .set_message(remark(progress).trim_start_matches(", ").to_owned());
-        self.line(progress);
+    fn warning(&mut self, sentence: &str) {
+        self.say(&format!("warning: {sentence}"));
+    }
+
+    fn point(&mut self, row: &PointRow, progress: &Progress) {
+        self.activity.count(row);
+        self.show(progress);
+    }
+
+    fn tick(&mut self, progress: &Progress) {
+        self.show(progress);
     }
 }
 
-/// Points that ended badly, in words.
-fn remark(progress: &Progress) -> String {
+/// Rate, time left and points that ended badly, in words.
+fn remark(progress: &Progress, points: u64) -> String {
+    let mut text = format!("{:.2} points/s", progress.rate());
+    if let Some(left) = progress.left(points) {
+        // Rates of a first moment may stand for times that a duration does not hold.
+        let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
+        text += &format!(", about {} left", HumanDuration(left));
+    }
+    text += &format!(", {} failed", progress.failed);
     let unsettled = progress.not_ok - progress.failed;
-    let mut text = format!(", {} failed", progress.failed);
     if unsettled > 0 {
         text += &format!(", {unsettled} not settled");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn remarks_leave_out_what_is_taken_over() {
+        let mut progress = Progress {
+            done: 30,
+            not_ok: 3,
+            failed: 1,
+            resumed: 10,
+            cycles: 0,
+            elapsed: Duration::from_secs(4),
+        };
+        assert_eq!(
+            remark(&progress, 80),
+            "5.00 points/s, about 10 seconds left, 1 failed, 2 not settled"
+        );
+        progress.elapsed = Duration::ZERO;
+        assert_eq!(
+            remark(&progress, 80),
+            "0.00 points/s, 1 failed, 2 not settled"
+        );
+    }
 }

@@ -6,16 +6,16 @@
 //! up by the same command.
 
 use super::process::Process;
-use super::progress::Display;
-use super::run::{RunArgs, close, failure};
-use super::{FAILED_POINTS, INTERRUPTED, answer, fail, with_causes};
+use super::run::{RunArgs, failure, status};
+use super::voice::Voice;
+use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
 use crate::manifest::Job;
 use crate::store::{
     Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, Totals, replace, statuses,
     timestamp, write_run,
 };
 use crate::sweep::build::Parts;
-use crate::sweep::{self, Options, SweepError};
+use crate::sweep::{self, Options, Share, SweepError, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -47,8 +47,12 @@ fn retry(
     // Nobody else may change these results meanwhile.
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
     let found = failed(folder, args)?;
-    let points = sweep::whole_chains(&found, job.chain_length());
+    let points: BTreeSet<u64> = Share::of_shard(job, args.shard)
+        .with(&found)
+        .ids()
+        .collect();
     let anew = retry_folder(folder, args);
+    let mut voice = Voice::new(args, job, folder);
     let mut text = format!(
         "{} has no failed points: nothing to compute again\n",
         folder.display()
@@ -67,7 +71,9 @@ fn retry(
             only: Some(&points),
             most_failures: args.max_failures,
         };
-        let mut display = Display::new(points.len() as u64, args.quiet);
+        for warning in &process.warnings {
+            voice.warning(warning);
+        }
         let (started, clock) = (SystemTime::now(), Instant::now());
         let swept = sweep::run(
             job,
@@ -77,12 +83,12 @@ fn retry(
             &mut journal,
             process.topology.as_ref(),
             &process.called_off,
-            &mut display,
+            &mut voice,
         );
-        display.finish();
         let finished = match swept {
             Ok(finished) => finished,
             Err(error) => {
+                drop(voice);
                 lock.abandon();
                 return Err(error);
             }
@@ -93,16 +99,13 @@ fn retry(
                 true => FAILED_POINTS,
                 false => INTERRUPTED,
             };
-            if args.quiet {
-                return Ok(ExitCode::from(status));
-            }
             let text = format!(
                 "interrupted: {} of {} points are missing, {} holds what it held; the same command goes on from here\n",
                 finished.missing,
                 finished.points,
                 folder.display()
             );
-            return Ok(answer(&text, ExitCode::from(status)));
+            return Ok(voice.close(&record, status, &text));
         }
         replace(folder, args.shard, &points, &anew)?;
         process.warnings.extend(parts.warnings());
@@ -130,7 +133,7 @@ fn retry(
     // Last: until the record is written, the same command has to find it.
     discard(&anew)?;
     lock.abandon();
-    Ok(close(args, &record, &text))
+    Ok(voice.close(&record, status(&record), &text))
 }
 
 /// Points with a status that says nothing of the motion.

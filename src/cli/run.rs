@@ -2,17 +2,17 @@
 
 use super::earlier::{self, Earlier};
 use super::process::Process;
-use super::progress::Display;
 use super::retry;
 use super::table::TablesFolder;
-use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED, answer, check, fail, with_causes};
+use super::voice::Voice;
+use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED, check, fail, with_causes};
 use crate::manifest::{self, Job};
 use crate::store::{
-    Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Shard, StoreError,
-    Totals, timestamp, write_run,
+    ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
+    Shard, StoreError, Totals, timestamp, write_run,
 };
 use crate::sweep::build::Parts;
-use crate::sweep::{self, Finished, Options, SweepError};
+use crate::sweep::{self, Finished, Options, SweepError, Watcher};
 use crate::topology::Pinning;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -54,7 +54,8 @@ pub struct RunArgs {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
-    /// Print the record of the run (run.json) to standard output.
+    /// Print what happens to standard output, one JSON object a line, its kind in `event`:
+    /// started, point, progress (every second), warning, finished (with the record, run.json).
     #[arg(long)]
     pub json: bool,
 }
@@ -124,23 +125,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
                 folder.display(),
                 record.totals.points
             );
-            close(args, &record, &text)
+            Voice::new(args, &job, &folder).close(&record, status(&record), &text)
         }
         Err(message) => fail(BAD_INPUT, &message),
-    }
-}
-
-/// Prints what was asked for at the end of a run and gives the exit status.
-pub(super) fn close(args: &RunArgs, record: &RunRecord, text: &str) -> ExitCode {
-    let status = status(record);
-    if args.json {
-        // A record is plain data; it always has a JSON form.
-        let json = serde_json::to_string_pretty(record).unwrap_or_default();
-        answer(&format!("{json}\n"), status)
-    } else if args.quiet {
-        status
-    } else {
-        answer(text, status)
     }
 }
 
@@ -164,9 +151,11 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         Ok(journal) => journal,
         Err(error) => return fail(failure(&error), &with_causes(&error)),
     };
-    let points = sweep::shard_points(job.points.len(), job.chain_length(), args.shard).len() as u64;
     let parts = Parts::new(args.tables.store());
-    let mut display = Display::new(points, args.quiet);
+    let mut voice = Voice::new(args, job, folder);
+    for warning in &warnings {
+        voice.warning(warning);
+    }
     let (started, clock) = (SystemTime::now(), Instant::now());
     let swept = sweep::run(
         job,
@@ -176,12 +165,12 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         &mut journal,
         topology.as_ref(),
         &called_off,
-        &mut display,
+        &mut voice,
     );
-    display.finish();
     let finished = match swept {
         Ok(finished) => finished,
         Err(error) => {
+            drop(voice);
             journal.abandon();
             let status = match &error {
                 SweepError::Store(error) => failure(error),
@@ -217,7 +206,16 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             threads: finished.threads as u32,
             asked: finished.asked.clone(),
             obtained: finished.obtained.clone(),
+            copies_asked: finished.copies_asked.clone(),
+            copies_obtained: finished.copies_obtained.clone(),
         },
+        forecast: finished.outlook.map(|foretold| ForecastRecord {
+            points: foretold.points,
+            after: foretold.after,
+            wall_time: foretold.wall_time.expected,
+            wall_time_low: foretold.wall_time.low,
+            wall_time_high: foretold.wall_time.high,
+        }),
         totals,
         shards: Vec::new(),
         retries: Vec::new(),
@@ -235,11 +233,11 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         return fail(1, &with_causes(&error));
     }
     let text = closing_line(&finished, &record, folder);
-    let code = close(args, &record, &text);
-    match finished.gave_up {
-        true => ExitCode::from(FAILED_POINTS),
-        false => code,
-    }
+    let status = match finished.gave_up {
+        true => FAILED_POINTS,
+        false => status(&record),
+    };
+    voice.close(&record, status, &text)
 }
 
 /// Exit status when results cannot be written.
@@ -251,11 +249,12 @@ pub(super) fn failure(error: &StoreError) -> u8 {
     }
 }
 
-fn status(record: &RunRecord) -> ExitCode {
+/// Exit status that a record stands for.
+pub(super) fn status(record: &RunRecord) -> u8 {
     match record.state {
-        RunState::Interrupted => ExitCode::from(INTERRUPTED),
-        RunState::Complete if record.totals.failed > 0 => ExitCode::from(FAILED_POINTS),
-        RunState::Complete => ExitCode::SUCCESS,
+        RunState::Interrupted => INTERRUPTED,
+        RunState::Complete if record.totals.failed > 0 => FAILED_POINTS,
+        RunState::Complete => 0,
     }
 }
 

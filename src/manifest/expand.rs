@@ -1,12 +1,13 @@
-//! The points of a grid: every combination of model-key values is put into the tree and
-//! resolved like text; load and speed vary inside, where nothing needs resolving again.
+//! What the points of a grid are made of: every combination of model-key values is put into the
+//! tree and resolved like text; load and speed vary inside, where nothing needs resolving again.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
 use super::hash::JobHash;
+use super::points::Variant;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
-use super::sections::{Context, Resolved, resolve};
+use super::sections::{Context, resolve};
 use super::spec::PointSpec;
 use super::tree::Node;
 use crate::shaft::ModalStructure;
@@ -26,7 +27,7 @@ struct Sighting {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Sighting>;
 
-/// Resolves the whole grid. `axes` has the model keys first, then load and speed.
+/// Resolves the whole grid, the last model key fastest.
 ///
 /// Every fault is recorded once, with the first combination at which it shows when it
 /// does not show at all of them. Unless `exhaustive` (the grid is too large) only the first
@@ -38,16 +39,9 @@ pub(super) fn expand(
     issues: &mut Issues,
     context: &mut Context,
     hash: &mut JobHash,
-) -> Vec<PointSpec> {
+) -> Vec<Variant> {
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
-    let values = |name: &str| {
-        axes.iter()
-            .find(|axis| axis.axis.name == name)
-            .map_or(&[][..], |axis| &axis.axis.values)
-    };
-    let (loads, speeds) = (values("load"), values("speed"));
-    let mut points = Vec::new();
-    let mut last: Option<Resolved> = None;
+    let mut variants: Vec<Variant> = Vec::new();
     let mut faults = Faults::new();
     let (mut tried, mut faulty) = (0, 0);
     let mut index = vec![0; keys.len()];
@@ -63,16 +57,10 @@ pub(super) fn expand(
         }
         if let Some(mut resolved) = resolved.filter(|_| issues.found.is_empty()) {
             hash.resolved(&resolved);
-            if let Some(last) = &last {
+            if let Some(last) = variants.last() {
                 resolved.share(last);
             }
-            let keyed: Vec<f64> = keys
-                .iter()
-                .zip(&index)
-                .map(|(k, &i)| k.axis.values[i])
-                .collect();
-            push_points(&mut points, &resolved, &keyed, loads, speeds);
-            last = Some(resolved);
+            variants.push(resolved);
         }
         if !exhaustive || faulty >= MAX_FAULTY || !advance(&mut index, &keys) {
             break;
@@ -84,7 +72,7 @@ pub(super) fn expand(
     {
         issues.found[sighting.index].at_point = None;
     }
-    points
+    variants
 }
 
 /// Puts one value of every key axis into the tree; false when one has no place there.
@@ -207,38 +195,5 @@ impl Between {
         point.mesh = resolved.mesh;
         point.excitation = resolved.excitation;
         Some(())
-    }
-}
-
-fn push_points(
-    points: &mut Vec<PointSpec>,
-    resolved: &Resolved,
-    keyed: &[f64],
-    loads: &[f64],
-    speeds: &[f64],
-) {
-    points.reserve(loads.len() * speeds.len());
-    for &load in loads {
-        for &speed in speeds {
-            let Resolved {
-                model,
-                mesh,
-                excitation,
-                run,
-                analyses,
-            } = resolved.clone();
-            points.push(PointSpec {
-                point_id: points.len() as u64,
-                direction: None,
-                axis_values: [keyed, &[load, speed]].concat(),
-                load,
-                speed,
-                model,
-                mesh,
-                excitation,
-                run,
-                analyses,
-            });
-        }
     }
 }

@@ -6,7 +6,7 @@
 mod gear;
 mod mesh;
 
-use super::sections::Resolved;
+use super::points::Variant;
 use super::spec::{
     AnalysesSpec, Axis, Carried, ExcitationSpec, HorizonSpec, InitialSpec, KernelSpec, Ladder,
     LyapunovSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec, RunSpec,
@@ -59,8 +59,8 @@ impl JobHash {
     }
 
     /// Everything about the points of one combination of model keys.
-    pub fn resolved(&mut self, resolved: &Resolved) {
-        let Resolved {
+    pub fn resolved(&mut self, resolved: &Variant) {
+        let Variant {
             model,
             mesh,
             excitation,

@@ -13,6 +13,7 @@ mod expand;
 mod grid;
 mod hash;
 mod modal_file;
+mod points;
 mod reader;
 mod schema;
 mod sections;
@@ -23,6 +24,7 @@ mod unknown;
 
 pub use diagnostic::{Diagnostic, DiagnosticKind, ManifestErrors, Source, Span};
 pub use expand::Between;
+pub use points::{Points, Variant};
 pub use spec::*;
 
 use diagnostic::Issues;
@@ -89,7 +91,7 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     let mut context = Context::new(base_dir);
-    let mut points = expand::expand(
+    let variants = expand::expand(
         &mut tree,
         &axes.sound,
         !axes.too_large,
@@ -108,11 +110,13 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     drop_echoes(&mut issues);
     match head {
         Some(head) if issues.found.is_empty() => {
-            if let Some(carried) = &axes.carried {
-                points = grid::arrange(points, &axes.sound, carried);
-            }
-            let refined = |point: &PointSpec| point.analyses.poincare.is_some_and(|p| p.refine > 0);
-            let plain = axes.sound.iter().map(|axis| axis.axis.clone()).collect();
+            let refined = |variant: &Variant| {
+                let poincare = variant.analyses.poincare;
+                poincare.is_some_and(|asked| asked.refine > 0)
+            };
+            let refine = variants.iter().any(refined);
+            let plain: Vec<Axis> = axes.sound.iter().map(|axis| axis.axis.clone()).collect();
+            let points = Points::new(variants, &plain, axes.carried.as_ref());
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
@@ -120,10 +124,7 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
                 hash: hash.finish(),
                 axes: plain,
                 carried: axes.carried,
-                between: points
-                    .iter()
-                    .any(refined)
-                    .then(|| Between::new(tree, axes.sound, context)),
+                between: refine.then(|| Between::new(tree, axes.sound, context)),
                 points,
             })
         }

@@ -6,6 +6,7 @@ mod mesh;
 pub use mesh::{CourseSpec, DampingSpec, MeshSpec, StiffnessSpec, TableSpec, TwoLevels};
 
 use super::expand::Between;
+use super::points::Points;
 use crate::gear::GearPair;
 use crate::shaft::{FlexibleDrive, ModalStructure, RigidDrive};
 use std::sync::Arc;
@@ -27,8 +28,8 @@ pub struct Job {
     pub axes: Vec<Axis>,
     /// How points follow from each other; none where each starts from `run.initial`.
     pub carried: Option<Carried>,
-    /// The grid's points, fully resolved, in `point_id` order.
-    pub points: Vec<PointSpec>,
+    /// The grid's points, in `point_id` order.
+    pub points: Points,
     /// Resolves points between those of the grid, where they are asked for.
     pub between: Option<Between>,
 }
@@ -99,10 +100,10 @@ pub struct Axis {
 }
 
 /// One operating point: a complete description of one simulation. Points share what they
-/// have in common: a grid may have a million of them.
+/// have in common.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointSpec {
-    /// Place in [`Job::points`].
+    /// Its number, from 0.
     pub point_id: u64,
     /// Which way its sweep marches; none where points are independent.
     pub direction: Option<Direction>,

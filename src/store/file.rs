@@ -1,7 +1,7 @@
 //! One Parquet file, from the first row to its final name.
 //!
-//! Rows are buffered up to a row group and then encoded and written, so memory is bounded
-//! by one group. The file lives under a hidden temporary name beside its destination and
+//! Rows are encoded some at a time and written a row group at a time, so memory is bounded by
+//! one encoded group. The file lives under a hidden temporary name beside its destination and
 //! is renamed when whole; one that is dropped before leaves nothing behind.
 
 use std::fmt;
@@ -15,7 +15,7 @@ use arrow_schema::{Metadata, Schema};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::WriterProperties;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use serde::{Deserialize, Serialize};
 use tempfile::{NamedTempFile, TempPath};
 
@@ -26,6 +26,8 @@ use super::table::Table;
 pub(super) const FORMAT: &str = "atlas-results-1";
 /// Rows of a row group. Groups follow from the rows alone, never from timing.
 pub(super) const GROUP_ROWS: usize = 16_384;
+/// Rows that are encoded together: they take more memory as they are than encoded.
+const PIECE_ROWS: usize = 1024;
 /// List data of a row group \[bytes\], where rows are long.
 pub(super) const GROUP_BYTES: usize = 16 << 20;
 
@@ -142,6 +144,9 @@ pub(super) fn start_writer<W: Write + Send>(
 ) -> Result<ArrowWriter<W>, StoreError> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
+        // For pages, bounds and places would take more memory than anything else in a long run.
+        .set_statistics_enabled(EnabledStatistics::Chunk)
+        .set_offset_index_disabled(true)
         .set_created_by(format!("atlas {}", env!("CARGO_PKG_VERSION")))
         .build();
     // Twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
@@ -155,13 +160,17 @@ pub(super) fn start_writer<W: Write + Send>(
     Ok(writer)
 }
 
-/// Encodes rows into any sink, a row group at a time.
+/// Encodes rows into any sink, a piece at a time, and writes them a row group at a time.
 pub(super) struct TableWriter<R, W: Write + Send> {
     table: Table<R>,
     path: PathBuf,
     writer: ArrowWriter<W>,
+    /// Rows that are not encoded yet.
     buffer: Vec<R>,
-    buffered_bytes: usize,
+    /// Rows of the group that is not written yet.
+    group_rows: usize,
+    /// List data of that group \[bytes\].
+    group_bytes: usize,
     rows: u64,
     largest_buffer: usize,
 }
@@ -195,7 +204,8 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
             path,
             writer,
             buffer,
-            buffered_bytes: 0,
+            group_rows: 0,
+            group_bytes: 0,
             rows: 0,
             largest_buffer: 0,
         })
@@ -207,28 +217,38 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
 
     /// Adds a row; writes a row group when one is full.
     pub(super) fn push(&mut self, row: R) -> Result<(), StoreError> {
-        self.buffered_bytes += row.list_bytes();
+        self.group_bytes += row.list_bytes();
+        self.group_rows += 1;
         self.buffer.push(row);
         self.rows += 1;
         self.largest_buffer = self.largest_buffer.max(self.buffer.len());
-        if self.buffer.len() >= GROUP_ROWS || self.buffered_bytes >= GROUP_BYTES {
+        if self.group_rows >= GROUP_ROWS || self.group_bytes >= GROUP_BYTES {
             self.flush()?;
+        } else if self.buffer.len() >= PIECE_ROWS {
+            self.encode()?;
         }
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), StoreError> {
-        if self.buffer.is_empty() {
-            return Ok(());
-        }
+    fn encode(&mut self) -> Result<(), StoreError> {
         self.table
             .batch(&self.buffer)
             .map_err(Into::into)
             .and_then(|batch| self.writer.write(&batch))
-            .and_then(|()| self.writer.flush())
             .map_err(|source| StoreError::parquet(&self.path, "write", source))?;
         self.buffer.clear();
-        self.buffered_bytes = 0;
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), StoreError> {
+        if self.group_rows == 0 {
+            return Ok(());
+        }
+        self.encode()?;
+        self.writer
+            .flush()
+            .map_err(|source| StoreError::parquet(&self.path, "write", source))?;
+        (self.group_rows, self.group_bytes) = (0, 0);
         Ok(())
     }
 
@@ -406,13 +426,21 @@ mod tests {
         let path = PathBuf::from("poincare.parquet");
         let mut writer = TableWriter::new(io::sink(), path, poincare_table(), &[]).unwrap();
         let count = 10 * GROUP_ROWS as u64 + 1;
-        let mut largest = 0;
+        let (mut first, mut later) = (0, 0);
         for point_id in 0..count {
             writer.push(row(point_id)).unwrap();
-            largest = largest.max(writer.writer.memory_size());
+            let held = writer.writer.memory_size();
+            if point_id < GROUP_ROWS as u64 {
+                first = first.max(held);
+            } else {
+                later = later.max(held);
+            }
+            if (point_id + 1).is_multiple_of(GROUP_ROWS as u64) {
+                assert_eq!(held, 0, "the encoder keeps nothing between row groups");
+            }
         }
-        assert_eq!(writer.largest_buffer, GROUP_ROWS);
-        assert_eq!(largest, 0, "the encoder keeps nothing between row groups");
+        assert_eq!(writer.largest_buffer, PIECE_ROWS);
+        assert!(0 < first && later <= first + first / 10, "{first} {later}");
         assert_eq!(writer.writer.flushed_row_groups().len(), 10);
         assert_eq!(writer.finish().unwrap(), count);
     }

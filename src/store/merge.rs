@@ -339,14 +339,18 @@ fn record(parts: &[Part]) -> RunRecord {
             finished: record.finished.clone(),
             machine: record.machine.clone(),
             placement: record.placement.clone(),
+            forecast: record.forecast,
             totals: record.totals.clone(),
         }));
     }
+    whole.forecast = None;
     whole.totals = totals;
     whole.warnings = warnings;
     whole.placement.threads_asked = None;
     whole.placement.threads = parts.iter().map(|p| p.record.placement.threads).sum();
     whole.placement.asked = format!("joined from {} shards, each with its own", parts.len());
     whole.placement.obtained = "as each shard says".into();
+    whole.placement.copies_asked = whole.placement.asked.clone();
+    whole.placement.copies_obtained = whole.placement.obtained.clone();
     whole
 }

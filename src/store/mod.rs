@@ -60,8 +60,8 @@ pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_runs};
 pub use replace::{replace, statuses};
 pub use run::{
-    MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState, ShardRecord,
-    Totals, write_run,
+    ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord,
+    RunState, ShardRecord, Totals, write_run,
 };
 pub use table::{Column, Table};
 pub use tables::{

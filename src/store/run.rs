@@ -30,6 +30,10 @@ pub struct RunRecord {
     pub machine: MachineRecord,
     /// Threads and where they ran.
     pub placement: PlacementRecord,
+    /// What the run foretold of its wall time from its first points, to be held against
+    /// `totals.wall_time`; absent where there were too few.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<ForecastRecord>,
     /// Counts and times over all points.
     pub totals: Totals,
     /// The shards that it was joined from, where it was.
@@ -46,6 +50,21 @@ pub struct RunRecord {
     pub manifest: String,
 }
 
+/// What a run foretold of its wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ForecastRecord {
+    /// Points that it was foretold from.
+    pub points: u64,
+    /// When, since the run was begun \[s\].
+    pub after: f64,
+    /// Wall time \[s\].
+    pub wall_time: f64,
+    /// Lower end of its interval at 95 % \[s\].
+    pub wall_time_low: f64,
+    /// Upper end \[s\].
+    pub wall_time_high: f64,
+}
+
 /// What a joined record keeps of each shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ShardRecord {
@@ -59,6 +78,9 @@ pub struct ShardRecord {
     pub machine: MachineRecord,
     /// Threads and where they ran.
     pub placement: PlacementRecord,
+    /// What it foretold of its wall time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub forecast: Option<ForecastRecord>,
     /// Counts and times over its points.
     pub totals: Totals,
 }
@@ -175,6 +197,12 @@ pub struct PlacementRecord {
     pub asked: String,
     /// Placement obtained, in words.
     pub obtained: String,
+    /// Copies of structures and mesh tables that were to be made, in words.
+    #[serde(default)]
+    pub copies_asked: String,
+    /// Where these lie.
+    #[serde(default)]
+    pub copies_obtained: String,
 }
 
 /// Counts and times over all points of a run.
@@ -290,7 +318,10 @@ mod tests {
                 threads: 8,
                 asked: "one worker a core".into(),
                 obtained: "not bound".into(),
+                copies_asked: "one copy for all workers".into(),
+                copies_obtained: "one copy for all workers".into(),
             },
+            forecast: None,
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
             shards: Vec::new(),
             retries: Vec::new(),

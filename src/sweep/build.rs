@@ -1,23 +1,21 @@
 //! From a point's specification to the system that kernels march.
 
-use super::kernel_tables::KernelTables;
 use super::mesh_tables::{MeshError, MeshTables};
+pub use super::parts::{Parts, tables_wanted};
 use crate::analysis::{
     GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
     OrbitQuestion, Plane, Questions, Section, SliceError, SliceOf, SliceQuestion,
 };
 use crate::manifest::{
     DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName, SliceSpec,
-    StiffnessSpec, StructureSource, TableSpec,
+    StiffnessSpec, StructureSource,
 };
 use crate::model::{
     Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
 use crate::propagate::{DenseError, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
-use crate::store::{OperatorFetchError, TableStore};
-use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use crate::store::OperatorFetchError;
 
 /// Why a point's system cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -91,7 +89,7 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
 }
 
 /// The piecewise-linear system of a point.
-fn model(
+pub(super) fn model(
     structure: &ModalStructure,
     point: &PointSpec,
     meshes: &MeshTables,
@@ -253,105 +251,4 @@ pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
         cycles: asked.cycles,
         averages: asked.averages,
     })
-}
-
-/// One point for every mesh table that some points need, with what it is of.
-fn meshes_wanted<'a>(
-    points: impl IntoIterator<Item = &'a PointSpec>,
-) -> Vec<(&'a PointSpec, &'a Arc<TableSpec>)> {
-    let mut seen = HashSet::new();
-    let mut wanted = Vec::new();
-    for point in points {
-        let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
-            continue;
-        };
-        let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
-        // With shafts that tilt the structure matters as well.
-        let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
-        if seen.insert((Arc::as_ptr(spec), numbers, tilt)) {
-            wanted.push((point, spec));
-        }
-    }
-    wanted
-}
-
-/// Mesh tables that some points need.
-pub fn tables_wanted<'a>(points: impl IntoIterator<Item = &'a PointSpec>) -> usize {
-    meshes_wanted(points).len()
-}
-
-/// Structures and mesh tables already at hand: points of a grid mostly share them.
-#[derive(Debug)]
-pub struct Parts {
-    structures: Mutex<HashMap<String, Arc<ModalStructure>>>,
-    meshes: MeshTables,
-    kernels: KernelTables,
-}
-
-impl Parts {
-    /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
-    pub fn new(tables: TableStore) -> Self {
-        Self {
-            structures: Mutex::default(),
-            meshes: MeshTables::new(tables.clone()),
-            kernels: KernelTables::new(tables),
-        }
-    }
-
-    /// The tables of kernels.
-    pub fn kernels(&self) -> &KernelTables {
-        &self.kernels
-    }
-
-    /// What the user should know of the cache of tables, each once.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut all = self.meshes.warnings();
-        all.extend(self.kernels.warnings());
-        all
-    }
-
-    /// The mesh tables.
-    pub fn meshes(&self) -> &MeshTables {
-        &self.meshes
-    }
-
-    /// The piecewise-linear system of a point.
-    ///
-    /// # Errors
-    /// A structure, a mesh or a value that is refused.
-    pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
-        model(&*self.structure(&point.model)?, point, &self.meshes)
-    }
-
-    /// Fetches or computes the mesh tables of some points, each on all threads of the current
-    /// rayon pool; `progress` is told of every table. What fails is left for its points to say.
-    pub fn prepare<'a>(
-        &self,
-        points: impl IntoIterator<Item = &'a PointSpec>,
-        progress: &mut dyn FnMut(),
-    ) {
-        for (point, spec) in meshes_wanted(points) {
-            if let Ok(structure) = self.structure(&point.model) {
-                _ = self.meshes.mesh(point, spec, &structure);
-            }
-            progress();
-        }
-    }
-
-    /// The structure of a model specification, computed once.
-    ///
-    /// # Errors
-    /// As [`structure`].
-    pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
-        // The specification's own words: equal text is an equal structure.
-        let key = format!("{spec:?}");
-        // Computing under the lock keeps workers from computing the same one twice.
-        let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
-        if let Some(found) = known.get(&key) {
-            return Ok(found.clone());
-        }
-        let computed = Arc::new(structure(spec)?);
-        known.insert(key, computed.clone());
-        Ok(computed)
-    }
 }

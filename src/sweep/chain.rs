@@ -87,7 +87,7 @@ pub fn lead_up(
     let first = point.point_id as usize / carried.length * carried.length;
     let value = point.axis_values[carried.axis];
     let swept = job.axes[carried.axis].name.as_str();
-    for before in &job.points[first..first + carried.length] {
+    for mut before in (first..first + carried.length).map(|id| job.points.at(id)) {
         let reached = before.axis_values[carried.axis];
         if match direction {
             Direction::Up => reached >= value,
@@ -95,7 +95,6 @@ pub fn lead_up(
         } {
             break;
         }
-        let mut before = before.clone();
         if swept != "load" {
             before.load = point.load;
         }
@@ -116,7 +115,7 @@ pub fn lead_up(
 }
 
 /// The kind of motion, where there is a verdict.
-fn verdict(outcome: &PointOutcome) -> Option<Class> {
+pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     outcome.class.filter(|class| *class != Class::NotConverged)
 }
 

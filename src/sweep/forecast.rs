@@ -1,19 +1,22 @@
 //! What a run will take: its time with an interval, its memory and its disk space, from a few
 //! points computed beforehand.
 //!
-//! Points are drawn over the grid by the golden ratio, which meets no period of the grid. The
-//! time a point takes, over the work that the manifest asks of it, is averaged; the interval
-//! is Student's at 95 % for a sample from so many points, so few calibration points or very
-//! different ones make it wide. Of a chain, points are computed as if each were its first.
+//! Points are drawn over the grid until the time is known well enough, or half of them are
+//! computed. Of a chain, the transient of the point before is marched too, as if that were the
+//! first, so that the one that is timed starts from a motion as it does in a sweep. What the
+//! refinement of changes takes is added for every change between neighbours of the sample: most
+//! points meet none, and a few would say little of how many do.
 
 use super::build::{Parts, tables_wanted};
-use super::chain::{Link, compute};
+use super::chain::{Link, compute, verdict};
+use super::estimate::{Interval, Load, drawn};
 use super::layout::layout;
+use super::outlook::{sample, shared};
 use super::point::Worker;
 use super::queue::{look, work};
 use super::run::{Options, SweepError, start_workers};
-use super::turns::shard_points;
-use crate::manifest::Job;
+use super::turns::Share;
+use crate::manifest::{Job, PointSpec};
 use crate::numerics::statistics::mean;
 use crate::store::{PointRow, ResultWriter, StoreError, journal_bytes};
 use crate::topology::{Topology, peak_memory};
@@ -21,28 +24,21 @@ use serde::Serialize;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Most calibration points a worker.
-const POINTS_A_WORKER: usize = 8;
+/// Half width of the interval of the computing time, over the time, at which it is known well
+/// enough.
+const CLOSE: f64 = 0.15;
+
+/// Most points that are tried out, a worker.
+const MOST_A_WORKER: usize = 64;
 
 /// Rows of a row group, the most of one table that is in memory at once.
 const GROUP_ROWS: u64 = 16_384;
 
 /// Time between two looks at the clock.
 const LOOK_UP: Duration = Duration::from_millis(20);
-
-/// A number with the interval that it lies in at 95 %.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Interval {
-    /// Lower end.
-    pub low: f64,
-    /// The number.
-    pub expected: f64,
-    /// Upper end.
-    pub high: f64,
-}
 
 /// What a run will take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -90,26 +86,44 @@ pub fn forecast(
     scratch: &Path,
 ) -> Result<Option<Forecast>, SweepError> {
     let length = job.chain_length();
-    let all = shard_points(job.points.len(), length, options.shard);
-    let chains = all.len() / length;
-    let crew = start_workers(job, all.iter().step_by(length).copied(), options, topology)?;
+    let share = Share::of_shard(job, options.shard);
+    let crew = start_workers(job, &share, options, topology)?;
     let threads = crew.threads;
-    let sample = drawn(
-        all.len(),
-        (all.len() / 4).clamp(2, POINTS_A_WORKER * threads.max(2)),
-    );
-    let points: Vec<_> = sample.iter().map(|&at| &job.points[all[at]]).collect();
+    let all = share.points();
+    let ids = || share.clone().ids().map(|id| id as usize);
+    let load = Load {
+        points: all,
+        length,
+        work: ids().map(|id| work(job.points.variant(id))).sum(),
+        threads,
+        shared: shared(job),
+    };
+    let tables = tables_wanted(job, ids());
+    let least = sample(all, threads);
+    let most = match tables {
+        0 => least.max((all / 2).min(MOST_A_WORKER * threads)),
+        // Each may need a table of its own.
+        _ => least,
+    };
+    let places = drawn(all, most);
+    let sample = || places.iter().map(|&n| share.id(n));
 
     let clock = Instant::now();
     crew.pool
-        .install(|| parts.prepare(points.iter().copied(), &mut || ()));
+        .install(|| parts.prepare(job, sample(), &mut || ()));
     let prepared = clock.elapsed().as_secs_f64();
-    let over = AtomicBool::new(false);
+    let calibration = Calibration {
+        job,
+        parts,
+        load,
+        least,
+        over: AtomicBool::new(false),
+        tried: Mutex::default(),
+    };
     let next = AtomicUsize::new(0);
-    let tried: Mutex<Vec<(f64, Option<PointRow>)>> = Mutex::default();
     let (done, waiting) = channel::<()>();
     std::thread::scope(|scope| {
-        let over = &over;
+        let over = &calibration.over;
         scope.spawn(move || {
             let started = Instant::now();
             while waiting.recv_timeout(LOOK_UP) == Err(RecvTimeoutError::Timeout) {
@@ -123,15 +137,11 @@ pub fn forecast(
                 index: context.index() as u32,
                 topology,
             };
-            while let Some(point) = points.get(next.fetch_add(1, Ordering::Relaxed)) {
-                if over.load(Ordering::Relaxed) {
+            while let Some(&n) = places.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if over.load(Ordering::Relaxed) || calibration.is_close() {
                     return;
                 }
-                let clock = Instant::now();
-                let row = compute(job, point, &Link::default(), parts, worker, over);
-                let ratio = clock.elapsed().as_secs_f64() / work(point);
-                let mut tried = tried.lock().unwrap_or_else(PoisonError::into_inner);
-                tried.push((ratio, row.ok()));
+                calibration.try_out(share.id(n), worker);
             }
         });
         drop(done);
@@ -140,101 +150,140 @@ pub fn forecast(
         return Ok(None);
     }
     let calibration_time = clock.elapsed().as_secs_f64();
-    let tried = tried.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let ratios: Vec<f64> = tried.iter().map(|(ratio, _)| *ratio).collect();
-    let mut rows: Vec<PointRow> = tried.into_iter().filter_map(|(_, row)| row).collect();
+    let refining = calibration.refining();
+    let (ratios, cut_short, mut rows) = calibration.found();
+    let calibrated = rows.len() as u64 + cut_short;
     rows.sort_by_key(|row| row.point_id);
 
-    let total_work: f64 = all.iter().map(|&i| work(&job.points[i])).sum();
-    let longest = ratios.iter().fold(0.0f64, |most, ratio| most.max(*ratio)) * total_work
-        / chains.max(1) as f64;
-    let tables = tables_wanted(all.iter().map(|&i| &job.points[i]));
-    let known = tables_wanted(points.iter().copied()).max(1);
-    let time = wall_time(
-        total(&ratios, all.len(), total_work),
-        threads as f64,
-        longest,
-        prepared * (tables as f64 / known as f64),
-    );
+    let known = tables_wanted(job, sample()).max(1);
+    let mut time = load.wall_time(&ratios);
+    time.expected += refining / threads as f64;
+    // A change may come and go between two neighbours.
+    time.high += 2.0 * refining / threads as f64;
     let row_bytes = mean_or_zero(&rows, |row| journal_bytes(row) as f64);
-    let held = (all.len() as u64).min(GROUP_ROWS + (look(threads) * length) as u64);
-    let cut_short = (ratios.len() - rows.len()) as u64;
+    let held = (all as u64).min(GROUP_ROWS + (look(threads) * length) as u64);
     // Before the memory is looked at, which encoding takes up too.
-    let disk = disk(job, all.len(), rows, scratch)?;
+    let disk = disk(job, all, rows, scratch)?;
     Ok(Some(Forecast {
-        points: all.len() as u64,
+        points: all as u64,
         chain_length: length as u64,
         tables: tables as u64,
         threads: threads as u64,
         placement: crew.seats.to_string(),
-        calibrated: ratios.len() as u64,
+        calibrated,
         cut_short,
         calibration_time,
-        time,
+        time: time.after(prepared * (tables as f64 / known as f64)),
         memory: peak_memory().map(|peak| peak + held * row_bytes as u64),
         disk,
-        journal: (row_bytes * all.len() as f64) as u64,
+        journal: (row_bytes * all as f64) as u64,
     }))
 }
 
-/// `count` different places among `of`, in an order in which any beginning is spread evenly.
-fn drawn(of: usize, count: usize) -> Vec<usize> {
-    // Two points may fall on one place; then the next free one is taken.
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let mut free = vec![true; of];
-    let mut places = Vec::new();
-    for k in 0..count.min(of) {
-        let start = ((k as f64 + 0.5) * golden).fract() * of as f64;
-        let place = (0..of)
-            .map(|step| (start as usize + step) % of)
-            .find(|&place| free[place]);
-        places.extend(place.inspect(|&place| free[place] = false));
-    }
-    places
+/// Points that are tried out.
+struct Calibration<'a> {
+    job: &'a Job,
+    parts: &'a Parts,
+    load: Load,
+    /// Fewest points that the time is known from.
+    least: usize,
+    /// Raised when no more time is left.
+    over: AtomicBool,
+    tried: Mutex<Vec<Tried>>,
 }
 
-/// Computing time over all points \[s\], from the time per work of some.
-fn total(ratios: &[f64], points: usize, work: f64) -> Interval {
-    let n = ratios.len() as f64;
-    if ratios.is_empty() {
-        return Interval {
-            low: 0.0,
-            expected: 0.0,
-            high: 0.0,
+/// A point that was tried out.
+struct Tried {
+    id: usize,
+    /// Its time per work \[s\].
+    ratio: f64,
+    /// None where it was given up.
+    row: Option<PointRow>,
+}
+
+impl Calibration<'_> {
+    /// Whether the time is known well enough.
+    fn is_close(&self) -> bool {
+        let tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        if tried.len() < self.least {
+            return false;
+        }
+        let ratios: Vec<f64> = tried.iter().map(|tried| tried.ratio).collect();
+        let Interval { expected, high, .. } = self.load.computing(&ratios);
+        high - expected <= CLOSE * expected
+    }
+
+    /// Computes a point and keeps what it took.
+    fn try_out(&self, id: usize, worker: Worker<'_>) {
+        let (job, over) = (self.job, &self.over);
+        let (mut point, mut link) = (job.points.at(id), Link::default());
+        if let Some(poincare) = &mut Arc::make_mut(&mut point.analyses).poincare {
+            poincare.refine = 0;
+        }
+        if !id.is_multiple_of(job.chain_length()) {
+            let before = led_to(job.points.at(id - 1));
+            match compute(job, &before, &link, self.parts, worker, over) {
+                Ok(row) => link.pass(job, &row),
+                // Nothing was learnt of the point.
+                Err(_) => return,
+            }
+        }
+        let clock = Instant::now();
+        let row = compute(job, &point, &link, self.parts, worker, over);
+        let ratio = clock.elapsed().as_secs_f64() / work(job.points.variant(id));
+        let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        let row = row.ok();
+        tried.push(Tried { id, ratio, row });
+    }
+
+    /// Computing time that narrowing down changes of motion takes \[s\], by those between
+    /// neighbours of the sample.
+    fn refining(&self) -> f64 {
+        let (job, length) = (self.job, self.job.chain_length());
+        let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        tried.sort_by_key(|tried| tried.id);
+        let motion = |tried: &Tried| tried.row.as_ref().and_then(|row| verdict(&row.outcome));
+        let between = |pair: &[Tried]| {
+            let [a, b] = [&pair[0], &pair[1]];
+            let variant = job.points.variant(b.id);
+            let halvings = variant.analyses.poincare.map_or(0, |asked| asked.refine);
+            let (Some(from), Some(to)) = (motion(a), motion(b)) else {
+                return 0.0;
+            };
+            match a.id / length == b.id / length && from != to {
+                true => f64::from(halvings) * 0.5 * (a.ratio + b.ratio) * work(variant),
+                false => 0.0,
+            }
         };
+        tried.windows(2).map(between).sum()
     }
-    let middle = mean(ratios);
-    let spread = ratios.iter().map(|r| (r - middle).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-    // Of points drawn without putting them back, the last ones leave nothing open.
-    let left = (1.0 - n / points as f64).max(0.0);
-    let half = student(ratios.len() - 1) * (spread / n * left).sqrt();
-    // What was computed takes its time again.
-    let least = ratios.iter().sum::<f64>() / points as f64;
-    Interval {
-        low: work * (middle - half).max(least),
-        expected: work * middle,
-        high: work * (middle + half),
+
+    /// Times per work, how many points were given up, rows of the others. One that was given up
+    /// sooner than the others took on average does not count: it says nothing.
+    fn found(self) -> (Vec<f64>, u64, Vec<PointRow>) {
+        let tried = self
+            .tried
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner);
+        let whole: Vec<f64> = (tried.iter().filter(|tried| tried.row.is_some()))
+            .map(|tried| tried.ratio)
+            .collect();
+        let middle = if whole.is_empty() { 0.0 } else { mean(&whole) };
+        let telling = |tried: &Tried| tried.row.is_some() || tried.ratio > middle;
+        let tried: Vec<_> = tried.into_iter().filter(telling).collect();
+        let cut_short = tried.iter().filter(|tried| tried.row.is_none()).count() as u64;
+        let ratios = tried.iter().map(|tried| tried.ratio).collect();
+        let rows = tried.into_iter().filter_map(|tried| tried.row).collect();
+        (ratios, cut_short, rows)
     }
 }
 
-/// Wall time of so much computing on so many threads: at best evenly shared, at worst with
-/// the longest chain begun last.
-fn wall_time(computing: Interval, threads: f64, longest: f64, tables: f64) -> Interval {
-    let tail = longest * (1.0 - 1.0 / threads);
-    Interval {
-        low: tables + computing.low / threads,
-        expected: tables + computing.expected / threads + 0.5 * tail,
-        high: tables + computing.high / threads + tail,
-    }
-}
-
-/// Student's two-sided 95 % quantile; its expansion in 1/ν beyond a table.
-fn student(degrees: usize) -> f64 {
-    const FEW: [f64; 10] = [
-        12.71, 12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262,
-    ];
-    let more = 1.96 + 2.37 / degrees.max(1) as f64 + 2.8 / (degrees.max(1) as f64).powi(2);
-    FEW.get(degrees).copied().unwrap_or(more)
+/// A point of which only the state that it leaves is wanted.
+fn led_to(mut point: PointSpec) -> PointSpec {
+    let run = Arc::make_mut(&mut point.run);
+    (run.cycles, run.audit_cycles) = (1, 0);
+    point.analyses = Arc::default();
+    point
 }
 
 fn mean_or_zero(rows: &[PointRow], value: impl Fn(&PointRow) -> f64) -> f64 {
@@ -265,60 +314,4 @@ fn disk(job: &Job, points: usize, rows: Vec<PointRow>, scratch: &Path) -> Result
     }
     let [empty, some] = sizes;
     Ok(empty + some.saturating_sub(empty) * points as u64 / count)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn any_beginning_of_a_draw_is_spread_evenly() {
-        for of in [1, 2, 7, 80, 1000] {
-            let mut all = drawn(of, of);
-            all.sort_unstable();
-            assert_eq!(all, (0..of).collect::<Vec<_>>(), "each once");
-        }
-        // Of 8 rows of 10, no column and no row is left out by much.
-        let places = drawn(80, 20);
-        for (group, groups) in [(10, 8), (1, 10)] {
-            let mut met = vec![0; groups];
-            places
-                .iter()
-                .for_each(|place| met[place / group % groups] += 1);
-            assert!(met.iter().all(|n| (1..=4).contains(n)), "{met:?}");
-        }
-    }
-
-    #[test]
-    fn a_whole_sample_leaves_nothing_open() {
-        let found = total(&[1.0, 3.0], 2, 4.0);
-        assert_eq!([found.low, found.expected, found.high], [8.0; 3]);
-        let found = wall_time(found, 2.0, 1.0, 0.5);
-        assert_eq!([found.low, found.expected, found.high], [4.5, 4.75, 5.0]);
-    }
-
-    /// The 95 % interval holds the sum in about 95 % of draws from a known set.
-    #[test]
-    fn the_interval_covers() {
-        let costs: Vec<f64> = (0..400u32)
-            .map(|i| 1.0 + f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0)
-            .collect();
-        let truth: f64 = costs.iter().sum();
-        let mut covered = 0;
-        for first in 0..200 {
-            // Strides prime to 400: a sample without repetition.
-            let sample: Vec<f64> = (0..12).map(|k| costs[(first * 7 + k * 33) % 400]).collect();
-            let found = total(&sample, 400, 400.0);
-            covered += usize::from(found.low <= truth && truth <= found.high);
-        }
-        assert!((180..=200).contains(&covered), "{covered} of 200");
-    }
-
-    #[test]
-    fn students_quantile_joins_its_table() {
-        assert!((student(9) - 2.262).abs() < 1e-9);
-        for (degrees, wanted) in [(10, 2.228), (15, 2.131), (30, 2.042), (120, 1.980)] {
-            assert!((student(degrees) - wanted).abs() < 5e-3, "{degrees}");
-        }
-    }
 }

@@ -5,7 +5,8 @@ use crate::store::{AxisColumn, ChainColumns, ResultLayout, Shard};
 
 /// The tables of a job (of a shard of it).
 pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
-    let any = |pick: fn(&AnalysesSpec) -> bool| job.points.iter().any(|p| pick(&p.analyses));
+    let variants = job.points.variants();
+    let any = |pick: fn(&AnalysesSpec) -> bool| variants.iter().any(|v| pick(&v.analyses));
     let column = |axis: &Axis| AxisColumn {
         name: axis.name.clone(),
         unit: axis.unit.clone(),
@@ -20,10 +21,9 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             axis: column(&job.axes[carried.axis]),
             transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),
         }),
-        basins: job
-            .points
+        basins: variants
             .iter()
-            .find_map(|p| p.analyses.multistability?.slice)
+            .find_map(|v| v.analyses.multistability?.slice)
             .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.velocity))),
         horizon: any(|a| a.horizon.is_some()),
         shard,

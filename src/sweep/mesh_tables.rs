@@ -1,5 +1,6 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
+use super::parts::Near;
 use crate::gear::{
     Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs,
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES, TiltCompliance,
@@ -67,6 +68,14 @@ pub struct TabledMesh {
 /// Mesh tables at hand. Points of a grid mostly share one.
 #[derive(Debug)]
 pub struct MeshTables {
+    common: Arc<Common>,
+    /// Copies in the memory of one NUMA node, where its workers have their own.
+    near: Option<Near<String, MeshTableCycle>>,
+}
+
+/// Of all nodes.
+#[derive(Debug)]
+struct Common {
     store: TableStore,
     known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
@@ -78,22 +87,40 @@ impl MeshTables {
     /// Tables kept in a store.
     pub fn new(store: TableStore) -> Self {
         Self {
-            store,
-            known: Mutex::default(),
-            tilts: Mutex::default(),
-            warnings: Mutex::default(),
-            files: Mutex::default(),
+            common: Arc::new(Common {
+                store,
+                known: Mutex::default(),
+                tilts: Mutex::default(),
+                warnings: Mutex::default(),
+                files: Mutex::default(),
+            }),
+            near: None,
+        }
+    }
+
+    /// The same tables, of which the workers of one NUMA node make copies of their own.
+    pub(super) fn on_node(&self) -> Self {
+        Self {
+            common: self.common.clone(),
+            near: Some(Near::default()),
+        }
+    }
+
+    /// Shows the copies of a node.
+    pub(super) fn each_copy(&self, tell: impl FnMut(&MeshTableCycle)) {
+        if let Some(near) = &self.near {
+            near.each(tell);
         }
     }
 
     /// What the user should know of the cache, each once.
     pub fn warnings(&self) -> Vec<String> {
-        lock(&self.warnings).iter().cloned().collect()
+        lock(&self.common.warnings).iter().cloned().collect()
     }
 
     /// The files of the tables used so far, and how each was come by.
     pub fn files(&self) -> Vec<(PathBuf, Origin)> {
-        let files = lock(&self.files);
+        let files = lock(&self.common.files);
         (files.iter())
             .map(|(file, origin)| (file.clone(), *origin))
             .collect()
@@ -144,7 +171,7 @@ impl MeshTables {
         let compliance =
             TiltCompliance::of_modes(&structure.frequency, &structure.mesh, &structure.mesh_tilt);
         let key = format!("{spec:?} {compliance:?} {unloaded:e} {force:e}");
-        if let Some(known) = lock(&self.tilts).get(&key) {
+        if let Some(known) = lock(&self.common.tilts).get(&key) {
             return Ok(known.clone());
         }
         let flanks = Flanks::new(&spec.gears)?;
@@ -171,7 +198,7 @@ impl MeshTables {
                 residual: last.map_or(f64::NAN, |step| step.residual),
             });
         }
-        lock(&self.tilts).insert(key, report.clone());
+        lock(&self.common.tilts).insert(key, report.clone());
         Ok(report)
     }
 
@@ -184,7 +211,25 @@ impl MeshTables {
         longest: f64,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
         let key = format!("{:?} {misalignment:e} {force:e} {longest:e}", spec.gears);
-        if let Some(known) = lock(&self.known).get(&key) {
+        let far = || self.common.cycle(&key, spec, misalignment, force, longest);
+        match &self.near {
+            None => far(),
+            Some(near) => near.get(key.clone(), far),
+        }
+    }
+}
+
+impl Common {
+    /// The cycle under a key, fetched where it is not at hand.
+    fn cycle(
+        &self,
+        key: &str,
+        spec: &TableSpec,
+        misalignment: f64,
+        force: f64,
+        longest: f64,
+    ) -> Result<Arc<MeshTableCycle>, MeshError> {
+        if let Some(known) = lock(&self.known).get(key) {
             return Ok(known.clone());
         }
         let inputs = inputs(&spec.gears, misalignment, force, longest);
@@ -193,7 +238,7 @@ impl MeshTables {
         lock(&self.warnings).extend(notes);
         lock(&self.files).insert(fetched.file, fetched.origin);
         let cycle = Arc::new(fetched.table.cycle(0, 0));
-        lock(&self.known).insert(key, cycle.clone());
+        lock(&self.known).insert(key.to_owned(), cycle.clone());
         Ok(cycle)
     }
 }

@@ -9,10 +9,13 @@
 
 pub mod build;
 mod chain;
+mod estimate;
 mod forecast;
 mod kernel_tables;
 mod layout;
 mod mesh_tables;
+mod outlook;
+mod parts;
 mod point;
 mod queue;
 mod recorder;
@@ -20,10 +23,12 @@ mod run;
 mod turns;
 
 pub use chain::{Link, compute, lead_up};
-pub use forecast::{Forecast, Interval, forecast};
+pub use estimate::Interval;
+pub use forecast::{Forecast, forecast};
 pub use kernel_tables::KernelTables;
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
+pub use outlook::Foretold;
 pub use point::Worker;
-pub use recorder::{Progress, Watcher};
+pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};
-pub use turns::{shard_points, whole_chains};
+pub use turns::Share;

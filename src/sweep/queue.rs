@@ -6,9 +6,13 @@
 //! that the manifest asks for, times the mean time per work of the neighbours that are
 //! finished, or of all finished chains where no neighbour is. The order moves no number: a
 //! chain's results depend on the chain alone.
+//!
+//! Of independent points, a few drawn over the whole grid come before all others: from these the
+//! run foretells its end. Only a window of chains is in memory, however many there are.
 
-use super::turns::Turn;
-use crate::manifest::{Job, PointSpec};
+use super::turns::{Share, TakenOver, Turn};
+use crate::manifest::{Job, Variant};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -20,6 +24,10 @@ const AHEAD: usize = 4096;
 /// memory until the ones before it are written, so not all are.
 const LOOK: usize = 16;
 
+/// Longest rows of the grid whose next row is told how long their chains took: what is told to
+/// chains that are not in the window yet is kept.
+const LONGEST_ROW: usize = 16_384;
+
 /// Modes whose work equals that of marching a cycle of none (README, "Measured").
 const FIXED_WORK: f64 = 40.0;
 
@@ -29,30 +37,48 @@ pub(super) fn look(workers: usize) -> usize {
 }
 
 /// Hands out chains.
-pub(super) struct Queue {
-    turns: Vec<Turn>,
-    /// Work of each, in cycles times modes.
-    work: Vec<f64>,
-    /// Turn of each chain of this run, by its place.
-    of_place: Vec<Option<usize>>,
+pub(super) struct Queue<'a> {
+    job: &'a Job,
+    share: Share,
     /// Points of a chain.
     length: usize,
     /// Chains from one to its neighbour along the second fastest axis; 0 where that is not
-    /// regular.
+    /// regular, or far.
     row: usize,
     look: usize,
     ahead: u64,
     known: Mutex<Known>,
 }
 
+/// What changes while chains are handed out.
 struct Known {
-    taken: Vec<bool>,
-    /// The first that is not taken.
-    first: usize,
-    /// Over finished neighbours.
-    near: Vec<Mean>,
+    taken_over: TakenOver,
+    /// Places that come before all others.
+    first: VecDeque<usize>,
+    /// All that came first.
+    early: BTreeSet<usize>,
+    /// The first place that has not been in the window.
+    next: usize,
+    /// Chains that have been in the window.
+    entered: usize,
+    /// Chains that may come next, by place.
+    window: VecDeque<Candidate>,
+    /// Over finished neighbours, of places beyond the window.
+    near: BTreeMap<usize, Mean>,
     /// Over all finished chains.
     all: Mean,
+}
+
+/// A chain that may come next.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    place: usize,
+    /// Chains that came into the window before it.
+    number: usize,
+    /// In cycles times modes.
+    work: f64,
+    /// Over finished neighbours.
+    near: Mean,
 }
 
 /// A mean that grows.
@@ -74,117 +100,139 @@ impl Mean {
 }
 
 /// What a worker is to do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) enum Next {
-    /// Compute this chain, an index into [`Queue::turns`].
-    Chain(usize),
+    /// Compute this chain, or what is left of it; its work is that in cycles times modes.
+    Chain { turn: Turn, work: f64 },
     /// Ask again shortly: too much waits for older points.
     Wait,
     /// Nothing is left.
     End,
 }
 
-impl Queue {
-    /// A queue of what is left of a run over `points` of a job, for so many workers.
+impl<'a> Queue<'a> {
+    /// A queue of what an earlier run has left of a share, dealt to so many shards, for so many
+    /// workers; the chains at the places `drawn` come first.
     pub(super) fn new(
-        job: &Job,
-        points: usize,
-        turns: Vec<Turn>,
+        job: &'a Job,
+        share: Share,
+        taken_over: TakenOver,
+        drawn: Vec<usize>,
         shards: usize,
         workers: usize,
     ) -> Self {
         let length = job.chain_length();
-        let mut of_place = vec![None; points / length];
-        for (index, turn) in turns.iter().enumerate() {
-            of_place[turn.place / length] = Some(index);
-        }
-        let work = turns
-            .iter()
-            .map(|turn| {
-                let chain = &job.points[turn.first..turn.first + length];
-                chain[turn.link.passed()..].iter().map(work).sum()
-            })
+        let row = row(job);
+        let regular = row.is_multiple_of(shards) && row / shards <= LONGEST_ROW;
+        let first: VecDeque<usize> = (drawn.into_iter())
+            .filter(|&place| !taken_over.has(&share, place))
             .collect();
         let known = Known {
-            taken: vec![false; turns.len()],
-            first: 0,
-            near: vec![Mean::default(); turns.len()],
+            taken_over,
+            early: first.iter().copied().collect(),
+            first,
+            next: 0,
+            entered: 0,
+            window: VecDeque::new(),
+            near: BTreeMap::new(),
             all: Mean::default(),
         };
-        let row = row(job);
         Self {
-            work,
-            of_place,
+            job,
+            share,
             length,
-            row: if row.is_multiple_of(shards) {
-                row / shards
-            } else {
-                0
-            },
+            row: if regular { row / shards } else { 0 },
             look: look(workers),
             ahead: AHEAD.max(workers * length) as u64,
             known: Mutex::new(known),
-            turns,
         }
-    }
-
-    /// All chains.
-    pub(super) fn turns(&self) -> &[Turn] {
-        &self.turns
     }
 
     fn known(&self) -> MutexGuard<'_, Known> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Work that the chain at a place has left.
+    fn work(&self, known: &Known, place: usize) -> f64 {
+        let end = (place + 1) * self.length;
+        let left = known.taken_over.left(&self.share, place);
+        (end - left..end)
+            .map(|n| work(self.job.points.variant(self.share.id(n))))
+            .sum()
+    }
+
+    /// Lets chains into the window until it reaches as far as may be looked.
+    fn fill(&self, known: &mut Known) {
+        while known.next < self.share.chains() {
+            let oldest = known.window.front().map_or(known.entered, |c| c.number);
+            if known.entered >= oldest + self.look {
+                return;
+            }
+            let place = known.next;
+            known.next += 1;
+            let near = known.near.remove(&place).unwrap_or_default();
+            if known.early.remove(&place) || known.taken_over.has(&self.share, place) {
+                continue;
+            }
+            let candidate = Candidate {
+                place,
+                number: known.entered,
+                work: self.work(known, place),
+                near,
+            };
+            known.entered += 1;
+            known.window.push_back(candidate);
+        }
+    }
+
     /// What comes next, when so many points have left the writer's memory. The oldest chain
     /// is always among those that may be taken once all before it are written.
     pub(super) fn next(&self, written: u64) -> Next {
         let mut known = self.known();
-        while known.taken.get(known.first) == Some(&true) {
-            known.first += 1;
+        if let Some(place) = known.first.pop_front() {
+            let work = self.work(&known, place);
+            let turn = known.taken_over.turn(&self.share, place);
+            return Next::Chain { turn, work };
         }
-        let Known {
-            taken,
-            first,
-            near,
-            all,
-        } = &mut *known;
-        if *first == self.turns.len() {
+        self.fill(&mut known);
+        if known.window.is_empty() {
             return Next::End;
         }
-        let typical = all.value().unwrap_or(1.0);
+        let typical = known.all.value().unwrap_or(1.0);
         let mut longest: Option<(f64, usize)> = None;
-        let within = self.turns.len().min(*first + self.look);
-        for index in *first..within {
-            if self.turns[index].place as u64 >= written + self.ahead {
+        for (at, candidate) in known.window.iter().enumerate() {
+            if (candidate.place * self.length) as u64 >= written + self.ahead {
                 break;
             }
-            let expected = self.work[index] * near[index].value().unwrap_or(typical);
-            if !taken[index] && longest.is_none_or(|(most, _)| expected > most) {
-                longest = Some((expected, index));
+            let expected = candidate.work * candidate.near.value().unwrap_or(typical);
+            if longest.is_none_or(|(most, _)| expected > most) {
+                longest = Some((expected, at));
             }
         }
-        match longest {
+        match longest.and_then(|(_, at)| known.window.remove(at)) {
             None => Next::Wait,
-            Some((_, index)) => {
-                taken[index] = true;
-                Next::Chain(index)
-            }
+            Some(Candidate { place, work, .. }) => Next::Chain {
+                turn: known.taken_over.turn(&self.share, place),
+                work,
+            },
         }
     }
 
-    /// Tells what a chain took; its neighbours are expected to take as long.
-    pub(super) fn finished(&self, index: usize, time: Duration) {
-        let ratio = time.as_secs_f64() / self.work[index];
-        let place = self.turns[index].place / self.length;
+    /// Tells what the chain at a place took; its neighbours are expected to take as long.
+    pub(super) fn finished(&self, place: usize, work: f64, time: Duration) {
+        let ratio = time.as_secs_f64() / work;
         let mut known = self.known();
         known.all.add(ratio);
         for step in [1, self.row] {
             let beside = [place.checked_sub(step), place.checked_add(step)];
             for place in beside.into_iter().flatten().filter(|_| step > 0) {
-                if let Some(Some(index)) = self.of_place.get(place) {
-                    known.near[*index].add(ratio);
+                if place >= self.share.chains() {
+                    continue;
+                }
+                if place >= known.next {
+                    known.near.entry(place).or_default().add(ratio);
+                } else if let Ok(at) = known.window.binary_search_by_key(&place, |c| c.place) {
+                    known.window[at].near.add(ratio);
                 }
             }
         }
@@ -202,7 +250,7 @@ fn row(job: &Job) -> usize {
 }
 
 /// Cycles that a point is asked to march at most, times what a cycle takes.
-pub(super) fn work(point: &PointSpec) -> f64 {
+pub(super) fn work(point: &Variant) -> f64 {
     let run = &point.run;
     let mut cycles = (run.transient + run.cycles) as f64;
     if let Some(asked) = &point.analyses.multistability {
@@ -214,71 +262,4 @@ pub(super) fn work(point: &PointSpec) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::chain::Link;
-    use super::*;
-
-    /// A queue of chains of one point and equal work, in rows.
-    fn queue(count: usize, row: usize, look: usize, ahead: u64) -> Queue {
-        let turn = |place| Turn {
-            place,
-            first: place,
-            link: Link::default(),
-        };
-        Queue {
-            turns: (0..count).map(turn).collect(),
-            work: vec![1.0; count],
-            of_place: (0..count).map(Some).collect(),
-            length: 1,
-            row,
-            look,
-            ahead,
-            known: Mutex::new(Known {
-                taken: vec![false; count],
-                first: 0,
-                near: vec![Mean::default(); count],
-                all: Mean::default(),
-            }),
-        }
-    }
-
-    fn taken(queue: &Queue, written: u64) -> usize {
-        match queue.next(written) {
-            Next::Chain(index) => index,
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn neighbours_of_long_chains_come_first_and_of_short_ones_last() {
-        let queue = queue(12, 4, 12, 100);
-        assert_eq!(taken(&queue, 0), 0, "in order where nothing is known");
-        queue.finished(0, Duration::from_secs(1));
-        // 1 and 4 are expected to be like 0, and so are all others.
-        assert_eq!(taken(&queue, 0), 1);
-        queue.finished(1, Duration::from_secs(9));
-        // On average 5; beside 1 lie 2 and 5 (9), beside 0 lies 4 (1).
-        let order: Vec<usize> = (0..10).map(|_| taken(&queue, 0)).collect();
-        assert_eq!(order, [2, 5, 3, 6, 7, 8, 9, 10, 11, 4]);
-        assert_eq!(queue.next(0), Next::End);
-    }
-
-    #[test]
-    fn what_waits_in_memory_is_bounded() {
-        let queue = queue(10, 0, 3, 4);
-        // Everything but 0 is known to be long; 0 still comes once the window is used up.
-        taken(&queue, 0);
-        assert_eq!(
-            [taken(&queue, 0), taken(&queue, 0), taken(&queue, 0)],
-            [1, 2, 3]
-        );
-        assert_eq!(queue.next(0), Next::Wait, "point 0 is not written yet");
-        assert_eq!(taken(&queue, 1), 4);
-        // Three ahead of the oldest that is not taken, however long the fourth would be.
-        queue.known().near[9].add(100.0);
-        queue.known().near[7].add(10.0);
-        assert_eq!(taken(&queue, 5), 7);
-        assert_eq!([taken(&queue, 5), taken(&queue, 5)], [5, 6]);
-        assert_eq!(taken(&queue, 6), 9);
-    }
-}
+mod tests;

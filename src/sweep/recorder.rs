@@ -1,10 +1,27 @@
 //! The writer's side of a sweep: every finished point goes to the journal, to those who
 //! watch, and to the result files.
 
+use super::outlook::{Foretold, Outlook};
 use crate::analysis::Status;
 use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// What a sweep is about to do.
+#[derive(Debug, Clone, Copy)]
+pub struct Begun<'a> {
+    /// Points of this run.
+    pub points: u64,
+    /// Of these, taken over from an earlier, interrupted run.
+    pub progress: Progress,
+    /// Worker threads.
+    pub threads: usize,
+    /// Where they are to run, in words.
+    pub asked: &'a str,
+    /// Where they run, in words.
+    pub obtained: &'a str,
+}
 
 /// Where a sweep stands, after every finished point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -19,6 +36,8 @@ pub struct Progress {
     pub resumed: u64,
     /// Mesh cycles marched by this run.
     pub cycles: u64,
+    /// Time since the first point was begun.
+    pub elapsed: Duration,
 }
 
 impl Progress {
@@ -29,15 +48,37 @@ impl Progress {
         self.not_ok += u64::from(*status != Status::Ok);
         self.failed += u64::from(status.is_failure());
     }
+
+    /// Points computed by this run \[1/s\]; 0 before the first.
+    pub fn rate(&self) -> f64 {
+        let seconds = self.elapsed.as_secs_f64();
+        match seconds > 0.0 {
+            true => (self.done - self.resumed) as f64 / seconds,
+            false => 0.0,
+        }
+    }
+
+    /// Time that the rest of so many points takes at that rate \[s\]; none before the first.
+    pub fn left(&self, points: u64) -> Option<f64> {
+        let rate = self.rate();
+        (rate > 0.0).then(|| points.saturating_sub(self.done) as f64 / rate)
+    }
 }
 
-/// Told about every finished point, from the writer's thread.
+/// Told how a sweep goes; of points, from the writer's thread.
 pub trait Watcher: Send {
-    /// Points of an earlier run were taken over; nothing has been computed yet.
-    fn resumed(&mut self, progress: &Progress);
+    /// Workers are ready and points of an earlier run were taken over; nothing has been computed
+    /// yet.
+    fn begun(&mut self, begun: &Begun<'_>);
 
-    /// A point was finished and handed to the writer.
+    /// Something the user should know, a sentence.
+    fn warning(&mut self, sentence: &str);
+
+    /// A point was finished and is in the journal.
     fn point(&mut self, row: &PointRow, progress: &Progress);
+
+    /// Some time has passed without a point; called about once a second then.
+    fn tick(&mut self, progress: &Progress);
 }
 
 /// What the writer's thread works on.
@@ -46,6 +87,9 @@ pub(super) struct Recorder<'a> {
     pub journal: &'a mut Journal,
     pub progress: Progress,
     pub watcher: &'a mut dyn Watcher,
+    /// When the first point was begun.
+    pub begun: Instant,
+    pub outlook: Outlook<'a>,
     /// Points that have left the writer's memory, for the workers to see.
     pub written: &'a AtomicU64,
     /// Failed points, taken-over ones not counted, after which the sweep is called off.
@@ -60,6 +104,7 @@ pub(super) struct Recorded {
     pub missing: u64,
     /// Whether the sweep was called off for its failed points.
     pub gave_up: bool,
+    pub outlook: Option<Foretold>,
 }
 
 impl Recorder<'_> {
@@ -70,7 +115,11 @@ impl Recorder<'_> {
         loop {
             match rows.recv_timeout(SYNC_INTERVAL) {
                 Ok(row) => self.record(row)?,
-                Err(RecvTimeoutError::Timeout) => self.journal.sync_if_due()?,
+                Err(RecvTimeoutError::Timeout) => {
+                    self.journal.sync_if_due()?;
+                    self.progress.elapsed = self.begun.elapsed();
+                    self.watcher.tick(&self.progress);
+                }
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             let failed = self.progress.failed - failed_before;
@@ -85,6 +134,7 @@ impl Recorder<'_> {
             progress: self.progress,
             missing: written.missing,
             gave_up: gave_up && written.missing > 0,
+            outlook: self.outlook.foretold(),
         })
     }
 
@@ -92,6 +142,8 @@ impl Recorder<'_> {
         self.journal.append(&row)?;
         self.progress.count(&row);
         self.progress.cycles += row.outcome.cycles;
+        self.progress.elapsed = self.begun.elapsed();
+        self.outlook.count(&row, self.progress.elapsed);
         self.watcher.point(&row, &self.progress);
         self.writer.push(row)?;
         let waiting = self.writer.waiting() as u64;

@@ -3,13 +3,14 @@
 use super::build::Parts;
 use super::chain::compute;
 use super::layout::layout;
+use super::outlook::{Foretold, Outlook};
 use super::point::Worker;
 use super::queue::{Next, Queue};
-use super::recorder::{Progress, Recorder, Watcher};
-use super::turns::{TakenOver, shard_points};
+use super::recorder::{Begun, Progress, Recorder, Watcher};
+use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::Job;
 use crate::store::{Journal, ResultWriter, Shard, StoreError};
-use crate::topology::{Pinning, Plan, Topology, default_workers, plan};
+use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
 use crossbeam_channel::bounded;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -35,7 +36,7 @@ pub struct Options<'a> {
 }
 
 /// How a sweep ended.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Finished {
     /// Points of this run.
     pub points: u64,
@@ -49,8 +50,14 @@ pub struct Finished {
     pub asked: String,
     /// Where they ran.
     pub obtained: String,
+    /// Copies of structures and mesh tables that were to be made, in words.
+    pub copies_asked: String,
+    /// Where these lie.
+    pub copies_obtained: String,
     /// Whether it was called off for its failed points.
     pub gave_up: bool,
+    /// What its first points foretold; none where there were too few.
+    pub outlook: Option<Foretold>,
 }
 
 /// Why a sweep could not run.
@@ -86,35 +93,50 @@ pub fn run(
     called_off: &AtomicBool,
     watcher: &mut dyn Watcher,
 ) -> Result<Finished, SweepError> {
+    let clock = Instant::now();
     let length = job.chain_length();
-    let mut all = shard_points(job.points.len(), length, options.shard);
+    let mut share = Share::of_shard(job, options.shard);
     if let Some(only) = options.only {
-        all.retain(|&i| only.contains(&job.points[i].point_id));
+        share = share.with(only);
     }
+    let points = share.points() as u64;
     let shard = options.shard.filter(|_| options.only.is_none());
-    let ids: Vec<u64> = all.iter().map(|&i| job.points[i].point_id).collect();
-    let mut writer = ResultWriter::create(folder, &layout(job, shard), ids)?;
+    let mut writer = ResultWriter::create(folder, &layout(job, shard), share.clone().ids())?;
     let mut progress = Progress::default();
     let taken_over = TakenOver::replay(job, journal, |row| {
         progress.count(&row);
         writer.push(row)
     })?;
     progress.resumed = progress.done;
-    watcher.resumed(&progress);
-    let turns = taken_over.rest(&all);
-    let firsts = turns.iter().map(|turn| turn.first);
     let Crew {
         pool,
         threads,
         seats,
         obtained,
-    } = start_workers(job, firsts, options, topology)?;
+    } = start_workers(job, &share, options, topology)?;
+    let asked = seats.to_string();
+    watcher.begun(&Begun {
+        points,
+        progress,
+        threads,
+        asked: &asked,
+        obtained: &obtained,
+    });
 
     let shards = shard.map_or(1, |shard| shard.count as usize);
-    let queue = Queue::new(job, all.len(), turns, shards, threads);
-    let firsts = queue.turns().iter().map(|turn| &job.points[turn.first]);
-    pool.install(|| parts.prepare(firsts, &mut || ()));
+    let mut outlook = Outlook::new(job, &share, &taken_over, threads);
+    let drawn = outlook.draw(&share, &taken_over);
+    let left = (0..share.chains()).filter(|&place| !taken_over.has(&share, place));
+    let firsts = left.map(|place| share.id(place * length));
+    pool.install(|| parts.prepare(job, firsts, &mut || ()));
+    let queue = Queue::new(job, share, taken_over, drawn, shards, threads);
+    for warning in parts.meshes().warnings() {
+        watcher.warning(&warning);
+    }
 
+    let copies = copies(&seats);
+    let of_nodes: Vec<Parts> = copies.nodes.iter().map(|_| parts.on_node()).collect();
+    outlook.begin(clock.elapsed());
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
     let ended = std::thread::scope(|scope| {
@@ -123,6 +145,8 @@ pub fn run(
             journal,
             progress,
             watcher,
+            begun: Instant::now(),
+            outlook,
             written: &written,
             most_failures: options.most_failures,
             called_off,
@@ -140,21 +164,27 @@ pub fn run(
                 index: context.index() as u32,
                 topology,
             };
+            let copy = copies.of_worker.get(context.index()).copied().flatten();
+            let parts = copy.map_or(parts, |copy| &of_nodes[copy]);
             let sender = sender.clone();
             while !called_off.load(Ordering::Relaxed) {
-                let index = match queue.next(written.load(Ordering::Relaxed)) {
-                    Next::Chain(index) => index,
+                let (turn, work) = match queue.next(written.load(Ordering::Relaxed)) {
+                    Next::Chain { turn, work } => (turn, work),
                     Next::Wait => {
                         std::thread::sleep(Duration::from_millis(1));
                         continue;
                     }
                     Next::End => return,
                 };
-                let turn = &queue.turns()[index];
-                let (mut link, clock) = (turn.link.clone(), Instant::now());
+                let Turn {
+                    place,
+                    first,
+                    mut link,
+                } = turn;
+                let clock = Instant::now();
                 while link.passed() < length {
-                    let point = &job.points[turn.first + link.passed()];
-                    let Ok(row) = compute(job, point, &link, parts, worker, called_off) else {
+                    let point = job.points.at(first + link.passed());
+                    let Ok(row) = compute(job, &point, &link, parts, worker, called_off) else {
                         return;
                     };
                     link.pass(job, &row);
@@ -166,7 +196,7 @@ pub fn run(
                         return;
                     }
                 }
-                queue.finished(index, clock.elapsed());
+                queue.finished(place, work, clock.elapsed());
             }
         });
         drop(sender);
@@ -176,13 +206,16 @@ pub fn run(
     });
     let recorded = ended?;
     Ok(Finished {
-        points: all.len() as u64,
+        points,
         progress: recorded.progress,
         missing: recorded.missing,
         threads,
-        asked: seats.to_string(),
+        asked,
         obtained,
+        copies_obtained: copies_obtained(&of_nodes, &copies, topology),
+        copies_asked: copies.to_string(),
         gave_up: recorded.gave_up,
+        outlook: recorded.outlook,
     })
 }
 
@@ -196,11 +229,11 @@ pub(super) struct Crew {
     pub obtained: String,
 }
 
-/// Starts the workers for chains with these first points: as many as asked for, or one a
-/// core, and no more than there are pieces of work.
+/// Starts the workers for these chains: as many as asked for, or one a core, and no more than
+/// there are pieces of work.
 pub(super) fn start_workers(
     job: &Job,
-    firsts: impl Iterator<Item = usize>,
+    share: &Share,
     options: Options<'_>,
     topology: Option<&Topology>,
 ) -> Result<Crew, SweepError> {
@@ -208,8 +241,8 @@ pub(super) fn start_workers(
     let parallelism = std::thread::available_parallelism().ok();
     let threads = options
         .threads
-        .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)))
-        .clamp(1, pieces(job, firsts).max(1));
+        .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)));
+    let threads = threads.clamp(1, pieces(job, share, threads).max(1));
     let seats = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -245,10 +278,34 @@ fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology
     }
 }
 
-/// Pieces of work that may be done at the same time: points, and probes where there are any.
-fn pieces(job: &Job, firsts: impl Iterator<Item = usize>) -> usize {
-    let pieces = firsts.map(|first| {
-        let probes = job.points[first].analyses.multistability;
+/// Where the copies of nodes lie, in words.
+fn copies_obtained(of_nodes: &[Parts], copies: &Copies, topology: Option<&Topology>) -> String {
+    if of_nodes.is_empty() {
+        return copies.to_string();
+    }
+    let lies = |parts: &Parts| topology.map_or_else(BTreeSet::new, |t| parts.nodes(t));
+    let found: Vec<BTreeSet<u32>> = of_nodes.iter().map(lies).collect();
+    if found.iter().all(BTreeSet::is_empty) {
+        return format!("{} copies; the system does not tell where", of_nodes.len());
+    }
+    let as_asked = (found.iter().zip(&copies.nodes)).all(|(found, node)| found.iter().eq([node]));
+    if as_asked {
+        return copies.to_string();
+    }
+    let words = copies.nodes.iter().zip(&found).map(|(node, found)| {
+        let found: Vec<String> = found.iter().map(u32::to_string).collect();
+        format!("that of node {node} on [{}]", found.join(", "))
+    });
+    words.collect::<Vec<String>>().join("; ")
+}
+
+/// Pieces of work that may be done at the same time: chains, and probes where there are any.
+/// Beyond `enough` they are not counted.
+fn pieces(job: &Job, share: &Share, enough: usize) -> usize {
+    let chains = share.chains().min(enough);
+    let pieces = (0..chains).map(|place| {
+        let first = job.points.variant(share.id(place * job.chain_length()));
+        let probes = first.analyses.multistability;
         probes.map_or(1, |asked| asked.initial_conditions as usize)
     });
     pieces.sum()

@@ -5,36 +5,90 @@ use crate::manifest::Job;
 use crate::store::{Journal, PointRow, Shard, StoreError};
 use std::collections::{BTreeSet, HashMap};
 
-/// Indices into a job's points that belong to a shard: every n-th chain, so that neighbours,
-/// which cost alike, are dealt out evenly. `chain` is the length of a chain, 1 where points
-/// are independent.
-pub fn shard_points(points: usize, chain: usize, shard: Option<Shard>) -> Vec<usize> {
-    let (first, step) = shard.map_or((0, 1), |s| (s.index as usize - 1, s.count as usize));
-    (0..points)
-        .step_by(chain)
-        .skip(first)
-        .step_by(step)
-        .flat_map(|begin| begin..begin + chain)
-        .collect()
+/// Chains of a job that belong to a run, in order. `place` counts them.
+#[derive(Debug, Clone)]
+pub struct Share {
+    /// Points of a chain, 1 where points are independent.
+    length: usize,
+    chains: Chains,
 }
 
-/// All points of the chains that hold one of some points: what one has left, the next
-/// starts from, so a chain is computed anew as a whole.
-pub fn whole_chains(points: &BTreeSet<u64>, chain: usize) -> BTreeSet<u64> {
-    let chain = chain as u64;
-    points
-        .iter()
-        .flat_map(|id| {
-            let first = id / chain * chain;
-            first..first + chain
-        })
-        .collect()
+#[derive(Debug, Clone)]
+enum Chains {
+    /// Every `step`-th from `first` on.
+    Every {
+        first: usize,
+        step: usize,
+        count: usize,
+    },
+    /// These.
+    Listed(Vec<usize>),
 }
 
-/// A chain that is not finished.
+impl Share {
+    /// Every n-th chain of a job for its n-th shard, so that neighbours, which cost alike, are
+    /// dealt out evenly; all chains where there is no shard.
+    pub fn of_shard(job: &Job, shard: Option<Shard>) -> Self {
+        Self::every(job.points.len(), job.chain_length(), shard)
+    }
+
+    fn every(points: usize, length: usize, shard: Option<Shard>) -> Self {
+        let (first, step) = shard.map_or((0, 1), |s| (s.index as usize - 1, s.count as usize));
+        let count = (points / length).saturating_sub(first).div_ceil(step);
+        Self {
+            length,
+            chains: Chains::Every { first, step, count },
+        }
+    }
+
+    /// Of these chains, those that hold one of some points: what one point has left, the next
+    /// starts from, so a chain is computed as a whole.
+    pub fn with(&self, points: &BTreeSet<u64>) -> Self {
+        let of = |id: &u64| *id as usize / self.length;
+        let wanted: BTreeSet<usize> = points.iter().map(of).collect();
+        let own = (0..self.chains()).map(|place| self.chain(place));
+        Self {
+            length: self.length,
+            chains: Chains::Listed(own.filter(|chain| wanted.contains(chain)).collect()),
+        }
+    }
+
+    /// How many chains.
+    pub fn chains(&self) -> usize {
+        match &self.chains {
+            Chains::Every { count, .. } => *count,
+            Chains::Listed(chains) => chains.len(),
+        }
+    }
+
+    /// How many points.
+    pub fn points(&self) -> usize {
+        self.chains() * self.length
+    }
+
+    /// Which chain of the job stands at a place.
+    fn chain(&self, place: usize) -> usize {
+        match &self.chains {
+            Chains::Every { first, step, .. } => first + place * step,
+            Chains::Listed(chains) => chains[place],
+        }
+    }
+
+    /// The `point_id` of the `n`-th point.
+    pub(super) fn id(&self, n: usize) -> usize {
+        self.chain(n / self.length) * self.length + n % self.length
+    }
+
+    /// All `point_id`s, ascending.
+    pub fn ids(self) -> impl Iterator<Item = u64> + Send + 'static {
+        (0..self.points()).map(move |n| self.id(n) as u64)
+    }
+}
+
+/// A chain that is to be computed, or the rest of one.
 #[derive(Debug)]
 pub(super) struct Turn {
-    /// Where it stands among all points of this run.
+    /// Where it stands among the chains of this run.
     pub place: usize,
     /// Its first point.
     pub first: usize,
@@ -43,30 +97,26 @@ pub(super) struct Turn {
 }
 
 /// Which chains an earlier run has finished, wholly or in part.
-pub(super) struct TakenOver<'a> {
-    job: &'a Job,
+#[derive(Debug, Default)]
+pub(super) struct TakenOver {
+    /// By chain; those beyond the end are not finished.
     done: Vec<bool>,
     links: HashMap<usize, Link>,
 }
 
-impl<'a> TakenOver<'a> {
+impl TakenOver {
     /// Reads the journal; every point in it is handed to `take` once.
     ///
     /// # Errors
     /// The journal cannot be read or holds points that are not of this job, or what `take`
     /// says.
     pub(super) fn replay(
-        job: &'a Job,
+        job: &Job,
         journal: &mut Journal,
         mut take: impl FnMut(PointRow) -> Result<(), StoreError>,
     ) -> Result<Self, StoreError> {
-        let length = job.chain_length();
-        let mut taken = Self {
-            job,
-            done: vec![false; job.points.len() / length],
-            links: HashMap::new(),
-        };
-        journal.replay(|row| match taken.pass(&row)? {
+        let mut taken = Self::default();
+        journal.replay(|row| match taken.pass(job, &row)? {
             true => take(row),
             // Twice the same point, twice the same numbers.
             false => Ok(()),
@@ -75,15 +125,14 @@ impl<'a> TakenOver<'a> {
     }
 
     /// Whether the point is new.
-    fn pass(&mut self, row: &PointRow) -> Result<bool, StoreError> {
+    fn pass(&mut self, job: &Job, row: &PointRow) -> Result<bool, StoreError> {
         let point_id = row.point_id;
-        let length = self.job.chain_length();
+        let length = job.chain_length();
         let (chain, place) = (point_id as usize / length, point_id as usize % length);
-        let done = self
-            .done
-            .get_mut(chain)
-            .ok_or(StoreError::UnexpectedPoint { point_id })?;
-        if *done {
+        if point_id >= job.points.len() as u64 {
+            return Err(StoreError::UnexpectedPoint { point_id });
+        }
+        if self.is_done(chain) {
             return Ok(false);
         }
         let link = self.links.entry(chain).or_default();
@@ -93,29 +142,40 @@ impl<'a> TakenOver<'a> {
         if place > link.passed() {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
-        link.pass(self.job, row);
+        link.pass(job, row);
         if link.passed() == length {
-            *done = true;
+            if self.done.len() <= chain {
+                self.done.resize(chain + 1, false);
+            }
+            self.done[chain] = true;
             self.links.remove(&chain);
         }
         Ok(true)
     }
 
-    /// What is left of a run over `all`, indices into the job's points, chains whole.
-    pub(super) fn rest(mut self, all: &[usize]) -> Vec<Turn> {
-        let length = self.job.chain_length();
-        (0..all.len())
-            .step_by(length)
-            .filter(|&place| !self.done[all[place] / length])
-            .map(|place| Turn {
-                place,
-                first: all[place],
-                link: self
-                    .links
-                    .remove(&(all[place] / length))
-                    .unwrap_or_default(),
-            })
-            .collect()
+    fn is_done(&self, chain: usize) -> bool {
+        self.done.get(chain) == Some(&true)
+    }
+
+    /// Whether the chain at a place is finished.
+    pub(super) fn has(&self, share: &Share, place: usize) -> bool {
+        self.is_done(share.chain(place))
+    }
+
+    /// Points that a chain has left.
+    pub(super) fn left(&self, share: &Share, place: usize) -> usize {
+        let passed = self.links.get(&share.chain(place)).map_or(0, Link::passed);
+        share.length - passed
+    }
+
+    /// The chain at a place, to be computed; to be asked for once.
+    pub(super) fn turn(&mut self, share: &Share, place: usize) -> Turn {
+        let chain = share.chain(place);
+        Turn {
+            place,
+            first: chain * share.length,
+            link: self.links.remove(&chain).unwrap_or_default(),
+        }
     }
 }
 
@@ -125,31 +185,45 @@ mod tests {
 
     #[test]
     fn shards_cover_every_point_once() {
-        for (points, chain, count) in [(0, 1, 1), (1, 1, 3), (80, 1, 7), (81, 1, 80), (84, 12, 3)] {
+        for (points, chain, count) in [
+            (0, 1, 1),
+            (1, 1, 3),
+            (80, 1, 7),
+            (81, 1, 80),
+            (84, 12, 3),
+            (12, 12, 8),
+        ] {
             let mut seen = vec![0; points];
             for index in 1..=count {
-                let own = shard_points(points, chain, Some(Shard { index, count }));
-                for whole in own.chunks(chain) {
-                    assert!(whole[0].is_multiple_of(chain), "chains stay whole");
+                let own = Share::every(points, chain, Some(Shard { index, count }));
+                let ids: Vec<u64> = own.clone().ids().collect();
+                assert_eq!(ids.len(), own.points());
+                assert!(ids.is_sorted());
+                for whole in ids.chunks(chain) {
+                    assert!(whole[0].is_multiple_of(chain as u64), "chains stay whole");
                     assert!(whole.windows(2).all(|pair| pair[1] == pair[0] + 1));
                 }
-                for i in own {
-                    seen[i] += 1;
+                for i in ids {
+                    seen[i as usize] += 1;
                 }
             }
             assert!(seen.iter().all(|n| *n == 1));
-            assert_eq!(shard_points(points, chain, None).len(), points);
+            assert_eq!(Share::every(points, chain, None).points(), points);
         }
     }
 
     #[test]
     fn chains_are_taken_whole() {
-        let of = |points: &[u64], chain| {
-            let whole = whole_chains(&points.iter().copied().collect(), chain);
-            whole.into_iter().collect::<Vec<u64>>()
+        let of = |points: &[u64], chain, shard| {
+            let own = Share::every(24, chain, shard).with(&points.iter().copied().collect());
+            own.ids().collect::<Vec<u64>>()
         };
-        assert_eq!(of(&[3, 7], 1), [3, 7]);
-        assert_eq!(of(&[3, 4, 11], 4), [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]);
-        assert_eq!(of(&[], 4), [0; 0]);
+        assert_eq!(of(&[3, 7], 1, None), [3, 7]);
+        let whole: Vec<u64> = (0..12).collect();
+        assert_eq!(of(&[3, 4, 11], 4, None), whole);
+        assert_eq!(of(&[], 4, None), [0; 0]);
+        // Of another shard: not this one's to compute.
+        let second = Some(Shard { index: 2, count: 2 });
+        assert_eq!(of(&[1, 5, 8], 4, second), [4, 5, 6, 7]);
     }
 }

@@ -143,7 +143,7 @@ fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
 /// The default drive cannot be assembled.
 pub fn grid() -> Result<Vec<Case>, Trouble> {
     let drive = default_drive()?;
-    let case = |point: &manifest::PointSpec| {
+    let case = |point: manifest::PointSpec| {
         let mut case = drive.clone();
         case.name = format!("40 modes, {:.3} load, {:.0} rad/s", point.load, point.speed);
         case.point = OperatingPoint {
@@ -247,8 +247,8 @@ fn job() -> Result<Job, Trouble> {
 /// Its manifest is not what it should be.
 pub fn shafts() -> Result<FlexibleDrive, Trouble> {
     let job = job()?;
-    match job.points.first().map(|point| &point.model.source) {
-        Some(StructureSource::Flexible(drive)) => Ok((**drive).clone()),
+    match job.points.first().map(|point| point.model.source) {
+        Some(StructureSource::Flexible(drive)) => Ok((*drive).clone()),
         _ => Err(Trouble::Missing {
             what: "a flexible drive",
         }),

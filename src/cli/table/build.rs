@@ -15,7 +15,7 @@ use signal_hook::flag;
 use super::{NO_ACCESS, TablesFolder};
 use crate::cli::{BAD_INPUT, answer, check, fail, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
-use crate::manifest::{self, Job, PointSpec, StiffnessSpec};
+use crate::manifest::{self, Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
 use crate::sweep::build::Parts;
 use crate::units::{self, Dimension};
@@ -62,8 +62,8 @@ pub fn run(args: &BuildArgs) -> ExitCode {
         }
     };
     let by_points = args.misalignment.is_empty() && args.torque.is_empty() && !args.pattern;
-    let tabled = |point: &PointSpec| matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
-    if by_points && job.points.iter().any(tabled) {
+    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
+    if by_points && job.points.variants().iter().any(tabled) {
         return needed(args, &job);
     }
     let drawings = drawings(&job);
@@ -101,10 +101,10 @@ pub fn run(args: &BuildArgs) -> ExitCode {
 /// The different pairs of gears of a job, their bores those of the shafts.
 fn drawings(job: &Job) -> Vec<GearPair> {
     let mut drawings = Vec::new();
-    for point in &job.points {
-        let gears = match &point.mesh.stiffness {
+    for variant in job.points.variants() {
+        let gears = match &variant.mesh.stiffness {
             StiffnessSpec::Table(table) => Some(table.gears.clone()),
-            _ => point.model.source.gears(),
+            _ => variant.model.source.gears(),
         };
         if let Some(gears) = gears
             && !drawings.contains(&gears)
@@ -119,11 +119,11 @@ fn drawings(job: &Job) -> Vec<GearPair> {
 fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
     let parts = Parts::new(args.folder.store());
     let bar = progress_bar(args, "{spinner} {pos} loads and misalignments");
-    parts.prepare(&job.points, &mut || bar.inc(1));
+    parts.prepare(job, 0..job.points.len(), &mut || bar.inc(1));
     bar.finish_and_clear();
     // What could not be computed says why where it is asked for again.
     let faults: BTreeSet<String> = (job.points.iter())
-        .filter_map(|point| parts.model(point).err())
+        .filter_map(|point| parts.model(&point).err())
         .map(|error| error.to_string())
         .collect();
     if !faults.is_empty() {

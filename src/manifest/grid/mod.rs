@@ -9,7 +9,7 @@ use super::schema::{self, Key, Kind, MANIFEST};
 use super::spec::{Axis, Carried};
 use super::tree::{Entry, Node, Value};
 use crate::units::Dimension;
-pub(super) use order::{arrange, is_carried};
+pub(super) use order::is_carried;
 use values::{AxisReader, Spans};
 
 /// Most points of a grid.

@@ -1,15 +1,11 @@
 //! `grid.order` and `grid.along`: whether points are independent, or follow from each other
 //! along one axis.
-//!
-//! A *chain* is the points along the swept axis in marching order, all other axes and the
-//! direction held. Its points have consecutive `point_id`s: other axes vary slowest, then
-//! the direction (up before down), then the swept axis.
 
 use super::GridAxis;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::schema;
-use crate::manifest::spec::{Carried, Direction, PointSpec};
+use crate::manifest::spec::{Carried, Direction};
 use crate::manifest::tree::Value;
 
 /// Tables whose keys change the system but not its modes.
@@ -141,39 +137,4 @@ fn fitting(axes: &[GridAxis]) -> Vec<&str> {
         .filter(|axis| axis.values.len() > 1 && leaves_modes(&axis.name))
         .map(|axis| axis.name.as_str())
         .collect()
-}
-
-/// Puts the points of a row-major grid in chains and numbers them anew.
-pub(in crate::manifest) fn arrange(
-    points: Vec<PointSpec>,
-    axes: &[GridAxis],
-    carried: &Carried,
-) -> Vec<PointSpec> {
-    // Points between two neighbours on the swept axis.
-    let stride: usize = axes[carried.axis + 1..]
-        .iter()
-        .map(|axis| axis.axis.values.len())
-        .product();
-    let values = &axes[carried.axis].axis.values;
-    let mut ascending: Vec<usize> = (0..values.len()).collect();
-    ascending.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    let mut chained = Vec::with_capacity(points.len() * carried.directions.len());
-    for block in points.chunks(stride * values.len()) {
-        for offset in 0..stride {
-            for &direction in &carried.directions {
-                let along = |place: usize| match direction {
-                    Direction::Up => ascending[place],
-                    Direction::Down => ascending[values.len() - 1 - place],
-                };
-                chained.extend((0..values.len()).map(|place| PointSpec {
-                    direction: Some(direction),
-                    ..block[offset + stride * along(place)].clone()
-                }));
-            }
-        }
-    }
-    for (point, id) in chained.iter_mut().zip(0..) {
-        point.point_id = id;
-    }
-    chained
 }

@@ -14,8 +14,9 @@ mod unfelt;
 
 use super::diagnostic::Issues;
 use super::grid::is_carried;
+use super::points::Variant;
 use super::reader::{Child, Section};
-use super::spec::{AnalysesSpec, ExcitationSpec, MeshSpec, ModelSpec, RunSpec, StructureSource};
+use super::spec::{AnalysesSpec, ExcitationSpec, StructureSource};
 use crate::shaft::ModalStructure;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -23,19 +24,9 @@ use std::sync::Arc;
 
 pub(super) use job::read as read_job;
 
-/// Everything about a point but its load and speed.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Resolved {
-    pub model: ModelSpec,
-    pub mesh: MeshSpec,
-    pub excitation: Arc<ExcitationSpec>,
-    pub run: Arc<RunSpec>,
-    pub analyses: Arc<AnalysesSpec>,
-}
-
-impl Resolved {
+impl Variant {
     /// Shares with another whatever is equal.
-    pub fn share(&mut self, other: &Self) {
+    pub(super) fn share(&mut self, other: &Self) {
         if self.mesh.stiffness == other.mesh.stiffness {
             self.mesh.stiffness = other.mesh.stiffness.clone();
         }
@@ -77,7 +68,7 @@ pub(super) fn resolve(
     root: &Section,
     issues: &mut Issues,
     context: &mut Context,
-) -> Option<Resolved> {
+) -> Option<Variant> {
     let model = model::read(root, issues, context);
     let drawn = model.as_ref().and_then(|model| model.source.gears());
     let mesh = root.required_child(issues, "mesh").and_then(|section| {
@@ -101,7 +92,7 @@ pub(super) fn resolve(
         Child::Absent => Some(AnalysesSpec::default()),
         Child::Invalid => None,
     };
-    Some(Resolved {
+    Some(Variant {
         model: model?,
         mesh: mesh?,
         excitation: Arc::new(excitation?),

@@ -1,0 +1,64 @@
+//! What a run says while it goes and when it ends: to people, and to programs.
+
+use super::answer;
+use super::events::Events;
+use super::progress::Display;
+use super::run::RunArgs;
+use crate::manifest::Job;
+use crate::store::{PointRow, RunRecord};
+use crate::sweep::{Begun, Progress, Watcher};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Says what it is told, as the user asked for it.
+pub struct Voice<'a> {
+    quiet: bool,
+    display: Display,
+    events: Option<Events<'a>>,
+}
+
+impl<'a> Voice<'a> {
+    /// The voice of a run whose results go to `folder`.
+    pub fn new(args: &RunArgs, job: &'a Job, folder: &'a Path) -> Self {
+        Self {
+            quiet: args.quiet,
+            display: Display::new(args.quiet),
+            events: args.json.then(|| Events::new(job, folder, args.shard)),
+        }
+    }
+
+    /// Says how the run ended, `text` to people, and gives the exit status.
+    pub fn close(self, record: &RunRecord, exit_status: u8, text: &str) -> ExitCode {
+        drop(self.display);
+        match self.events {
+            Some(events) => events.finished(record, exit_status),
+            None if self.quiet => ExitCode::from(exit_status),
+            None => answer(text, ExitCode::from(exit_status)),
+        }
+    }
+
+    fn each(&mut self, tell: impl Fn(&mut dyn Watcher)) {
+        tell(&mut self.display);
+        if let Some(events) = &mut self.events {
+            tell(events);
+        }
+    }
+}
+
+impl Watcher for Voice<'_> {
+    fn begun(&mut self, begun: &Begun<'_>) {
+        self.each(|watcher| watcher.begun(begun));
+    }
+
+    fn warning(&mut self, sentence: &str) {
+        self.each(|watcher| watcher.warning(sentence));
+    }
+
+    fn point(&mut self, row: &PointRow, progress: &Progress) {
+        self.each(|watcher| watcher.point(row, progress));
+    }
+
+    fn tick(&mut self, progress: &Progress) {
+        self.each(|watcher| watcher.tick(progress));
+    }
+}

@@ -1,0 +1,206 @@
+//! The time of all points from the time of some.
+//!
+//! The time a point takes, over the work that the manifest asks of it, is averaged over a sample;
+//! the interval is Student's at 95 % for a sample from so many points, so few points or very
+//! different ones make it wide. Samples are drawn over the grid by the golden ratio, which meets
+//! no period of the grid.
+
+use crate::numerics::statistics::mean;
+use serde::Serialize;
+use std::collections::HashSet;
+
+/// A number with the interval that it lies in at 95 %.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Interval {
+    /// Lower end.
+    pub low: f64,
+    /// The number.
+    pub expected: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+/// What is to be computed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Load {
+    /// Points.
+    pub points: usize,
+    /// Points of a chain.
+    pub length: usize,
+    /// Work of all points, in cycles times modes.
+    pub work: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// Whether threads share a point (its probes).
+    pub shared: bool,
+}
+
+/// `count` different places among `of`, in an order in which any beginning is spread evenly.
+pub(super) fn drawn(of: usize, count: usize) -> Vec<usize> {
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let mut taken = HashSet::new();
+    let mut places = Vec::new();
+    for k in 0..count.min(of) {
+        let start = ((k as f64 + 0.5) * golden).fract() * of as f64;
+        // Two draws may fall on one place; then the next free one is taken.
+        let place = (0..of)
+            .map(|step| (start as usize + step) % of)
+            .find(|place| !taken.contains(place));
+        places.extend(place.inspect(|&place| _ = taken.insert(place)));
+    }
+    places
+}
+
+impl Load {
+    /// Computing time over all points and threads \[s\], from the time per work of some of them;
+    /// zero from none.
+    pub fn computing(&self, ratios: &[f64]) -> Interval {
+        let n = ratios.len() as f64;
+        if ratios.is_empty() {
+            return Interval {
+                low: 0.0,
+                expected: 0.0,
+                high: 0.0,
+            };
+        }
+        let (middle, points) = (mean(ratios), self.points as f64);
+        let spread = ratios.iter().map(|r| (r - middle).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        // Of points drawn without putting them back, the last ones leave nothing open.
+        let left = (1.0 - n / points).max(0.0);
+        let half = student(ratios.len() - 1) * (spread / n * left).sqrt();
+        // What was computed takes its time again.
+        let least = ratios.iter().sum::<f64>() / points;
+        Interval {
+            low: self.work * (middle - half).max(least),
+            expected: self.work * middle,
+            high: self.work * (middle + half),
+        }
+    }
+
+    /// Wall time on all threads \[s\]. At best the work is evenly shared; at worst the longest
+    /// chain is begun last. Chains that do not divide by the threads leave some without work at
+    /// the end.
+    pub fn wall_time(&self, ratios: &[f64]) -> Interval {
+        let computing = self.computing(ratios);
+        let threads = self.threads as f64;
+        let chains = (self.points / self.length).max(1) as f64;
+        let uneven = match self.shared {
+            true => 1.0,
+            false => (chains / threads).ceil() * threads / chains,
+        };
+        // A long chain has long points and short ones.
+        let longest = ratios.iter().copied().fold(0.0, f64::max) * self.work;
+        let beyond = (longest - computing.expected).max(0.0) / chains / (self.length as f64).sqrt();
+        let tail = match self.shared {
+            true => 0.0,
+            false => beyond * (1.0 - 1.0 / threads),
+        };
+        Interval {
+            low: computing.low / threads,
+            expected: computing.expected / threads * uneven + 0.5 * tail,
+            high: computing.high / threads * uneven + tail,
+        }
+    }
+}
+
+impl Interval {
+    /// The same, so much later.
+    pub fn after(self, time: f64) -> Self {
+        Self {
+            low: time + self.low,
+            expected: time + self.expected,
+            high: time + self.high,
+        }
+    }
+}
+
+/// Student's two-sided 95 % quantile; its expansion in 1/ν beyond a table.
+fn student(degrees: usize) -> f64 {
+    const FEW: [f64; 10] = [
+        12.71, 12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262,
+    ];
+    let more = 1.96 + 2.37 / degrees.max(1) as f64 + 2.8 / (degrees.max(1) as f64).powi(2);
+    FEW.get(degrees).copied().unwrap_or(more)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(points: usize, length: usize, work: f64, threads: usize) -> Load {
+        Load {
+            points,
+            length,
+            work,
+            threads,
+            shared: false,
+        }
+    }
+
+    fn ends(found: Interval) -> [f64; 3] {
+        [found.low, found.expected, found.high]
+    }
+
+    #[test]
+    fn any_beginning_of_a_draw_is_spread_evenly() {
+        for of in [1, 2, 7, 80, 1000] {
+            let mut all = drawn(of, of);
+            all.sort_unstable();
+            assert_eq!(all, (0..of).collect::<Vec<_>>(), "each once");
+        }
+        // Of 8 rows of 10, no column and no row is left out by much.
+        let places = drawn(80, 20);
+        for (group, groups) in [(10, 8), (1, 10)] {
+            let mut met = vec![0; groups];
+            places
+                .iter()
+                .for_each(|place| met[place / group % groups] += 1);
+            assert!(met.iter().all(|n| (1..=4).contains(n)), "{met:?}");
+        }
+    }
+
+    #[test]
+    fn a_whole_sample_leaves_nothing_open() {
+        let found = load(2, 1, 4.0, 1).computing(&[1.0, 3.0]);
+        assert_eq!(ends(found), [8.0; 3]);
+        // Two threads: at best 4 each, at worst the long one, 6, is begun after the short one.
+        let found = load(2, 1, 4.0, 2).wall_time(&[1.0, 3.0]);
+        assert_eq!(ends(found), [4.0, 4.5, 5.0]);
+        assert_eq!(ends(found.after(0.5)), [4.5, 5.0, 5.5]);
+        // Three chains on two threads take as long as four would.
+        assert_eq!(load(3, 1, 3.0, 2).wall_time(&[1.0; 3]).expected, 2.0);
+        assert_eq!(load(12, 6, 12.0, 2).wall_time(&[1.0; 12]).expected, 6.0);
+        // Threads that share a point have no one to wait for.
+        let shared = Load {
+            shared: true,
+            ..load(3, 1, 3.0, 2)
+        };
+        assert_eq!(shared.wall_time(&[1.0; 3]).expected, 1.5);
+        assert_eq!(ends(load(9, 1, 1.0, 2).wall_time(&[])), [0.0; 3]);
+    }
+
+    /// The 95 % interval holds the sum in about 95 % of draws from a known set.
+    #[test]
+    fn the_interval_covers() {
+        let costs: Vec<f64> = (0..400u32)
+            .map(|i| 1.0 + f64::from(i.wrapping_mul(2_654_435_761) >> 16) / 65_536.0)
+            .collect();
+        let truth: f64 = costs.iter().sum();
+        let mut covered = 0;
+        for first in 0..200 {
+            // Strides prime to 400: a sample without repetition.
+            let sample: Vec<f64> = (0..12).map(|k| costs[(first * 7 + k * 33) % 400]).collect();
+            let found = load(400, 1, 400.0, 1).computing(&sample);
+            covered += usize::from(found.low <= truth && truth <= found.high);
+        }
+        assert!((180..=200).contains(&covered), "{covered} of 200");
+    }
+
+    #[test]
+    fn students_quantile_joins_its_table() {
+        assert!((student(9) - 2.262).abs() < 1e-9);
+        for (degrees, wanted) in [(10, 2.228), (15, 2.131), (30, 2.042), (120, 1.980)] {
+            assert!((student(degrees) - wanted).abs() < 5e-3, "{degrees}");
+        }
+    }
+}

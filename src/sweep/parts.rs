@@ -1,0 +1,248 @@
+//! Structures and mesh tables at hand: points of a grid mostly share them, and so do workers.
+//!
+//! On a machine with several NUMA nodes the workers of a node may read copies in its own memory:
+//! each is made by the first worker of the node that needs it, so that its pages come from there.
+
+use super::build::{BuildError, model, structure};
+use super::kernel_tables::KernelTables;
+use super::mesh_tables::MeshTables;
+use crate::manifest::{
+    Job, ModelSpec, PointSpec, StiffnessSpec, StructureSource, TableSpec, Variant,
+};
+use crate::model::Model;
+use crate::shaft::{ModalStructure, ShaftError};
+use crate::store::TableStore;
+use crate::topology::Topology;
+use std::collections::{BTreeSet, HashMap, HashSet};
+use std::hash::Hash;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// One point for every mesh table that some points of a job need, with what it is of.
+fn meshes_wanted(
+    job: &Job,
+    points: impl IntoIterator<Item = usize>,
+) -> Vec<(PointSpec, Arc<TableSpec>)> {
+    let mut seen = HashSet::new();
+    let mut wanted = Vec::new();
+    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
+    if !job.points.variants().iter().any(tabled) {
+        return wanted;
+    }
+    for point in points.into_iter().map(|id| job.points.at(id)) {
+        let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
+            continue;
+        };
+        let spec = spec.clone();
+        let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
+        // With shafts that tilt the structure matters as well.
+        let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
+        if seen.insert((Arc::as_ptr(&spec), numbers, tilt)) {
+            wanted.push((point, spec));
+        }
+    }
+    wanted
+}
+
+/// Mesh tables that some points of a job need.
+pub fn tables_wanted(job: &Job, points: impl IntoIterator<Item = usize>) -> usize {
+    meshes_wanted(job, points).len()
+}
+
+/// Where the source of a structure lies, and what is kept of its modes.
+type Place = (usize, usize, usize, bool);
+
+fn place(spec: &ModelSpec) -> Place {
+    let address = match &spec.source {
+        StructureSource::Rigid(drive) => Arc::as_ptr(drive).addr(),
+        StructureSource::Flexible(drive) => Arc::as_ptr(drive).addr(),
+        StructureSource::Modal(structure) => Arc::as_ptr(structure).addr(),
+    };
+    (address, spec.modes, spec.retained, spec.mta)
+}
+
+/// Structures of all nodes.
+#[derive(Debug, Default)]
+struct Structures {
+    /// By the specification's own words: equal text is an equal structure.
+    by_text: HashMap<String, Arc<ModalStructure>>,
+    /// By the specification's place in memory, which writing it out takes much longer than. The
+    /// source is kept, so that the place stays taken.
+    by_place: HashMap<Place, (StructureSource, Arc<ModalStructure>)>,
+}
+
+impl Structures {
+    fn get(&mut self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
+        if let Some((_, found)) = self.by_place.get(&place(spec)) {
+            return Ok(found.clone());
+        }
+        let text = format!("{spec:?}");
+        let found = match self.by_text.get(&text) {
+            Some(found) => found.clone(),
+            None => Arc::new(structure(spec)?),
+        };
+        self.by_text.insert(text, found.clone());
+        let kept = (spec.source.clone(), found.clone());
+        self.by_place.insert(place(spec), kept);
+        Ok(found)
+    }
+}
+
+/// Copies in the memory of one NUMA node.
+#[derive(Debug)]
+pub(super) struct Near<K, V>(Mutex<HashMap<K, Arc<V>>>);
+
+impl<K, V> Default for Near<K, V> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<K: Eq + Hash, V: Clone> Near<K, V> {
+    /// The copy, made from what `far` gives where there is none yet. Others wait meanwhile.
+    pub fn get<E>(&self, key: K, far: impl FnOnce() -> Result<Arc<V>, E>) -> Result<Arc<V>, E> {
+        let mut copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(copy) = copies.get(&key) {
+            return Ok(copy.clone());
+        }
+        // Written by the calling thread: a clone of the pointer would stay where it is.
+        let copy = Arc::new((*far()?).clone());
+        copies.insert(key, copy.clone());
+        Ok(copy)
+    }
+
+    pub fn each(&self, mut tell: impl FnMut(&V)) {
+        let copies = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        copies.values().for_each(|copy| tell(copy));
+    }
+}
+
+/// Structures and mesh tables at hand.
+#[derive(Debug)]
+pub struct Parts {
+    structures: Arc<Mutex<Structures>>,
+    near: Option<Near<Place, ModalStructure>>,
+    meshes: MeshTables,
+    kernels: Arc<KernelTables>,
+}
+
+impl Parts {
+    /// Nothing at hand yet; tables of meshes and kernels are kept in `tables`.
+    pub fn new(tables: TableStore) -> Self {
+        Self {
+            structures: Arc::default(),
+            near: None,
+            meshes: MeshTables::new(tables.clone()),
+            kernels: Arc::new(KernelTables::new(tables)),
+        }
+    }
+
+    /// The same parts, of which the workers of one NUMA node make copies of their own. Tables of
+    /// kernels are not copied: they are mapped files, whose pages all processes share.
+    pub fn on_node(&self) -> Self {
+        Self {
+            structures: self.structures.clone(),
+            near: Some(Near::default()),
+            meshes: self.meshes.on_node(),
+            kernels: self.kernels.clone(),
+        }
+    }
+
+    /// The mesh tables.
+    pub fn meshes(&self) -> &MeshTables {
+        &self.meshes
+    }
+
+    /// The tables of kernels.
+    pub fn kernels(&self) -> &KernelTables {
+        &self.kernels
+    }
+
+    /// What the user should know of the cache of tables, each once.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut all = self.meshes.warnings();
+        all.extend(self.kernels.warnings());
+        all
+    }
+
+    /// NUMA nodes that the copies lie on; none where there are no copies or the system does not
+    /// tell.
+    pub fn nodes(&self, topology: &Topology) -> BTreeSet<u32> {
+        let mut nodes = BTreeSet::new();
+        if let Some(near) = &self.near {
+            near.each(|copy| nodes.extend(topology.nodes_of_memory(&copy.mesh)));
+        }
+        self.meshes
+            .each_copy(|copy| nodes.extend(topology.nodes_of_memory(&copy.stiffness)));
+        nodes
+    }
+
+    /// The piecewise-linear system of a point.
+    ///
+    /// # Errors
+    /// A structure, a mesh or a value that is refused.
+    pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
+        model(&*self.structure(&point.model)?, point, &self.meshes)
+    }
+
+    /// Fetches or computes the mesh tables of some points of a job, each on all threads of the
+    /// current rayon pool; `progress` is told of every table. What fails is left for its points
+    /// to say.
+    pub fn prepare(
+        &self,
+        job: &Job,
+        points: impl IntoIterator<Item = usize>,
+        progress: &mut dyn FnMut(),
+    ) {
+        for (point, spec) in meshes_wanted(job, points) {
+            if let Ok(structure) = self.structure(&point.model) {
+                _ = self.meshes.mesh(&point, &spec, &structure);
+            }
+            progress();
+        }
+    }
+
+    /// The structure of a model specification, computed once.
+    ///
+    /// # Errors
+    /// The shaft model cannot be assembled or solved.
+    pub fn structure(&self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
+        let far = || {
+            // Computing under the lock keeps workers from computing the same one twice.
+            let mut known = (self.structures.lock()).unwrap_or_else(PoisonError::into_inner);
+            known.get(spec)
+        };
+        match &self.near {
+            None => far(),
+            Some(near) => near.get(place(spec), far),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest;
+    use std::path::Path;
+
+    #[test]
+    fn workers_of_a_node_share_a_copy_that_is_equal() {
+        let text = include_str!("../../manifests/quickstart.toml");
+        let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
+        let spec = &job.points.variants()[0].model;
+        let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
+        let nodes = [parts.on_node(), parts.on_node()];
+        let of = |parts: &Parts| parts.structure(spec).unwrap();
+        let (common, [first, second]) = (of(&parts), nodes.each_ref().map(of));
+        assert!(*common == *first && *first == *second);
+        assert!(!Arc::ptr_eq(&common, &first) && !Arc::ptr_eq(&first, &second));
+        assert_ne!(
+            first.mesh.as_ptr(),
+            second.mesh.as_ptr(),
+            "all the way down"
+        );
+        assert!(Arc::ptr_eq(&first, &of(&nodes[0])), "copied once");
+        let topology = Topology::current().unwrap();
+        assert!(parts.nodes(&topology).is_empty(), "no copies");
+        assert!(nodes[0].nodes(&topology).len() <= 1);
+    }
+}
