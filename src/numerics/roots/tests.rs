@@ -122,3 +122,17 @@ fn a_change_on_a_joint_is_found_once() {
         assert!(left.iter().chain(&right).all(|(_, rises)| *rises));
     }
 }
+
+/// Where samples bracket a root, one Halley step is enough.
+#[test]
+fn a_smooth_root_takes_one_step() {
+    for root in [-0.9, -0.3, 0.0, 0.55, 0.98] {
+        let s = find(|x| (root - x) * (3.0 + x) + 0.1 * ((2.0 * root).sin() - (2.0 * x).sin()));
+        assert!(
+            (s.exit.unwrap() - root).abs() < 4e-16,
+            "{root} {:?}",
+            s.exit
+        );
+        assert_eq!(s.newton_steps, 1, "{root}");
+    }
+}
