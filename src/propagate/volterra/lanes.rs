@@ -222,9 +222,9 @@ for_each_set! {
 use crossing::first_crossing_body;
 use cut::{basis_body, cut_body, moments_body, node_values_body, push_body, salt_body};
 use varying::{deflection_body, factorise_body, force_body};
+use vector::Packed;
 #[cfg(target_arch = "x86_64")]
 use vector::Wide;
-use vector::{Packed, Vector};
 use window::{advance_body, solve_body};
 
 #[cfg(test)]

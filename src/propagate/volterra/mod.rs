@@ -35,12 +35,18 @@
 //! to round-off grows from κ = 1.26 to 4.0 (κ: fastest rate times half a window), so that a
 //! cycle takes a third of the windows.
 //!
+//! A trajectory and its tangents are columns of the same products: a window is solved and moved
+//! for all at once, four columns a pass over the tables where the registers hold their sums. The
+//! trajectory's bits do not depend on how many tangents it has.
+//!
 //! Layout. The series index is the SIMD lane in R, S̃ and Q̃ (24 doubles: three vectors of
 //! AVX-512, six of AVX2), one row an entry of the state; the block index is the lane in D, E
 //! and the exponentials (chunks of 8), chunk after chunk in the order in which a window reads
-//! them. Rows and lane groups start on cache lines. At N = 40 that is 16 KB for R, 17 KB for
-//! D and E, 9 KB a distinct stiffness, and 15 KB that only cuts read. The instruction set is
-//! chosen once a window's solution, once a move: each is one call ([`lanes`]).
+//! them. The exponential series of a slow block falls below round-off long before term 24: a
+//! chunk has the terms that its fastest block needs. Rows and lane groups start on cache lines.
+//! At N = 40 that is 16 KB for R, 13 KB for D and E, 9 KB a distinct stiffness, and 11 KB that
+//! only cuts read. The instruction set is chosen once a window's solution, once a move: each is
+//! one call ([`lanes`]).
 
 mod feedback;
 mod grid;

@@ -254,3 +254,21 @@ fn block_chunks(model: &Model, gains: &[MeshGain]) -> Vec<BlockChunk> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_rest_nothing_moves() {
+        let block = Block {
+            static_input: [0.3, -2.0],
+            ..Block::mode(7.0, 0.2, 0.0)
+        };
+        let (r, m) = (rest(&block), block.traceless());
+        for i in 0..2 {
+            let rate = block.growth() * r[i] + m[i][0] * r[0] + m[i][1] * r[1];
+            assert!((rate + block.static_input[i]).abs() < 1e-15);
+        }
+    }
+}

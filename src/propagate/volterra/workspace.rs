@@ -1,6 +1,5 @@
 //! What a march works on.
 
-use super::feedback::Closed;
 use super::lanes::{LANES, Solution};
 use super::partial::Cut;
 use super::tables::{Layout, Row};

@@ -139,3 +139,51 @@ pub(super) fn first_crossing_body<V: Vector>(
 ) -> Option<Crossing> {
     events::first_crossing::<_, Packed<V>>(transforms24(), course, half_gap, limit, counters)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::arithmetic::Portable;
+    use crate::numerics::legendre::sample_place;
+    use crate::numerics::random::Stream;
+    use crate::propagate::volterra::lanes::{InstructionSet, vector};
+
+    /// Maps by tables are what the recurrences say, and bounds what evaluation does.
+    fn check<V: Vector>() {
+        let (mut stream, t) = (Stream::new(8, 0, 0), transforms24());
+        let a: Series = std::array::from_fn(|_| stream.normal());
+        let pairs = |found: Series, exact: Series, size: f64| {
+            for (found, exact) in found.iter().zip(&exact) {
+                assert!((found - exact).abs() <= 1e-15 * size, "{found} {exact}");
+            }
+        };
+        pairs(
+            Packed::<V>::derivative(t, &a),
+            Portable::derivative(t, &a),
+            2e3,
+        );
+        pairs(Packed::<V>::quotient(t, &a), Portable::quotient(t, &a), 2e4);
+        for side in 0..2 {
+            pairs(Packed::<V>::half(t, &a, side), t.half(&a, side), 1e2);
+        }
+        let bounds = Packed::<V>::bounds(&a);
+        assert!((bounds.start - legendre::evaluate(&a, -1.0)).abs() < 1e-13);
+        assert!((bounds.end - legendre::evaluate(&a, 1.0)).abs() < 1e-13);
+        assert!((bounds.variation - legendre::variation(&a)).abs() < 1e-13);
+        for (m, found) in Packed::<V>::samples(t, &a).into_iter().enumerate() {
+            assert!((found - legendre::evaluate(&a, sample_place(m))).abs() < 1e-13);
+        }
+        let scaled = Packed::<V>::scaled(&a, -2.0, 0.25);
+        assert_eq!((scaled[0], scaled[5]), (0.25 - 2.0 * a[0], -2.0 * a[5]));
+    }
+
+    #[test]
+    fn arithmetic_in_vectors_is_that_of_series() {
+        check::<vector::Packed<false>>();
+        check::<vector::Packed<true>>();
+        #[cfg(target_arch = "x86_64")]
+        if InstructionSet::best().name() == "avx512" {
+            check::<vector::Wide>();
+        }
+    }
+}

@@ -2,11 +2,12 @@
 //! sizes that straddle a chunk's edge; outputs hold NaN beforehand.
 
 use super::*;
-use crate::model::{Block, Contact, MeshGain, Surface};
+use crate::model::{Block, Contact, MeshGain, STIFFNESS_TERMS, Surface};
 use crate::numerics::legendre::{evaluate, polynomials, transforms24};
 use crate::numerics::random::Stream;
 use crate::propagate::saltation;
 use crate::propagate::volterra::feedback::Feedback;
+use crate::propagate::volterra::varying::{Factors, Nodal};
 
 /// Numbers of modes about the edges of one chunk and of five.
 const MODES: [usize; 6] = [1, 7, 8, 9, 40, 41];
@@ -431,6 +432,71 @@ fn an_event_salts_every_column() {
                 }
                 for (found, exact) in found.iter().zip(&exact) {
                     close(*found, *exact, 100.0, set.name());
+                }
+            }
+        }
+    }
+}
+
+/// A window's own system, put back into its equation at the nodes; and for every number of columns.
+#[test]
+fn factors_solve_a_window_whose_stiffness_varies() {
+    let mut stream = Stream::new(7, 0, 0);
+    let unit: [Row; TERMS] = std::array::from_fn(|j| {
+        let mut row = Row::ZERO;
+        row.0[j] = 1.0;
+        row
+    });
+    let mut small = || -> [Row; TERMS] {
+        std::array::from_fn(|_| Row(series(&mut stream).map(|value| 0.02 * value)))
+    };
+    // Series and values at nodes are the same here.
+    let nodal = Nodal {
+        response: small(),
+        response_rate: small(),
+        series_response: small(),
+        values: unit,
+        slopes: small(),
+        series: unit,
+    };
+    let (stiffness, damping, gap) = ([2.0, 0.3, -0.2, 0.1, 0.05, 0.0], 0.6, 0.7);
+    let stiffness: [f64; STIFFNESS_TERMS] =
+        std::array::from_fn(|n| stiffness.get(n).copied().unwrap_or(0.0));
+    let places = transforms24().nodes().map(|x| 0.4 * x - 0.1);
+    let (length, rows) = (80, rows(84, &mut stream));
+    let columns = deviates(9 * length, &mut stream);
+    for set in InstructionSet::available() {
+        let mut factors = Factors::NONE;
+        factorise(set, &nodal, &stiffness, &places, damping, &mut factors);
+        for count in COLUMNS {
+            let (mut found, mut forces) = (Solution::ZERO, vec![Row::ZERO; count]);
+            let contact = Some((Closed::Factors(&nodal, &factors), gap));
+            let columns = &columns[..count * length];
+            solve(
+                set,
+                &rows,
+                &[0.0; 4],
+                columns,
+                contact,
+                &mut forces,
+                &mut found,
+            );
+            for (c, (f, x)) in forces.iter().zip(columns.chunks(length)).enumerate() {
+                let d = combined(&rows[..length], x).map(|d| d.0);
+                let gap = if c == 0 { gap } else { 0.0 };
+                let slopes = combined(&nodal.slopes, &d);
+                let [b, rate] = [&nodal.response, &nodal.response_rate].map(|m| combined(m, &f.0));
+                for i in 0..TERMS {
+                    let k = evaluate(&stiffness, places[i]);
+                    let left = f.0[i] + k * b[i].0 + damping * rate[i].0;
+                    let right = k * (d[i] - gap) + damping * slopes[i].0;
+                    close(left, right, 100.0, &format!("{}, column {c}", set.name()));
+                }
+                if c == 0 {
+                    let yielded = combined(&nodal.series_response, &f.0);
+                    for i in 0..TERMS {
+                        close(found.deflection[i], d[i] - yielded[i].0, 100.0, set.name());
+                    }
                 }
             }
         }
