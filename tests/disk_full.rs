@@ -4,7 +4,8 @@
 //! The disk is a small tmpfs in a mount namespace of its own, which ends with its shell. Where the
 //! system does not allow one, the test says so and is skipped.
 
-#![allow(clippy::unwrap_used)]
+// Why a test was skipped is to be seen in its output.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "common/place.rs"]
 mod place;

@@ -2,8 +2,8 @@
 //! points computed beforehand.
 //!
 //! Points are drawn over the grid until the time is known well enough, or half of them are
-//! computed. Of a chain, the transient of the point before is marched too, as if that were the
-//! first, so that the one that is timed starts from a motion as it does in a sweep. What the
+//! computed. Of a chain, the point before is computed too, as if it were the first, so that
+//! the one that is timed starts from a settled motion as it does in a sweep. What the
 //! refinement of changes takes is added for every change between neighbours of the sample: most
 //! points meet none, and a few would say little of how many do.
 
@@ -16,7 +16,7 @@ use super::point::Worker;
 use super::queue::{look, work};
 use super::run::{Options, SweepError, start_workers};
 use super::turns::Share;
-use crate::manifest::{Job, PointSpec};
+use crate::manifest::{AnalysesSpec, Job, LyapunovSpec, PointSpec};
 use crate::numerics::statistics::mean;
 use crate::store::{PointRow, ResultWriter, StoreError, journal_bytes};
 use crate::topology::{Topology, peak_memory};
@@ -278,11 +278,18 @@ impl Calibration<'_> {
     }
 }
 
-/// A point of which only the state that it leaves is wanted.
+/// A point of which only the motion is wanted: it is marched as long as a sweep would, since one
+/// that has not settled would leave that to the next.
 fn led_to(mut point: PointSpec) -> PointSpec {
-    let run = Arc::make_mut(&mut point.run);
-    (run.cycles, run.audit_cycles) = (1, 0);
-    point.analyses = Arc::default();
+    Arc::make_mut(&mut point.run).audit_cycles = 0;
+    let asked = point.analyses.lyapunov;
+    point.analyses = Arc::new(AnalysesSpec {
+        lyapunov: asked.map(|asked| LyapunovSpec {
+            twin: false,
+            ..asked
+        }),
+        ..AnalysesSpec::default()
+    });
     point
 }
 
