@@ -3,15 +3,15 @@
 //!
 //! | file | question |
 //! |---|---|
-//! | [`plan`] | what is measured on a machine: a pure decision |
-//! | [`team`], [`figure`], [`noise`] | the method: bound threads, best of a round, spread over rounds, who disturbed |
-//! | [`description`] | what the system says of the machine |
-//! | [`mountain`], [`streaming`], [`latency`] | memory |
-//! | [`operators`] | dense products and the structured kernel over rotating tables |
-//! | [`solver`] | marching on many threads |
-//! | [`cliffs`] | where costs jump, and at which cache |
-//! | [`outcome`] | figures from samples, the roofline |
-//! | [`compare`], [`outlook`] | two machines; what a job would take on another one |
+//! | `plan` | what is measured on a machine: a pure decision |
+//! | `team`, `figure`, `noise` | the method: bound threads, best of a round, spread over rounds, who disturbed |
+//! | `description` | what the system says of the machine |
+//! | `mountain`, `streaming`, `latency` | memory |
+//! | `operators` | dense products and the structured kernel over rotating tables |
+//! | `solver` | marching on many threads |
+//! | `cliffs` | where costs jump, and at which cache |
+//! | `measure`, `outcome` | samples from items, figures from samples, the roofline |
+//! | `compare`, `outlook` | two machines; what a job would take on another one |
 //!
 //! Everything is repeated in rounds over the whole plan, with memory taken anew: what differs
 //! between rounds is what will differ between runs.
@@ -23,6 +23,7 @@ mod description;
 mod drive;
 mod figure;
 mod latency;
+mod measure;
 mod memory;
 mod mountain;
 mod noise;
@@ -216,7 +217,7 @@ pub fn characterize(
                 of,
                 what,
             });
-            sample.take(outcome::measure(topology, &default, item, pace));
+            sample.take(measure::measure(topology, &default, item, pace));
         }
         // Only whole rounds after the first.
         let taken = clock.elapsed() - begun;

@@ -1,226 +1,16 @@
 //! What is to be measured on a machine: a pure decision over its topology, tried out on machines
 //! that do not exist.
 
+mod item;
+mod places;
+
+pub use item::{Item, Mesh, Placement, Seat, Sharing, Solver, StreamKernel, Walk};
+
 use super::Extent;
 use super::buffer::LINE;
 use super::vectors::Set;
-use crate::topology::{Cache, Topology};
-
-/// Where a thread sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Seat {
-    /// Hardware thread, as the system numbers it.
-    pub thread: u32,
-    /// Its NUMA node, as the system numbers it.
-    pub node: u32,
-}
-
-/// How threads are placed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Placement {
-    /// The cores of a node before those of the next.
-    Compact,
-    /// The nodes in turn.
-    Scattered,
-}
-
-impl Placement {
-    /// Its name in the record.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Compact => "compact",
-            Self::Scattered => "scattered",
-        }
-    }
-}
-
-/// The order in which a chain of loads goes through a buffer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Walk {
-    /// Page after page, at random within each.
-    Pages,
-    /// At random over all.
-    Anywhere,
-    /// The same on huge pages.
-    AnywhereHuge,
-}
-
-/// A mesh of the default drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mesh {
-    /// Two levels of stiffness, as in the default manifest.
-    TwoLevels,
-    /// A level of its own for each of sixty segments, as a computed mesh has.
-    SixtyLevels,
-}
-
-/// A kernel that marches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Solver {
-    /// The structured kernel.
-    Volterra,
-    /// Dense tables, spectral form.
-    Spectral,
-    /// The same with certified runs.
-    Fused,
-}
-
-impl Solver {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Volterra, Self::Spectral, Self::Fused];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Volterra => "volterra",
-            Self::Spectral => "spectral",
-            Self::Fused => "fused",
-        }
-    }
-}
-
-/// Which tables threads read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sharing {
-    /// All the same one.
-    Shared,
-    /// The one of their node.
-    Node,
-    /// Those of eight operating points.
-    Eight,
-}
-
-impl Sharing {
-    /// Its name in the record.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Shared => "shared",
-            Self::Node => "node",
-            Self::Eight => "eight",
-        }
-    }
-}
-
-/// One thing to measure; some give several figures.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Item {
-    /// Multiply-adds of every member: one figure.
-    Arithmetic {
-        /// Instruction set.
-        set: Set,
-        /// Members.
-        team: Vec<Seat>,
-    },
-    /// Read, copy, triad: a figure a kernel of [`StreamKernel::available`].
-    Streams {
-        /// How the members are placed.
-        placement: Placement,
-        /// Members.
-        team: Vec<Seat>,
-        /// Lines of each of a member's arrays.
-        lines: usize,
-    },
-    /// Reading memory of one node from the cores of another: one figure.
-    Nodes {
-        /// Members, all of one node.
-        team: Vec<Seat>,
-        /// Node of the memory.
-        memory: u32,
-        /// Lines of a member's array.
-        lines: usize,
-    },
-    /// Dense products over rotating operators: a figure a count.
-    Operators {
-        /// Where.
-        seat: Seat,
-        /// Rows and columns.
-        dimension: usize,
-        /// How many operators rotate.
-        counts: Vec<usize>,
-    },
-    /// Marching rotating operating points with the structured kernel: a figure a count.
-    Points {
-        /// Where.
-        seat: Seat,
-        /// The mesh.
-        mesh: Mesh,
-        /// How many points rotate.
-        counts: Vec<usize>,
-    },
-    /// Marching on teams of growing size: a figure a team.
-    Solver {
-        /// The kernel.
-        solver: Solver,
-        /// Its tables.
-        sharing: Sharing,
-        /// Modes.
-        modes: usize,
-        /// The teams.
-        teams: Vec<Vec<Seat>>,
-    },
-    /// Reading a buffer: a figure a stride.
-    Mountain {
-        /// Where.
-        seat: Seat,
-        /// Lines of the buffer.
-        lines: usize,
-        /// Strides in lines.
-        strides: Vec<usize>,
-    },
-    /// A chain of loads: one figure.
-    Latency {
-        /// Where.
-        seat: Seat,
-        /// Node of the memory.
-        memory: u32,
-        /// Lines of the buffer.
-        lines: usize,
-        /// Their order.
-        walk: Walk,
-    },
-}
-
-/// What streams through memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StreamKernel {
-    /// Sums an array.
-    Read,
-    /// `a = b`, past the caches or not.
-    Copy(bool),
-    /// `a = b + q c`, past the caches or not.
-    Triad(bool),
-}
-
-impl StreamKernel {
-    /// Those of this architecture.
-    pub fn available() -> Vec<Self> {
-        let mut kernels = vec![Self::Read, Self::Copy(false), Self::Triad(false)];
-        if super::vectors::NON_TEMPORAL {
-            kernels.extend([Self::Copy(true), Self::Triad(true)]);
-        }
-        kernels
-    }
-
-    /// Its name in the record.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Read => "read",
-            Self::Copy(false) => "copy",
-            Self::Copy(true) => "copy_nt",
-            Self::Triad(false) => "triad",
-            Self::Triad(true) => "triad_nt",
-        }
-    }
-
-    /// Arrays that it reads or writes.
-    pub fn arrays(self) -> usize {
-        match self {
-            Self::Read => 1,
-            Self::Copy(_) => 2,
-            Self::Triad(_) => 3,
-        }
-    }
-}
+use crate::topology::Topology;
+use places::{caches_spanned, order, pairs, same_places, teams};
 
 /// What may be taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -253,6 +43,9 @@ const MOST_POINTS: [u64; 2] = [4096, 512];
 
 /// Bytes of a point's tables, about: decides only how many rotate.
 const POINT_BYTES: [u64; 2] = [66 << 10, 610 << 10];
+
+/// Modes with which more than one dense table is built.
+const MANY_TABLES: usize = 40;
 
 /// What an extent asks for.
 struct Scale {
@@ -388,51 +181,6 @@ fn sizes(smallest: u64, largest: u64, steps: u32) -> impl Iterator<Item = u64> {
         .filter(move |size| std::mem::replace(&mut last, *size) != *size)
 }
 
-/// All hardware threads in the order in which they are taken: first threads of all cores before
-/// second ones.
-pub fn order(topology: &Topology, placement: Placement) -> Vec<Seat> {
-    let mut ranked = Vec::new();
-    let mut in_node = std::collections::HashMap::new();
-    for (index, core) in topology.cores.iter().enumerate() {
-        let rank: &mut usize = in_node.entry(core.numa_node).or_default();
-        for (lap, &thread) in core.threads.iter().enumerate() {
-            let node = core.numa_node;
-            let key = match placement {
-                Placement::Compact => (lap, node as usize, index),
-                Placement::Scattered => (lap, *rank, node as usize),
-            };
-            ranked.push((key, Seat { thread, node }));
-        }
-        *rank += 1;
-    }
-    ranked.sort_by_key(|(key, _)| *key);
-    ranked.into_iter().map(|(_, seat)| seat).collect()
-}
-
-/// Teams of growing size: powers of two, a node's cores, all cores, all threads; no more than
-/// `most` members.
-pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<Seat>> {
-    let order = order(topology, placement);
-    let most = order.len().min(most);
-    let of_node = |node: u32| {
-        topology
-            .cores
-            .iter()
-            .filter(|c| c.numa_node == node)
-            .count()
-    };
-    let nodes = topology.numa_nodes.iter().map(|node| of_node(node.index));
-    let mut counts: Vec<usize> = (0..usize::BITS)
-        .map(|i| 1 << i)
-        .take_while(|&n| n <= most)
-        .chain([nodes.max().unwrap_or(1), topology.cores.len(), most])
-        .filter(|n| (1..=most).contains(n))
-        .collect();
-    counts.sort_unstable();
-    counts.dedup();
-    counts.iter().map(|&n| order[..n].to_vec()).collect()
-}
-
 fn arithmetic(teams: &[Vec<Seat>]) -> Vec<Item> {
     let mut items = Vec::new();
     for set in Set::available() {
@@ -445,20 +193,6 @@ fn arithmetic(teams: &[Vec<Seat>]) -> Vec<Item> {
         }));
     }
     items
-}
-
-/// Last-level caches that a team spans; hwloc lists cores that share a cache side by side.
-fn caches_spanned(topology: &Topology, team: &[Seat], cache: &Cache) -> usize {
-    let mut before = 0;
-    let mut spanned: Vec<usize> = Vec::new();
-    for core in &topology.cores {
-        if team.iter().any(|seat| core.threads.contains(&seat.thread)) {
-            spanned.push(before / cache.shared_by.max(1));
-        }
-        before += core.threads.len();
-    }
-    spanned.dedup();
-    spanned.len().clamp(1, cache.count.max(1))
 }
 
 /// Lines of each of a member's arrays when there are so many arrays, and whether they outgrow
@@ -517,16 +251,6 @@ fn streams(
     }
 }
 
-/// Whether a team of this size with the same threads is among those given.
-fn same_places(team: &[Seat], teams: &[Vec<Seat>]) -> bool {
-    let sorted = |team: &[Seat]| {
-        let mut threads: Vec<u32> = team.iter().map(|seat| seat.thread).collect();
-        threads.sort_unstable();
-        threads
-    };
-    (teams.iter()).any(|other| other.len() == team.len() && sorted(other) == sorted(team))
-}
-
 /// Pairs of nodes: the cores of each read the memory of each.
 fn nodes(
     items: &mut Vec<Item>,
@@ -561,16 +285,6 @@ fn nodes(
     }
 }
 
-/// Nodes with cores, each with every node.
-fn pairs(topology: &Topology) -> Vec<(u32, u32)> {
-    let with_cores = |node: u32| topology.cores.iter().any(|core| core.numa_node == node);
-    let all = || topology.numa_nodes.iter().map(|node| node.index);
-    all()
-        .filter(|&node| with_cores(node))
-        .flat_map(|node| all().map(move |memory| (node, memory)))
-        .collect()
-}
-
 fn solvers(
     items: &mut Vec<Item>,
     missing: &mut Vec<String>,
@@ -593,7 +307,12 @@ fn solvers(
                 Sharing::Eight => 8,
             };
             for solver in Solver::ALL {
-                if solver != Solver::Volterra && tables * table > limits.memory {
+                // Dense tables take seconds to build: many of them with one number of modes only.
+                let dense = solver != Solver::Volterra;
+                if dense && sharing != Sharing::Shared && modes != MANY_TABLES {
+                    continue;
+                }
+                if dense && tables * table > limits.memory {
                     missing.push(format!(
                         "{} with {modes} modes, tables {}: {} MiB of tables (--memory)",
                         solver.name(),
@@ -646,5 +365,4 @@ fn latencies(items: &mut Vec<Item>, topology: &Topology, first: Seat, largest: u
 }
 
 #[cfg(test)]
-#[path = "plan/tests.rs"]
 mod tests;

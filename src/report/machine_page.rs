@@ -1,11 +1,11 @@
 //! What was found out about a machine, on one page of a terminal.
 
-use crate::store::{
-    BandwidthRow, Characteristics, Description, Figure, LatencyRow, OperatorRow, SolverRow,
-};
-use std::fmt::Write;
+mod words;
 
-use super::table_summary::size_text;
+use crate::report::size_text;
+use crate::store::{BandwidthRow, Characteristics, LatencyRow, OperatorRow, SolverRow};
+use std::fmt::Write;
+use words::{caches, memory_words, plural, processor, rate_text, seconds, system, time_text};
 
 /// Modes for which solver scaling is shown, where it was measured.
 const SHOWN_MODES: u64 = 40;
@@ -52,87 +52,37 @@ fn head(page: &mut String, machine: &Characteristics) {
     line("noise", verdict);
 }
 
-fn processor(d: &Description) -> String {
-    let mut text = format!(
-        "{}; {}, {}, {} here",
-        d.cpu,
-        plural(d.packages, "package"),
-        plural(d.cores, "core"),
-        plural(d.threads, "thread"),
-    );
-    if let Some(online) = d.threads_online.filter(|online| *online != d.threads) {
-        _ = write!(text, " of {online} online");
-    }
-    if let Some(percent) = d.quota_percent {
-        _ = write!(text, "; quota of {} processors", percent as f64 / 100.0);
-    }
-    if let Some(isa) = d.isa.last() {
-        _ = write!(text, "; {isa}");
-    }
-    text
-}
-
-fn caches(d: &Description) -> String {
-    let one = |cache: &crate::store::CacheRecord| {
-        let size = size_text(cache.size);
-        format!("L{} {size} × {}", cache.level, cache.count)
+/// Levels of memory, each with a size that lies well inside it: half of the first cache, the
+/// geometric middle of a later one and the one before it (of a large shared cache only a part may
+/// be there for this process), and the largest buffer measured, where it is none of a cache.
+pub(super) fn levels(machine: &Characteristics) -> Vec<(String, u64)> {
+    let Some(largest) = machine.mountain.iter().map(|row| row.size).max() else {
+        return Vec::new();
     };
-    d.caches.iter().map(one).collect::<Vec<_>>().join(", ")
-}
-
-fn memory_words(d: &Description) -> String {
-    let mut text = format!(
-        "{} on {}",
-        size_text(d.memory),
-        plural(d.nodes.len(), "node")
-    );
-    if d.nodes.len() > 1 {
-        let far = d.nodes.iter().flat_map(|node| &node.distances).max();
-        if let Some(far) = far {
-            _ = write!(text, ", distances to {far} (10 is near)");
+    let mut before = None;
+    let mut places = Vec::new();
+    for cache in &machine.description.caches {
+        let smaller = before.replace(cache.size as f64);
+        let size = match smaller {
+            None => 0.5 * cache.size as f64,
+            Some(smaller) => (smaller * cache.size as f64).sqrt(),
+        };
+        if size <= largest as f64 {
+            places.push((format!("L{}", cache.level), size as u64));
         }
     }
-    if let Some(mode) = &d.huge_pages.transparent {
-        _ = write!(text, "; huge pages: {mode}");
+    if before.is_none_or(|last| largest as f64 > 1.2 * last) {
+        places.push(("memory".to_owned(), largest));
     }
-    if let Some(limit) = d.memory_limit {
-        _ = write!(text, "; limit {}", size_text(limit));
-    }
-    text
+    places
 }
 
-fn system(d: &Description) -> String {
-    let mut parts = vec![d.system.clone()];
-    parts.push(match &d.hypervisor {
-        Some(name) => format!("virtual ({name})"),
-        None => "not virtual".to_owned(),
-    });
-    parts.extend(d.container.iter().map(|name| format!("in {name}")));
-    parts.push(match &d.governor {
-        Some(governor) => format!("governor {governor}"),
-        None => "governor not told".to_owned(),
-    });
-    parts.join(", ")
-}
-
-fn plural(count: usize, noun: &str) -> String {
-    match count {
-        1 => format!("1 {noun}"),
-        _ => format!("{count} {noun}s"),
-    }
-}
-
-/// Half of each cache, and the largest buffer.
+/// Reading and loading at every level.
 fn memory(page: &mut String, machine: &Characteristics) {
-    let Some(largest) = machine.mountain.iter().map(|row| row.size).max() else {
+    let places = levels(machine);
+    if places.is_empty() {
         return;
-    };
-    let caches = machine.description.caches.iter();
-    let mut places: Vec<(String, u64)> = caches
-        .filter(|cache| cache.size <= largest)
-        .map(|cache| (format!("L{}", cache.level), cache.size / 2))
-        .collect();
-    places.push(("largest".to_owned(), largest));
+    }
     page.push_str("\none thread   buffer      line by line   every 4 KiB      a load\n");
     for (name, size) in places {
         let near = |other: u64| (other as f64 / size as f64).ln().abs();
@@ -337,70 +287,5 @@ fn solver(page: &mut String, machine: &Characteristics) {
                 .filter(|_| best.threads > 1)
                 .map_or_else(String::new, |e| format!(", {:.0} % of ideal", 100.0 * e)),
         );
-    }
-}
-
-/// `12.3 GB/s`.
-fn rate_text(figure: &Figure) -> String {
-    let (value, unit) = match figure.value {
-        value if value >= 1e12 => (1e-12 * value, "TB/s"),
-        value if value >= 1e9 => (1e-9 * value, "GB/s"),
-        value => (1e-6 * value, "MB/s"),
-    };
-    format!("{} {unit}", three_digits(value))
-}
-
-fn time_text(figure: &Figure) -> String {
-    seconds(figure.value)
-}
-
-/// `1.23 µs`.
-fn seconds(value: f64) -> String {
-    let (scaled, unit) = match value {
-        value if value >= 1.0 => (value, "s"),
-        value if value >= 1e-3 => (1e3 * value, "ms"),
-        value if value >= 1e-6 => (1e6 * value, "µs"),
-        value => (1e9 * value, "ns"),
-    };
-    format!("{} {unit}", three_digits(scaled))
-}
-
-fn three_digits(value: f64) -> String {
-    let digits = match value {
-        value if value >= 100.0 => 0,
-        value if value >= 10.0 => 1,
-        _ => 2,
-    };
-    format!("{value:.digits$}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn figures_have_three_digits() {
-        for (value, text) in [
-            (1.234e-7, "123 ns"),
-            (2.5e-6, "2.50 µs"),
-            (0.0314, "31.4 ms"),
-        ] {
-            assert_eq!(seconds(value), text);
-        }
-        let figure = |value| Figure {
-            value,
-            best: value,
-            median: value,
-            spread: None,
-            rounds: 1,
-            repetitions: 1,
-        };
-        for (value, text) in [
-            (12.34e9, "12.3 GB/s"),
-            (1.5e12, "1.50 TB/s"),
-            (9e8, "900 MB/s"),
-        ] {
-            assert_eq!(rate_text(&figure(value)), text);
-        }
     }
 }

@@ -123,29 +123,19 @@ fn sizes<'c>(name: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
     Axis::bytes(name, [low / 1.2, high * 1.2])
 }
 
-/// Bandwidth of one thread that reads line after line out of half of each cache, and out of the
-/// largest buffer.
+/// Bandwidth of one thread that reads line after line, at every level of memory.
 fn levels(machine: &Characteristics) -> Vec<(String, f64)> {
-    let rows = || machine.mountain.iter().filter(|row| row.stride == 64);
-    let near = |size: f64| {
-        rows().min_by(|a, b| {
-            let far = |bytes: u64| (bytes as f64 / size).ln().abs();
+    let near = |size: u64| {
+        let rows = machine.mountain.iter().filter(|row| row.stride == 64);
+        rows.min_by(|a, b| {
+            let far = |bytes: u64| (bytes as f64 / size as f64).ln().abs();
             far(a.size).total_cmp(&far(b.size))
         })
     };
-    let Some(largest) = rows().map(|row| row.size).max() else {
-        return Vec::new();
-    };
-    let caches = machine.description.caches.iter();
-    let within = caches.filter(|cache| cache.size <= largest);
-    let mut levels: Vec<(String, f64)> = within
-        .filter_map(|cache| {
-            let row = near(0.5 * cache.size as f64)?;
-            Some((format!("L{}", cache.level), row.bandwidth.value))
-        })
-        .collect();
-    levels.extend(near(largest as f64).map(|row| ("memory".to_owned(), row.bandwidth.value)));
-    levels
+    let places = crate::report::machine_page::levels(machine);
+    (places.into_iter())
+        .filter_map(|(name, size)| Some((name, near(size)?.bandwidth.value)))
+        .collect()
 }
 
 #[cfg(test)]

@@ -64,7 +64,6 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         };
         canvas.text(at, name, TICK_SIZE, INK, anchor);
     }
-    let mut taken: Vec<([f64; 2], Anchor)> = Vec::new();
     for row in &machine.roofline {
         let number = match row.kernel.as_str() {
             "volterra" => 3,
@@ -73,28 +72,19 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         };
         let at = panel.at(row.intensity, row.rate);
         canvas.disc(at, 4.0, colour(number));
-        // The dense kernels have about the same intensity: names on different sides; those that
-        // would cover another one are left out.
-        let side = match row.kernel.as_str() {
-            "fused" => Anchor::End,
-            _ => Anchor::Start,
+        // The kernel's name once, with its largest number of modes.
+        let others = machine.roofline.iter().filter(|r| r.kernel == row.kernel);
+        let name = match others.map(|other| other.modes).max() {
+            Some(most) if most > row.modes => row.modes.to_string(),
+            _ => format!("{} {}", row.kernel, row.modes),
         };
-        let free = |(other, other_side): &([f64; 2], Anchor)| {
-            *other_side != side
-                || (other[1] - at[1]).abs() > 13.0
-                || (other[0] - at[0]).abs() > 90.0
+        let y = at[1] + 0.35 * TICK_SIZE;
+        // The dense kernels have about the same intensity: names on different sides.
+        let (x, anchor) = match row.kernel.as_str() {
+            "fused" => (at[0] - 8.0, Anchor::End),
+            _ => (at[0] + 8.0, Anchor::Start),
         };
-        if taken.iter().all(free) {
-            let name = format!("{} {}", row.kernel, row.modes);
-            let y = at[1] + 0.35 * TICK_SIZE;
-            let x = if side == Anchor::End {
-                at[0] - 8.0
-            } else {
-                at[0] + 8.0
-            };
-            canvas.text([x, y], &name, TICK_SIZE, colour(number), side);
-            taken.push((at, side));
-        }
+        canvas.text([x, y], &name, TICK_SIZE, colour(number), anchor);
     }
     name_ends(&mut canvas, &panel, names);
     Some(Picture::new("machine-roofline".into(), canvas))

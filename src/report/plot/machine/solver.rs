@@ -108,7 +108,7 @@ fn breadth(canvas: &mut Canvas, machine: &Characteristics, modes: u64) {
         };
         machine.solver.iter().find(same).map(|row| row.rate.value)
     };
-    let curves = curves(
+    let mut curves = curves(
         machine,
         |row| row.modes == modes,
         |row| Some([row.threads as f64, row.rate.value / alone(row)?]),
@@ -135,9 +135,10 @@ fn breadth(canvas: &mut Canvas, machine: &Characteristics, modes: u64) {
     panel.frame(canvas, true);
     let title = format!("breadth, {modes} modes");
     canvas.text([panel.left, 86.0], &title, LABEL_SIZE, INK, Anchor::Start);
-    canvas.dashes(panel.at(1.0, 1.0), panel.at(most, most), SOFT, 1.4);
-    let middle = most.sqrt();
-    let at = [panel.x(middle) - 8.0, panel.y(middle) - 8.0];
-    canvas.text(at, "ideal", LABEL_SIZE, SOFT, Anchor::End);
+    curves.push(Curve {
+        name: "ideal".to_owned(),
+        colour: SOFT,
+        places: vec![[1.0, 1.0], [most, most]],
+    });
     draw_curves(canvas, &panel, &curves);
 }

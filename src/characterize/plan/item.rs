@@ -1,0 +1,219 @@
+//! What can be measured: the items of a plan, and the words that they are made of.
+
+use crate::characterize::vectors::{NON_TEMPORAL, Set};
+
+/// Where a thread sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seat {
+    /// Hardware thread, as the system numbers it.
+    pub thread: u32,
+    /// Its NUMA node, as the system numbers it.
+    pub node: u32,
+}
+
+/// How threads are placed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Placement {
+    /// The cores of a node before those of the next.
+    Compact,
+    /// The nodes in turn.
+    Scattered,
+}
+
+impl Placement {
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Compact => "compact",
+            Self::Scattered => "scattered",
+        }
+    }
+}
+
+/// The order in which a chain of loads goes through a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Walk {
+    /// Page after page, at random within each.
+    Pages,
+    /// At random over all.
+    Anywhere,
+    /// The same on huge pages.
+    AnywhereHuge,
+}
+
+/// A mesh of the default drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mesh {
+    /// Two levels of stiffness, as in the default manifest.
+    TwoLevels,
+    /// A level of its own for each of sixty segments, as a computed mesh has.
+    SixtyLevels,
+}
+
+/// A kernel that marches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// The structured kernel.
+    Volterra,
+    /// Dense tables, spectral form.
+    Spectral,
+    /// The same with certified runs.
+    Fused,
+}
+
+impl Solver {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Volterra, Self::Spectral, Self::Fused];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Volterra => "volterra",
+            Self::Spectral => "spectral",
+            Self::Fused => "fused",
+        }
+    }
+}
+
+/// Which tables threads read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sharing {
+    /// All the same one.
+    Shared,
+    /// The one of their node.
+    Node,
+    /// Those of eight operating points.
+    Eight,
+}
+
+impl Sharing {
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shared => "shared",
+            Self::Node => "node",
+            Self::Eight => "eight",
+        }
+    }
+}
+
+/// One thing to measure; some give several figures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Item {
+    /// Multiply-adds of every member: one figure.
+    Arithmetic {
+        /// Instruction set.
+        set: Set,
+        /// Members.
+        team: Vec<Seat>,
+    },
+    /// Read, copy, triad: a figure a kernel of [`StreamKernel::available`].
+    Streams {
+        /// How the members are placed.
+        placement: Placement,
+        /// Members.
+        team: Vec<Seat>,
+        /// Lines of each of a member's arrays.
+        lines: usize,
+    },
+    /// Reading memory of one node from the cores of another: one figure.
+    Nodes {
+        /// Members, all of one node.
+        team: Vec<Seat>,
+        /// Node of the memory.
+        memory: u32,
+        /// Lines of a member's array.
+        lines: usize,
+    },
+    /// Dense products over rotating operators: a figure a count.
+    Operators {
+        /// Where.
+        seat: Seat,
+        /// Rows and columns.
+        dimension: usize,
+        /// How many operators rotate.
+        counts: Vec<usize>,
+    },
+    /// Marching rotating operating points with the structured kernel: a figure a count.
+    Points {
+        /// Where.
+        seat: Seat,
+        /// The mesh.
+        mesh: Mesh,
+        /// How many points rotate.
+        counts: Vec<usize>,
+    },
+    /// Marching on teams of growing size: a figure a team.
+    Solver {
+        /// The kernel.
+        solver: Solver,
+        /// Its tables.
+        sharing: Sharing,
+        /// Modes.
+        modes: usize,
+        /// The teams.
+        teams: Vec<Vec<Seat>>,
+    },
+    /// Reading a buffer: a figure a stride.
+    Mountain {
+        /// Where.
+        seat: Seat,
+        /// Lines of the buffer.
+        lines: usize,
+        /// Strides in lines.
+        strides: Vec<usize>,
+    },
+    /// A chain of loads: one figure.
+    Latency {
+        /// Where.
+        seat: Seat,
+        /// Node of the memory.
+        memory: u32,
+        /// Lines of the buffer.
+        lines: usize,
+        /// Their order.
+        walk: Walk,
+    },
+}
+
+/// What streams through memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StreamKernel {
+    /// Sums an array.
+    Read,
+    /// `a = b`, past the caches or not.
+    Copy(bool),
+    /// `a = b + q c`, past the caches or not.
+    Triad(bool),
+}
+
+impl StreamKernel {
+    /// Those of this architecture.
+    pub fn available() -> Vec<Self> {
+        let mut kernels = vec![Self::Read, Self::Copy(false), Self::Triad(false)];
+        if NON_TEMPORAL {
+            kernels.extend([Self::Copy(true), Self::Triad(true)]);
+        }
+        kernels
+    }
+
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Copy(false) => "copy",
+            Self::Copy(true) => "copy_nt",
+            Self::Triad(false) => "triad",
+            Self::Triad(true) => "triad_nt",
+        }
+    }
+
+    /// Arrays that it reads or writes.
+    pub fn arrays(self) -> usize {
+        match self {
+            Self::Read => 1,
+            Self::Copy(_) => 2,
+            Self::Triad(_) => 3,
+        }
+    }
+}

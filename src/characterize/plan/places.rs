@@ -1,0 +1,83 @@
+//! Where threads sit: their order, teams of growing size, the caches and nodes that they span.
+
+use super::item::{Placement, Seat};
+use crate::topology::{Cache, Topology};
+
+/// All hardware threads in the order in which they are taken: first threads of all cores before
+/// second ones.
+pub fn order(topology: &Topology, placement: Placement) -> Vec<Seat> {
+    let mut ranked = Vec::new();
+    let mut in_node = std::collections::HashMap::new();
+    for (index, core) in topology.cores.iter().enumerate() {
+        let rank: &mut usize = in_node.entry(core.numa_node).or_default();
+        for (lap, &thread) in core.threads.iter().enumerate() {
+            let node = core.numa_node;
+            let key = match placement {
+                Placement::Compact => (lap, node as usize, index),
+                Placement::Scattered => (lap, *rank, node as usize),
+            };
+            ranked.push((key, Seat { thread, node }));
+        }
+        *rank += 1;
+    }
+    ranked.sort_by_key(|(key, _)| *key);
+    ranked.into_iter().map(|(_, seat)| seat).collect()
+}
+
+/// Teams of growing size: powers of two, a node's cores, all cores, all threads; no more than
+/// `most` members.
+pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<Seat>> {
+    let order = order(topology, placement);
+    let most = order.len().min(most);
+    let of_node = |node: u32| {
+        topology
+            .cores
+            .iter()
+            .filter(|c| c.numa_node == node)
+            .count()
+    };
+    let nodes = topology.numa_nodes.iter().map(|node| of_node(node.index));
+    let mut counts: Vec<usize> = (0..usize::BITS)
+        .map(|i| 1 << i)
+        .take_while(|&n| n <= most)
+        .chain([nodes.max().unwrap_or(1), topology.cores.len(), most])
+        .filter(|n| (1..=most).contains(n))
+        .collect();
+    counts.sort_unstable();
+    counts.dedup();
+    counts.iter().map(|&n| order[..n].to_vec()).collect()
+}
+
+/// Last-level caches that a team spans; hwloc lists cores that share a cache side by side.
+pub fn caches_spanned(topology: &Topology, team: &[Seat], cache: &Cache) -> usize {
+    let mut before = 0;
+    let mut spanned: Vec<usize> = Vec::new();
+    for core in &topology.cores {
+        if team.iter().any(|seat| core.threads.contains(&seat.thread)) {
+            spanned.push(before / cache.shared_by.max(1));
+        }
+        before += core.threads.len();
+    }
+    spanned.dedup();
+    spanned.len().clamp(1, cache.count.max(1))
+}
+
+/// Whether a team of this size with the same threads is among those given.
+pub fn same_places(team: &[Seat], teams: &[Vec<Seat>]) -> bool {
+    let sorted = |team: &[Seat]| {
+        let mut threads: Vec<u32> = team.iter().map(|seat| seat.thread).collect();
+        threads.sort_unstable();
+        threads
+    };
+    (teams.iter()).any(|other| other.len() == team.len() && sorted(other) == sorted(team))
+}
+
+/// Nodes with cores, each with every node.
+pub fn pairs(topology: &Topology) -> Vec<(u32, u32)> {
+    let with_cores = |node: u32| topology.cores.iter().any(|core| core.numa_node == node);
+    let all = || topology.numa_nodes.iter().map(|node| node.index);
+    all()
+        .filter(|&node| with_cores(node))
+        .flat_map(|node| all().map(move |memory| (node, memory)))
+        .collect()
+}

@@ -1,0 +1,140 @@
+//! A machine's description and its figures in words.
+
+use crate::report::size_text;
+use crate::store::{CacheRecord, Description, Figure};
+use std::fmt::Write;
+
+pub fn processor(d: &Description) -> String {
+    let mut text = format!(
+        "{}; {}, {}, {} here",
+        d.cpu,
+        plural(d.packages, "package"),
+        plural(d.cores, "core"),
+        plural(d.threads, "thread"),
+    );
+    if let Some(online) = d.threads_online.filter(|online| *online != d.threads) {
+        _ = write!(text, " of {online} online");
+    }
+    if let Some(percent) = d.quota_percent {
+        _ = write!(text, "; quota of {} processors", percent as f64 / 100.0);
+    }
+    if let Some(isa) = d.isa.last() {
+        _ = write!(text, "; {isa}");
+    }
+    text
+}
+
+pub fn caches(d: &Description) -> String {
+    let one = |cache: &CacheRecord| {
+        let size = size_text(cache.size);
+        format!("L{} {size} × {}", cache.level, cache.count)
+    };
+    d.caches.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+pub fn memory_words(d: &Description) -> String {
+    let mut text = format!(
+        "{} on {}",
+        size_text(d.memory),
+        plural(d.nodes.len(), "node")
+    );
+    if d.nodes.len() > 1 {
+        let far = d.nodes.iter().flat_map(|node| &node.distances).max();
+        if let Some(far) = far {
+            _ = write!(text, ", distances to {far} (10 is near)");
+        }
+    }
+    if let Some(mode) = &d.huge_pages.transparent {
+        _ = write!(text, "; huge pages: {mode}");
+    }
+    if let Some(limit) = d.memory_limit {
+        _ = write!(text, "; limit {}", size_text(limit));
+    }
+    text
+}
+
+pub fn system(d: &Description) -> String {
+    let mut parts = vec![d.system.clone()];
+    parts.push(match &d.hypervisor {
+        Some(name) => format!("virtual ({name})"),
+        None => "not virtual".to_owned(),
+    });
+    parts.extend(d.container.iter().map(|name| format!("in {name}")));
+    parts.push(match &d.governor {
+        Some(governor) => format!("governor {governor}"),
+        None => "governor not told".to_owned(),
+    });
+    parts.join(", ")
+}
+
+pub fn plural(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
+/// `12.3 GB/s`.
+pub fn rate_text(figure: &Figure) -> String {
+    let (value, unit) = match figure.value {
+        value if value >= 1e12 => (1e-12 * value, "TB/s"),
+        value if value >= 1e9 => (1e-9 * value, "GB/s"),
+        value => (1e-6 * value, "MB/s"),
+    };
+    format!("{} {unit}", three_digits(value))
+}
+
+pub fn time_text(figure: &Figure) -> String {
+    seconds(figure.value)
+}
+
+/// `1.23 µs`.
+pub fn seconds(value: f64) -> String {
+    let (scaled, unit) = match value {
+        value if value >= 1.0 => (value, "s"),
+        value if value >= 1e-3 => (1e3 * value, "ms"),
+        value if value >= 1e-6 => (1e6 * value, "µs"),
+        value => (1e9 * value, "ns"),
+    };
+    format!("{} {unit}", three_digits(scaled))
+}
+
+pub fn three_digits(value: f64) -> String {
+    let digits = match value {
+        value if value >= 100.0 => 0,
+        value if value >= 10.0 => 1,
+        _ => 2,
+    };
+    format!("{value:.digits$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_have_three_digits() {
+        for (value, text) in [
+            (1.234e-7, "123 ns"),
+            (2.5e-6, "2.50 µs"),
+            (0.0314, "31.4 ms"),
+        ] {
+            assert_eq!(seconds(value), text);
+        }
+        let figure = |value| Figure {
+            value,
+            best: value,
+            median: value,
+            spread: None,
+            rounds: 1,
+            repetitions: 1,
+        };
+        for (value, text) in [
+            (12.34e9, "12.3 GB/s"),
+            (1.5e12, "1.50 TB/s"),
+            (9e8, "900 MB/s"),
+        ] {
+            assert_eq!(rate_text(&figure(value)), text);
+        }
+    }
+}
