@@ -5,13 +5,18 @@
 //! scripts/ladder           runs this and records it under benches/runs/
 //! ```
 //!
-//! What is compared is timed in turn, in rounds; figures are medians. The output is JSON.
+//! What is compared is timed in turn, in rounds, by the thread's processor time; figures are
+//! medians. The output is JSON.
 
 // A bench may print, and end on an unwrap, as a test may.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "ladder/adaptive.rs"]
 mod adaptive;
+// The clock of the C library.
+#[allow(unsafe_code)]
+#[path = "peers/src/clock.rs"]
+mod clock;
 #[path = "../tests/common/mod.rs"]
 mod common;
 #[path = "ladder/contact.rs"]

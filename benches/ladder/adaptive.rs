@@ -1,6 +1,6 @@
 //! Adaptive solvers of smooth equations, for constant contact: Dormand and Prince's 5(4) (1980)
-//! and extrapolation of the explicit midpoint rule (Gragg 1965, Bulirsch and Stoer 1966). Both
-//! restart where the stiffness steps and have the right-hand side with O(N) work.
+//! and extrapolation of the explicit midpoint rule (Gragg 1965). Both restart where the stiffness
+//! steps and have the right-hand side with O(N) work.
 
 use crate::field::Field;
 use atlas::model::{Model, TrajectoryState};

@@ -1,6 +1,7 @@
-//! Timing in rounds: what is compared runs in turn, so that it shares the processor's moods.
+//! Timing in rounds: what is compared runs in turn, so that it shares the processor's moods. The
+//! clock is the thread's processor time.
 
-use std::time::Instant;
+use crate::clock;
 
 /// Rounds; medians are taken over them.
 const ROUNDS: usize = 9;
@@ -21,11 +22,11 @@ impl<'a> Contender<'a> {
     }
 
     fn batch(&mut self, count: usize) -> f64 {
-        let clock = Instant::now();
+        let begun = clock::now();
         for _ in 0..count {
             (self.once)();
         }
-        clock.elapsed().as_secs_f64() / count as f64
+        (clock::now() - begun) / count as f64
     }
 
     /// Calls that fill a batch.

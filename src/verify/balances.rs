@@ -5,9 +5,9 @@ use super::{Line, Subjects, Trouble, drives};
 
 /// Residual of the energy balance through rattle.
 pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
-    let cycles = subjects.extent.pick(1000, 10_000);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
+        let cycles = subjects.extent.pick(1000, 10_000) / kernel.one_of;
         let (mut worst, mut served) = (0.0, 0);
         for case in &subjects.cases {
             let model = case.model()?;
@@ -34,10 +34,10 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 /// The neutral pair moves as its start and its torques say, whatever the rest does. Friction
 /// and ripple, which move it too, are left out.
 pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
-    let cycles: u64 = subjects.extent.pick(10_000, 100_000);
     let (place, speed) = (1e-6, 1e-4);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
+        let cycles: u64 = subjects.extent.pick(10_000, 100_000) / kernel.one_of;
         let (mut worst, mut served, mut fit, mut windows) = (0.0, 0, 0, 0);
         for case in &subjects.cases {
             let mut case = case.clone();

@@ -32,12 +32,17 @@ pub struct Candidate {
     follows_variation: bool,
     /// Round-off it is allowed, in units of the structured kernel's.
     pub round_off: f64,
+    /// Over many cycles it is tested on one of so many.
+    pub one_of: u64,
     prepare: Box<Prepare>,
 }
 
 /// A product of dense operators adds up a hundred terms a step, and the round-off of its table is
 /// the same in every cycle.
 const TABLE_ROUND_OFF: f64 = 10.0;
+
+/// Marching with tables takes several times as long as without.
+const ONE_OF_TABLE_CYCLES: u64 = 5;
 
 type Prepared<'m> = Result<Box<dyn March + 'm>, DenseError>;
 type Prepare = dyn for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync;
@@ -52,6 +57,7 @@ impl Candidate {
             name: name.into(),
             follows_variation: true,
             round_off: 1.0,
+            one_of: 1,
             prepare: Box::new(move |model| Ok(prepare(model))),
         }
     }
@@ -66,6 +72,7 @@ impl Candidate {
             name: name.into(),
             follows_variation: false,
             round_off: TABLE_ROUND_OFF,
+            one_of: ONE_OF_TABLE_CYCLES,
             prepare: Box::new(prepare),
         }
     }

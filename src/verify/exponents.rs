@@ -1,5 +1,6 @@
 //! Tangents and Lyapunov exponents, each by two ways that share nothing.
 
+use super::candidate::Candidate;
 use super::report::{drives_of, worse};
 use super::{Line, Subjects, Trouble, drives};
 use crate::model::Model;
@@ -107,9 +108,13 @@ fn exact_sum(model: &Model, contact: f64) -> f64 {
     model.period() * (flow - damping * coupling * contact)
 }
 
+/// Cycles over which the growth of volume is followed, a multiple of ten.
+fn volume_cycles(subjects: &Subjects, kernel: &Candidate) -> u64 {
+    subjects.extent.pick(200, 5000) / kernel.one_of
+}
+
 /// Sum of all exponents through rattle against the mean trace and the saltations.
 pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
-    let cycles = subjects.extent.pick(200, 5000);
     let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
     let mut fit = 0;
     for case in &subjects.cases {
@@ -124,17 +129,19 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 continue;
             }
             *served += 1;
+            let cycles = volume_cycles(subjects, kernel);
             let growth = kernel.on(&model)?.volume_growth(&model, &start, cycles)?;
             let growth = growth.ok_or(Trouble::Missing { what: "exponents" })?;
             let apart = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
             *worst = worse(*worst, apart);
         }
     }
-    let line = |(kernel, (worst, served)): (&super::candidate::Candidate, (f64, usize))| {
+    let line = |(kernel, (worst, served)): (&Candidate, (f64, usize))| {
         Line::at_most(
             format!(
-                "{}: sum of all exponents, {cycles} cycles, {}",
+                "{}: sum of all exponents, {} cycles, {}",
                 kernel.name,
+                volume_cycles(subjects, kernel),
                 drives_of(served, fit)
             ),
             "mean trace + ln det of saltations",
