@@ -9,7 +9,7 @@ pub struct Counters {
     pub windows: u64,
     /// Windows cut short, by an event or a breakpoint.
     pub partial_windows: u64,
-    /// Windows whose guards were settled by the first certificate.
+    /// Windows whose guards were settled without a search.
     pub certified: u64,
     /// Series bisections while isolating roots.
     pub bisections: u64,

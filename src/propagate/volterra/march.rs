@@ -117,7 +117,7 @@ impl Volterra<'_> {
             self.close(clock, segment, &mut workspace.factors, counters);
         }
         let gap = contact.sign() * self.model.half_gap;
-        let (inputs, columns, factors, forces, solution) = workspace.to_solve();
+        let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = self.closed(clock, segment, *contact, factors);
         lanes::solve(
             self.instructions,
@@ -261,7 +261,7 @@ impl Volterra<'_> {
             );
         }
         counters.tangent_windows += workspace.tangents() as u64;
-        let (columns, forces, inputs, _) = workspace.to_move(contact.touching());
+        let (columns, forces, inputs, _) = workspace.moving(contact.touching());
         let inputs = &inputs[..self.tables.layout.acting];
         lanes::advance(self.instructions, &table.moves, forces, inputs, columns);
         match &mut clock.aligned {
@@ -298,7 +298,7 @@ impl Volterra<'_> {
             self.show(clock, segment, contact, tau, &series, workspace, observer);
         }
         counters.tangent_windows += workspace.tangents() as u64;
-        let (columns, forces, inputs, cut) = workspace.to_move(contact.touching());
+        let (columns, forces, inputs, cut) = workspace.moving(contact.touching());
         self.cut(table, cut, forces, inputs, columns);
         clock.time += tau;
     }

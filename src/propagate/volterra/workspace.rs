@@ -57,7 +57,7 @@ impl Workspace {
     }
 
     /// What a window is solved from and for: inputs, columns, the forces to be, the solution.
-    pub fn to_solve(&mut self) -> (&[f64], &[f64], &Factors, &mut [Row], &mut Solution) {
+    pub fn solving(&mut self) -> (&[f64], &[f64], &Factors, &mut [Row], &mut Solution) {
         (
             &self.inputs,
             &self.columns[..self.count * self.length],
@@ -68,7 +68,7 @@ impl Workspace {
     }
 
     /// What a window moves: all columns, with their forces where `touching`.
-    pub fn to_move(&mut self, touching: bool) -> (&mut [f64], &mut [Row], &[f64], &mut Cut) {
+    pub fn moving(&mut self, touching: bool) -> (&mut [f64], &mut [Row], &[f64], &mut Cut) {
         let forces = if touching { self.count } else { 0 };
         (
             &mut self.columns[..self.count * self.length],
