@@ -342,7 +342,7 @@ fn size(text: &str) -> Result<u64, String> {
         .map(|number| number * factor as f64);
     match bytes {
         Some(bytes) if bytes >= f64::from(1 << 20) && bytes < 1e18 => Ok(bytes as u64),
-        Some(bytes) if bytes >= 0.0 && bytes < 1e18 => Err(format!(
+        Some(bytes) if (0.0..1e18).contains(&bytes) => Err(format!(
             "{} is too little: 1MiB at least",
             size_text(bytes as u64)
         )),
