@@ -15,10 +15,9 @@ use crate::topology::Topology;
 /// Unit steps of the dense tables, as published.
 const CELLS: u32 = 60;
 
-/// Mesh cycles of a repetition at every operating point, for all and with one point alone: cycles
-/// differ in their events, so that a repetition must hold many, and always the same ones.
+/// Mesh cycles of a repetition at every operating point: cycles differ in their events, so that a
+/// repetition must hold several, and always the same ones; a short one is less often disturbed.
 const STAY: usize = 16;
-const STAY_ALONE: usize = 48;
 
 /// Where the drive runs: near resonance, light load first.
 const SPEED: f64 = 1200.0;
@@ -166,8 +165,7 @@ fn march<'m, K: Tabled + Send + Sync>(
     let shelves = (nodes.iter())
         .map(|&node| shelf(topology, node, models, &build))
         .collect::<Result<Vec<_>, _>>()?;
-    let stay = if models.len() == 1 { STAY_ALONE } else { STAY };
-    let counted = counted(&shelves[0].kernels, &starts, stay)?;
+    let counted = counted(&shelves[0].kernels, &starts)?;
     let mut marched = Marched {
         times: Vec::new(),
         bytes: shelves[0].kernels[0].table_bytes(),
@@ -185,8 +183,8 @@ fn march<'m, K: Tabled + Send + Sync>(
                 let shelf = shelves.iter().find(own).unwrap_or(&shelves[0]);
                 Ok(Marcher::new(&shelf.kernels, &starts, index))
             },
-            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
-            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
+            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
+            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
             Marcher::end,
         )?;
         let mut ends = Vec::new();
@@ -198,7 +196,7 @@ fn march<'m, K: Tabled + Send + Sync>(
                 what: "marching on several threads",
             });
         }
-        let cycles = (team.len() * stay * models.len()) as f64;
+        let cycles = (team.len() * STAY * models.len()) as f64;
         let times = worked.times.into_iter().flatten();
         marched
             .times
@@ -229,13 +227,9 @@ fn shelf<'m, K: Send>(
 }
 
 /// The work of a repetition.
-fn counted<K: Tabled>(
-    kernels: &[K],
-    starts: &[TrajectoryState],
-    stay: usize,
-) -> Result<Counters, Trouble> {
+fn counted<K: Tabled>(kernels: &[K], starts: &[TrajectoryState]) -> Result<Counters, Trouble> {
     let mut marcher = Marcher::new(kernels, starts, 0);
-    marcher.repeat(stay);
+    marcher.repeat();
     let counters = marcher.counters;
     marcher.end()?;
     Ok(counters)
@@ -267,12 +261,12 @@ impl<'k, K: Kernel> Marcher<'k, K> {
         }
     }
 
-    /// Marches so many cycles at every point, from its start.
-    fn repeat(&mut self, stay: usize) {
+    /// Marches [`STAY`] cycles at every point, from its start.
+    fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
             self.trajectories[point].clone_from(&self.starts[point]);
-            for _ in 0..stay {
+            for _ in 0..STAY {
                 let ended = self.kernels[point].march(
                     &mut self.trajectories[point],
                     &mut Tangents::none(),
