@@ -137,28 +137,29 @@ fn over(
     Ok(checked)
 }
 
-/// Operating points that are marched in turn, some cycles each.
+/// Kernels with tables of their own that are marched in turn, the same cycles each.
 struct Round<'m> {
     kernels: Vec<Volterra<'m>>,
-    trajectories: Vec<TrajectoryState>,
+    start: TrajectoryState,
     at: usize,
     /// Stays of a repetition, a number a count.
     stays: Vec<usize>,
-    /// Windows of every repetition.
-    windows: Vec<Vec<u64>>,
     stopped: bool,
 }
 
 impl Round<'_> {
-    /// Marches so many cycles at the next points; gives the windows that they took.
+    /// Marches so many cycles at the next points, always from the same start; gives the windows
+    /// that they took.
     fn march(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
         let mut counters = Counters::default();
         let mut workspace = self.kernels[0].workspace();
+        let mut trajectory = self.start.clone();
         for _ in 0..stays {
             self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
+            trajectory.clone_from(&self.start);
             for _ in 0..cycles {
                 let ended = self.kernels[self.at].march(
-                    &mut self.trajectories[self.at],
+                    &mut trajectory,
                     &mut Tangents::none(),
                     &mut workspace,
                     &mut (),
@@ -171,7 +172,8 @@ impl Round<'_> {
     }
 }
 
-/// Times of a window of the structured kernel over rotating operating points.
+/// Times of a window of the structured kernel over rotating operating points: all with the same
+/// numbers, each with memory of its own.
 pub fn points(
     topology: &Topology,
     default: &DefaultDrive,
@@ -181,14 +183,12 @@ pub fn points(
     pace: Pace,
 ) -> Result<Rotated, Trouble> {
     let most = counts.iter().copied().max().unwrap_or(1);
-    let structure = default.structure(MODES)?;
-    let models = (0..most)
-        .map(|i| {
-            let speed = 1200.0 + 300.0 * i as f64 / most as f64;
-            default.model(&structure, mesh, OperatingPoint { load: 0.1, speed })
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let start = drive::settled(&models[0])?;
+    let point = OperatingPoint {
+        load: 0.1,
+        speed: 1200.0,
+    };
+    let model = default.model(&default.structure(MODES)?, mesh, point)?;
+    let start = drive::settled(&model)?;
     let worked = team::work(
         topology,
         &[seat],
@@ -196,11 +196,10 @@ pub fn points(
         pace,
         |_| {
             let mut round = Round {
-                kernels: models.iter().map(drive::volterra).collect(),
-                trajectories: vec![start.clone(); most],
+                kernels: (0..most).map(|_| drive::volterra(&model)).collect(),
+                start: start.clone(),
                 at: 0,
                 stays: Vec::new(),
-                windows: vec![Vec::new(); counts.len()],
                 stopped: false,
             };
             for &count in counts {
@@ -216,34 +215,28 @@ pub fn points(
             round.march(counts[task], counts[task], 1);
         },
         |round: &mut Round<'_>, task| {
-            let windows = round.march(counts[task], round.stays[task], STAY);
-            round.windows[task].push(windows);
+            round.march(counts[task], round.stays[task], STAY);
         },
-        |round| {
-            let bytes = round.kernels.iter().map(Volterra::bytes).sum::<usize>();
-            (!round.stopped, bytes / round.kernels.len(), round.windows)
+        |mut round| {
+            let windows = round.march(1, 1, STAY) as f64;
+            let pieces: Vec<f64> = round.stays.iter().map(|&n| n as f64 * windows).collect();
+            (!round.stopped, round.kernels[0].bytes(), pieces)
         },
     )?;
     let bytes = worked.results.first().map_or(0, |(_, bytes, _)| *bytes);
-    let windows = worked
-        .results
-        .first()
-        .map(|(_, _, windows)| windows.clone());
-    let mut worked = checked(
-        Worked {
-            results: worked.results.iter().map(|(right, ..)| *right).collect(),
-            times: worked.times,
-            unbound: worked.unbound,
-        },
-        "marching in turn",
-    )?;
-    // Every repetition by its own windows: motion differs from cycle to cycle.
-    for (times, windows) in worked.times.iter_mut().zip(windows.unwrap_or_default()) {
-        for (time, windows) in times.iter_mut().zip(windows) {
-            *time /= windows as f64;
-        }
-    }
-    Ok(Rotated { worked, bytes })
+    let pieces = worked.results.first().map(|(_, _, pieces)| pieces.clone());
+    Ok(Rotated {
+        worked: over(
+            Worked {
+                results: worked.results.iter().map(|(right, ..)| *right).collect(),
+                times: worked.times,
+                unbound: worked.unbound,
+            },
+            pieces.unwrap_or_default().into_iter(),
+            "marching in turn",
+        )?,
+        bytes,
+    })
 }
 
 #[cfg(test)]

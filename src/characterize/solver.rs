@@ -1,8 +1,8 @@
 //! Solver scaling: teams that march the default drive with one table for all, a table a node, or
 //! the tables of eight operating points.
 //!
-//! Every member marches the same trajectories over the same cycles, so that all have the same
-//! work and must end in the same bits.
+//! Every member marches the same trajectories over the same cycles in every repetition, so that all
+//! have the same work and must end in the same bits.
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT};
 use super::plan::{Mesh, Seat, Sharing, Solver};
@@ -11,15 +11,12 @@ use super::trouble::Trouble;
 use crate::model::{Model, OperatingPoint, TrajectoryState};
 use crate::propagate::{Counters, DenseError, Fused, Kernel, Spectral, Stop, Tangents, Volterra};
 use crate::topology::Topology;
-use std::time::{Duration, Instant};
 
 /// Unit steps of the dense tables, as published.
 const CELLS: u32 = 60;
 
-/// How long a repetition takes, about.
-const REPETITION: Duration = Duration::from_millis(1);
-
-/// Mesh cycles at one operating point before the next, where there are several.
+/// Mesh cycles of a repetition at every operating point: cycles differ in their events, so that a
+/// repetition must hold several, and always the same ones; a short one is less often disturbed.
 const STAY: usize = 16;
 
 /// Where the drive runs: near resonance, light load first.
@@ -168,7 +165,7 @@ fn march<'m, K: Tabled + Send + Sync>(
     let shelves = (nodes.iter())
         .map(|&node| shelf(topology, node, models, &build))
         .collect::<Result<Vec<_>, _>>()?;
-    let (stay, counted) = calibrated(&shelves[0].kernels, &starts)?;
+    let counted = counted(&shelves[0].kernels, &starts)?;
     let mut marched = Marched {
         times: Vec::new(),
         bytes: shelves[0].kernels[0].table_bytes(),
@@ -186,8 +183,8 @@ fn march<'m, K: Tabled + Send + Sync>(
                 let shelf = shelves.iter().find(own).unwrap_or(&shelves[0]);
                 Ok(Marcher::new(&shelf.kernels, &starts, index))
             },
-            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
-            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(stay),
+            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
+            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
             Marcher::end,
         )?;
         let mut ends = Vec::new();
@@ -199,7 +196,7 @@ fn march<'m, K: Tabled + Send + Sync>(
                 what: "marching on several threads",
             });
         }
-        let cycles = (team.len() * stay * models.len()) as f64;
+        let cycles = (team.len() * STAY * models.len()) as f64;
         let times = worked.times.into_iter().flatten();
         marched
             .times
@@ -229,29 +226,19 @@ fn shelf<'m, K: Send>(
     Ok(Shelf { node, kernels })
 }
 
-/// Cycles at each point that fill a repetition, and the work counted on the way.
-fn calibrated<K: Tabled>(
-    kernels: &[K],
-    starts: &[TrajectoryState],
-) -> Result<(usize, Counters), Trouble> {
-    const COUNTED: usize = 64;
+/// The work of a repetition.
+fn counted<K: Tabled>(kernels: &[K], starts: &[TrajectoryState]) -> Result<Counters, Trouble> {
     let mut marcher = Marcher::new(kernels, starts, 0);
-    let clock = Instant::now();
-    marcher.repeat(COUNTED / kernels.len());
-    let cycle = clock.elapsed().as_secs_f64() / COUNTED as f64;
+    marcher.repeat();
     let counters = marcher.counters;
     marcher.end()?;
-    let cycles = (REPETITION.as_secs_f64() / cycle) as usize;
-    let stay = match kernels.len() {
-        1 => cycles.max(1),
-        points => (cycles / points).clamp(1, STAY),
-    };
-    Ok((stay, counters))
+    Ok(counters)
 }
 
 /// A member's trajectories.
 struct Marcher<'k, K: Kernel> {
     kernels: &'k [K],
+    starts: &'k [TrajectoryState],
     trajectories: Vec<TrajectoryState>,
     /// One an operating point: kernels keep in them what they have prepared.
     workspaces: Vec<K::Workspace>,
@@ -262,9 +249,10 @@ struct Marcher<'k, K: Kernel> {
 }
 
 impl<'k, K: Kernel> Marcher<'k, K> {
-    fn new(kernels: &'k [K], starts: &[TrajectoryState], index: usize) -> Self {
+    fn new(kernels: &'k [K], starts: &'k [TrajectoryState], index: usize) -> Self {
         Self {
             kernels,
+            starts,
             trajectories: starts.to_vec(),
             workspaces: kernels.iter().map(K::workspace).collect(),
             counters: Counters::default(),
@@ -273,11 +261,12 @@ impl<'k, K: Kernel> Marcher<'k, K> {
         }
     }
 
-    /// Marches so many cycles at every point.
-    fn repeat(&mut self, stay: usize) {
+    /// Marches [`STAY`] cycles at every point, from its start.
+    fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
-            for _ in 0..stay {
+            self.trajectories[point].clone_from(&self.starts[point]);
+            for _ in 0..STAY {
                 let ended = self.kernels[point].march(
                     &mut self.trajectories[point],
                     &mut Tangents::none(),
@@ -306,6 +295,7 @@ impl<'k, K: Kernel> Marcher<'k, K> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
 
     const PACE: Pace = Pace {
         slice: Duration::ZERO,
