@@ -322,11 +322,11 @@ mod tests {
                 assert!(marched.work.numbers > 0.0);
                 assert!(marched.work.distinct <= marched.bytes as f64);
             }
-            // A dense table is read once a cycle, a structured one over and over.
+            // A dense table is read once a cycle, a structured one more often.
             let dense = measured(Solver::Spectral).work;
             assert!(dense.distinct > 0.5 * 8.0 * dense.numbers);
             let structured = measured(Solver::Volterra).work;
-            assert!(structured.distinct < 0.6 * 8.0 * structured.numbers);
+            assert!(structured.distinct < 0.9 * 8.0 * structured.numbers);
         }
     }
 
