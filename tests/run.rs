@@ -428,18 +428,10 @@ fn quiet_is_quiet() {
 #[test]
 fn closed_and_full_outputs_do_no_harm() {
     let place = Place::new(OSCILLATOR);
-    let shell = |script: &str| {
-        Command::new("bash")
-            .current_dir(place.0.path())
-            .env("ATLAS", env!("CARGO_BIN_EXE_atlas"))
-            .args(["-c", script])
-            .output()
-            .unwrap()
-    };
-    let closed = shell("\"$ATLAS\" run m.toml --out closed >&- 2>&-");
+    let closed = place.shell("\"$ATLAS\" run m.toml --out closed >&- 2>&-");
     assert_eq!(status(&closed), 0);
     assert_eq!(names(&place.path("closed")), RESULTS);
-    let piped = shell("set -o pipefail; \"$ATLAS\" run m.toml --out piped 2>&1 | true");
+    let piped = place.shell("set -o pipefail; \"$ATLAS\" run m.toml --out piped 2>&1 | true");
     assert_eq!(status(&piped), 0, "{}", stderr(&piped));
     assert_eq!(names(&place.path("piped")), RESULTS);
     for command in [
@@ -448,7 +440,7 @@ fn closed_and_full_outputs_do_no_harm() {
         "show piped",
         "completions bash",
     ] {
-        let full = shell(&format!("\"$ATLAS\" {command} > /dev/full"));
+        let full = place.shell(&format!("\"$ATLAS\" {command} > /dev/full"));
         assert_eq!(status(&full), 1, "{command}");
         assert!(
             stderr(&full).contains("cannot write to standard output"),
@@ -457,7 +449,7 @@ fn closed_and_full_outputs_do_no_harm() {
     }
 
     // 8 blocks of 512 or 1024 bytes hold a journal's beginning, not the result files.
-    let limited = shell("ulimit -f 8; \"$ATLAS\" run m.toml --out limited");
+    let limited = place.shell("ulimit -f 8; \"$ATLAS\" run m.toml --out limited");
     assert_eq!(status(&limited), 1);
     assert_eq!(stderr(&limited).lines().count(), 1, "{}", stderr(&limited));
     assert!(

@@ -145,19 +145,12 @@ fn what_goes_wrong_is_told_in_the_stream() {
 #[test]
 fn a_reader_may_leave_and_a_full_output_is_said() {
     let place = Place::new(OSCILLATOR);
-    let shell = |script: &str| {
-        Command::new("bash")
-            .current_dir(place.0.path())
-            .env("ATLAS", env!("CARGO_BIN_EXE_atlas"))
-            .args(["-c", script])
-            .output()
-            .unwrap()
-    };
-    let output = shell("set -o pipefail; \"$ATLAS\" run m.toml --out left --json | head -n 1");
+    let output =
+        place.shell("set -o pipefail; \"$ATLAS\" run m.toml --out left --json | head -n 1");
     assert_eq!(status(&output), 0, "{}", stderr(&output));
     assert_eq!(events(&stdout(&output)).len(), 1);
     assert_eq!(place.record("left")["state"], "complete");
-    let output = shell("\"$ATLAS\" run m.toml --out full --json > /dev/full");
+    let output = place.shell("\"$ATLAS\" run m.toml --out full --json > /dev/full");
     assert_eq!(status(&output), 1);
     assert!(stderr(&output).contains("cannot write to standard output"));
     assert_eq!(place.record("full")["state"], "complete");

@@ -105,36 +105,33 @@ pub fn products(
         |wheel: &mut Wheel, task| wheel.turn(counts[task], wheel.products[task]),
         |wheel| {
             let bytes = wheel.operators[0].bytes();
-            (wheel.right(dimension), bytes, wheel.products)
+            let pieces = wheel.products.iter().map(|&n| n as f64).collect();
+            (wheel.right(dimension), bytes, pieces)
         },
     )?;
-    let bytes = worked.results.first().map_or(0, |(_, bytes, _)| *bytes);
-    let pieces = worked.results.first().map(|(_, _, pieces)| pieces.clone());
-    Ok(Rotated {
-        worked: over(
-            Worked {
-                results: worked.results.iter().map(|(right, ..)| *right).collect(),
-                times: worked.times,
-                unbound: worked.unbound,
-            },
-            pieces.unwrap_or_default().iter().map(|&n| n as f64),
-            "dense products",
-        )?,
-        bytes,
-    })
+    rotated(worked, "dense products")
 }
 
+/// What a member found: whether its results were right, bytes of one table, pieces of a
+/// repetition for every count.
+type Found = (bool, usize, Vec<f64>);
+
 /// Times over the pieces of a repetition, if the results were right.
-fn over(
-    worked: Worked<bool>,
-    pieces: impl Iterator<Item = f64>,
-    what: &'static str,
-) -> Result<Worked<()>, Trouble> {
-    let mut checked = checked(worked, what)?;
-    for (times, pieces) in checked.times.iter_mut().zip(pieces) {
+fn rotated(worked: Worked<Found>, what: &'static str) -> Result<Rotated, Trouble> {
+    let first = worked.results.first();
+    let (bytes, pieces) = first.map_or((0, Vec::new()), |(_, bytes, pieces)| {
+        (*bytes, pieces.clone())
+    });
+    let right = Worked {
+        results: worked.results.iter().map(|(right, ..)| *right).collect(),
+        times: worked.times,
+        unbound: worked.unbound,
+    };
+    let mut worked = checked(right, what)?;
+    for (times, pieces) in worked.times.iter_mut().zip(pieces) {
         times.iter_mut().for_each(|time| *time /= pieces);
     }
-    Ok(checked)
+    Ok(Rotated { worked, bytes })
 }
 
 /// Kernels with tables of their own that are marched in turn, the same cycles each.
@@ -223,20 +220,7 @@ pub fn points(
             (!round.stopped, round.kernels[0].bytes(), pieces)
         },
     )?;
-    let bytes = worked.results.first().map_or(0, |(_, bytes, _)| *bytes);
-    let pieces = worked.results.first().map(|(_, _, pieces)| pieces.clone());
-    Ok(Rotated {
-        worked: over(
-            Worked {
-                results: worked.results.iter().map(|(right, ..)| *right).collect(),
-                times: worked.times,
-                unbound: worked.unbound,
-            },
-            pieces.unwrap_or_default().into_iter(),
-            "marching in turn",
-        )?,
-        bytes,
-    })
+    rotated(worked, "marching in turn")
 }
 
 #[cfg(test)]

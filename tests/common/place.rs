@@ -38,6 +38,16 @@ impl Place {
         command.output().unwrap()
     }
 
+    /// A script of the shell, in which `$ATLAS` is the program.
+    pub fn shell(&self, script: &str) -> Output {
+        Command::new("bash")
+            .current_dir(self.0.path())
+            .env("ATLAS", env!("CARGO_BIN_EXE_atlas"))
+            .args(["-c", script])
+            .output()
+            .unwrap()
+    }
+
     /// `atlas run`, not started yet.
     pub fn command(&self, out: &str, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
