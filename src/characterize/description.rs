@@ -143,7 +143,8 @@ fn chosen(text: &str) -> Option<String> {
     Some(rest.split_once(']')?.0.to_owned())
 }
 
-/// The hypervisor, as the machine's maker is called where it is virtual.
+/// The hypervisor, where the machine is virtual: as the system calls it, as the machine's maker
+/// is called, or as it answers for the processor.
 fn hypervisor(root: &Root, cpuinfo: &str) -> Option<String> {
     let flagged = field(cpuinfo, "flags")
         .is_some_and(|flags| flags.split_whitespace().any(|flag| flag == "hypervisor"));
@@ -157,7 +158,24 @@ fn hypervisor(root: &Root, cpuinfo: &str) -> Option<String> {
         let known: Vec<String> = texts.into_iter().flatten().collect();
         (!known.is_empty()).then(|| known.join(" "))
     };
-    Some(named.or_else(maker).unwrap_or_else(|| "unnamed".to_owned()))
+    let known = named.or_else(maker).or_else(answering_hypervisor);
+    Some(known.unwrap_or_else(|| "unnamed".to_owned()))
+}
+
+/// What answers where the processor is asked for its hypervisor.
+#[cfg(target_arch = "x86_64")]
+fn answering_hypervisor() -> Option<String> {
+    use raw_cpuid::{CpuId, Hypervisor};
+    match CpuId::new().get_hypervisor_info()?.identify() {
+        Hypervisor::Unknown(..) => None,
+        known => Some(format!("{known:?}")),
+    }
+}
+
+/// Other processors do not tell.
+#[cfg(not(target_arch = "x86_64"))]
+fn answering_hypervisor() -> Option<String> {
+    None
 }
 
 fn container(root: &Root) -> Option<String> {
