@@ -1,6 +1,11 @@
 //! Latency: a chain of loads, each of which tells where the next one is.
+//!
+//! Lines hold addresses, not indices: what turns an index into an address would be counted as
+//! time of the load, a cycle of five or six in the first-level cache.
 
-use super::buffer::{Buffer, LINE, Line};
+#![allow(unsafe_code)]
+
+use super::buffer::{Buffer, LINE};
 use super::plan::{Seat, Walk};
 use super::team::{self, Pace, Worked};
 use super::trouble::Trouble;
@@ -15,88 +20,143 @@ pub const LOADS: usize = 20_000;
 const MOST_WARM: usize = 1 << 20;
 
 /// Lines of a usual page.
-const PAGE: usize = 4096 / LINE;
+pub const PAGE: usize = 4096 / LINE;
 
-/// Times of [`LOADS`] loads from a buffer on a node, one after the other.
+/// Times of [`LOADS`] loads, one after the other, from so many lines of memory of a node.
 pub fn measure(
     topology: &Topology,
     seat: Seat,
     node: u32,
-    lines: usize,
+    sizes: &[usize],
     walk: Walk,
     pace: Pace,
 ) -> Result<Worked<()>, Trouble> {
+    let most = sizes.iter().copied().max().unwrap_or(1);
     let prepare = |_| {
-        let mut buffer = match seat.node == node {
-            true => memory::near(lines, walk == Walk::AnywhereHuge, 0.0)?,
-            false => memory::on_node(topology, node, lines)?,
+        let buffer = match seat.node == node {
+            true => memory::near(most, walk == Walk::HopsHuge, 0.0)?,
+            false => memory::on_node(topology, node, most)?,
         };
-        let group = match walk {
-            Walk::Pages => PAGE,
-            Walk::Anywhere | Walk::AnywhereHuge => lines,
-        };
-        chain(buffer.lines_mut(), group);
-        Ok((buffer, 0))
+        Ok(Chain::new(buffer))
     };
     let worked = team::work(
         topology,
         &[seat],
-        1,
+        sizes.len(),
         pace,
         prepare,
         // Once round what fits a cache, so that it is there.
-        |(buffer, at), _| *at = follow(buffer, *at, lines.min(MOST_WARM)),
-        |(buffer, at), _| *at = follow(buffer, *at, LOADS),
-        |(buffer, at)| at < buffer.lines().len(),
+        |chain, task| {
+            chain.link(sizes[task], walk);
+            chain.follow(sizes[task].min(MOST_WARM));
+        },
+        |chain, _| chain.follow(LOADS),
+        |chain| chain.place() < most,
     )?;
     streaming::checked(worked, "a chain of loads")
 }
 
-/// Goes on from a line.
-fn follow(buffer: &Buffer, mut at: usize, loads: usize) -> usize {
-    let lines = buffer.lines();
-    for _ in 0..loads {
-        at = lines[at].0[0].to_bits() as usize;
-    }
-    at
+/// A ring through the first lines of a buffer: each holds the address of the next one.
+struct Chain {
+    buffer: Buffer,
+    at: u64,
 }
 
-/// Writes into every line the number of the next one: a ring through all, the lines of a group
-/// in random order before those of the next group, groups in random order.
-fn chain(lines: &mut [Line], group: usize) {
+impl Chain {
+    /// A ring of one line.
+    fn new(buffer: Buffer) -> Self {
+        let mut chain = Self { buffer, at: 0 };
+        chain.link(1, Walk::Pages);
+        chain
+    }
+
+    /// Writes a ring through so many lines, and goes to its start.
+    fn link(&mut self, count: usize, walk: Walk) {
+        let lines = self.buffer.lines_mut();
+        let start = lines.as_ptr().addr();
+        let address = |line: usize| (start + line * LINE) as u64;
+        let link = |line: usize, next: usize| lines[line].0[0] = f64::from_bits(address(next));
+        let first = match walk {
+            Walk::Pages => page_by_page(count, link),
+            Walk::Hops | Walk::HopsHuge => page_to_page(count, link),
+        };
+        self.at = address(first);
+        // Loads go by these addresses until the next ring is written.
+        self.buffer.lines().as_ptr().expose_provenance();
+    }
+
+    /// Goes on by so many loads.
+    fn follow(&mut self, loads: usize) {
+        let mut at = self.at;
+        for _ in 0..loads {
+            let line = std::ptr::with_exposed_provenance::<u64>(at as usize);
+            // SAFETY: `at` is the address of a line of the buffer, which `link` exposed; the first
+            // word of every line on the ring holds another such address, and only `link` writes
+            // to the buffer.
+            at = unsafe { line.read() };
+        }
+        self.at = at;
+    }
+
+    /// The line it is at.
+    fn place(&self) -> usize {
+        let start = self.buffer.lines().as_ptr() as u64;
+        (self.at.wrapping_sub(start) / LINE as u64) as usize
+    }
+}
+
+/// Links the lines of a page in random order, then those of the next page, pages in random
+/// order. Returns the first line.
+fn page_by_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     let mut stream = Stream::new(1, 0, 0);
-    let mut groups: Vec<u32> = (0..lines.len().div_ceil(group) as u32).collect();
-    shuffle(&mut groups, &mut stream);
-    let mut inside: Vec<u32> = Vec::new();
     let (mut last, mut first) = (None, 0);
-    for start in groups.into_iter().map(|g| g as usize * group) {
-        inside.clear();
-        inside.extend(start as u32..lines.len().min(start + group) as u32);
-        shuffle(&mut inside, &mut stream);
-        for &line in &inside {
-            let line = line as usize;
+    for start in shuffled(lines.div_ceil(PAGE), &mut stream) {
+        let start = start * PAGE;
+        for line in shuffled(PAGE.min(lines - start), &mut stream) {
             match last {
-                None => first = line,
-                Some(last) => point(&mut lines[last], line),
+                None => first = start + line,
+                Some(last) => link(last, start + line),
             }
-            last = Some(line);
+            last = Some(start + line);
         }
     }
     if let Some(last) = last {
-        point(&mut lines[last], first);
+        link(last, first);
     }
+    first
 }
 
-fn point(line: &mut Line, next: usize) {
-    line.0[0] = f64::from_bits(next as u64);
+/// Links lines so that each lies on another page than the one before, and all pages are visited
+/// before one is again: the order of `lat_mem_rd -t` of lmbench (C. Staelin, L. McVoy). A last
+/// page that is not whole is left out. Returns the first line.
+fn page_to_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
+    let mut stream = Stream::new(1, 0, 0);
+    let whole = lines.min(PAGE);
+    let places = shuffled(whole, &mut stream);
+    let pages = shuffled((lines / PAGE).max(1), &mut stream);
+    for (i, page) in pages.iter().enumerate() {
+        // After the last page the next lap begins, one place further on.
+        let (next, turn) = match i + 1 < pages.len() {
+            true => (i + 1, 0),
+            false => (0, 1),
+        };
+        for lap in 0..whole {
+            let from = places[(i + lap) % whole];
+            let to = places[(next + lap + turn) % whole];
+            link(page * PAGE + from, pages[next] * PAGE + to);
+        }
+    }
+    pages[0] * PAGE + places[0]
 }
 
-/// Fisher and Yates.
-fn shuffle(values: &mut [u32], stream: &mut Stream) {
-    for i in (1..values.len()).rev() {
+/// Numbers below `count` in random order.
+fn shuffled(count: usize, stream: &mut Stream) -> Vec<usize> {
+    let mut values: Vec<usize> = (0..count).collect();
+    for i in (1..count).rev() {
         let j = (stream.uniform() * (i + 1) as f64) as usize;
         values.swap(i, j.min(i));
     }
+    values
 }
 
 #[cfg(test)]
@@ -105,21 +165,52 @@ mod tests {
 
     #[test]
     fn a_chain_meets_every_line_once_and_comes_back() {
-        for (lines, group) in [(1, 1), (10, 3), (256, 64), (1000, 1000)] {
-            let mut buffer = Buffer::new(lines, false).unwrap();
-            chain(buffer.lines_mut(), group);
-            let mut met = vec![false; lines];
-            let (mut at, mut changes) = (0, 0);
-            for _ in 0..lines {
-                assert!(!std::mem::replace(&mut met[at], true));
-                let next = follow(&buffer, at, 1);
-                changes += usize::from(at / group != next / group);
-                at = next;
+        for lines in [1, 10, 64, 128, 1000, 1024, 65 * 64] {
+            for walk in [Walk::Pages, Walk::Hops] {
+                let mut chain = Chain::new(Buffer::new(lines + PAGE, false).unwrap());
+                chain.link(lines, walk);
+                let (first, mut changes) = (chain.place(), 0);
+                let ring = match walk {
+                    Walk::Pages => lines,
+                    _ => lines / PAGE.min(lines) * PAGE.min(lines),
+                };
+                let mut met = vec![false; lines];
+                for _ in 0..ring {
+                    let at = chain.place();
+                    assert!(!std::mem::replace(&mut met[at], true), "{lines} {walk:?}");
+                    chain.follow(1);
+                    changes += usize::from(at / PAGE != chain.place() / PAGE);
+                }
+                assert_eq!(chain.place(), first, "{lines} {walk:?}");
+                // From page to page only when one is through, or every time.
+                let pages = lines.div_ceil(PAGE);
+                let wanted = match walk {
+                    _ if ring <= PAGE => 0,
+                    Walk::Pages => pages,
+                    _ => ring,
+                };
+                assert_eq!(changes, wanted, "{lines} {walk:?}");
             }
-            assert_eq!(at, 0);
-            // From group to group only when one is through.
-            let groups = lines.div_ceil(group);
-            assert_eq!(changes, if groups > 1 { groups } else { 0 });
+        }
+    }
+
+    /// A page is not visited again before all others were.
+    #[test]
+    fn hops_lead_through_all_pages_in_a_lap() {
+        let pages = 7;
+        let mut chain = Chain::new(Buffer::new(pages * PAGE, false).unwrap());
+        chain.link(pages * PAGE, Walk::Hops);
+        let visited: Vec<usize> = (0..pages * PAGE)
+            .map(|_| {
+                let page = chain.place() / PAGE;
+                chain.follow(1);
+                page
+            })
+            .collect();
+        for lap in visited.chunks(pages) {
+            let mut lap = lap.to_vec();
+            lap.sort_unstable();
+            assert!(lap.into_iter().eq(0..pages));
         }
     }
 }

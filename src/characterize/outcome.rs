@@ -27,19 +27,26 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Takes up one more round.
-    pub fn take(&mut self, measured: Result<Measured, Trouble>) {
-        match measured {
-            Err(trouble) => self.trouble = Some(trouble),
-            Ok(measured) => {
-                self.figures.resize(measured.times.len(), Vec::new());
-                for (rounds, times) in self.figures.iter_mut().zip(measured.times) {
-                    rounds.push(times);
-                }
-                self.bytes = measured.bytes;
-                self.work = measured.work;
-                self.unbound = self.unbound.take().or(measured.unbound);
+    /// Takes up one more round, of one measurement or several.
+    pub fn take(&mut self, round: Result<Vec<Measured>, Trouble>) {
+        let measured = match round {
+            Err(trouble) => {
+                self.trouble = Some(trouble);
+                return;
             }
+            Ok(measured) => measured,
+        };
+        for (i, measured) in measured.into_iter().enumerate() {
+            self.figures.resize(measured.times.len(), Vec::new());
+            for (rounds, times) in self.figures.iter_mut().zip(measured.times) {
+                match rounds.last_mut().filter(|_| i > 0) {
+                    Some(round) => round.extend(times),
+                    None => rounds.push(times),
+                }
+            }
+            self.bytes = measured.bytes;
+            self.work = measured.work;
+            self.unbound = self.unbound.take().or(measured.unbound);
         }
     }
 
@@ -199,24 +206,20 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
         Item::Latency {
             seat,
             memory,
-            lines,
+            sizes,
             walk,
         } => {
-            let latency = sample.figure(0, Kind::Time(1.0));
-            found.latency.extend(latency.map(|latency| {
-                LatencyRow {
+            for (i, lines) in sizes.iter().enumerate() {
+                let latency = sample.figure(i, Kind::Time(1.0));
+                found.latency.extend(latency.map(|latency| LatencyRow {
                     size: (lines * LINE) as u64,
-                    order: match walk {
-                        Walk::Pages => "pages",
-                        Walk::Anywhere | Walk::AnywhereHuge => "anywhere",
-                    }
-                    .to_owned(),
-                    huge_pages: *walk == Walk::AnywhereHuge,
+                    order: walk.name().to_owned(),
+                    huge_pages: *walk == Walk::HopsHuge,
                     cpu_node: seat.node,
                     memory_node: *memory,
                     latency,
-                }
-            }));
+                }));
+            }
         }
     }
 }
@@ -268,8 +271,8 @@ fn roof(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     }
 }
 
-/// Finds the cliffs of all curves over the working set, and says of which reported cache none
-/// was seen.
+/// Finds the cliffs of all curves over the working set, of best figures, lest a disturbance pass
+/// for one, and says of which reported cache none was seen.
 pub fn place_cliffs(found: &mut Characteristics, caches: &[Cache]) {
     let mut curves: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
     let mut add =
@@ -279,7 +282,7 @@ pub fn place_cliffs(found: &mut Characteristics, caches: &[Cache]) {
         };
     for row in &found.operators {
         let of = format!("{} of dimension {}", row.kernel, row.dimension);
-        add(of, [row.working_set as f64, row.time.value]);
+        add(of, [row.working_set as f64, row.time.best]);
     }
     for row in found
         .mountain
@@ -288,13 +291,13 @@ pub fn place_cliffs(found: &mut Characteristics, caches: &[Cache]) {
     {
         add(
             "reading line after line".to_owned(),
-            [row.size as f64, 1.0 / row.bandwidth.value],
+            [row.size as f64, 1.0 / row.bandwidth.best],
         );
     }
     let local = |row: &&LatencyRow| row.order == "pages" && row.cpu_node == row.memory_node;
     for row in found.latency.iter().filter(local) {
         let of = format!("latency on node {}", row.cpu_node);
-        add(of, [row.size as f64, row.latency.value]);
+        add(of, [row.size as f64, row.latency.best]);
     }
     let cliff = |of: &str, jump: Jump| Cliff {
         of: of.to_owned(),

@@ -8,6 +8,7 @@ pub use item::{Item, Mesh, Placement, Seat, Sharing, Solver, StreamKernel, Walk}
 
 use super::Extent;
 use super::buffer::LINE;
+use super::latency::PAGE;
 use super::vectors::Set;
 use crate::topology::Topology;
 use places::{caches_spanned, order, pairs, same_places, teams};
@@ -295,7 +296,7 @@ fn solvers(
 ) {
     let several = topology.numa_nodes.len() > 1;
     for &modes in scale.modes {
-        // Two operators a segment; runs of cells double that.
+        // Two operators a segment; runs of cells double that. One more as they were built.
         let table = 4 * 60 * 8 * (2 * modes as u64 + 3).pow(2);
         for sharing in [Sharing::Shared, Sharing::Node, Sharing::Eight] {
             if sharing == Sharing::Node && !several {
@@ -312,12 +313,12 @@ fn solvers(
                 if dense && sharing != Sharing::Shared && modes != MANY_TABLES {
                     continue;
                 }
-                if dense && tables * table > limits.memory {
+                if dense && (tables + 1) * table > limits.memory {
                     missing.push(format!(
                         "{} with {modes} modes, tables {}: {} MiB of tables (--memory)",
                         solver.name(),
                         sharing.name(),
-                        (tables * table) >> 20
+                        ((tables + 1) * table) >> 20
                     ));
                     continue;
                 }
@@ -336,22 +337,19 @@ fn solvers(
 }
 
 fn latencies(items: &mut Vec<Item>, topology: &Topology, first: Seat, largest: u64, scale: &Scale) {
-    let lines = |size: u64| size as usize / LINE;
-    let item = |seat: Seat, memory, size, walk| Item::Latency {
+    let whole = |size: u64| (size as usize / LINE).next_multiple_of(PAGE);
+    let mut all: Vec<usize> = sizes(8 << 10, largest, scale.steps).map(whole).collect();
+    all.dedup();
+    let last = all[all.len().saturating_sub(1)..].to_vec();
+    let item = |seat: Seat, memory, sizes: &[usize], walk| Item::Latency {
         seat,
         memory,
-        lines: lines(size),
+        sizes: sizes.to_vec(),
         walk,
     };
-    for size in sizes(8 << 10, largest, scale.steps) {
-        items.push(item(first, first.node, size, Walk::Pages));
-    }
-    let last = sizes(8 << 10, largest, scale.steps)
-        .last()
-        .unwrap_or(8 << 10);
-    for walk in [Walk::Anywhere, Walk::AnywhereHuge] {
-        items.push(item(first, first.node, last, walk));
-    }
+    items.push(item(first, first.node, &all, Walk::Pages));
+    items.push(item(first, first.node, &all, Walk::Hops));
+    items.push(item(first, first.node, &last, Walk::HopsHuge));
     for (node, memory) in pairs(topology) {
         let seat = order(topology, Placement::Compact)
             .into_iter()
@@ -359,7 +357,7 @@ fn latencies(items: &mut Vec<Item>, topology: &Topology, first: Seat, largest: u
         if let Some(seat) = seat
             && (node, memory) != (first.node, first.node)
         {
-            items.push(item(seat, memory, last, Walk::Pages));
+            items.push(item(seat, memory, &last, Walk::Hops));
         }
     }
 }

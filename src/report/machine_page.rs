@@ -45,10 +45,13 @@ fn head(page: &mut String, machine: &Characteristics) {
     line("memory", memory_words(d));
     line("system", system(d));
     let noise = &machine.noise;
-    let verdict = match noise.quiet {
+    let mut verdict = match noise.quiet {
         true => "quiet".to_owned(),
         false => format!("NOT QUIET: {}", noise.remarks.join("; ")),
     };
+    if noise.waited >= 0.1 {
+        _ = write!(verdict, "; waited {:.1} s for quiet moments", noise.waited);
+    }
     line("noise", verdict);
 }
 
@@ -83,7 +86,9 @@ fn memory(page: &mut String, machine: &Characteristics) {
     if places.is_empty() {
         return;
     }
-    page.push_str("\none thread   buffer      line by line   every 4 KiB      a load\n");
+    page.push_str(
+        "\none thread   buffer      line by line   every 4 KiB      a load    to another page\n",
+    );
     for (name, size) in places {
         let near = |other: u64| (other as f64 / size as f64).ln().abs();
         let at = |stride: u64| {
@@ -91,31 +96,31 @@ fn memory(page: &mut String, machine: &Characteristics) {
             rows.min_by(|a, b| near(a.size).total_cmp(&near(b.size)))
                 .filter(|row| near(row.size) < 0.4)
         };
-        let chain = (machine.latency.iter())
-            .filter(|row| row.order == "pages" && row.cpu_node == row.memory_node)
-            .min_by(|a, b| near(a.size).total_cmp(&near(b.size)));
+        let load = |order: &str| {
+            (machine.latency.iter())
+                .filter(|row| row.order == order && !row.huge_pages)
+                .filter(|row| row.cpu_node == row.memory_node)
+                .min_by(|a, b| near(a.size).total_cmp(&near(b.size)))
+                .map_or_else(String::new, |row| time_text(&row.latency))
+        };
         let rate = |row: Option<&crate::store::MountainRow>| {
             row.map_or_else(String::new, |row| rate_text(&row.bandwidth))
         };
         let shown = at(64).map_or(size, |row| row.size);
         _ = writeln!(
             page,
-            "  {name:<10} {:<11} {:<14} {:<14} {}",
+            "  {name:<10} {:<11} {:<14} {:<14} {:<14} {}",
             size_text(shown),
             rate(at(64)),
             rate(at(4096)),
-            chain.map_or_else(String::new, |row| time_text(&row.latency)),
+            load("pages"),
+            load("hops"),
         );
     }
-    for row in machine.latency.iter().filter(|row| row.order == "anywhere") {
-        let pages = if row.huge_pages {
-            "huge pages"
-        } else {
-            "usual pages"
-        };
+    for row in machine.latency.iter().filter(|row| row.huge_pages) {
         _ = writeln!(
             page,
-            "  a load anywhere in {}, {pages}: {}",
+            "  a load to another page in {}, on huge pages: {}",
             size_text(row.size),
             time_text(&row.latency)
         );
@@ -132,12 +137,12 @@ fn nodes(page: &mut String, machine: &Characteristics) {
     }
     let latency = |cpu: Option<u32>, memory: Option<u32>| {
         let wanted = |row: &&LatencyRow| {
-            row.order == "pages" && Some(row.cpu_node) == cpu && Some(row.memory_node) == memory
+            row.order == "hops" && Some(row.cpu_node) == cpu && Some(row.memory_node) == memory
         };
-        let rows = machine.latency.iter().filter(wanted);
+        let rows = (machine.latency.iter()).filter(|row| !row.huge_pages && wanted(row));
         rows.max_by_key(|row| row.size)
     };
-    page.push_str("\ncores of node → memory of node: reading, a load\n");
+    page.push_str("\ncores of node → memory of node: reading, a load to another page\n");
     for row in rows {
         let name = |node: Option<u32>| node.map_or_else(String::new, |node| node.to_string());
         _ = writeln!(
@@ -277,15 +282,24 @@ fn solver(page: &mut String, machine: &Characteristics) {
         };
         _ = writeln!(
             page,
-            "  {:<20} {:<10} {:<13} {:.2} × on {}{}",
+            "  {:<20} {:<10} {:<13} {} × on {}{}",
             format!("{kernel}, {tables}"),
             size_text(alone.table_bytes),
             format!("{} a cycle", seconds(1.0 / alone.rate.value)),
-            best.rate.value / alone.rate.value,
+            gain(best, alone),
             plural(best.threads as usize, "thread"),
             best.efficiency
                 .filter(|_| best.threads > 1)
                 .map_or_else(String::new, |e| format!(", {:.0} % of ideal", 100.0 * e)),
         );
+    }
+}
+
+/// How many times as fast as one thread a team is, with the spread of both rates.
+fn gain(best: &SolverRow, alone: &SolverRow) -> String {
+    let ratio = best.rate.value / alone.rate.value;
+    match best.rate.spread.zip(alone.rate.spread) {
+        Some((a, b)) if best.threads > 1 => format!("{ratio:.2} ± {:.2}", ratio * a.hypot(b)),
+        _ => format!("{ratio:.2}"),
     }
 }

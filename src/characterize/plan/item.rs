@@ -35,10 +35,20 @@ impl Placement {
 pub enum Walk {
     /// Page after page, at random within each.
     Pages,
-    /// At random over all.
-    Anywhere,
+    /// To another page with every load.
+    Hops,
     /// The same on huge pages.
-    AnywhereHuge,
+    HopsHuge,
+}
+
+impl Walk {
+    /// Its name in the record.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pages => "pages",
+            Self::Hops | Self::HopsHuge => "hops",
+        }
+    }
 }
 
 /// A mesh of the default drive.
@@ -163,17 +173,33 @@ pub enum Item {
         /// Strides in lines.
         strides: Vec<usize>,
     },
-    /// A chain of loads: one figure.
+    /// A chain of loads: a figure a size.
     Latency {
         /// Where.
         seat: Seat,
         /// Node of the memory.
         memory: u32,
-        /// Lines of the buffer.
-        lines: usize,
+        /// Lines of the buffer that the chain goes through.
+        sizes: Vec<usize>,
         /// Their order.
         walk: Walk,
     },
+}
+
+impl Item {
+    /// Where it is measured; where on teams, on the largest of them.
+    pub fn seats(&self) -> &[Seat] {
+        match self {
+            Self::Arithmetic { team, .. }
+            | Self::Streams { team, .. }
+            | Self::Nodes { team, .. } => team,
+            Self::Operators { seat, .. }
+            | Self::Points { seat, .. }
+            | Self::Mountain { seat, .. }
+            | Self::Latency { seat, .. } => std::slice::from_ref(seat),
+            Self::Solver { teams, .. } => teams.last().map_or(&[], Vec::as_slice),
+        }
+    }
 }
 
 /// What streams through memory.

@@ -129,7 +129,8 @@ fn one_core_in_a_small_container() {
     for item in &plan.items {
         let bytes = match item {
             Item::Streams { lines, .. } => 3 * lines * LINE,
-            Item::Mountain { lines, .. } | Item::Latency { lines, .. } => lines * LINE,
+            Item::Mountain { lines, .. } => lines * LINE,
+            Item::Latency { sizes, .. } => sizes[sizes.len() - 1] * LINE,
             Item::Operators {
                 dimension, counts, ..
             } => 8 * dimension * dimension.next_multiple_of(8) * counts[counts.len() - 1],

@@ -97,8 +97,8 @@ pub struct BandwidthRow {
 pub struct LatencyRow {
     /// Size of the buffer \[bytes\].
     pub size: u64,
-    /// `pages`: in random order within a page, page after page; `anywhere`: in random order
-    /// over all, so that the search for the page's place counts.
+    /// `pages`: in random order within a page, page after page; `hops`: to another page with
+    /// every load, so that the search for the page's place counts and no prefetch helps.
     pub order: String,
     /// Whether huge pages were asked for.
     pub huge_pages: bool,
@@ -172,6 +172,13 @@ pub struct Noise {
     pub load: Option<f64>,
     /// How far the median repetition lies behind the best, in the middle of all measurements.
     pub scatter: Option<f64>,
+    /// Part of the measurements before or after which mesh cycles took longer than at their
+    /// best.
+    #[serde(default)]
+    pub slowed: Option<f64>,
+    /// Time spent waiting for them to be fast again, and measuring once more \[s\].
+    #[serde(default)]
+    pub waited: f64,
     /// Whether the machine was quiet enough for the figures to be those of the machine.
     pub quiet: bool,
     /// What was noticed, a sentence each.

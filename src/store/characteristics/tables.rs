@@ -134,7 +134,7 @@ pub fn latency() -> Table<LatencyRow> {
     table(
         vec![
             count("size", "B", "Size of the buffer", |r: &LatencyRow| r.size),
-            text("order", "pages or anywhere", |r| &r.order),
+            text("order", "pages or hops", |r| &r.order),
             Column::new("huge_pages", "", "Whether they were asked for", huge),
             node("cpu_node", "Node of the thread", |r| Some(r.cpu_node)),
             node("memory_node", "Node of the memory", |r| Some(r.memory_node)),

@@ -1,7 +1,7 @@
 //! The memory mountain, seen along its size: bandwidth a stride above, latency below.
 
 use super::super::Picture;
-use super::super::canvas::{Anchor, BLUE, RED};
+use super::super::canvas::{Anchor, BLUE, INK, RED};
 use super::super::panel::{Panel, TICK_SIZE};
 use super::super::ramp::viridis;
 use super::{Curve, draw_curves, logarithmic, mark_caches, sizes, titled};
@@ -49,24 +49,22 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let own: Vec<_> = (machine.latency.iter().filter(near))
         .filter(|row| Some(row.cpu_node) == first)
         .collect();
-    let chain = Curve {
-        name: "page by page".to_owned(),
-        colour: BLUE,
-        places: (own.iter().filter(|row| row.order == "pages"))
-            .map(|row| [row.size as f64, row.latency.value])
-            .collect(),
-    };
-    let others: Vec<Curve> = (own.iter().filter(|row| row.order != "pages"))
-        .map(|row| Curve {
-            name: match row.huge_pages {
-                true => "anywhere, huge pages".to_owned(),
-                false => "anywhere".to_owned(),
-            },
-            colour: RED,
-            places: vec![[row.size as f64, row.latency.value]],
+    let kinds = [
+        ("page by page", "pages", false, BLUE),
+        ("page to page", "hops", false, RED),
+        ("on huge pages", "hops", true, INK),
+    ];
+    let all: Vec<Curve> = (kinds.into_iter())
+        .map(|(name, order, huge_pages, colour)| Curve {
+            name: name.to_owned(),
+            colour,
+            places: (own.iter())
+                .filter(|row| row.order == order && row.huge_pages == huge_pages)
+                .map(|row| [row.size as f64, row.latency.value])
+                .collect(),
         })
+        .filter(|curve| !curve.places.is_empty())
         .collect();
-    let all: Vec<Curve> = std::iter::once(chain).chain(others).collect();
     let panel = Panel {
         top: 362.0,
         bottom: 536.0,
@@ -74,7 +72,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         across,
         ..panel
     };
-    if all[0].places.is_empty() {
+    if all.is_empty() {
         canvas.text(
             [panel.left, panel.bottom],
             "latency was not measured",

@@ -62,6 +62,8 @@ fn machine() -> Characteristics {
             stolen: None,
             load: None,
             scatter: None,
+            slowed: None,
+            waited: 0.0,
             quiet: false,
             remarks: Vec::new(),
         },
@@ -91,14 +93,16 @@ fn machine() -> Characteristics {
             bandwidth("nodes", "read", 2, Some((0, 0))),
             bandwidth("nodes", "read", 1, Some((0, 1))),
         ],
-        latency: (sizes.iter())
-            .map(|&size| LatencyRow {
-                size,
-                order: "pages".to_owned(),
-                huge_pages: false,
-                cpu_node: 0,
-                memory_node: 0,
-                latency: figure(1e-15 * size as f64),
+        latency: ([("pages", false), ("hops", false), ("hops", true)].iter())
+            .flat_map(|&(order, huge_pages)| {
+                sizes.iter().map(move |&size| LatencyRow {
+                    size,
+                    order: order.to_owned(),
+                    huge_pages,
+                    cpu_node: 0,
+                    memory_node: 0,
+                    latency: figure(1e-15 * size as f64),
+                })
             })
             .collect(),
         arithmetic: vec![ArithmeticRow {
@@ -148,6 +152,8 @@ fn every_picture_of_a_whole_record_is_drawn_and_says_what_it_shows() {
             "every line",
             "every 4 KiB",
             "page by page",
+            "page to page",
+            "on huge pages",
             "read bandwidth [GB/s]",
         ],
         &["threads [–]", "nodes in turn"],
