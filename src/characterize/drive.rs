@@ -90,6 +90,17 @@ impl DefaultDrive {
         };
         Ok(Model::new(structure, &drive, point)?)
     }
+
+    /// The system by which it is seen whether the machine is quiet: as the default manifest has
+    /// it, near resonance.
+    pub fn probed(&self) -> Result<Model, Trouble> {
+        const MODES: usize = 40;
+        let point = OperatingPoint {
+            load: 0.05,
+            speed: 1200.0,
+        };
+        self.model(&self.structure(MODES)?, Mesh::TwoLevels, point)
+    }
 }
 
 /// The structured kernel as users run it.

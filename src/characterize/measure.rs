@@ -3,6 +3,7 @@
 use super::drive::DefaultDrive;
 use super::plan::Item;
 use super::solver::{self, Work};
+use super::tables::Moulds;
 use super::team::{Pace, Worked};
 use super::trouble::Trouble;
 use super::{latency, mountain, operators, streaming};
@@ -25,6 +26,7 @@ pub struct Measured {
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
+    moulds: &mut Moulds,
     item: &Item,
     pace: Pace,
 ) -> Result<Measured, Trouble> {
@@ -72,8 +74,9 @@ pub fn measure(
             modes,
             teams,
         } => {
-            let marched =
-                solver::measure(topology, default, *solver, *sharing, *modes, teams, pace)?;
+            let marched = solver::measure(
+                topology, default, moulds, *solver, *sharing, *modes, teams, pace,
+            )?;
             Measured {
                 times: marched.times,
                 bytes: marched.bytes,
@@ -93,11 +96,11 @@ pub fn measure(
         Item::Latency {
             seat,
             memory,
-            lines,
+            sizes,
             walk,
         } => {
-            let worked = latency::measure(topology, *seat, *memory, *lines, *walk, pace)?;
-            over(plain(worked), &[latency::LOADS as f64])
+            let worked = latency::measure(topology, *seat, *memory, sizes, *walk, pace)?;
+            over(plain(worked), &vec![latency::LOADS as f64; sizes.len()])
         }
     })
 }

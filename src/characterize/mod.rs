@@ -4,11 +4,12 @@
 //! | file | question |
 //! |---|---|
 //! | `plan` | what is measured on a machine: a pure decision |
-//! | `team`, `figure`, `noise` | the method: bound threads, best of a round, spread over rounds, who disturbed |
+//! | `team`, `figure` | the method: bound threads, best of a round, spread over rounds |
+//! | `calm`, `noise` | waiting for quiet moments; who disturbed |
 //! | `description` | what the system says of the machine |
 //! | `mountain`, `streaming`, `latency` | memory |
 //! | `operators` | dense products and the structured kernel over rotating tables |
-//! | `solver` | marching on many threads |
+//! | `solver`, `tables` | marching on many threads, and copies of what is marched with |
 //! | `cliffs` | where costs jump, and at which cache |
 //! | `measure`, `outcome` | samples from items, figures from samples, the roofline |
 //! | `compare`, `outlook` | two machines; what a job would take on another one |
@@ -17,6 +18,7 @@
 //! between rounds is what will differ between runs.
 
 mod buffer;
+mod calm;
 mod cliffs;
 pub mod compare;
 mod description;
@@ -33,6 +35,7 @@ pub mod outlook;
 mod plan;
 mod solver;
 mod streaming;
+mod tables;
 mod team;
 mod trouble;
 mod vectors;
@@ -41,6 +44,7 @@ pub use trouble::Trouble;
 
 use crate::store::{Characteristics, ProgramRecord, timestamp};
 use crate::topology::Topology;
+use calm::{Calm, Probe};
 use description::Root;
 use drive::DefaultDrive;
 use noise::Watch;
@@ -48,6 +52,7 @@ use outcome::Sample;
 use plan::{Item, Limits, Plan};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
+use tables::Moulds;
 use team::Pace;
 
 /// How much is measured.
@@ -74,7 +79,7 @@ impl Extent {
     /// Time that it is meant to take.
     pub fn budget(self) -> Duration {
         Duration::from_secs(match self {
-            Self::Quick => 50,
+            Self::Quick => 55,
             Self::Default => 240,
             Self::Full => 2400,
         })
@@ -144,6 +149,10 @@ impl Part {
     }
 }
 
+/// This part of the budget may pass with waiting for quiet moments and measuring once more, in
+/// every round as much.
+const PATIENCE: u32 = 5;
+
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
@@ -195,14 +204,18 @@ pub fn characterize(
         limits(topology, settings, &description),
     );
     items.retain(|item| settings.only.is_empty() || settings.only.contains(&item.part()));
-    let default = DefaultDrive::new()?;
+    let (default, mut moulds) = (DefaultDrive::new()?, Moulds::default());
     let threads = (topology.cores.iter()).flat_map(|core| core.threads.clone());
     let noise = Watch::new(threads.collect());
+    let probed = default.probed()?;
+    let (probe, mut calm) = (Probe::new(&probed)?, Calm::new());
     let mut samples: Vec<Sample> = items.iter().map(|_| Sample::default()).collect();
     let pace = settings.extent.pace();
     let most = settings.extent.rounds();
-    for round in 0..settings.rounds.unwrap_or(most).clamp(1, most) {
-        let begun = clock.elapsed();
+    let rounds = settings.rounds.unwrap_or(most).clamp(1, most);
+    for round in 0..rounds {
+        calm.allow(settings.budget / PATIENCE / rounds as u32);
+        let begun = clock.elapsed() - calm.waited();
         for (done, (item, sample)) in items.iter().zip(&mut samples).enumerate() {
             if called_off.load(Ordering::Relaxed) {
                 return Ok(None);
@@ -217,16 +230,18 @@ pub fn characterize(
                 of,
                 what,
             });
-            sample.take(measure::measure(topology, &default, item, pace));
+            sample.take(calm.measure(&probe, topology, item.seats(), || {
+                measure::measure(topology, &default, &mut moulds, item, pace)
+            }));
         }
         // Only whole rounds after the first.
-        let taken = clock.elapsed() - begun;
+        let taken = clock.elapsed() - calm.waited() - begun;
         if clock.elapsed() + taken > settings.budget {
             break;
         }
     }
     missing.extend(outcome::troubles(&items, &samples));
-    let noise = noise.end(outcome::scatter(&samples));
+    let noise = noise.end(outcome::scatter(&samples), &calm);
     let mut found = Characteristics {
         format: Characteristics::format(),
         host: host(),

@@ -1,9 +1,10 @@
 //! Who else used the machine while it was measured?
 //!
 //! The system's own accounts (`/proc/stat`, ticks of usable processors) less what this process
-//! took, the time that the hypervisor kept for others, the load average, and how far the
-//! repetitions of a measurement scatter.
+//! took, the time that the hypervisor kept for others, the load average, how far the
+//! repetitions of a measurement scatter, and how often marching was slowed.
 
+use super::calm::Calm;
 use crate::store::Noise;
 use std::fs;
 
@@ -15,6 +16,9 @@ const MOST_STOLEN: f64 = 0.01;
 
 /// The median repetition may lie so far behind the best.
 const MOST_SCATTER: f64 = 0.05;
+
+/// Marching may be slowed before or after this part of the measurements.
+const MOST_SLOWED: f64 = 0.1;
 
 /// Time spent until now, in ticks of all usable processors.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -49,8 +53,12 @@ impl Watch {
     }
 
     /// What was noticed; `scatter` of all measurements, none where nothing was repeated.
-    pub fn end(&self, scatter: Option<f64>) -> Noise {
-        verdict(self.start.zip(now(&self.threads)), self.load, scatter)
+    pub fn end(&self, scatter: Option<f64>, calm: &Calm) -> Noise {
+        Noise {
+            load: self.load,
+            waited: calm.waited().as_secs_f64(),
+            ..verdict(self.start.zip(now(&self.threads)), scatter, calm.slowed())
+        }
     }
 }
 
@@ -100,8 +108,8 @@ fn own_ticks(text: &str) -> Option<u64> {
 
 fn verdict(
     between: Option<(Accounts, Accounts)>,
-    load: Option<f64>,
     scatter: Option<f64>,
+    slowed: Option<f64>,
 ) -> Noise {
     let part = |pick: fn(&Accounts) -> f64| {
         let (start, end) = between?;
@@ -132,6 +140,13 @@ fn verdict(
                 100.0 * v
             )
         }),
+        notice(slowed, MOST_SLOWED, |v| {
+            format!(
+                "marching was slowed beside {:.0} % of the measurements: others share the \
+                 cores, or their clock changes",
+                100.0 * v
+            )
+        }),
     ];
     if between.is_none() {
         remarks.push("the system does not tell who else used the processors".to_owned());
@@ -139,9 +154,11 @@ fn verdict(
     Noise {
         others,
         stolen,
-        load,
+        load: None,
         scatter,
-        quiet: quiet == [true; 3] && between.is_some(),
+        slowed,
+        waited: 0.0,
+        quiet: quiet == [true; 4] && between.is_some(),
         remarks,
     }
 }
@@ -176,11 +193,11 @@ mod tests {
             stolen: 30,
             own: 500,
         };
-        let noise = verdict(Some((start, end)), Some(7.5), Some(0.2));
+        let noise = verdict(Some((start, end)), Some(0.2), Some(0.3));
         assert!(!noise.quiet);
         assert_eq!((noise.others, noise.stolen), (Some(0.4), Some(0.03)));
         let said = noise.remarks.join("; ");
-        for words in ["40 %", "3 %", "20 % behind"] {
+        for words in ["40 %", "3 %", "20 % behind", "slowed beside 30 %"] {
             assert!(said.contains(words), "{said}");
         }
         let alone = Accounts {
@@ -188,7 +205,7 @@ mod tests {
             stolen: 0,
             ..end
         };
-        let noise = verdict(Some((start, alone)), None, Some(0.01));
+        let noise = verdict(Some((start, alone)), Some(0.01), Some(0.05));
         assert!(noise.quiet && noise.remarks.is_empty(), "{noise:?}");
         assert!(!verdict(None, None, None).quiet);
     }

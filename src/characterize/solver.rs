@@ -6,10 +6,11 @@
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT};
 use super::plan::{Mesh, Seat, Sharing, Solver};
+use super::tables::{Cast, Moulds};
 use super::team::{self, Pace};
 use super::trouble::Trouble;
 use crate::model::{Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, DenseError, Fused, Kernel, Spectral, Stop, Tangents, Volterra};
+use crate::propagate::{Counters, Fused, Kernel, Spectral, Stop, Tangents, Volterra};
 use crate::topology::Topology;
 
 /// Unit steps of the dense tables, as published.
@@ -18,6 +19,11 @@ const CELLS: u32 = 60;
 /// Mesh cycles of a repetition at every operating point: cycles differ in their events, so that a
 /// repetition must hold several, and always the same ones; a short one is less often disturbed.
 const STAY: usize = 16;
+
+/// How often all teams are gone through: a table that lies in a shared cache is read a fifth
+/// faster once it has been read some fifty times, and else the first team, the single thread,
+/// would pay for the others.
+const PASSES: usize = 2;
 
 /// Where the drive runs: near resonance, light load first.
 const SPEED: f64 = 1200.0;
@@ -102,6 +108,7 @@ impl Tabled for Fused<'_> {
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
+    moulds: &mut Moulds,
     solver: Solver,
     sharing: Sharing,
     modes: usize,
@@ -123,16 +130,41 @@ pub fn measure(
     };
     let models = loads.iter().map(model).collect::<Result<Vec<_>, _>>()?;
     let nodes = nodes(sharing, teams);
+    let casts = |mould| {
+        on_each(topology, &nodes, |_| {
+            models.iter().map(|_| Cast::new(mould)).collect()
+        })
+    };
     match solver {
-        Solver::Volterra => march(topology, &models, &nodes, teams, pace, |m| {
-            Ok(drive::volterra(m))
-        }),
-        Solver::Spectral => march(topology, &models, &nodes, teams, pace, |m| {
-            Spectral::new(m, CELLS, EVENT_LIMIT, None)
-        }),
-        Solver::Fused => march(topology, &models, &nodes, teams, pace, |m| {
-            Fused::new(m, CELLS, EVENT_LIMIT)
-        }),
+        Solver::Volterra => {
+            let build = |_| Ok(models.iter().map(drive::volterra).collect());
+            let shelves = on_each(topology, &nodes, build)?;
+            march(topology, &models, &nodes, &shelves, teams, pace)
+        }
+        Solver::Spectral => {
+            let built = || Ok(Spectral::new(&models[0], CELLS, EVENT_LIMIT, None)?.arrays());
+            let casts: Vec<Vec<Cast>> = casts(moulds.of(solver, modes, built)?)?;
+            let shelves = on_each(topology, &nodes, |node| {
+                let pairs = models.iter().zip(&casts[node]);
+                pairs
+                    .map(|(model, cast)| {
+                        Ok(Spectral::of_kept(model, CELLS, EVENT_LIMIT, None, cast)?)
+                    })
+                    .collect()
+            })?;
+            march(topology, &models, &nodes, &shelves, teams, pace)
+        }
+        Solver::Fused => {
+            let built = || Ok(Fused::new(&models[0], CELLS, EVENT_LIMIT)?.arrays());
+            let casts: Vec<Vec<Cast>> = casts(moulds.of(solver, modes, built)?)?;
+            let shelves = on_each(topology, &nodes, |node| {
+                let pairs = models.iter().zip(&casts[node]);
+                pairs
+                    .map(|(model, cast)| Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, cast)?))
+                    .collect()
+            })?;
+            march(topology, &models, &nodes, &shelves, teams, pace)
+        }
     }
 }
 
@@ -147,41 +179,54 @@ fn nodes(sharing: Sharing, teams: &[Vec<Seat>]) -> Vec<u32> {
     nodes
 }
 
-/// Kernels of one node, one an operating point.
-struct Shelf<K> {
-    node: u32,
-    kernels: Vec<K>,
+/// Makes what a node needs, for each of them on a thread of its own that is bound there.
+fn on_each<T: Send>(
+    topology: &Topology,
+    nodes: &[u32],
+    make: impl Fn(usize) -> Result<Vec<T>, Trouble> + Sync,
+) -> Result<Vec<Vec<T>>, Trouble> {
+    let shelf = |(index, &node): (usize, &u32)| {
+        let cores = topology.cores.iter().filter(|core| core.numa_node == node);
+        let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
+        std::thread::scope(|scope| {
+            let maker = scope.spawn(|| {
+                // Where it cannot be bound, memory lies where the system puts it.
+                _ = topology.bind_current_thread(&threads);
+                make(index)
+            });
+            (maker.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        })
+    };
+    nodes.iter().enumerate().map(shelf).collect()
 }
 
-fn march<'m, K: Tabled + Send + Sync>(
+/// Marches on every team; a shelf holds the kernels of a node, one an operating point.
+fn march<K: Tabled + Sync>(
     topology: &Topology,
-    models: &'m [Model],
+    models: &[Model],
     nodes: &[u32],
+    shelves: &[Vec<K>],
     teams: &[Vec<Seat>],
     pace: Pace,
-    build: impl Fn(&'m Model) -> Result<K, DenseError> + Sync,
 ) -> Result<Marched, Trouble> {
     let starts = (models.iter().map(drive::settled)).collect::<Result<Vec<_>, _>>()?;
-    let shelves = (nodes.iter())
-        .map(|&node| shelf(topology, node, models, &build))
-        .collect::<Result<Vec<_>, _>>()?;
-    let counted = counted(&shelves[0].kernels, &starts)?;
+    let counted = counted(&shelves[0], &starts)?;
     let mut marched = Marched {
-        times: Vec::new(),
-        bytes: shelves[0].kernels[0].table_bytes(),
-        work: shelves[0].kernels[0].work(&counted),
+        times: vec![Vec::new(); teams.len()],
+        bytes: shelves[0][0].table_bytes(),
+        work: shelves[0][0].work(&counted),
         unbound: None,
     };
-    for team in teams {
+    for index in (0..PASSES).flat_map(|_| 0..teams.len()) {
+        let team = &teams[index];
         let worked = team::work(
             topology,
             team,
             1,
             pace,
-            |index| {
-                let own = |shelf: &&Shelf<K>| shelf.node == team[index].node;
-                let shelf = shelves.iter().find(own).unwrap_or(&shelves[0]);
-                Ok(Marcher::new(&shelf.kernels, &starts, index))
+            |member| {
+                let own = nodes.iter().position(|&node| node == team[member].node);
+                Ok(Marcher::new(&shelves[own.unwrap_or(0)], &starts, member))
             },
             |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
             |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
@@ -198,32 +243,10 @@ fn march<'m, K: Tabled + Send + Sync>(
         }
         let cycles = (team.len() * STAY * models.len()) as f64;
         let times = worked.times.into_iter().flatten();
-        marched
-            .times
-            .push(times.map(|time| time / cycles).collect());
+        marched.times[index].extend(times.map(|time| time / cycles));
         marched.unbound = marched.unbound.or(worked.unbound);
     }
     Ok(marched)
-}
-
-/// Builds the tables of one node on that node.
-fn shelf<'m, K: Send>(
-    topology: &Topology,
-    node: u32,
-    models: &'m [Model],
-    build: &(impl Fn(&'m Model) -> Result<K, DenseError> + Sync),
-) -> Result<Shelf<K>, Trouble> {
-    let cores = topology.cores.iter().filter(|core| core.numa_node == node);
-    let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
-    let kernels = std::thread::scope(|scope| {
-        let builder = scope.spawn(|| {
-            // Where it cannot be bound, tables lie where the system puts them.
-            _ = topology.bind_current_thread(&threads);
-            models.iter().map(build).collect::<Result<Vec<_>, _>>()
-        });
-        (builder.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-    })?;
-    Ok(Shelf { node, kernels })
 }
 
 /// The work of a repetition.
@@ -312,9 +335,21 @@ mod tests {
         let thread = topology.cores[0].threads[0];
         let seat = Seat { thread, node: 0 };
         let teams = [vec![seat], vec![seat; 2]];
+        let mut moulds = Moulds::default();
         for sharing in [Sharing::Shared, Sharing::Eight] {
-            let measured =
-                |solver| measure(&topology, &default, solver, sharing, 4, &teams, PACE).unwrap();
+            let mut measured = |solver| {
+                measure(
+                    &topology,
+                    &default,
+                    &mut moulds,
+                    solver,
+                    sharing,
+                    4,
+                    &teams,
+                    PACE,
+                )
+                .unwrap()
+            };
             for solver in Solver::ALL {
                 let marched = measured(solver);
                 assert_eq!(marched.times.len(), 2);

@@ -1,0 +1,244 @@
+//! Waits for quiet moments.
+//!
+//! Whoever shares a core, be it the second thread of it in another virtual machine, is in no
+//! account that the system keeps, but takes a part of its units: some mesh cycles then take
+//! longer than they did before. (Multiply-adds in registers do not show it: they leave room.)
+//! Such disturbances last for seconds, so that it pays to wait, as long as there is patience,
+//! and what had to be measured all the same is counted.
+
+use super::drive;
+use super::plan::Seat;
+use super::team::{self, Pace};
+use super::trouble::Trouble;
+use crate::model::{Model, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Tangents, Volterra};
+use crate::topology::Topology;
+use std::collections::HashMap;
+use std::time::{Duration, Instant};
+
+/// Mesh cycles of a look: a tenth of a millisecond.
+const CYCLES: usize = 32;
+
+/// A look is the best of so many times: an interrupt in one of them does not count.
+const TIMES: usize = 3;
+
+/// A look is slowed when it takes this much of its best time: more than a clock that follows the
+/// load makes of it (8 % where this was tried), less than a busy second thread of the core
+/// (40 to 50 %).
+const SLOWED: f64 = 1.15;
+
+/// Between two looks.
+const PAUSE: Duration = Duration::from_millis(5);
+
+/// Longest wait before one measurement.
+const LONGEST: Duration = Duration::from_secs(1);
+
+/// What is looked at: a drive that has settled, and its kernel.
+#[derive(Debug)]
+pub struct Probe<'m> {
+    kernel: Volterra<'m>,
+    start: TrajectoryState,
+}
+
+impl<'m> Probe<'m> {
+    /// The probe of a drive.
+    pub fn new(model: &'m Model) -> Result<Self, Trouble> {
+        Ok(Self {
+            kernel: drive::volterra(model),
+            start: drive::settled(model)?,
+        })
+    }
+
+    /// Marches some cycles, the same ones each time.
+    fn march(&self, workspace: &mut <Volterra<'m> as Kernel>::Workspace) {
+        let mut trajectory = self.start.clone();
+        for _ in 0..CYCLES {
+            let mut none = Tangents::none();
+            let mut counters = Counters::default();
+            let kernel = &self.kernel;
+            // It went this way before.
+            _ = kernel.march(
+                &mut trajectory,
+                &mut none,
+                workspace,
+                &mut (),
+                &mut counters,
+            );
+        }
+    }
+
+    /// Time of some cycles, on all seats at once \[s\].
+    fn look(&self, topology: &Topology, seats: &[Seat]) -> Result<f64, Trouble> {
+        let pace = Pace {
+            slice: Duration::ZERO,
+            least: TIMES,
+            most: TIMES,
+        };
+        let march = |workspace: &mut _, _| self.march(workspace);
+        let prepare = |_| Ok(self.kernel.workspace());
+        let worked = team::work(topology, seats, 1, pace, prepare, march, march, |_| ())?;
+        Ok(worked
+            .times
+            .into_iter()
+            .flatten()
+            .fold(f64::INFINITY, f64::min))
+    }
+}
+
+/// Waits, and counts.
+#[derive(Debug)]
+pub struct Calm {
+    /// Best look of so many threads together \[s\].
+    best: HashMap<usize, f64>,
+    patience: Duration,
+    waited: Duration,
+    measurements: usize,
+    slowed: usize,
+}
+
+impl Calm {
+    /// Has no patience yet.
+    pub fn new() -> Self {
+        Self {
+            best: HashMap::new(),
+            patience: Duration::ZERO,
+            waited: Duration::ZERO,
+            measurements: 0,
+            slowed: 0,
+        }
+    }
+
+    /// Waits for so much longer in all.
+    pub fn allow(&mut self, patience: Duration) {
+        self.patience += patience;
+    }
+
+    /// Waits until marching on these seats is as fast as it ever was, measures, and measures
+    /// once more if it is slowed after that, as long as there is patience. Gives what was
+    /// measured, once or twice.
+    ///
+    /// # Errors
+    /// Of measuring.
+    pub fn measure<M>(
+        &mut self,
+        probe: &Probe<'_>,
+        topology: &Topology,
+        seats: &[Seat],
+        measure: impl FnMut() -> Result<M, Trouble>,
+    ) -> Result<Vec<M>, Trouble> {
+        self.between(seats.len(), || probe.look(topology, seats), measure)
+    }
+
+    fn between<M>(
+        &mut self,
+        members: usize,
+        mut look: impl FnMut() -> Result<f64, Trouble>,
+        mut measure: impl FnMut() -> Result<M, Trouble>,
+    ) -> Result<Vec<M>, Trouble> {
+        let mut fast = self.settle(members, &mut look)?;
+        let mut measured = vec![measure()?];
+        fast &= self.judge(members, look()?);
+        if !fast && self.waited < self.patience {
+            fast = self.settle(members, &mut look)?;
+            let begun = Instant::now();
+            measured.push(measure()?);
+            self.waited += begun.elapsed();
+            fast &= self.judge(members, look()?);
+        }
+        self.measurements += 1;
+        self.slowed += usize::from(!fast);
+        Ok(measured)
+    }
+
+    /// Looks until marching is fast, or patience ends; whether it is fast.
+    fn settle(
+        &mut self,
+        members: usize,
+        mut look: impl FnMut() -> Result<f64, Trouble>,
+    ) -> Result<bool, Trouble> {
+        let (begun, before) = (Instant::now(), self.waited);
+        loop {
+            let fast = self.judge(members, look()?);
+            let over = begun.elapsed() > LONGEST || self.waited >= self.patience;
+            if fast || over {
+                return Ok(fast);
+            }
+            std::thread::sleep(PAUSE);
+            self.waited = before + begun.elapsed();
+        }
+    }
+
+    /// Whether a look of so many threads was as fast as any.
+    fn judge(&mut self, members: usize, time: f64) -> bool {
+        let best = self.best.entry(members).or_insert(time);
+        *best = best.min(time);
+        time <= SLOWED * *best
+    }
+
+    /// How long it waited.
+    pub fn waited(&self) -> Duration {
+        self.waited
+    }
+
+    /// Part of the measurements that marching was slowed before or after; none before the first.
+    pub fn slowed(&self) -> Option<f64> {
+        let part = self.slowed as f64 / self.measurements as f64;
+        (self.measurements > 0).then_some(part)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disturbance_is_waited_for_and_then_counted() {
+        let mut calm = Calm::new();
+        assert_eq!(calm.slowed(), None);
+        let mut measured = |calm: &mut Calm, members, times: &[f64]| {
+            let mut looks = times.iter().copied();
+            let found = calm
+                .between(members, || Ok(looks.next().unwrap()), || Ok(()))
+                .unwrap();
+            assert_eq!(looks.len(), 0, "{times:?}");
+            found.len()
+        };
+        // The first look knows no better one; a clock may vary.
+        assert_eq!(measured(&mut calm, 1, &[2.0, 1.0]), 1);
+        assert_eq!(measured(&mut calm, 1, &[1.1, 1.14]), 1);
+        // Without patience, what is slowed is measured all the same.
+        assert_eq!(measured(&mut calm, 1, &[1.5, 1.0]), 1);
+        assert_eq!(
+            (calm.slowed(), calm.waited()),
+            (Some(1.0 / 3.0), Duration::ZERO)
+        );
+
+        calm.allow(Duration::from_secs(3600));
+        assert_eq!(measured(&mut calm, 1, &[1.5, 1.2, 1.1, 1.0]), 1);
+        assert!(calm.waited() >= 2 * PAUSE);
+        // Slowed meanwhile: once more, when it is over.
+        assert_eq!(measured(&mut calm, 1, &[1.0, 1.5, 1.5, 1.0, 1.0]), 2);
+        assert_eq!(measured(&mut calm, 1, &[1.0, 1.5, 1.0, 1.5]), 2);
+        // Another number of threads has a best time of its own.
+        assert_eq!(measured(&mut calm, 2, &[9.0, 9.0]), 1);
+        assert_eq!(calm.slowed(), Some(2.0 / 7.0));
+        let wrong = || Err(Trouble::Wrong { what: "x" });
+        assert!(
+            calm.between(1, || Ok(1.0), wrong as fn() -> Result<(), _>)
+                .is_err()
+        );
+    }
+
+    #[test]
+    fn every_seat_marches() {
+        let topology = Topology::current().unwrap();
+        let thread = topology.cores[0].threads[0];
+        let default = drive::DefaultDrive::new().unwrap();
+        let model = default.probed().unwrap();
+        let probe = Probe::new(&model).unwrap();
+        let time = probe
+            .look(&topology, &[Seat { thread, node: 0 }; 2])
+            .unwrap();
+        assert!(time > 0.0 && time < 1.0, "{time}");
+    }
+}
