@@ -11,7 +11,7 @@ use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::process::{Command, Output};
 
-const LITTLE: [&str; 6] = ["machine", "--quick", "--rounds", "1", "--memory", "4MiB"];
+const LITTLE: [&str; 6] = ["machine", "--quick", "--rounds", "1", "--memory", "8MiB"];
 
 fn measured(place: &Place, out: &str, topology: Option<&str>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));

@@ -27,17 +27,22 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Untouched lines, at least one; on huge pages where asked for and granted.
+    /// Untouched lines, at least one.
     ///
     /// # Errors
-    /// The system does not grant the memory, or knows no huge pages.
-    pub fn new(lines: usize, huge_pages: bool) -> io::Result<Self> {
+    /// The system does not grant the memory.
+    pub fn new(lines: usize) -> io::Result<Self> {
         let lines = lines.max(1);
         let map = MmapOptions::new().len(lines * LINE).map_anon()?;
-        if huge_pages {
-            map.advise(Advice::HugePage)?;
-        }
         Ok(Self { map, lines })
+    }
+
+    /// Asks for huge pages; for pages not touched yet.
+    ///
+    /// # Errors
+    /// The system knows none.
+    pub fn ask_for_huge_pages(&self) -> io::Result<()> {
+        self.map.advise(Advice::HugePage)
     }
 
     /// The lines.
@@ -71,7 +76,7 @@ mod tests {
 
     #[test]
     fn lines_are_aligned_zero_and_one_after_the_other() {
-        let mut buffer = Buffer::new(100, false).unwrap();
+        let mut buffer = Buffer::new(100).unwrap();
         assert_eq!(buffer.lines().len(), 100);
         assert_eq!(buffer.lines().as_ptr() as usize % LINE, 0);
         assert!(buffer.lines().iter().all(|line| line.0 == [0.0; LANES]));
@@ -85,6 +90,6 @@ mod tests {
 
     #[test]
     fn more_than_there_is_is_refused() {
-        assert!(Buffer::new(usize::MAX / 128, false).is_err());
+        assert!(Buffer::new(usize::MAX / 128).is_err());
     }
 }

@@ -195,7 +195,7 @@ mod tests {
     fn a_disturbance_is_waited_for_and_then_counted() {
         let mut calm = Calm::new();
         assert_eq!(calm.slowed(), None);
-        let mut measured = |calm: &mut Calm, members, times: &[f64]| {
+        let measured = |calm: &mut Calm, members, times: &[f64]| {
             let mut looks = times.iter().copied();
             let found = calm
                 .between(members, || Ok(looks.next().unwrap()), || Ok(()))

@@ -33,9 +33,10 @@ pub fn measure(
 ) -> Result<Worked<()>, Trouble> {
     let most = sizes.iter().copied().max().unwrap_or(1);
     let prepare = |_| {
-        let buffer = match seat.node == node {
-            true => memory::near(most, walk == Walk::HopsHuge, 0.0)?,
-            false => memory::on_node(topology, node, most)?,
+        let buffer = match (seat.node == node, walk) {
+            (false, _) => memory::on_node(topology, node, most)?,
+            (true, Walk::HopsHuge) => memory::on_huge_pages(most, 0.0)?,
+            (true, Walk::Pages | Walk::Hops) => memory::near(most, 0.0)?,
         };
         Ok(Chain::new(buffer))
     };
@@ -167,7 +168,7 @@ mod tests {
     fn a_chain_meets_every_line_once_and_comes_back() {
         for lines in [1, 10, 64, 128, 1000, 1024, 65 * 64] {
             for walk in [Walk::Pages, Walk::Hops] {
-                let mut chain = Chain::new(Buffer::new(lines + PAGE, false).unwrap());
+                let mut chain = Chain::new(Buffer::new(lines + PAGE).unwrap());
                 chain.link(lines, walk);
                 let (first, mut changes) = (chain.place(), 0);
                 let ring = match walk {
@@ -198,7 +199,7 @@ mod tests {
     #[test]
     fn hops_lead_through_all_pages_in_a_lap() {
         let pages = 7;
-        let mut chain = Chain::new(Buffer::new(pages * PAGE, false).unwrap());
+        let mut chain = Chain::new(Buffer::new(pages * PAGE).unwrap());
         chain.link(pages * PAGE, Walk::Hops);
         let visited: Vec<usize> = (0..pages * PAGE)
             .map(|_| {

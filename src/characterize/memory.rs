@@ -6,14 +6,27 @@ use crate::topology::Topology;
 
 /// A buffer full of `value`, taken by the calling thread: near it, where the system does as
 /// usual.
-pub fn near(lines: usize, huge_pages: bool, value: f64) -> Result<Buffer, Trouble> {
-    let refused = |source| Trouble::Memory {
-        bytes: lines * LINE,
-        source,
-    };
-    let mut buffer = Buffer::new(lines, huge_pages).map_err(refused)?;
+pub fn near(lines: usize, value: f64) -> Result<Buffer, Trouble> {
+    let mut buffer = untouched(lines)?;
     buffer.fill(value);
     Ok(buffer)
+}
+
+/// The same on huge pages.
+pub fn on_huge_pages(lines: usize, value: f64) -> Result<Buffer, Trouble> {
+    let mut buffer = untouched(lines)?;
+    let refused = |source| Trouble::HugePages { source };
+    buffer.ask_for_huge_pages().map_err(refused)?;
+    buffer.fill(value);
+    Ok(buffer)
+}
+
+/// Pages that nobody has touched.
+pub fn untouched(lines: usize) -> Result<Buffer, Trouble> {
+    Buffer::new(lines).map_err(|source| Trouble::Memory {
+        bytes: lines * LINE,
+        source,
+    })
 }
 
 /// The same on a node: touched first by a thread that is bound to a core of the node, or, where
@@ -30,7 +43,7 @@ pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, T
             node,
             detail: error.to_string(),
         })?;
-        near(lines, false, 1.0)
+        near(lines, 1.0)
     };
     std::thread::scope(|scope| {
         let toucher = scope.spawn(touch);

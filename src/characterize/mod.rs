@@ -49,7 +49,7 @@ use description::Root;
 use drive::DefaultDrive;
 use noise::Watch;
 use outcome::Sample;
-use plan::{Item, Limits, Plan};
+use plan::{Item, Limits};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 use tables::Moulds;
@@ -195,15 +195,9 @@ pub fn characterize(
     let started = SystemTime::now();
     let clock = Instant::now();
     let description = description::describe(topology, &Root::of_this_machine());
-    let Plan {
-        mut items,
-        mut missing,
-    } = plan::plan(
-        topology,
-        settings.extent,
-        limits(topology, settings, &description),
-    );
-    items.retain(|item| settings.only.is_empty() || settings.only.contains(&item.part()));
+    let limits = limits(topology, settings, &description);
+    let plan = plan::plan(topology, settings.extent, limits);
+    let (items, mut missing) = plan.only(&settings.only);
     let (default, mut moulds) = (DefaultDrive::new()?, Moulds::default());
     let threads = (topology.cores.iter()).flat_map(|core| core.threads.clone());
     let noise = Watch::new(threads.collect());
@@ -282,6 +276,8 @@ fn limits(
     Limits {
         memory: settings.memory.unwrap_or(free / 4).max(1 << 20),
         processors: parallelism.min(topology.threads()).max(1),
+        huge_pages: (description.huge_pages.transparent.as_deref())
+            .is_some_and(|given| given != "never"),
     }
 }
 

@@ -73,7 +73,7 @@ pub fn measure(
     let prepare = |_| {
         let mut reader = Reader {
             set: Set::widest(),
-            buffer: memory::near(lines, false, 1.0)?,
+            buffer: memory::near(lines, 1.0)?,
             sweep: 0,
             next: 0,
             lines: Vec::new(),
@@ -129,7 +129,7 @@ mod tests {
         for (lines, stride, piece) in [(64, 1, 10), (64, 4, 7), (67, 8, 5), (5, 1, 3)] {
             let mut reader = Reader {
                 set: Set::widest(),
-                buffer: memory::near(lines, false, 1.0).unwrap(),
+                buffer: memory::near(lines, 1.0).unwrap(),
                 sweep: 0,
                 next: 0,
                 lines: Vec::new(),

@@ -6,10 +6,10 @@ mod places;
 
 pub use item::{Item, Mesh, Placement, Seat, Sharing, Solver, StreamKernel, Walk};
 
-use super::Extent;
 use super::buffer::LINE;
 use super::latency::PAGE;
 use super::vectors::Set;
+use super::{Extent, Part};
 use crate::topology::Topology;
 use places::{caches_spanned, order, pairs, same_places, teams};
 
@@ -20,6 +20,8 @@ pub struct Limits {
     pub memory: u64,
     /// Processors' worth of time that the system gives this process.
     pub processors: usize,
+    /// Whether the system gives huge pages to whoever asks for them.
+    pub huge_pages: bool,
 }
 
 /// What is measured, in this order, and what is not.
@@ -27,8 +29,33 @@ pub struct Limits {
 pub struct Plan {
     /// The items.
     pub items: Vec<Item>,
-    /// What cannot be measured here, a sentence each.
-    pub missing: Vec<String>,
+    /// What cannot be measured here.
+    pub missing: Vec<Missing>,
+}
+
+impl Plan {
+    /// What is asked for of it: these parts; all where none is named.
+    pub fn only(self, parts: &[Part]) -> (Vec<Item>, Vec<String>) {
+        let asked = |part: &Part| parts.is_empty() || parts.contains(part);
+        let items = self.items.into_iter().filter(|item| asked(&item.part()));
+        let missing = self
+            .missing
+            .into_iter()
+            .filter(|missing| missing.of.iter().any(asked));
+        (
+            items.collect(),
+            missing.map(|missing| missing.said).collect(),
+        )
+    }
+}
+
+/// What cannot be measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Missing {
+    /// The parts that lack it.
+    pub of: &'static [Part],
+    /// What it is, in a sentence.
+    pub said: String,
 }
 
 /// A last-level cache where the system reports none \[bytes\].
@@ -98,18 +125,24 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     let mut missing = Vec::new();
     let compact = teams(topology, Placement::Compact, limits.processors);
     let Some(first) = compact.first().and_then(|team| team.first()).copied() else {
-        missing.push("this process may use no core: nothing was measured".to_owned());
+        missing.push(Missing {
+            of: &Part::ALL,
+            said: "this process may use no core: nothing was measured".to_owned(),
+        });
         return Plan {
             items: Vec::new(),
             missing,
         };
     };
     if limits.processors < topology.threads() {
-        missing.push(format!(
-            "more than {} of {} threads: the system gives this process no more processor time",
-            limits.processors,
-            topology.threads()
-        ));
+        missing.push(Missing {
+            of: &[Part::Arithmetic, Part::Bandwidth, Part::Solver],
+            said: format!(
+                "more than {} of {} threads: the system gives this process no more processor time",
+                limits.processors,
+                topology.threads()
+            ),
+        });
     }
     let mut items = arithmetic(&compact);
     streams(&mut items, &mut missing, topology, &compact, &scale, limits);
@@ -119,12 +152,15 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     let wanted = (OUTGROWN * llc).max(64 << 20);
     let largest = wanted.min(scale.largest).min(limits.memory);
     if largest < 2 * llc {
-        missing.push(format!(
-            "one thread's working sets beyond the last-level cache of {} MiB: buffers end at {} MiB \
-             (--memory, --full)",
-            llc >> 20,
-            largest >> 20
-        ));
+        missing.push(Missing {
+            of: &[Part::Operators, Part::Mountain, Part::Latency],
+            said: format!(
+                "one thread's working sets beyond the last-level cache of {} MiB: buffers end at \
+                 {} MiB (--memory, --full)",
+                llc >> 20,
+                largest >> 20
+            ),
+        });
     }
     for &dimension in scale.dimensions {
         let bytes = (8 * dimension * dimension.next_multiple_of(8)) as u64;
@@ -161,7 +197,15 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
             strides: strides.collect(),
         });
     }
-    latencies(&mut items, topology, first, largest, &scale);
+    latencies(
+        &mut items,
+        &mut missing,
+        topology,
+        first,
+        largest,
+        &scale,
+        limits,
+    );
     Plan { items, missing }
 }
 
@@ -217,7 +261,7 @@ fn array_lines(
 
 fn streams(
     items: &mut Vec<Item>,
-    missing: &mut Vec<String>,
+    missing: &mut Vec<Missing>,
     topology: &Topology,
     compact: &[Vec<Seat>],
     scale: &Scale,
@@ -244,18 +288,20 @@ fn streams(
         }
     }
     if !outgrown {
-        missing.push(
-            "streams through arrays of four times the last-level caches: there is not memory \
-             enough, or not time (--memory, --full); their figures hold a part of cache"
+        missing.push(Missing {
+            of: &[Part::Bandwidth],
+            said: "streams through arrays of four times the last-level caches: there is not \
+                   memory enough, or not time (--memory, --full); their figures hold a part of \
+                   cache"
                 .to_owned(),
-        );
+        });
     }
 }
 
 /// Pairs of nodes: the cores of each read the memory of each.
 fn nodes(
     items: &mut Vec<Item>,
-    missing: &mut Vec<String>,
+    missing: &mut Vec<Missing>,
     topology: &Topology,
     scale: &Scale,
     limits: Limits,
@@ -279,16 +325,19 @@ fn nodes(
     for node in &topology.numa_nodes {
         if node.threads.is_empty() {
             let index = node.index;
-            missing.push(format!(
-                "node {index} from its own cores: it has none that this process may use"
-            ));
+            missing.push(Missing {
+                of: &[Part::Bandwidth, Part::Latency],
+                said: format!(
+                    "node {index} from its own cores: it has none that this process may use"
+                ),
+            });
         }
     }
 }
 
 fn solvers(
     items: &mut Vec<Item>,
-    missing: &mut Vec<String>,
+    missing: &mut Vec<Missing>,
     topology: &Topology,
     teams: &[Vec<Seat>],
     scale: &Scale,
@@ -314,12 +363,15 @@ fn solvers(
                     continue;
                 }
                 if dense && (tables + 1) * table > limits.memory {
-                    missing.push(format!(
-                        "{} with {modes} modes, tables {}: {} MiB of tables (--memory)",
-                        solver.name(),
-                        sharing.name(),
-                        ((tables + 1) * table) >> 20
-                    ));
+                    missing.push(Missing {
+                        of: &[Part::Solver],
+                        said: format!(
+                            "{} with {modes} modes, tables {}: {} MiB of tables (--memory)",
+                            solver.name(),
+                            sharing.name(),
+                            ((tables + 1) * table) >> 20
+                        ),
+                    });
                     continue;
                 }
                 items.push(Item::Solver {
@@ -332,11 +384,22 @@ fn solvers(
         }
     }
     if !several {
-        missing.push("a table a node: there is one node, its table is the shared one".to_owned());
+        missing.push(Missing {
+            of: &[Part::Solver],
+            said: "a table a node: there is one node, its table is the shared one".to_owned(),
+        });
     }
 }
 
-fn latencies(items: &mut Vec<Item>, topology: &Topology, first: Seat, largest: u64, scale: &Scale) {
+fn latencies(
+    items: &mut Vec<Item>,
+    missing: &mut Vec<Missing>,
+    topology: &Topology,
+    first: Seat,
+    largest: u64,
+    scale: &Scale,
+    limits: Limits,
+) {
     let whole = |size: u64| (size as usize / LINE).next_multiple_of(PAGE);
     let mut all: Vec<usize> = sizes(8 << 10, largest, scale.steps).map(whole).collect();
     all.dedup();
@@ -349,7 +412,13 @@ fn latencies(items: &mut Vec<Item>, topology: &Topology, first: Seat, largest: u
     };
     items.push(item(first, first.node, &all, Walk::Pages));
     items.push(item(first, first.node, &all, Walk::Hops));
-    items.push(item(first, first.node, &last, Walk::HopsHuge));
+    match limits.huge_pages {
+        true => items.push(item(first, first.node, &last, Walk::HopsHuge)),
+        false => missing.push(Missing {
+            of: &[Part::Latency],
+            said: "loads on huge pages: the system gives none (transparent_hugepage)".to_owned(),
+        }),
+    }
     for (node, memory) in pairs(topology) {
         let seat = order(topology, Placement::Compact)
             .into_iter()

@@ -37,9 +37,9 @@ pub fn streams(
         pace,
         |_| {
             Ok(Arrays {
-                a: memory::near(lines, false, 0.0)?,
-                b: memory::near(lines, false, A)?,
-                c: memory::near(lines, false, B)?,
+                a: memory::near(lines, 0.0)?,
+                b: memory::near(lines, A)?,
+                c: memory::near(lines, B)?,
                 right: true,
             })
         },

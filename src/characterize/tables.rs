@@ -4,7 +4,8 @@
 //! Load and half gap are coordinates of the state that these tables act on, so that operating
 //! points of one speed have equal tables. Their time is one of memory, whoever wrote it.
 
-use super::buffer::{Buffer, LANES, LINE, Line};
+use super::buffer::{Buffer, LANES, Line};
+use super::memory;
 use super::plan::Solver;
 use super::trouble::Trouble;
 use crate::propagate::{DenseError, KeptTables, TableArray};
@@ -42,11 +43,7 @@ impl Cast {
     pub fn new(mould: &[TableArray]) -> Result<Self, Trouble> {
         let arrays = mould.iter().map(|array| {
             let lines = array.values.len().div_ceil(LANES);
-            let refused = |source| Trouble::Memory {
-                bytes: lines * LINE,
-                source,
-            };
-            let mut buffer = Buffer::new(lines, false).map_err(refused)?;
+            let mut buffer = memory::untouched(lines)?;
             for (line, values) in buffer
                 .lines_mut()
                 .iter_mut()
@@ -93,7 +90,7 @@ mod tests {
         for array in &built {
             let numbers = cast.numbers(array.name).unwrap();
             assert_eq!(numbers, array.values);
-            assert_eq!(numbers.as_ptr() as usize % LINE, 0);
+            assert_eq!(numbers.as_ptr() as usize % super::super::buffer::LINE, 0);
         }
         assert_eq!(cast.numbers("d"), None);
     }

@@ -17,6 +17,12 @@ pub enum Trouble {
         /// The system's own words.
         source: io::Error,
     },
+    /// The system knows no huge pages.
+    #[error("huge pages were not granted: {source}")]
+    HugePages {
+        /// The system's own words.
+        source: io::Error,
+    },
     /// Memory cannot be taken from a node.
     #[error("no memory of node {node} can be had: {detail}")]
     Node {

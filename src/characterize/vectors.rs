@@ -319,7 +319,7 @@ mod tests {
     use super::*;
 
     fn numbered(lines: usize, factor: f64) -> Buffer {
-        let mut buffer = Buffer::new(lines, false).unwrap();
+        let mut buffer = Buffer::new(lines).unwrap();
         for (i, line) in buffer.lines_mut().iter_mut().enumerate() {
             *line = Line(std::array::from_fn(|l| factor * (i * LANES + l) as f64));
         }
@@ -353,7 +353,7 @@ mod tests {
         let (b, c) = (numbered(33, 1.0), numbered(33, -2.0));
         for set in Set::available() {
             for past in [false, true] {
-                let mut a = Buffer::new(33, false).unwrap();
+                let mut a = Buffer::new(33).unwrap();
                 copy(set, past, b.lines(), a.lines_mut());
                 assert_eq!(a.lines(), b.lines());
                 a.fill(f64::NAN);

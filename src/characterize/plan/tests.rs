@@ -3,6 +3,7 @@ use super::*;
 const PLENTY: Limits = Limits {
     memory: 64 << 30,
     processors: usize::MAX,
+    huge_pages: true,
 };
 
 fn planned(description: &str, extent: Extent, limits: Limits) -> Plan {
@@ -121,12 +122,20 @@ fn one_core_in_a_small_container() {
     let limits = Limits {
         memory: 16 << 20,
         processors: 1,
+        huge_pages: false,
     };
     let plan = planned("pu:1", Extent::Quick, limits);
     assert_eq!(stream_threads(&plan, Placement::Compact), [1]);
     assert!(stream_threads(&plan, Placement::Scattered).is_empty());
     assert!(node_pairs(&plan).is_empty());
     for item in &plan.items {
+        assert!(!matches!(
+            item,
+            Item::Latency {
+                walk: Walk::HopsHuge,
+                ..
+            }
+        ));
         let bytes = match item {
             Item::Streams { lines, .. } => 3 * lines * LINE,
             Item::Mountain { lines, .. } => lines * LINE,
@@ -138,12 +147,14 @@ fn one_core_in_a_small_container() {
         };
         assert!(bytes <= 16 << 20, "{item:?}");
     }
-    let said = plan.missing.join("\n");
+    let all: Vec<&str> = plan.missing.iter().map(|missing| &*missing.said).collect();
+    let said = all.join("\n");
     for words in [
         "four times the last-level caches",
         "last-level cache",
         "a table a node",
         "MiB of tables",
+        "loads on huge pages",
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
@@ -157,7 +168,11 @@ fn a_quota_bounds_the_teams() {
     };
     let plan = planned("core:8 pu:2", Extent::Quick, limits);
     assert_eq!(stream_threads(&plan, Placement::Compact), [1, 2, 3]);
-    assert!(plan.missing.iter().any(|m| m.contains("3 of 16 threads")));
+    assert!(
+        plan.missing
+            .iter()
+            .any(|m| m.said.contains("3 of 16 threads"))
+    );
 }
 
 #[test]
@@ -176,4 +191,22 @@ fn sizes_grow_by_equal_ratios_in_whole_pieces() {
     );
     let operators: Vec<u64> = sizes(1000, 8000, 2).collect();
     assert_eq!(operators, [1000, 2000, 3000, 4000, 6000, 8000]);
+}
+
+/// What is not asked for is not missing.
+#[test]
+fn parts_are_asked_for() {
+    let plan = planned("pu:1", Extent::Quick, PLENTY);
+    let (items, missing) = plan.clone().only(&[Part::Latency]);
+    assert!(!items.is_empty() && items.iter().all(|item| item.part() == Part::Latency));
+    assert!(
+        missing.iter().all(|said| !said.contains("a table a node")),
+        "{missing:?}"
+    );
+    let (items, missing) = plan.clone().only(&[]);
+    assert_eq!(
+        (items.len(), missing.len()),
+        (plan.items.len(), plan.missing.len())
+    );
+    assert!(missing.iter().any(|said| said.contains("a table a node")));
 }
