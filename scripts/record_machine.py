@@ -77,7 +77,7 @@ def main(work, out):
         f"{second['program']['version']} ({second['program']['commit']}), `scripts/machine-peers`.",
         "Quiet." if second["noise"]["quiet"] else
         "**Not quiet**: " + "; ".join(second["noise"]["remarks"]) + ".",
-        "\n## Bandwidth, GB/s, best of three turns\n",
+        "\n## Bandwidth, GB/s, best of four turns\n",
         "STREAM 5.10 (J. D. McCalpin), arrays as long as those of atlas, compiled here with plain "
         "loops, and with the copy as a call of memcpy.\n",
         table(("threads", "atlas", "", "STREAM", "", "ratio"), rows),
@@ -100,7 +100,7 @@ def main(work, out):
             rows.append((f"{size / 1024:.0f}", f"{1e9 * mine:.2f}", f"{1e9 * theirs:.2f}",
                 f"{mine / theirs:.3f}", "" if level else "on a slope"))
         text += [
-            "\n## Time of a load from page to page, ns, medians of three turns\n",
+            "\n## Time of a load from page to page, ns, medians of four turns\n",
             "lmbench 3.0-a9 of Debian, `lat_mem_rd -t`, lines of 64 bytes, a run a size from 1 MiB on.\n",
             table(("buffer [KiB]", "atlas", "lmbench", "ratio", ""), rows),
             f"\nThey differ by {100 * worst:.1f} % at most, slopes left out, where half the size and "
