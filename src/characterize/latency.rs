@@ -16,8 +16,10 @@ use crate::topology::Topology;
 /// Loads of a repetition.
 pub const LOADS: usize = 20_000;
 
-/// Loads of the warm-up at most: 64 MiB of lines.
-const MOST_WARM: usize = 1 << 20;
+/// Loads of the warm-up: once round 64 MiB of lines, eight times round 8 MiB. Lines that were
+/// just written settle in a last-level cache only after some rounds, and take up to twice the
+/// time until then.
+const WARM: usize = 1 << 20;
 
 /// Lines of a usual page.
 pub const PAGE: usize = 4096 / LINE;
@@ -46,10 +48,9 @@ pub fn measure(
         sizes.len(),
         pace,
         prepare,
-        // Once round what fits a cache, so that it is there.
         |chain, task| {
             chain.link(sizes[task], walk);
-            chain.follow(sizes[task].min(MOST_WARM));
+            chain.follow(WARM);
         },
         |chain, _| chain.follow(LOADS),
         |chain| chain.place() < most,
