@@ -32,7 +32,8 @@ use std::time::Duration;
 
 const MODES: [usize; 9] = [2, 6, 12, 20, 40, 81, 160, 320, 640];
 const LOADS: [f64; 2] = [0.05, 0.30];
-const SPEEDS: [f64; 6] = [600.0, 900.0, 1100.0, 1200.0, 1500.0, 2400.0];
+/// Speeds beside the 1200 rad/s of the scenes by number of modes: each scene is timed once.
+const SPEEDS: [f64; 5] = [600.0, 900.0, 1100.0, 1500.0, 2400.0];
 
 /// Marches a settled trajectory on, cycle after cycle.
 fn march<K: Kernel>(

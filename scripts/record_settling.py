@@ -66,9 +66,21 @@ def main(folder):
     median = {name: statistics.median(values) for name, values in times.items()}
     cycles = lambda t, mask: int(t["cycles"].to_numpy()[mask].sum())
     wall = lambda t, mask: float(t["wall_time"].to_numpy()[mask].sum())
+    record = {
+        "cpu": processor(),
+        "points": len(a),
+        "cycles": int(a["cycles"].sum()),
+        "seconds": median,
+        "settled_ratio": wall(b, periodic) / wall(a, periodic),
+        "same_class": int(((a["class"] == b["class"]) & a["period"].eq_missing(b["period"])).sum()),
+        "settled_lambda_difference": float(gap[periodic].max()),
+        "twins_disagree": int((~a["twin_agrees"].drop_nulls()).sum()),
+        "lambda_stderr": float(a["lambda_stderr"].to_numpy()[~periodic].max()),
+        "energy_residual": float(a["energy_residual"].max()),
+        "runs": times,
+    }
     rows = [
-        ("points of the same class and period", str(int(((a["class"] == b["class"])
-            & a["period"].eq_missing(b["period"])).sum())) + f" of {len(a)}"),
+        ("points of the same class and period", f"{record['same_class']} of {len(a)}"),
         ("settled points", str(int(periodic.sum()))),
         ("largest difference of their λ", f"{gap[periodic].max():.1e}"),
         ("largest difference of chaotic λ, in standard errors",
@@ -92,7 +104,7 @@ def main(folder):
     text += f"{processor()}; {REPEATS} runs of each in turn.\n\n| | |\n|---|---|\n"
     text += "".join(f"| {name} | {value} |\n" for name, value in rows)
     (folder / "summary.md").write_text(text)
-    (folder / "times.json").write_text(json.dumps(times, indent=1) + "\n")
+    (folder / "record.json").write_text(json.dumps(record, indent=1) + "\n")
     print(text)
 
 
