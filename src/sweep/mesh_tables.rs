@@ -22,8 +22,29 @@ const LONGEST_PIECE: f64 = 0.25;
 /// means over longer pieces would be the largest error of all.
 const LONGEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
+/// How far a course may be from its law, relative.
+const COURSE_TOLERANCE: f64 = 1e-9;
+
+/// The same where segments take means of it: those come out closer by far.
+const MEANS_TOLERANCE: f64 = 1e-6;
+
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
+
+/// How finely a table follows its law.
+#[derive(Debug, Clone, Copy)]
+struct Resolution {
+    /// Longest piece, in mesh cycles.
+    longest: f64,
+    /// Largest error of its polynomials, relative.
+    tolerance: f64,
+}
+
+/// Of a table of which means are taken.
+const MEANS: Resolution = Resolution {
+    longest: LONGEST_PIECE,
+    tolerance: MEANS_TOLERANCE,
+};
 
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
@@ -146,11 +167,18 @@ impl MeshTables {
             }
         };
         let turning = point.mesh.friction > 0.0 || misalignment != 0.0;
-        let longest = match spec.course {
-            CourseSpec::Continuous if turning => LONGEST_TURNING_PIECE,
-            _ => LONGEST_PIECE,
+        let resolution = match spec.course {
+            CourseSpec::Segments(_) => MEANS,
+            CourseSpec::Continuous => Resolution {
+                longest: if turning {
+                    LONGEST_TURNING_PIECE
+                } else {
+                    LONGEST_PIECE
+                },
+                tolerance: COURSE_TOLERANCE,
+            },
         };
-        let cycle = self.cycle(spec, misalignment, force, longest)?;
+        let cycle = self.cycle(spec, misalignment, force, resolution)?;
         Ok(TabledMesh {
             divisions: divisions(&cycle, spec.course),
             mean_stiffness: cycle.mean_stiffness(),
@@ -178,7 +206,7 @@ impl MeshTables {
         let mut fault = None;
         let search = MisalignmentSearch::default();
         let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
-            let inputs = inputs(&spec.gears, misalignment, force, LONGEST_PIECE);
+            let inputs = inputs(&spec.gears, misalignment, force, MEANS);
             match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
                 Ok(table) => table.cycle(0, 0).mean_centre(),
                 Err(error) => {
@@ -208,10 +236,11 @@ impl MeshTables {
         spec: &TableSpec,
         misalignment: f64,
         force: f64,
-        longest: f64,
+        resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let key = format!("{:?} {misalignment:e} {force:e} {longest:e}", spec.gears);
-        let far = || self.common.cycle(&key, spec, misalignment, force, longest);
+        let gears = &spec.gears;
+        let key = format!("{gears:?} {misalignment:e} {force:e} {resolution:?}");
+        let far = || (self.common).cycle(&key, spec, misalignment, force, resolution);
         match &self.near {
             None => far(),
             Some(near) => near.get(key.clone(), far),
@@ -227,12 +256,12 @@ impl Common {
         spec: &TableSpec,
         misalignment: f64,
         force: f64,
-        longest: f64,
+        resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
         if let Some(known) = lock(&self.known).get(key) {
             return Ok(known.clone());
         }
-        let inputs = inputs(&spec.gears, misalignment, force, longest);
+        let inputs = inputs(&spec.gears, misalignment, force, resolution);
         let fetched = self.store.mesh_table(&spec.gears, &inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
@@ -247,11 +276,17 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn inputs(gears: &GearPair, misalignment: f64, force: f64, longest: f64) -> MeshTableInputs {
+fn inputs(
+    gears: &GearPair,
+    misalignment: f64,
+    force: f64,
+    resolution: Resolution,
+) -> MeshTableInputs {
     let mut inputs = MeshTableInputs::of_gears(gears);
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
-    inputs.longest_piece = longest;
+    inputs.longest_piece = resolution.longest;
+    inputs.tolerance = resolution.tolerance;
     inputs
 }
 

@@ -184,7 +184,10 @@ fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
     if !args.torque.is_empty() {
         inputs.torque.clone_from(&args.torque);
     }
-    let bar = progress_bar(args, "{bar:30} {pos}/{len} mesh phases  ETA {eta}");
+    let bar = progress_bar(
+        args,
+        "{bar:30} {pos}/{len} stretches of the mesh cycle  ETA {eta}",
+    );
     let progress = |_, all: usize| {
         bar.set_length(all as u64);
         bar.inc(1);

@@ -14,7 +14,7 @@ use crate::gear::{
 };
 
 /// Part of every key: changes whenever the same gears give other numbers or other arrays.
-const METHOD: &str = "atlas mesh table 1";
+const METHOD: &str = "atlas mesh table 2";
 
 /// A mesh table, and how it was come by.
 #[derive(Debug)]
@@ -246,11 +246,12 @@ mod tests {
             change(&mut gears);
             paths.push(path(&gears, &inputs));
         }
-        let changed: [fn(&mut MeshTableInputs); 4] = [
+        let changed: [fn(&mut MeshTableInputs); 5] = [
             |inputs| inputs.misalignment.push(1e-3),
             |inputs| inputs.slices += 1,
             |inputs| inputs.pattern = true,
             |inputs| inputs.longest_piece = 0.05,
+            |inputs| inputs.tolerance = 1e-6,
         ];
         for change in changed {
             let mut inputs = inputs.clone();
@@ -259,7 +260,7 @@ mod tests {
         }
         paths.sort();
         paths.dedup();
-        assert_eq!(paths.len(), 10);
+        assert_eq!(paths.len(), 11);
     }
 
     #[test]
