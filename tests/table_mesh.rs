@@ -159,6 +159,11 @@ fn relieved_flanks_run_without_event_storms() {
                 // Of one pair at its tip, and of two.
                 assert!((1.5e8..3.02e8).contains(&stiffness), "{stiffness:e}");
             }
+            // A window that starts in the segment may run on behind it, by its length at most.
+            for place in [2.0, 3.0] {
+                let stiffness = segment.stiffness.at(place);
+                assert!((1.5e7..3.02e9).contains(&stiffness), "{stiffness:e}");
+            }
         }
         let kernel = Volterra::new(&model, ROUND_OFF, 100);
         let mut trajectory = model.start(&InitialState::Static);
