@@ -125,7 +125,7 @@ const RELIEVED: (&str, &str) = (
 #[test]
 fn segments_converge_to_the_course_of_relieved_flanks() {
     let parts = common::parts();
-    for (friction, floor) in [(FRICTIONLESS, 1e-6), (RUBBING, 1e-3)] {
+    for (friction, floor) in [(FRICTIONLESS, 1e-6), (RUBBING, 2e-4)] {
         let edited = job(&[COURSE[0], COURSE[1], friction, RELIEVED]);
         for load in [0.05, 0.175, 0.3] {
             let course = model(&parts, &edited, load, 1200.0);
@@ -140,6 +140,11 @@ fn segments_converge_to_the_course_of_relieved_flanks() {
             });
             println!("{}, load {load}: {errors:?}", friction.1);
             assert!(errors[0] < 1e-2 && errors[3] < floor, "{load}: {errors:?}");
+            // Where contact is lost throughout the cycle there is nothing to converge.
+            if friction == FRICTIONLESS && errors[0] > 1e-9 {
+                let order = (errors[0] / errors[3]).log(64.0);
+                assert!(order > 1.6, "{load}: order {order}, {errors:?}");
+            }
         }
     }
 }
