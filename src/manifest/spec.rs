@@ -160,6 +160,14 @@ impl StructureSource {
         Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))
     }
 
+    /// Mesh force at load 1 \[N\], where it is known without the drawing: of a modal file.
+    pub fn rated_force(&self) -> Option<f64> {
+        match self {
+            Self::Modal(structure) => Some(structure.rated_force),
+            Self::Rigid(_) | Self::Flexible(_) => None,
+        }
+    }
+
     /// The model kind, as in the manifest.
     pub fn kind(&self) -> &'static str {
         match self {

@@ -174,6 +174,8 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("shafts.<shaft>.pedestals.mass.*", Mass, POSITIVE, r#""3 kg""#),
     table("mesh"),
     quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#),
+    quantity("mesh.normal_backlash", Length, POSITIVE, r#""30 um""#),
+    quantity("mesh.circumferential_backlash", Length, POSITIVE, r#""32 um""#),
     key("mesh.stiffness", Choice(&["table", "piecewise", "continuous", "constant"]), ANY, r#""piecewise""#),
     quantity("mesh.mean_stiffness", Stiffness, POSITIVE, r#""4e8 N/m""#),
     quantity("mesh.contact_ratio", Ratio, bounds(1.0, true, 2.0, false), "1.6"),
