@@ -5,7 +5,7 @@
 mod common;
 
 use atlas::analysis::{Nvh, NvhOutcome};
-use atlas::model::{Contact, Model, Segment, Stiffness};
+use atlas::model::{Contact, FlankError, Model, Segment, Stiffness};
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::Stream;
 use atlas::propagate::{Event, Observer, Window};
@@ -22,6 +22,7 @@ fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u
         start: 0.0,
         end: 1.0,
         stiffness: Stiffness::constant(1.0),
+        error: FlankError::NONE,
         direction: 0,
         damping: 0.0,
     };

@@ -4,11 +4,11 @@
 //!
 //! ```text
 //! Δ(½Σ(v² + ω²q²) + ½k(δ − s b)²) = ∫ T·u dt                   torques
-//!     − ∫ F e' dt                                             transmission error
-//!     − ∫ Σ 2ζω u² dt − ∫ c δ'² dt                            damping, structure and mesh
+//!     − ∫ F e' dt − ∫ F s b' dt                               transmission error, half gap
+//!     − ∫ Σ 2ζω u² dt − ∫ c (δ' − s b')² dt                   damping, structure and mesh
 //!     − ∫ F (g − w)·u dt                                      friction
 //!     + ∫ ½ k' (δ − s b)² dt                                  stiffness that varies
-//!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, of direction
+//!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, direction, gap
 //! ```
 //!
 //! Every integrand is a product of Legendre series. The modal velocities are rebuilt
@@ -18,7 +18,7 @@
 
 use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
 use crate::model::{Contact, Model, STIFFNESS_TERMS, Segment, TrajectoryState};
-use crate::numerics::legendre::{at_end, at_start, derivative, evaluate};
+use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{Event, Observer, Window};
 use std::sync::OnceLock;
@@ -90,7 +90,8 @@ impl<'m> EnergyAudit<'m> {
     /// Energy of the mesh at a phase, in cycles.
     fn spring(&self, segment: &Segment, contact: Contact, phase: f64, deflection: f64) -> f64 {
         if contact.touching() {
-            let stretch = deflection - contact.sign() * self.model.half_gap;
+            let [gap, _] = self.model.gap_on(segment, phase * self.model.period());
+            let stretch = deflection - contact.sign() * gap;
             0.5 * segment.stiffness_at(phase) * stretch * stretch
         } else {
             0.0
@@ -102,7 +103,17 @@ impl<'m> EnergyAudit<'m> {
         self.turnover += value.abs();
     }
 
-    /// Work of a stiffness that varies over a window in contact.
+    /// Series over a window in contact of what the flanks lack on the side that touches, s e.
+    fn lack(&self, window: &Window<'_>) -> Series {
+        let segment = window.segment;
+        let place = |time: f64| segment.place(time / self.model.period());
+        let ends = [window.start, window.start + window.duration].map(place);
+        let series = transforms8().restrict(segment.error.coefficients(), ends[0], ends[1]);
+        padded(&series.map(|a| window.contact.sign() * a))
+    }
+
+    /// Work of a stiffness that varies over a window in contact, `deflection` being without what
+    /// the flanks lack.
     fn stiffening(&mut self, window: &Window<'_>, deflection: &Series) {
         let segment = window.segment;
         if segment.stiffness.is_constant() {
@@ -164,8 +175,9 @@ impl Observer for EnergyAudit<'_> {
         if let Some(last) = self.last
             && last.segment != *window.segment
         {
-            let turned = last.segment.direction != window.segment.direction;
-            // Where nothing turns δ is the same on both sides, and an event finds no energy.
+            let turned = last.segment.direction != window.segment.direction
+                || !(last.segment.error.is_none() && window.segment.error.is_none());
+            // Where nothing turns the spring is as long on both sides, and an event finds no energy.
             if turned || last.contact == window.contact {
                 let before = if turned { last.deflection } else { at };
                 let before = self.spring(&last.segment, last.contact, last.phase, before);
@@ -187,6 +199,15 @@ impl Observer for EnergyAudit<'_> {
                 let rate = cosine_series(h.angular_frequency, phase, tau);
                 let work = integral(&force, &rate, tau) * h.amplitude * h.angular_frequency;
                 self.work(-work);
+            }
+            let mut deflection = deflection;
+            if !window.segment.error.is_none() {
+                let lack = self.lack(window);
+                let opening = derivative(&lack).map(|d| 2.0 / tau * d);
+                self.work(-integral(&force, &opening, tau));
+                for (d, lack) in deflection.iter_mut().zip(&lack) {
+                    *d -= lack;
+                }
             }
             let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
             self.work(-window.segment.damping * integral(&rate, &rate, tau));

@@ -198,6 +198,7 @@ mod tests {
             start: 0.0,
             end: 1.0,
             stiffness: crate::model::Stiffness::constant(1.0),
+            error: crate::model::FlankError::NONE,
             damping: 0.0,
             direction: 0,
         };

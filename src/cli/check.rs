@@ -1,5 +1,6 @@
 //! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
 
+use super::excitation::{self, Cause};
 use super::{BAD_INPUT, answer};
 use crate::manifest::{
     self, Carried, CourseSpec, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec,
@@ -129,6 +130,14 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         ),
     ));
     lines.push(("mesh".to_owned(), mesh(job)));
+    let causes: Vec<String> = (excitation::causes(first).into_iter())
+        .map(|cause| cause.text)
+        .collect();
+    let causes = match causes.is_empty() {
+        true => "nothing".to_owned(),
+        false => causes.join(", "),
+    };
+    lines.push(("excited by".to_owned(), causes));
     lines.push((
         "run".to_owned(),
         format!(
@@ -370,6 +379,10 @@ fn job_json(name: &str, job: &Job) -> Value {
             "chain_length": carried.length,
         })),
         "model": first.as_ref().map(|p| p.model.source.kind()),
+        "excited_by": first.as_ref().map(|p| {
+            let causes = excitation::causes(p).into_iter();
+            causes.map(|Cause { value, .. }| value).collect::<Vec<_>>()
+        }),
         "retained_min": retained.0,
         "retained_max": retained.1,
         "kernel": first.as_ref().map(|p| match p.run.kernel {

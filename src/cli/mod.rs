@@ -5,6 +5,7 @@ mod activity;
 pub mod check;
 mod earlier;
 mod events;
+mod excitation;
 pub mod machine;
 pub mod merge;
 pub mod plan;

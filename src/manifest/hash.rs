@@ -267,9 +267,9 @@ impl JobHash {
             torque_ripple,
         } = excitation;
         // Named rather than flagged: jobs without them keep the hash they had.
-        if *table_harmonics > 0 {
+        if let Some(count) = table_harmonics {
             self.text("table harmonics");
-            self.integer(u64::from(*table_harmonics));
+            self.integer(u64::from(*count));
         }
         self.integer(transmission_error.len() as u64);
         for term in transmission_error {

@@ -183,9 +183,9 @@ impl StructureSource {
 pub struct ExcitationSpec {
     /// `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the mesh phase in cycles.
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
-    /// Harmonics that a mesh table adds: of what flanks under load are short of, its tangent
-    /// error.
-    pub table_harmonics: u32,
+    /// So many harmonics stand for the error that a mesh table finds of its flanks under load;
+    /// none: the error belongs to the law, as it is.
+    pub table_harmonics: Option<u32>,
     /// `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
 }

@@ -35,7 +35,11 @@ impl TrajectoryState {
     /// the deflection.
     pub fn new(model: &Model, state: Vec<f64>, cycle: u64) -> Self {
         let (deflection, rate) = model.deflection(&state, 0.0);
-        let contact = Contact::classify(deflection, rate, model.half_gap);
+        let contact = Contact::classify(
+            deflection,
+            rate,
+            model.gap_on(&model.cycle.segments[0], 0.0),
+        );
         Self {
             state,
             contact,

@@ -41,7 +41,7 @@ pub struct Event {
     pub to: Contact,
     /// Surface crossed.
     pub surface: Surface,
-    /// Deflection rate δ' at the crossing \[m/s\].
+    /// Rate of the deflection against the surface at the crossing, δ' − s b' \[m/s\].
     pub rate: f64,
 }
 

@@ -3,11 +3,12 @@
 use super::parts::Near;
 use crate::gear::{
     Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs,
-    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES, TiltCompliance,
-    loaded_misalignment,
+    MeshTablePiece, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
+    TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CourseSpec, PointSpec, TableSpec};
-use crate::model::{Division, STIFFNESS_TERMS, Stiffness};
+use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
+use crate::numerics::legendre::transforms8;
 use crate::shaft::ModalStructure;
 use crate::store::{MeshFetchError, Origin, TableStore};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -21,6 +22,9 @@ const LONGEST_PIECE: f64 = 0.25;
 /// The same where load centroid or friction matter and the stiffness is used as it is: their
 /// means over longer pieces would be the largest error of all.
 const LONGEST_TURNING_PIECE: f64 = 1.0 / 24.0;
+
+/// Phases closer than this, in cycles, are one: only rounding keeps them apart.
+const SAME_PHASE: f64 = 1e-9;
 
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
@@ -58,8 +62,9 @@ pub struct TabledMesh {
     pub divisions: Vec<Division>,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
-    /// Transmission error of the flanks under load: (multiple of the mesh frequency, amplitude
-    /// \[m\], phase \[rad\]).
+    /// Harmonics of the transmission error that stand for the error of the flanks under load where
+    /// the divisions do not have it: (multiple of the mesh frequency, amplitude \[m\], phase
+    /// \[rad\]).
     pub transmission_error: Vec<(u32, f64, f64)>,
     /// How the misalignment under load was found, where shafts tilt.
     pub tilt: Option<MisalignmentReport>,
@@ -151,11 +156,11 @@ impl MeshTables {
             _ => LONGEST_PIECE,
         };
         let cycle = self.cycle(spec, misalignment, force, longest)?;
+        let harmonics = point.excitation.table_harmonics;
         Ok(TabledMesh {
-            divisions: divisions(&cycle, spec.course),
+            divisions: divisions(&cycle, spec.course, harmonics.is_none()),
             mean_stiffness: cycle.mean_stiffness(),
-            transmission_error: cycle
-                .harmonics(&cycle.tangent_error(), point.excitation.table_harmonics),
+            transmission_error: cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)),
             tilt,
         })
     }
@@ -219,6 +224,23 @@ impl MeshTables {
     }
 }
 
+/// Largest less smallest error of the loaded flanks \[m\] of a point that takes its stiffness from
+/// the table of `spec`, before the shafts tilt. Nothing is kept.
+///
+/// # Errors
+/// Gears that do not mesh, or a load that cannot be shared.
+pub fn flank_error(point: &PointSpec, spec: &TableSpec) -> Result<f64, MeshError> {
+    let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
+    let force = point.load * rated;
+    let inputs = inputs(&spec.gears, point.mesh.misalignment, force, LONGEST_PIECE);
+    let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
+    let cycle = table.cycle(0, 0);
+    Ok(match cycle.has_error() {
+        true => cycle.range(&cycle.tangent_error()),
+        false => 0.0,
+    })
+}
+
 impl Common {
     /// The cycle under a key, fetched where it is not at hand.
     fn cycle(
@@ -255,25 +277,68 @@ fn inputs(gears: &GearPair, misalignment: f64, force: f64, longest: f64) -> Mesh
     inputs
 }
 
-/// The divisions of a cycle: means over equal segments, or pieces as they are.
-fn divisions(cycle: &MeshTableCycle, course: CourseSpec) -> Vec<Division> {
+/// The divisions of a cycle: means over equal segments, or pieces as they are; `with_error` to have
+/// what loaded flanks lack, if anything. It is as it is in either case, and equal segments are cut
+/// where it has its kinks and steps.
+fn divisions(cycle: &MeshTableCycle, course: CourseSpec, with_error: bool) -> Vec<Division> {
+    let with_error = with_error && cycle.has_error();
+    let pieces = cycle.pieces();
     match course {
-        CourseSpec::Segments(count) => (1..)
-            .zip(cycle.segment_means(count as usize))
-            .map(|(number, means)| Division {
-                end: f64::from(number) / f64::from(count),
-                stiffness: Stiffness::constant(means.stiffness),
-                load_centre: means.centre,
-                friction: [means.friction, means.friction_lever],
-            })
-            .collect(),
-        CourseSpec::Continuous => (cycle.pieces().iter())
+        CourseSpec::Segments(count) => {
+            let ends = segment_ends(cycle, count, with_error);
+            (ends.windows(2))
+                .map(|ends| {
+                    let [start, end] = [ends[0], ends[1]];
+                    let means = cycle.means([start, end]);
+                    Division {
+                        end,
+                        stiffness: Stiffness::constant(means.stiffness),
+                        error: match with_error {
+                            true => part_of_error(&pieces, [start, end]),
+                            false => FlankError::NONE,
+                        },
+                        load_centre: means.centre,
+                        friction: [means.friction, means.friction_lever],
+                    }
+                })
+                .collect()
+        }
+        CourseSpec::Continuous => (pieces.iter())
             .map(|piece| Division {
                 end: piece.end,
                 stiffness: Stiffness::series(piece.stiffness),
+                error: match with_error {
+                    true => FlankError::series(piece.tangent_error),
+                    false => FlankError::NONE,
+                },
                 load_centre: piece.centre,
                 friction: [piece.friction, piece.friction_lever],
             })
             .collect(),
     }
+}
+
+/// Ends of equal segments, 0 first, cut where the pieces of the cycle end if `cut`.
+fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
+    let mut ends: Vec<f64> = (0..=count)
+        .map(|number| f64::from(number) / f64::from(count))
+        .collect();
+    if cut {
+        let equal = ends.clone();
+        let apart = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_PHASE);
+        ends.extend(cycle.breaks.iter().filter(apart));
+        ends.sort_by(f64::total_cmp);
+    }
+    ends
+}
+
+/// The tangent error between two phases inside one piece.
+fn part_of_error(pieces: &[MeshTablePiece], [start, end]: [f64; 2]) -> FlankError {
+    let middle = 0.5 * (start + end);
+    let inside = |piece: &&MeshTablePiece| middle < piece.end;
+    let Some(piece) = pieces.iter().find(inside).or(pieces.last()) else {
+        return FlankError::NONE;
+    };
+    let place = |phase: f64| (2.0 * phase - piece.start - piece.end) / (piece.end - piece.start);
+    FlankError::series(transforms8().restrict(&piece.tangent_error, place(start), place(end)))
 }

@@ -26,7 +26,7 @@ pub use chain::{Link, compute, lead_up};
 pub use estimate::Interval;
 pub use forecast::{Forecast, forecast};
 pub use kernel_tables::KernelTables;
-pub use mesh_tables::{MeshError, MeshTables, TabledMesh};
+pub use mesh_tables::{MeshError, MeshTables, TabledMesh, flank_error};
 pub use outlook::Foretold;
 pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};

@@ -85,7 +85,7 @@ pub fn of<K: Kernel>(
     workspace: &mut K::Workspace,
 ) -> Result<(Vec<TrajectoryState>, Character), Stop> {
     let mut counters = Counters::default();
-    let mut extremes = Extremes::new(model.half_gap);
+    let mut extremes = Extremes::new(model);
     let mut points = Vec::with_capacity(orbit.period as usize);
     let mut state = orbit.start.clone();
     for _ in 0..orbit.period {
@@ -153,18 +153,18 @@ fn strongest(matrix: &Mat<f64>) -> (Vec<f64>, f64) {
 }
 
 /// Extremes of δ along an orbit.
-struct Extremes {
-    half_gap: f64,
+struct Extremes<'m> {
+    model: &'m Model,
     rising: Option<bool>,
     smallest: f64,
     largest: f64,
     margin: f64,
 }
 
-impl Extremes {
-    fn new(half_gap: f64) -> Self {
+impl<'m> Extremes<'m> {
+    fn new(model: &'m Model) -> Self {
         Self {
-            half_gap,
+            model,
             rising: None,
             smallest: f64::INFINITY,
             largest: f64::NEG_INFINITY,
@@ -173,7 +173,7 @@ impl Extremes {
     }
 }
 
-impl Observer for Extremes {
+impl Observer for Extremes<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
@@ -184,11 +184,14 @@ impl Observer for Extremes {
             self.largest = self.largest.max(value);
         }
         let mut rising = self.rising;
-        turning_points(window, self.half_gap, &mut rising, |x, _| {
+        let half_gap = self.model.half_gap;
+        turning_points(window, half_gap, &mut rising, |x, _| {
             let value = evaluate(&series, x);
             self.smallest = self.smallest.min(value);
             self.largest = self.largest.max(value);
-            let away = (value.abs() - self.half_gap).abs() / self.half_gap;
+            let time = window.start + 0.5 * window.duration * (1.0 + x);
+            let [gap, _] = self.model.gap_on(window.segment, time);
+            let away = (value.abs() - gap).abs() / half_gap;
             self.margin = self.margin.min(away);
         });
         self.rising = rising;

@@ -349,7 +349,11 @@ impl Course<'_> {
     fn reclassified(&self, clock: &Clock, contact: Contact, z: &[f64]) -> Option<Surface> {
         let generator = self.generator(clock.cell, contact);
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
-        contact.towards(Contact::classify(deflection, rate, self.model.half_gap))
+        contact.towards(Contact::classify(
+            deflection,
+            rate,
+            [self.model.half_gap, 0.0],
+        ))
     }
 
     fn switch<O: Observer>(

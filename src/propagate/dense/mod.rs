@@ -47,6 +47,11 @@ pub use spectral::{Conditioning, Spectral};
 /// Why a table kernel cannot be built for a model.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum DenseError {
+    /// Loaded flanks have an error.
+    #[error(
+        "kernels of tables do not follow the error of loaded flanks; use kernel = \"volterra\", or give excitation.table_harmonics, its harmonics, or 0 to leave it out"
+    )]
+    FlankError,
     /// Stiffness varies within a segment.
     #[error(
         "the mesh stiffness varies within its segments, which tables of matrix exponentials cannot \
