@@ -40,7 +40,7 @@ impl Status {
 impl From<Stop> for Status {
     fn from(stop: Stop) -> Self {
         match stop {
-            Stop::Diverged { .. } => Self::Diverged,
+            Stop::Diverged { .. } | Stop::FarStart { .. } => Self::Diverged,
             Stop::EventStorm { .. } => Self::EventStorm,
         }
     }

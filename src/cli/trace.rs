@@ -7,9 +7,7 @@ use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
 use crate::manifest::{self, Job, KernelSpec, Ladder};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
-use crate::store::{
-    KeptKernel, OperatorFetchError, StoreError, TableKind, TraceLabel, TraceWriter, table_path,
-};
+use crate::store::{KeptKernel, StoreError, TableKind, TraceLabel, TraceWriter, table_path};
 use crate::sweep::build::Parts;
 use crate::sweep::{self, build};
 use clap::Args;
@@ -140,9 +138,7 @@ enum RecordError {
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
-    Tables(#[from] DenseError),
-    #[error(transparent)]
-    Kept(#[from] OperatorFetchError),
+    Build(#[from] build::BuildError),
 }
 
 /// Marches, and writes the files as it goes.
@@ -170,22 +166,31 @@ fn record(
         question,
         folder,
     };
+    let unfit = |error: DenseError| build::BuildError::tables(error, model);
+    let kept = |kernel, cells| {
+        let fetched = parts.kernels().get(kernel, model, cells);
+        fetched.map_err(|error| build::BuildError::tables(error, model))
+    };
     Ok(match run.kernel {
         KernelSpec::Volterra { tolerance } => {
             recording.write(&Volterra::new(model, tolerance, limit))?
         }
         KernelSpec::Stepping { steps } => recording.write(&Stepping::new(model, steps, limit))?,
         KernelSpec::Tables { ladder, cells } => match ladder {
-            Ladder::Dyadic => recording.write(&Dyadic::new(model, cells, limit)?)?,
-            Ladder::Hermite => recording.write(&Hermite::new(model, cells, limit)?)?,
+            Ladder::Dyadic => recording.write(&Dyadic::new(model, cells, limit).map_err(unfit)?)?,
+            Ladder::Hermite => {
+                recording.write(&Hermite::new(model, cells, limit).map_err(unfit)?)?
+            }
             Ladder::Spectral { event_grid } => {
-                let tables = parts.kernels().get(KeptKernel::Spectral, model, cells)?;
-                let kernel = Spectral::of_kept(model, cells, limit, event_grid, &*tables)?;
+                let tables = kept(KeptKernel::Spectral, cells)?;
+                let kernel =
+                    Spectral::of_kept(model, cells, limit, event_grid, &*tables).map_err(unfit)?;
                 recording.write(&kernel)?
             }
             Ladder::Fused => {
-                let tables = parts.kernels().get(KeptKernel::Fused, model, cells)?;
-                recording.write(&Fused::of_kept(model, cells, limit, &*tables)?)?
+                let tables = kept(KeptKernel::Fused, cells)?;
+                let kernel = Fused::of_kept(model, cells, limit, &*tables).map_err(unfit)?;
+                recording.write(&kernel)?
             }
         },
     })

@@ -25,7 +25,7 @@ pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
 pub use volterra::{InstructionSet, Volterra};
 
-use crate::model::TrajectoryState;
+use crate::model::{Model, TrajectoryState};
 
 /// Why a trajectory cannot be marched on.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -35,6 +35,17 @@ pub enum Stop {
     Diverged {
         /// The mesh cycle.
         cycle: u64,
+    },
+    /// The state that the march was to start from is out of range already.
+    #[error(
+        "the start is {half_gaps:.1e} half gaps away, and motion beyond {farthest:.0e} of them \
+         counts as diverged; set a nearer run.initial"
+    )]
+    FarStart {
+        /// Its deflection \[half gaps\].
+        half_gaps: f64,
+        /// The largest that counts as motion.
+        farthest: f64,
     },
     /// Too many events in one mesh cycle.
     #[error("more than {limit} events in mesh cycle {cycle}")]
@@ -46,13 +57,36 @@ pub enum Stop {
     },
 }
 
+/// Deflections beyond this many half gaps count as divergence.
+const FARTHEST: f64 = 1e9;
+
 /// A propagation kernel for one model.
 pub trait Kernel {
+    /// Deflections beyond this many half gaps count as divergence.
+    const FARTHEST: f64 = FARTHEST;
+
     /// Scratch memory, reused from cycle to cycle.
     type Workspace;
 
     /// A workspace for this kernel.
     fn workspace(&self) -> Self::Workspace;
+
+    /// Whether a trajectory of a model, at the start of a mesh cycle, is within the range of
+    /// this kernel.
+    ///
+    /// # Errors
+    /// [`Stop::FarStart`].
+    fn accepts(&self, model: &Model, start: &TrajectoryState) -> Result<(), Stop> {
+        let half_gaps = model.deflection(&start.state, 0.0).0.abs() / model.half_gap;
+        // Written so that a state that is no number is refused.
+        match half_gaps <= Self::FARTHEST {
+            true => Ok(()),
+            false => Err(Stop::FarStart {
+                half_gaps,
+                farthest: Self::FARTHEST,
+            }),
+        }
+    }
 
     /// Marches one mesh cycle: advances `trajectory` and every tangent, shows windows and
     /// events to `observer`, adds the work done to `counters`.

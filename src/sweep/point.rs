@@ -8,7 +8,7 @@ use crate::analysis::{
 };
 use crate::manifest::{KernelSpec, Ladder, PointSpec};
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
+use crate::propagate::{DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
 use crate::store::{ChainEnd, KeptKernel, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -127,6 +127,11 @@ fn answer(
         horizon: horizon(point, seed),
     };
     let limit = point.run.event_limit;
+    let unfit = |error: DenseError| BuildError::tables(error, &model);
+    let kept = |kernel, cells| {
+        let fetched = parts.kernels().get(kernel, &model, cells);
+        fetched.map_err(|error| BuildError::tables(error, &model))
+    };
     Ok(match point.run.kernel {
         KernelSpec::Volterra { tolerance } => {
             let kernel = Volterra::new(&model, tolerance, limit);
@@ -138,21 +143,22 @@ fn answer(
         }
         KernelSpec::Tables { ladder, cells } => match ladder {
             Ladder::Dyadic => {
-                let kernel = Dyadic::new(&model, cells, limit)?;
+                let kernel = Dyadic::new(&model, cells, limit).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Hermite => {
-                let kernel = Hermite::new(&model, cells, limit)?;
+                let kernel = Hermite::new(&model, cells, limit).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Spectral { event_grid } => {
-                let tables = parts.kernels().get(KeptKernel::Spectral, &model, cells)?;
-                let kernel = Spectral::of_kept(&model, cells, limit, event_grid, &*tables)?;
+                let tables = kept(KeptKernel::Spectral, cells)?;
+                let kernel =
+                    Spectral::of_kept(&model, cells, limit, event_grid, &*tables).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Fused => {
-                let tables = parts.kernels().get(KeptKernel::Fused, &model, cells)?;
-                let kernel = Fused::of_kept(&model, cells, limit, &*tables)?;
+                let tables = kept(KeptKernel::Fused, cells)?;
+                let kernel = Fused::of_kept(&model, cells, limit, &*tables).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
         },

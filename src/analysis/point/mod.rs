@@ -142,6 +142,7 @@ struct March<'a, K: Kernel> {
 
 impl<K: Kernel> March<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Halt> {
+        self.kernel.accepts(self.model, &self.trajectory)?;
         let mut searches = Searches::new(self.questions.settle);
         if let Some(found) = self.transient(&mut searches)?
             && let Some(outcome) = self.settle(found)?

@@ -10,10 +10,7 @@ use super::exits::{Margin, Sight};
 use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
 use crate::model::{Contact, Surface, TrajectoryState};
-use crate::propagate::{Counters, Event, Observer, Stop, Tangents, saltation};
-
-/// Deflections beyond this many half gaps count as divergence.
-const FARTHEST: f64 = 1e9;
+use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
 
 /// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;

@@ -20,9 +20,6 @@ use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::{Contact, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
 use rotation::Rotation;
 
-/// A deflection of so many half gaps is no longer a gear mesh.
-const RANGE: f64 = 1e6;
-
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
 
@@ -342,6 +339,8 @@ pub struct SteppingWorkspace {
 }
 
 impl Kernel for Stepping {
+    const FARTHEST: f64 = 1e6;
+
     type Workspace = SteppingWorkspace;
 
     fn workspace(&self) -> SteppingWorkspace {
@@ -414,7 +413,7 @@ impl Kernel for Stepping {
         // The contact state that goes into the next cycle is that of the state itself.
         let end = self.sight(&trajectory.state, self.steps - 1, 2 * self.steps);
         let reach = end.deflection.abs() + end.rate.abs() * self.step;
-        if reach.is_nan() || reach > RANGE * self.half_gap {
+        if reach.is_nan() || reach > Self::FARTHEST * self.half_gap {
             return Err(Stop::Diverged {
                 cycle: trajectory.cycle,
             });

@@ -16,9 +16,6 @@ use crate::numerics::legendre;
 use crate::propagate::events::Course;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 
-/// Deflections beyond this many half gaps count as divergence.
-const FARTHEST: f64 = 1e9;
-
 /// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
@@ -130,7 +127,7 @@ impl Volterra<'_> {
         );
         counters.windows += 1;
         let solution = &workspace.solution;
-        let farthest = FARTHEST * self.model.half_gap;
+        let farthest = Self::FARTHEST * self.model.half_gap;
         let bound = solution.deflection[0].abs() + solution.variation;
         // The series may run far beyond an event that ends the window long before; where the
         // window starts is where the trajectory is.
