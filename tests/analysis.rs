@@ -10,7 +10,7 @@ use atlas::analysis::{
     Questions, Section, Status, investigate,
 };
 use atlas::model::{Division, InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
-use atlas::propagate::{Event, Observer, Stepping, Window};
+use atlas::propagate::{Event, Observer, Spectral, Stepping, Window};
 use atlas::reference::Reference;
 use common::march::{march, march_with, settled, volterra};
 use common::{drives, relative_difference};
@@ -431,6 +431,47 @@ fn free_rest_has_no_events_and_no_spread() {
         Some(Class::Periodic(1)),
         "{}",
         outcome.reason
+    );
+}
+
+/// A start that counts as diverged before anything has moved: told as such, with the key to
+/// change, by every kernel with its own bound. Within it motion is marched.
+#[test]
+fn a_start_out_of_range_is_told_as_such() {
+    let model = small_oscillator(0.3, 1200.0);
+    let start = |half_gaps: f64| {
+        let mut start = model.start(&InitialState::Rest);
+        let felt = model.first_gains()[0].deflection[0];
+        start.state[0] = half_gaps * model.half_gap / felt;
+        TrajectoryState::new(&model, start.state, 0)
+    };
+    fn put<K: atlas::propagate::Kernel>(
+        model: &Model,
+        kernel: &K,
+        start: TrajectoryState,
+    ) -> PointOutcome {
+        let called_off = AtomicBool::new(false);
+        investigate(model, kernel, start, &questions(10, 50), &called_off).unwrap()
+    }
+    let spectral = Spectral::new(&model, 60, 1000, None).unwrap();
+    let stepping = Stepping::new(&model, 400, 1000);
+    let far = [
+        put(&model, &volterra(&model), start(1e10)),
+        put(&model, &spectral, start(-1e10)),
+        put(&model, &stepping, start(1e7)),
+    ];
+    for (outcome, said) in far.iter().zip(["1.0e10", "1.0e10", "1.0e7"]) {
+        assert_eq!((&outcome.status, outcome.cycles), (&Status::Diverged, 0));
+        let reason = &outcome.reason;
+        assert!(
+            reason.contains(said) && reason.contains("run.initial"),
+            "{reason}"
+        );
+    }
+    let near = put(&model, &spectral, start(1e3));
+    assert!(
+        near.cycles > 0 && !near.reason.contains("run.initial"),
+        "{near:?}"
     );
 }
 
