@@ -332,7 +332,7 @@ fn small_oscillator(load: f64, speed: f64) -> Model {
 #[test]
 fn small_oscillators_are_of_their_known_kind() {
     for (load, speed, class, events) in [
-        (1.0, 400.0, Class::Locked, 0.0),
+        (1.0, 400.0, Class::Locked(Some(1)), 0.0),
         (0.3, 600.0, Class::Periodic(1), 4.0),
         (0.2, 1800.0, Class::Periodic(2), 2.0),
         (2.0, 1500.0, Class::Periodic(3), 4.0 / 3.0),
@@ -378,10 +378,10 @@ fn small_oscillators_are_of_their_known_kind() {
 #[test]
 fn ripple_sets_the_period() {
     for (load, speed, order, class) in [
-        (1.0, 400.0, 1.0, Class::Locked),
+        (1.0, 400.0, 1.0, Class::Locked(Some(40))),
         (0.3, 600.0, 1.0, Class::Periodic(40)),
         (0.3, 600.0, 4.0, Class::Periodic(10)),
-        (1.0, 400.0, std::f64::consts::SQRT_2, Class::Locked),
+        (1.0, 400.0, std::f64::consts::SQRT_2, Class::Locked(None)),
     ] {
         let (mut structure, mut drive, mut point) = common::one_degree();
         structure.teeth = 40;
@@ -400,6 +400,69 @@ fn ripple_sets_the_period() {
         assert_eq!(outcome.status, Status::Ok, "{}", outcome.reason);
         assert!(outcome.lyapunov.unwrap().exponents[0] < 0.0);
     }
+}
+
+/// One degree under a transmission error of 2 µm, with torque ripple of a pinion order.
+fn shaken(load: f64, speed: f64, ripple: (f64, f64)) -> Model {
+    let mut structure = common::structure(&[0.0], 0.01, &[1.0], &[1.0]);
+    structure.pinion_torque = Some(vec![10.0]);
+    let (_, mut drive, mut point) = common::one_degree();
+    drive.mesh = atlas::model::Division::levels(&[4e8], &[]);
+    drive.transmission_error = vec![(1, 2e-6, 0.0)];
+    let (order, amplitude) = ripple;
+    drive.torque_ripple = vec![RippleInput {
+        shaft: RippleShaft::Pinion,
+        order,
+        amplitude,
+        phase: 0.4,
+    }];
+    (point.load, point.speed) = (load, speed);
+    Model::new(&structure, &drive, point).unwrap()
+}
+
+/// A motion of period 3 under a faint ripple that returns after a turn of the pinion, 20 cycles:
+/// it repeats after 60, longer than the ripple and than any period looked for without it.
+#[test]
+fn a_period_may_be_a_multiple_of_the_ripples() {
+    let model = shaken(0.3, 1430.0, (1.0, 1e-3));
+    for settle in [true, false] {
+        let asked = Questions {
+            settle,
+            ..questions(500, 2000)
+        };
+        let outcome = ask(&model, &asked);
+        let expected = (Status::Ok, Some(Class::Periodic(60)));
+        assert_eq!(
+            (outcome.status, outcome.class),
+            expected,
+            "{}",
+            outcome.reason
+        );
+        // The reference integrator's motion does as well, and no sooner.
+        let state = settled(&model, 4000);
+        for (cycles, returns) in [(20, false), (30, false), (60, true)] {
+            let end = Reference::new(&model).march(&state, cycles).unwrap().end;
+            let moved = relative_difference(&end.state, &state.state);
+            assert_eq!(moved < 1e-9, returns, "{cycles}: {moved:e}");
+        }
+    }
+}
+
+/// Rattle under ripple that never comes back: two motions from far apart become one, which
+/// follows the ripple's phase and has no period.
+#[test]
+fn a_torus_that_ripple_drives_has_a_verdict() {
+    let model = shaken(0.5, 880.0, (std::f64::consts::SQRT_2, 0.5));
+    let outcome = ask(&model, &questions(500, 1000));
+    assert!(outcome.events_per_cycle.unwrap() > 0.0);
+    let expected = (Status::Ok, Some(Class::QuasiPeriodic));
+    assert_eq!(
+        (outcome.status, outcome.class),
+        expected,
+        "{}",
+        outcome.reason
+    );
+    assert!(outcome.lyapunov.unwrap().exponents[0] < -0.01);
 }
 
 /// Nothing that moves is not given a class by accident: a free body at rest.

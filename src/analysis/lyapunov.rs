@@ -46,6 +46,11 @@ impl TangentGrowth {
         &mut self.tangents
     }
 
+    /// The direction of strongest growth.
+    pub fn leading(&self) -> &[f64] {
+        self.tangents.vector(0)
+    }
+
     /// Forgets all growth so far, keeps the directions.
     pub fn restart(&mut self) {
         self.sums.fill(0.0);

@@ -49,13 +49,14 @@ impl From<Stop> for Status {
 /// What kind of motion a point settles on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Class {
-    /// In contact throughout: no event in any measured cycle.
-    Locked,
+    /// In contact throughout, without an event in any measured cycle, and settled: repeats after
+    /// this many mesh cycles, or follows what drives it without a period.
+    Locked(Option<u32>),
     /// Repeats after this many mesh cycles, with events.
     Periodic(u32),
-    /// Largest exponent zero within its error, no short period.
+    /// On a torus: neighbours part no faster than in proportion to time, and no short period.
     QuasiPeriodic,
-    /// Largest exponent positive beyond its error.
+    /// Neighbours part exponentially, and go on doing so.
     Chaotic,
     /// None of these within the cycle budget.
     NotConverged,
@@ -65,7 +66,7 @@ impl Class {
     /// The word stored in result files.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Locked => "locked",
+            Self::Locked(_) => "locked",
             Self::Periodic(_) => "periodic",
             Self::QuasiPeriodic => "quasi_periodic",
             Self::Chaotic => "chaotic",
@@ -73,10 +74,10 @@ impl Class {
         }
     }
 
-    /// Period in mesh cycles: 1 for locked motion, k for period k, none otherwise.
+    /// Period in mesh cycles, where the motion has one.
     pub fn period(&self) -> Option<u32> {
         match self {
-            Self::Locked => Some(1),
+            Self::Locked(period) => *period,
             Self::Periodic(k) => Some(*k),
             _ => None,
         }

@@ -4,10 +4,9 @@
 //! cycle (Benettin et al. 1976). It knows nothing of tangents or saltations, so agreement
 //! with them means something.
 
-use super::lyapunov::{CYCLES_PER_AVERAGE, random_direction};
+use super::lyapunov::CYCLES_PER_AVERAGE;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::random::Stream;
 
 /// Distance of the twin, in units of the half gap: far above round-off, far below the gap.
 const DISTANCE: f64 = 1e-7;
@@ -23,20 +22,19 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// A twin of `trajectory` in a random direction.
+    /// A twin of `trajectory` in the direction of a tangent. Where neighbours part in proportion
+    /// to time directions turn as slowly, and a twin in another one would differ for as long.
     pub fn new(
         model: &Model,
         norm: &EnergyNorm,
         trajectory: &TrajectoryState,
-        stream: &mut Stream,
+        tangent: &[f64],
     ) -> Self {
-        let mut direction = vec![0.0; trajectory.state.len()];
-        random_direction(norm, stream, &mut direction);
-        let scale = DISTANCE * norm.unit() / norm.length(&direction);
+        let scale = DISTANCE * norm.unit() / norm.length(tangent);
         let state = trajectory
             .state
             .iter()
-            .zip(&direction)
+            .zip(tangent)
             .map(|(x, d)| x + scale * d)
             .collect();
         Self {

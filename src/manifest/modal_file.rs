@@ -78,6 +78,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let bearings = bearings(root, issues, modes);
     let frequency = frequency?;
     check_frequencies(root, issues, &frequency)?;
+    check_rigid(root, issues, &frequency)?;
     let zeros = vec![0.0; frequency.len()];
     Some(ModalStructure {
         teeth: u32::try_from(teeth?).ok()?,
@@ -184,6 +185,44 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
         )),
     );
     false
+}
+
+/// Part of the highest frequency below which one is the round-off of a rigid rotation: a solver
+/// that knows stiffnesses to 1e-16 knows frequencies to 1e-8 of the highest of its own, which the
+/// file may have left out.
+const ROUND_OFF: f64 = 1e-5;
+
+/// A rigid rotation with the frequency that an eigenvalue solver's round-off has given it turns
+/// for thousands of cycles into a quarter: no motion would be seen to repeat.
+fn check_rigid(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
+    let highest = frequency.last().copied().unwrap_or(0.0);
+    let rigid = |omega: f64| omega > 0.0 && omega < ROUND_OFF * highest;
+    let Some(first) = frequency.iter().position(|omega| rigid(*omega)) else {
+        return Some(());
+    };
+    let count = frequency.iter().filter(|omega| rigid(**omega)).count();
+    let (which, are) = match count {
+        1 => (format!("mode {}", first + 1), "is a rigid rotation"),
+        _ => (
+            format!("modes {} to {}", first + 1, first + count),
+            "are rigid rotations",
+        ),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of("frequency"),
+            "frequency",
+            format!(
+                "{which} ({} rad/s, {:.0e} of the highest) {are} as round-off of an eigenvalue solver leaves it",
+                schema::number(frequency[first]),
+                frequency[first] / highest
+            ),
+        )
+        .label("nearly, but not 0".to_owned())
+        .remedy("give 0 for rigid rotations; below 1e-5 of the highest frequency no spring is meant"),
+    );
+    None
 }
 
 fn check_frequencies(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {

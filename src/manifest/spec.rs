@@ -138,6 +138,18 @@ pub struct ModelSpec {
     pub mta: bool,
 }
 
+impl ModelSpec {
+    /// Modes that are kept and not neutral: half the number of Lyapunov exponents.
+    pub fn felt(&self) -> usize {
+        self.retained
+            - match &self.source {
+                // The rotation of the whole drive.
+                StructureSource::Rigid(_) | StructureSource::Flexible(_) => 1,
+                StructureSource::Modal(structure) => structure.neutral_modes(),
+            }
+    }
+}
+
 /// Where the structure comes from; points with equal structure share one.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StructureSource {
@@ -334,7 +346,7 @@ pub struct OrbitsSpec {
 /// Lyapunov exponents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LyapunovSpec {
-    /// Number of exponents m, 1 … 2N.
+    /// Number of exponents m, from 1 to twice the modes that are not neutral.
     pub exponents: usize,
     /// Stop once the standard error of the largest exponent is at most this (per cycle).
     pub stop_at_stderr: Option<f64>,

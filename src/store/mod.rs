@@ -40,7 +40,9 @@ mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
-pub use chains::{ChainColumns, ChainEnd, ChainPart, Transition, TransitionRow, transitions_table};
+pub use chains::{
+    ChainColumns, ChainEnd, ChainPart, Level, Transition, TransitionRow, transitions_table,
+};
 pub use characteristics::{
     ArithmeticRow, BandwidthRow, CacheRecord, Characteristics, Cliff, Description, Figure,
     HugePages, Keyed, LatencyRow, MountainRow, NodeRecord, Noise, OperatorRow, RoofRow, SolverRow,

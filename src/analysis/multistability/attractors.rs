@@ -47,7 +47,7 @@ impl<K: Kernel> Field<'_, K> {
             questions,
             self.called_off,
         )?;
-        let recognised = Attractor::of(self.model, self.kernel, self.norm, &found, trajectory);
+        let recognised = Attractor::of(self.model, self.kernel, &found, trajectory);
         let attractor = recognised.unwrap_or_else(|stop| {
             found.status = stop.into();
             found.reason = stop.to_string();

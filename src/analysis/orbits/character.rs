@@ -19,7 +19,10 @@ const MOST_ITERATIONS: usize = 200;
 /// Turn of the direction, per iteration, at which it stands still.
 const STILL: f64 = 1e-10;
 
-/// What its leading multiplier crosses the unit circle as, where it does.
+/// Modulus of the leading multiplier from which a stable orbit is near losing its stability.
+const NEAR_THE_CIRCLE: f64 = 0.9;
+
+/// What its leading multiplier crosses the unit circle as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Bifurcation {
     /// At +1: a fold (saddle-node), or a symmetry that breaks.
@@ -40,15 +43,16 @@ impl Bifurcation {
         }
     }
 
-    /// By the leading multiplier (re, im).
-    fn of((re, im): (f64, f64)) -> Self {
-        if im != 0.0 {
+    /// By the leading multiplier (re, im); none of one well inside the unit circle, where a
+    /// complex pair may yet meet on the real axis, and nothing is told by where it stands.
+    fn of((re, im): (f64, f64)) -> Option<Self> {
+        (re.hypot(im) >= NEAR_THE_CIRCLE).then_some(if im != 0.0 {
             Self::NeimarkSacker
         } else if re < 0.0 {
             Self::Flip
         } else {
             Self::Fold
-        }
+        })
     }
 }
 
@@ -57,8 +61,9 @@ impl Bifurcation {
 pub struct Character {
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
-    /// How it gains or loses stability.
-    pub bifurcation: Bifurcation,
+    /// How it gains or loses stability; none where its leading multiplier is well inside the
+    /// unit circle.
+    pub bifurcation: Option<Bifurcation>,
     /// Contact-state changes in a period.
     pub events: u64,
     /// Largest minus smallest δ \[m\].
@@ -195,4 +200,26 @@ impl Observer for Extremes {
     }
 
     fn event(&mut self, _: &Event) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_multiplier_near_the_circle_or_outside_is_said_to_cross_it() {
+        for (multiplier, crossing) in [
+            ((1.3, 0.0), Some(Bifurcation::Fold)),
+            ((0.95, 0.0), Some(Bifurcation::Fold)),
+            ((-1.29, 0.0), Some(Bifurcation::Flip)),
+            ((-0.91, 0.0), Some(Bifurcation::Flip)),
+            ((0.6, 0.8), Some(Bifurcation::NeimarkSacker)),
+            ((0.5, 0.2), None),
+            ((-0.6, 0.6), None),
+            ((0.4, 0.0), None),
+            ((-0.89, 0.0), None),
+        ] {
+            assert_eq!(Bifurcation::of(multiplier), crossing, "{multiplier:?}");
+        }
+    }
 }

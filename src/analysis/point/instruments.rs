@@ -86,17 +86,19 @@ impl Instruments {
         trajectory: &TrajectoryState,
     ) -> Self {
         let q = questions;
-        let stream = |probe| Stream::new(q.seed, q.point_id, probe);
-        let modes = model.modes();
+        let growth = q.lyapunov.map(|l| {
+            let count = l.exponents.min(norm.dimension());
+            let mut stream = Stream::new(q.seed, q.point_id, 0);
+            TangentGrowth::new(norm, model.modes(), count, &mut stream)
+        });
+        let wanted = q.lyapunov.is_some_and(|l| l.twin);
+        let twin = growth
+            .as_ref()
+            .filter(|_| wanted)
+            .map(|growth| Twin::new(model, norm, trajectory, growth.leading()));
         Self {
-            growth: q
-                .lyapunov
-                .map(|l| l.exponents.min(norm.dimension()))
-                .map(|count| TangentGrowth::new(norm, modes, count, &mut stream(0))),
-            twin: q
-                .lyapunov
-                .filter(|l| l.twin)
-                .map(|_| Twin::new(model, norm, trajectory, &mut stream(1))),
+            growth,
+            twin,
             watch: Watch {
                 nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
                 welch: (q.nvh.filter(|n| n.spectrum)).map(|n| Welch::new(model, n.bearings)),

@@ -15,9 +15,9 @@
 mod instruments;
 mod settle;
 
-use super::classify::{Evidence, classify};
+use super::classify::{Evidence, classify, parts_exponentially};
 use super::energy::EnergyAudit;
-use super::lyapunov::agree;
+use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use super::norm::EnergyNorm;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::{Poincare, Section};
@@ -29,6 +29,7 @@ use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use instruments::{Instruments, Watch};
 use settle::{Repeating, Searches, WORTH_A_SEARCH};
+use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The work was called off; nothing is known of the point.
@@ -337,26 +338,45 @@ impl<K: Kernel> March<'_, K> {
             return false;
         };
         let averages = instruments.averages();
-        let longest = instruments.recurrence.longest() as u64;
-        if averages.len() < 4 * FEWEST_BLOCKS || instruments.measured < longest {
+        if averages.len() < 4 * FEWEST_BLOCKS {
             return false;
         }
         let error = standard_error(averages);
-        error <= target && mean(averages) > 5.0 * error
+        error <= target
+            && mean(averages) > 5.0 * error
+            && parts_exponentially(averages, CYCLES_PER_AVERAGE)
+    }
+
+    /// The slowest mode that turns at all, counted from 1, and the mesh cycles of one of its
+    /// turns, where these are more than so many.
+    fn slow_mode(&self, cycles: u64) -> Option<(usize, f64)> {
+        let turn = |mode: usize| {
+            let frequency = self.model.blocks[mode].natural_frequency();
+            TAU / (frequency * self.model.period())
+        };
+        (0..self.model.modes())
+            .map(|mode| (mode + 1, turn(mode)))
+            .filter(|(_, turn)| turn.is_finite() && *turn > cycles as f64)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The outcome of a motion that did not repeat.
     fn aperiodic(&mut self, mut instruments: Instruments) -> PointOutcome {
         let averages = instruments.averages().to_vec();
+        let events = self.counters.events - instruments.events_before;
         let evidence = Evidence {
             averages: &averages,
+            stretch: CYCLES_PER_AVERAGE,
+            aligned: self.questions.lyapunov.map_or(0, |l| l.align),
             closest_return: instruments.recurrence.closest_return(&self.norm),
             longest_period: instruments.recurrence.longest(),
             excitation_repeats: instruments.recurrence.excitation_repeats(),
-            touched_throughout: self.counters.events == instruments.events_before
-                && self.trajectory.contact.touching(),
+            events,
+            touched_throughout: events == 0 && self.trajectory.contact.touching(),
             target: self.questions.lyapunov.and_then(|l| l.stop_at_stderr),
+            marched: self.counters.cycles,
             measured: instruments.measured,
+            slow_mode: self.slow_mode(instruments.measured),
         };
         let verdict = classify(&evidence);
         let twin = instruments.twin.as_ref();

@@ -87,7 +87,7 @@ pub(super) fn resolve(
     let analyses = match root.child(issues, "analyses") {
         Child::Present(section) => {
             let carried = is_carried(root);
-            analyses::read(&section, issues, retained, run.as_ref(), carried)
+            analyses::read(&section, issues, model.as_ref(), run.as_ref(), carried)
         }
         Child::Absent => Some(AnalysesSpec::default()),
         Child::Invalid => None,

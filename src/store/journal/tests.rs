@@ -91,7 +91,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 place: [number(6), number(7)],
                 attractor: None,
                 status: Status::EventStorm,
-                class: Some(Class::Locked),
+                class: Some(Class::Locked(Some(1))),
                 in_full: true,
                 cycles: u64::MAX,
             }],

@@ -447,7 +447,8 @@ fn every_column_comes_back() {
 #[test]
 fn periods_are_stored_where_there_is_one() {
     let classes = [
-        (Class::Locked, Some(1)),
+        (Class::Locked(Some(20)), Some(20)),
+        (Class::Locked(None), None),
         (Class::Periodic(4), Some(4)),
         (Class::QuasiPeriodic, None),
         (Class::NotConverged, None),
