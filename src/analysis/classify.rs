@@ -188,6 +188,13 @@ impl Found<'_> {
         format!("λ = {:.4} ± {:.4} per cycle", self.lambda, self.error)
     }
 
+    /// Whether neighbours come together: beyond the error bar, or steadily where the swing of a
+    /// linear motion's tangents has made that wide.
+    fn decays(&self) -> bool {
+        self.lambda < -SIGMAS * self.error
+            || self.growth.before.max(self.growth.late) <= -EXPONENTIAL
+    }
+
     /// Nats by which neighbours have come together since the start.
     fn contraction(&self) -> f64 {
         -self.lambda * self.evidence.marched as f64
@@ -195,7 +202,7 @@ impl Found<'_> {
 
     /// A motion that has forgotten its start and follows what drives it, which has no period.
     fn driven(&self) -> Option<Verdict> {
-        let decays = self.lambda < -SIGMAS * self.error && self.contraction() >= FORGOTTEN;
+        let decays = self.decays() && self.contraction() >= FORGOTTEN;
         if self.evidence.excitation_repeats || !decays {
             return None;
         }
@@ -287,7 +294,7 @@ impl Found<'_> {
                 ),
             };
         }
-        if self.lambda > -SIGMAS * self.error {
+        if !self.decays() {
             return format!("{known}, neither zero nor negative beyond doubt; raise run.cycles");
         }
         let returns = (self.evidence.closest_return)
@@ -402,7 +409,7 @@ mod tests {
             (800, Class::Chaotic),
             (4000, Class::Chaotic),
         ] {
-            let averages = growing(cycles, |n| (0.01 * n + 0.5 * (0.7 * n).sin()).exp());
+            let averages = growing(cycles, |n| (0.01 * n + 0.1 * (0.7 * n).sin()).exp());
             let v = verdict(&averages, None);
             assert_eq!(v.class, Some(class), "{cycles}: {}", v.reason);
         }

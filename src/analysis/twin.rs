@@ -11,6 +11,9 @@ use crate::model::{Model, TrajectoryState};
 /// Distance of the twin, in units of the half gap: far above round-off, far below the gap.
 const DISTANCE: f64 = 1e-7;
 
+/// Round-off of a cycle, relative to the state.
+pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
+
 /// A twin of a trajectory.
 #[derive(Debug, Clone)]
 pub struct Twin {
@@ -19,6 +22,8 @@ pub struct Twin {
     sum: f64,
     pending: u32,
     averages: Vec<f64>,
+    /// Norm of the largest state met.
+    largest: f64,
 }
 
 impl Twin {
@@ -43,6 +48,7 @@ impl Twin {
             sum: 0.0,
             pending: 0,
             averages: Vec::new(),
+            largest: 0.0,
         }
     }
 
@@ -60,6 +66,7 @@ impl Twin {
 
     /// To be called after every marched cycle of both: notes the growth, pulls the twin back.
     pub fn cycle(&mut self, model: &Model, norm: &EnergyNorm, trajectory: &TrajectoryState) {
+        self.largest = self.largest.max(norm.length(&trajectory.state));
         let apart = norm.distance(&self.trajectory.state, &trajectory.state);
         // Trajectories that merged to the last bit have contracted by at least round-off.
         let apart = apart.max(f64::EPSILON * self.distance);
@@ -83,6 +90,11 @@ impl Twin {
             self.sum = 0.0;
             self.pending = 0;
         }
+    }
+
+    /// What round-off of the states may do to the exponent \[1/cycle\].
+    pub fn round_off(&self) -> f64 {
+        ROUND_OFF * self.largest / self.distance
     }
 
     /// Averages of the exponent over successive stretches of ten cycles.

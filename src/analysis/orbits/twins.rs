@@ -12,6 +12,7 @@
 //! too near to each other, along their own difference; the factors multiply.
 
 use crate::analysis::norm::EnergyNorm;
+use crate::analysis::twin::ROUND_OFF as ROUND_OFF_OF_A_CYCLE;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 
@@ -20,14 +21,12 @@ use crate::propagate::{Counters, Kernel, Stop, Tangents};
 const DISTANCE: f64 = 1e-6;
 
 /// Part of the distance by which twins may miss the eigenvector's image whatever their own
-/// error: round-off of a period, a few 1e-14 half gaps, over the distance.
+/// error: round-off of a period, a few 1e-14 half gaps, over the distance. More where the states
+/// are many half gaps.
 const ROUND_OFF: f64 = 1e-6;
 
 /// Part of their distance at which twins are drawn apart again.
 const TOO_NEAR: f64 = 1e-2;
-
-/// Round-off of a cycle, relative to the state.
-const ROUND_OFF_OF_A_CYCLE: f64 = 32.0 * f64::EPSILON;
 
 /// Part of what is left of their distance that round-off may be.
 const MOST_ROUND_OFF: f64 = 1e-2;
@@ -63,12 +62,16 @@ pub fn leading_exponent<K: Kernel>(
     // Nats of growth before the twins were last drawn apart, and what one-sided differences
     // change of them.
     let (mut logarithm, mut error) = (0.0, 0.0);
+    // Round-off of all cycles, relative to the distance.
+    let mut round_off = 0.0;
     for cycle in 1..=period {
         twins.march(kernel, workspace)?;
         let [central, forward] = twins.images();
         let [size, one_sided] = [&central, &forward].map(|image| length(image));
-        let round_off = ROUND_OFF_OF_A_CYCLE * norm.length(&twins.orbit.state) / norm.unit();
-        if size.is_nan() || size * DISTANCE * MOST_ROUND_OFF < round_off {
+        let states = norm.length(&twins.orbit.state) / norm.unit();
+        let blurred = ROUND_OFF_OF_A_CYCLE * states / DISTANCE;
+        round_off += blurred;
+        if size.is_nan() || size * MOST_ROUND_OFF < blurred {
             return Ok(None);
         }
         if cycle < period && size < TOO_NEAR {
@@ -95,7 +98,7 @@ pub fn leading_exponent<K: Kernel>(
     Ok(Some(TwinExponent {
         exponent: exponent(multiplier),
         error,
-        agrees: missed <= ROUND_OFF + 3.0 * error,
+        agrees: missed <= ROUND_OFF + round_off + 3.0 * error,
     }))
 }
 

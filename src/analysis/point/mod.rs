@@ -386,7 +386,7 @@ impl<K: Kernel> March<'_, K> {
                 stderr: standard_error(&averages),
                 twin: twin.map(|t| mean(t.averages())),
                 twin_stderr: twin.map(|t| standard_error(t.averages())),
-                twin_agrees: twin.and_then(|t| agree(&averages, t.averages())),
+                twin_agrees: twin.and_then(|t| agree(&averages, t.averages(), t.round_off())),
                 method: LyapunovMethod::Tangent,
             })
         });
