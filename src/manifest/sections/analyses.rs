@@ -107,9 +107,9 @@ fn lyapunov(
     if let Some(model) = model.filter(|model| exponents > 2 * model.felt()) {
         let (retained, most) = (model.retained, 2 * model.felt());
         let neutral = match retained - model.felt() {
-            0 => String::new(),
-            1 => ", one of them a neutral rotation without any".to_owned(),
-            neutral => format!(", {neutral} of them neutral rotations without any"),
+            0 => "",
+            1 => " (the neutral rotation has none)",
+            _ => " (neutral rotations have none)",
         };
         issues.push(
             Diagnostic::new(
@@ -117,7 +117,7 @@ fn lyapunov(
                 table.span_of("exponents"),
                 "analyses.lyapunov.exponents",
                 format!(
-                    "there are no {exponents} exponents: {retained} retained modes{neutral} have {most}"
+                    "there are no {exponents} exponents: {retained} retained modes have {most}{neutral}"
                 ),
             )
             .label(format!("at most {most}"))
