@@ -59,9 +59,8 @@ const SIGMAS: f64 = 3.0;
 /// exponent 0, and a decay this slow would not settle in any budget.
 const NEUTRAL: f64 = 1e-3;
 
-/// Steady growth, in nats over the whole record, from which neighbours part exponentially. Of
-/// thousands of integrable, linear and quasi-periodic motions none came to 3.5
-/// (`scripts/fuzz-verdicts`); growth with the square of time gives 2.7.
+/// Steady growth, in nats over the whole record, from which neighbours part exponentially. Of 1500
+/// integrable and linear motions none came to 3.5; growth with the square of time gives 2.7.
 const EXPONENTIAL: f64 = 5.0;
 
 /// Late growth, in nats over the whole record, up to which neighbours part in proportion to time:
