@@ -3,8 +3,10 @@
 //! random streams.
 
 pub mod arithmetic;
+pub mod bessel;
 pub mod convolution;
 pub mod exponential;
+pub mod fourier;
 pub mod legendre;
 pub mod linalg;
 pub mod proportion;
