@@ -1,6 +1,7 @@
 //! What is known of one operating point after its analyses: the numbers that the result
 //! files hold.
 
+use super::point::CalledOff;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +12,8 @@ pub enum Status {
     Ok,
     /// The cycle budget ran out before the answers settled.
     NotConverged,
+    /// There are answers, and the energy balance says that they are wrong.
+    Inaccurate,
     /// The state left every physical range or became non-finite.
     Diverged,
     /// More events in one mesh cycle than `run.event_limit`.
@@ -25,23 +28,27 @@ impl Status {
         match self {
             Self::Ok => "ok",
             Self::NotConverged => "not_converged",
+            Self::Inaccurate => "inaccurate",
             Self::Diverged => "diverged",
             Self::EventStorm => "event_storm",
             Self::Failed => "failed",
         }
     }
 
-    /// Whether nothing is known of the motion: diverged, event_storm, failed.
+    /// Whether nothing can be relied on of the motion: inaccurate, diverged, event_storm, failed.
     pub fn is_failure(&self) -> bool {
         !matches!(self, Self::Ok | Self::NotConverged)
     }
 }
 
-impl From<Stop> for Status {
-    fn from(stop: Stop) -> Self {
+impl TryFrom<Stop> for Status {
+    type Error = CalledOff;
+
+    fn try_from(stop: Stop) -> Result<Self, CalledOff> {
         match stop {
-            Stop::Diverged { .. } => Self::Diverged,
-            Stop::EventStorm { .. } => Self::EventStorm,
+            Stop::Diverged { .. } => Ok(Self::Diverged),
+            Stop::EventStorm { .. } => Ok(Self::EventStorm),
+            Stop::CalledOff { .. } => Err(CalledOff),
         }
     }
 }
@@ -218,11 +225,32 @@ pub struct SpectrumLine {
     pub amplitude: f64,
 }
 
+/// How a spectrum was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SpectrumMethod {
+    /// Exact lines of a motion that repeats.
+    Fourier,
+    /// Averaged power of overlapping windows.
+    Welch,
+}
+
+impl SpectrumMethod {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fourier => "fourier",
+            Self::Welch => "welch",
+        }
+    }
+}
+
 /// A spectrum of one signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// `deflection` \[m\], `force` \[N\] or `bearing …` \[N\].
     pub signal: String,
+    /// How they were found.
+    pub method: SpectrumMethod,
     /// Its lines, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
 }
@@ -286,7 +314,7 @@ pub struct PointOutcome {
     pub poincare: Vec<PoincareSample>,
     /// Contact-state changes per measured cycle.
     pub events_per_cycle: Option<f64>,
-    /// Energy imbalance over the audited cycles, relative to the energy turned over.
+    /// Energy imbalance over the audited cycles, relative to the energy turned over and stored.
     pub energy_residual: Option<f64>,
     /// Tangencies met, over the whole simulation.
     pub grazing_count: u64,

@@ -9,6 +9,7 @@
 mod counters;
 mod dense;
 pub mod events;
+mod interrupt;
 mod observer;
 pub mod saltation;
 mod stepping;
@@ -20,6 +21,7 @@ pub use dense::{
     Conditioning, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator, PowerJumps, Spectral,
     TableArray, TableSize,
 };
+pub use interrupt::Interruptible;
 pub use observer::{Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
@@ -44,6 +46,12 @@ pub enum Stop {
         /// The limit that was passed.
         limit: u32,
     },
+    /// Nobody waits for the rest: the trajectory is as good as any.
+    #[error("called off in mesh cycle {cycle}")]
+    CalledOff {
+        /// The mesh cycle.
+        cycle: u64,
+    },
 }
 
 /// A propagation kernel for one model.
@@ -54,12 +62,18 @@ pub trait Kernel {
     /// A workspace for this kernel.
     fn workspace(&self) -> Self::Workspace;
 
+    /// Whether its errors are of the size of round-off. Of one that approximates by design, an
+    /// energy balance that does not close is no fault.
+    fn exact(&self) -> bool {
+        true
+    }
+
     /// Marches one mesh cycle: advances `trajectory` and every tangent, shows windows and
     /// events to `observer`, adds the work done to `counters`.
     ///
     /// # Errors
-    /// [`Stop`] where the trajectory diverges or more than the kernel's limit of events
-    /// falls in this cycle; `trajectory` is then unspecified.
+    /// [`Stop`] where the trajectory diverges, more than the kernel's limit of events
+    /// falls in this cycle, or the observer calls it off; `trajectory` is then unspecified.
     fn march<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,

@@ -8,7 +8,9 @@ use crate::analysis::{
 };
 use crate::manifest::{KernelSpec, Ladder, PointSpec};
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
+use crate::propagate::{
+    Dyadic, Fused, Hermite, Interruptible, Kernel, Spectral, Stepping, Volterra,
+};
 use crate::store::{ChainEnd, KeptKernel, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -176,6 +178,7 @@ fn ask<K: Kernel + Sync>(
     asked: &Asked,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
+    let kernel = &Interruptible::new(kernel, called_off);
     let mut trajectory = start;
     let mut outcome =
         investigate_onward(model, kernel, &mut trajectory, &asked.questions, called_off)?;
@@ -196,7 +199,7 @@ fn ask<K: Kernel + Sync>(
         }
         _ => None,
     };
-    let chaotic = outcome.class == Some(Class::Chaotic);
+    let chaotic = whole && outcome.class == Some(Class::Chaotic);
     let horizon = match asked.horizon.filter(|_| chaotic) {
         None => None,
         Some(question) => match predictability(model, kernel, &trajectory, &question, called_off) {
@@ -209,6 +212,8 @@ fn ask<K: Kernel + Sync>(
         },
     };
     outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
+    // A march that was cut short may have been taken for one that found nothing.
+    CalledOff::check(called_off)?;
     Ok(Answer {
         outcome,
         multistability,

@@ -16,14 +16,14 @@ mod instruments;
 mod settle;
 
 use super::classify::{Evidence, classify};
-use super::energy::EnergyAudit;
+use super::energy::{EnergyAudit, objection};
 use super::lyapunov::agree;
 use super::norm::EnergyNorm;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::{Poincare, Section};
 use super::questions::{GrowthNorm, Questions};
 use super::recurrence::Recurrence;
-use super::spectrum::Welch;
+use super::spectrum::Spectra;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
@@ -101,7 +101,7 @@ pub fn investigate_onward<K: Kernel>(
     let outcome = match march.run() {
         Ok(outcome) => Ok(outcome),
         Err(Halt::CalledOff) => Err(CalledOff),
-        Err(Halt::Stop(stop)) => Ok(march.stopped(stop)),
+        Err(Halt::Stop(stop)) => march.stopped(stop),
     };
     *trajectory = march.trajectory;
     outcome
@@ -310,7 +310,7 @@ impl<K: Kernel> March<'_, K> {
                     &mut instruments.watch,
                     Watch {
                         nvh: None,
-                        welch: None,
+                        spectra: None,
                         poincare: Poincare::new(self.model, Section::default(), 0),
                         bearings: None,
                     },
@@ -388,17 +388,18 @@ impl<K: Kernel> March<'_, K> {
         instruments: &mut Instruments,
     ) -> PointOutcome {
         let events = self.counters.events - instruments.events_before;
+        let (status, reason) = match self.objection() {
+            Some(objection) => (Status::Inaccurate, format!("{objection}; {reason}")),
+            None => (status, reason),
+        };
         PointOutcome {
             status,
             reason,
             class,
             lyapunov: lyapunov.filter(|l| l.stderr.is_finite()),
             nvh: instruments.watch.statistics(),
-            spectra: instruments
-                .watch
-                .welch
-                .as_ref()
-                .map(Welch::spectra)
+            spectra: (instruments.watch.spectra.as_ref())
+                .map(Spectra::spectra)
                 .unwrap_or_default(),
             poincare: instruments.watch.poincare.take(),
             events_per_cycle: (instruments.measured > 0)
@@ -410,13 +411,20 @@ impl<K: Kernel> March<'_, K> {
         }
     }
 
+    /// Why the answers cannot be relied on, where the energy balance says so. A kernel that
+    /// approximates leaves a residual by design.
+    fn objection(&self) -> Option<String> {
+        let residual = self.energy_residual.filter(|_| self.kernel.exact())?;
+        objection(residual)
+    }
+
     /// The outcome of a march that a kernel ended.
-    fn stopped(&self, stop: Stop) -> PointOutcome {
-        PointOutcome {
+    fn stopped(&self, stop: Stop) -> Result<PointOutcome, CalledOff> {
+        Ok(PointOutcome {
             energy_residual: self.energy_residual,
             grazing_count: self.counters.grazings,
             cycles: self.counters.cycles,
-            ..PointOutcome::unanswered(Status::from(stop), stop.to_string())
-        }
+            ..PointOutcome::unanswered(Status::try_from(stop)?, stop.to_string())
+        })
     }
 }

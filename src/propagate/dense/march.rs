@@ -152,6 +152,9 @@ impl Course<'_> {
         let mut contact = trajectory.contact;
         let mut events = 0;
         while clock.cell < self.grid.cells.len() {
+            if observer.called_off() {
+                return Err(Stop::CalledOff { cycle: clock.cycle });
+            }
             self.step(
                 method,
                 &mut clock,

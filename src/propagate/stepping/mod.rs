@@ -351,6 +351,10 @@ impl Kernel for Stepping {
         }
     }
 
+    fn exact(&self) -> bool {
+        false
+    }
+
     fn march<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -367,6 +371,10 @@ impl Kernel for Stepping {
         let mut last = self.sight(&trajectory.state, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
+            if observer.called_off() {
+                let cycle = trajectory.cycle;
+                return Err(Stop::CalledOff { cycle });
+            }
             if self.directions.len() > 1 {
                 if j > 0 {
                     let end = self.sight(&trajectory.state, j - 1, 2 * j);

@@ -61,6 +61,9 @@ impl Kernel for Volterra<'_> {
         let mut contact = trajectory.contact;
         let mut events = 0;
         while clock.aligned != Some(cells) {
+            if observer.called_off() {
+                return Err(Stop::CalledOff { cycle: clock.cycle });
+            }
             let before = contact;
             self.step(&mut clock, &mut contact, workspace, observer, counters)?;
             if contact != before {
