@@ -9,13 +9,19 @@ use atlas::analysis::{
     Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
     Questions, Section, Status, investigate,
 };
-use atlas::model::{Division, InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
-use atlas::propagate::{Event, Observer, Stepping, Window};
+use atlas::model::{
+    Division, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+};
+use atlas::propagate::{
+    Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop, Tangents, Volterra,
+    Window,
+};
 use atlas::reference::Reference;
+use atlas::shaft::ModalStructure;
 use common::march::{march, march_with, settled, volterra};
 use common::{drives, relative_difference};
 use std::f64::consts::TAU;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Keeps all windows.
 #[derive(Default)]
@@ -432,6 +438,155 @@ fn free_rest_has_no_events_and_no_spread() {
         "{}",
         outcome.reason
     );
+}
+
+/// The residual over twenty cycles from static equilibrium.
+fn residual_at_rest(structure: &ModalStructure, half_gap: f64, load: f64) -> f64 {
+    let mut drive = common::two_level_mesh(half_gap);
+    drive.mesh = Division::levels(&[4e8], &[]);
+    drive.transmission_error = vec![(1, 0.0, 0.0)];
+    let point = OperatingPoint {
+        load,
+        speed: 1200.0,
+    };
+    let model = Model::new(structure, &drive, point).unwrap();
+    let start = model.start(&InitialState::Static);
+    let mut audit = EnergyAudit::new(&model);
+    let (end, counters) = march_with(&volterra(&model), &start, 20, &mut audit);
+    assert_eq!(counters.events, 0);
+    audit.residual(&end).unwrap()
+}
+
+/// Of a drive at rest under its load the balance is made of round-off alone, whatever the load is
+/// to the half gap and to the stiffness of the mesh.
+#[test]
+fn the_round_off_of_a_drive_at_rest_is_no_residual() {
+    let mesh = [0.0, 0.78, 0.47, -0.55, -0.56, -0.49];
+    let torque = [0.0, 0.78, -0.6, 0.61, 0.2, 0.0];
+    let frequency = [0.0, 0.0, 3660.0, 4290.0, 4570.0, 4680.0];
+    let six = common::structure(&frequency, 0.01, &mesh, &torque);
+    let one = common::structure(&[0.0], 0.0, &[1.3], &[1.3]);
+    for structure in [&six, &one] {
+        for half_gap in [1e-9, 1e-5, 1e-3] {
+            for load in [1e-9, 1e-4, 0.3, 1.0, 100.0] {
+                let residual = residual_at_rest(structure, half_gap, load);
+                assert!(residual < 1e-12, "{half_gap:e} {load:e}: {residual:e}");
+            }
+        }
+    }
+}
+
+/// A kernel that kicks the velocity of a mode once a cycle.
+struct Kicking<'m> {
+    kernel: Volterra<'m>,
+    kick: f64,
+}
+
+impl Kernel for Kicking<'_> {
+    type Workspace = <Volterra<'static> as Kernel>::Workspace;
+
+    fn workspace(&self) -> Self::Workspace {
+        self.kernel.workspace()
+    }
+
+    fn march<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Self::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        (self.kernel).march(trajectory, tangents, workspace, observer, counters)?;
+        let last = trajectory.state.len() - 1;
+        trajectory.state[last] *= 1.0 + self.kick;
+        Ok(())
+    }
+}
+
+/// A kernel that does not follow the drive is found out by the energy, and its row is not ok; one
+/// that does, settled or not, is.
+#[test]
+fn a_kernel_that_misses_the_balance_is_called_inaccurate() {
+    for (load, speed) in [(1.0, 400.0), (0.2, 1800.0), (0.05, 1200.0)] {
+        let model = small_oscillator(load, speed);
+        for (kick, word) in [(0.0, "ok"), (1e-4, "inaccurate")] {
+            let kernel = Kicking {
+                kernel: volterra(&model),
+                kick,
+            };
+            let start = model.start(&InitialState::Static);
+            let asked = questions(500, 1000);
+            let never = AtomicBool::new(false);
+            let outcome = investigate(&model, &kernel, start, &asked, &never).unwrap();
+            assert_eq!(outcome.status.name(), word, "{}", outcome.reason);
+            // What was found is kept.
+            assert!(outcome.class.is_some() && outcome.nvh.is_some());
+            let told = outcome.reason.contains("the energy balance misses by");
+            assert_eq!(told, kick > 0.0, "{}", outcome.reason);
+        }
+    }
+}
+
+/// Small steps leave a residual by design: no reason to object.
+#[test]
+fn a_kernel_that_approximates_is_not_called_inaccurate() {
+    let model = small_oscillator(0.2, 1800.0);
+    let start = model.start(&InitialState::Static);
+    let kernel = Stepping::new(&model, 400, 1000);
+    let asked = questions(500, 1000);
+    let outcome = investigate(&model, &kernel, start, &asked, &AtomicBool::new(false)).unwrap();
+    assert!(outcome.energy_residual.unwrap() > 1e-8);
+    assert_ne!(outcome.status.name(), "inaccurate");
+}
+
+/// A flag that is raised while the first cycle is marched: the march ends in the midst of it.
+#[test]
+fn a_march_ends_within_the_cycle_in_which_it_is_called_off() {
+    for (name, case) in drives() {
+        let model = common::model(&case);
+        let small = Stepping::new(&model, 4000, 1000);
+        let spectral = Spectral::new(&model, 64, 1000, None).unwrap();
+        let cycles = [
+            cut_short(&model, &volterra(&model)),
+            cut_short(&model, &small),
+            cut_short(&model, &spectral),
+        ];
+        for [shown, whole] in cycles {
+            assert!(shown == 3 && whole > 3, "{name}: {shown} of {whole}");
+        }
+    }
+}
+
+/// Windows shown before the flag that the third raises ends the march, and of a whole cycle.
+fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
+    struct Raising<'a>(u64, &'a AtomicBool);
+    impl Observer for Raising<'_> {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, _: &Window<'_>) {
+            self.0 += 1;
+            self.1.store(self.0 == 3, Ordering::Relaxed);
+        }
+
+        fn event(&mut self, _: &Event) {}
+    }
+    let flag = AtomicBool::new(false);
+    let never = AtomicBool::new(false);
+    [&flag, &never].map(|watched| {
+        let kernel = Interruptible::new(kernel, watched);
+        let mut raising = Raising(0, &flag);
+        let ended = kernel.march(
+            &mut model.start(&InitialState::Static),
+            &mut Tangents::none(),
+            &mut kernel.workspace(),
+            &mut raising,
+            &mut Counters::default(),
+        );
+        let off = matches!(ended, Err(Stop::CalledOff { cycle: 0 }));
+        assert_eq!(off, std::ptr::eq(watched, &flag));
+        raising.0
+    })
 }
 
 #[test]

@@ -22,7 +22,7 @@ use std::process::ExitCode;
 use std::time::{Instant, SystemTime};
 
 /// Statuses that are computed again.
-const FAILURES: [&str; 3] = ["failed", "diverged", "event_storm"];
+const FAILURES: [&str; 4] = ["failed", "diverged", "event_storm", "inaccurate"];
 
 /// Computes what failed of the results in `folder`, which `record` describes, again.
 pub fn run(args: &RunArgs, job: &Job, folder: &Path, record: RunRecord) -> ExitCode {

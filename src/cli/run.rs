@@ -43,7 +43,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub fresh: bool,
     /// Compute points of finished results again and keep the others: those with status failed,
-    /// diverged or event_storm.
+    /// diverged, event_storm or inaccurate.
     #[arg(long, value_name = "WHAT", conflicts_with = "fresh")]
     pub retry: Option<Retry>,
     /// Call the job off once so many points have failed; the same command goes on.

@@ -33,7 +33,7 @@ enum Cell {
 impl Cell {
     fn of(point: &PointSummary) -> Self {
         match (point.status.as_str(), point.class.as_deref()) {
-            ("diverged" | "event_storm" | "failed", _) => Self::Failed,
+            ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
             (_, Some("chaotic")) => Self::Chaotic(point.lambda.unwrap_or(0.0)),
             (_, Some("quasi_periodic")) => Self::QuasiPeriodic,
             (_, Some("locked")) => Self::Locked,

@@ -215,7 +215,7 @@ pub struct Totals {
     /// Points whose answers did not settle within their cycles (status not_converged).
     #[serde(default)]
     pub not_converged: u64,
-    /// Points that failed, diverged or stormed.
+    /// Points that failed, diverged, stormed or were inaccurate.
     pub failed: u64,
     /// Points not computed (an interrupted run).
     pub missing: u64,

@@ -139,6 +139,7 @@ pub fn compute(
             let how = match trouble {
                 Status::Diverged => "diverged",
                 Status::EventStorm => "ended in an event storm",
+                Status::Inaccurate => "was not followed accurately",
                 Status::Ok | Status::NotConverged | Status::Failed => "failed",
             };
             let note = format!("; started from run.initial, because the point before it {how}");

@@ -30,7 +30,7 @@ pub struct Progress {
     pub done: u64,
     /// Of these, with a status other than ok.
     pub not_ok: u64,
-    /// Of these, with status failed, diverged or event_storm.
+    /// Of these, with status failed, diverged, event_storm or inaccurate.
     pub failed: u64,
     /// Of `done`, taken over from an earlier, interrupted run.
     pub resumed: u64,
