@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use atlas::analysis::{
     AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
     MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    Spectrum, SpectrumLine, Status,
+    Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
@@ -75,6 +75,7 @@ fn row(point_id: u64) -> PointRow {
             }),
             spectra: vec![Spectrum {
                 signal: "deflection".to_owned(),
+                method: SpectrumMethod::Welch,
                 lines: vec![SpectrumLine {
                     frequency: 100.0,
                     order: 0.5,

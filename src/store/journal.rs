@@ -23,7 +23,7 @@ use super::file::{Shard, create_folder};
 use super::{PointRow, ProgramRecord, StoreError};
 
 /// Says what the file is and which version of the encoding it has.
-const MAGIC: &[u8; 8] = b"atlas-j2";
+const MAGIC: &[u8; 8] = b"atlas-j3";
 
 /// Length and checksum in front of a payload.
 const FRAME: usize = 16;

@@ -335,10 +335,12 @@ impl ResultWriter {
         if let Some(file) = &mut self.spectra {
             for spectrum in spectra {
                 let signal: Arc<str> = spectrum.signal.into();
+                let method = spectrum.method;
                 for line in spectrum.lines {
                     file.push(SpectrumRow {
                         point_id,
                         signal: Arc::clone(&signal),
+                        method,
                         line,
                     })?;
                 }

@@ -8,7 +8,7 @@ use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::Recurrence;
-use crate::analysis::spectrum::CYCLES_PER_SEGMENT;
+use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
 use crate::propagate::{Counters, Kernel, Tangents};
@@ -236,11 +236,11 @@ impl<K: Kernel> March<'_, K> {
         let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
         instruments.restart(&self.counters);
         let k = u64::from(period);
-        let wanted = match instruments.watch.welch {
-            Some(_) => 2 * CYCLES_PER_SEGMENT as u64,
-            None => k,
-        };
-        self.measure(&mut instruments, wanted.div_ceil(k) * k)?;
+        if let Some(asked) = self.questions.nvh.filter(|asked| asked.spectrum) {
+            let lines = Lines::new(self.model, asked.bearings, period);
+            instruments.watch.spectra = Some(Spectra::Lines(lines));
+        }
+        self.measure(&mut instruments, k)?;
         if let Some(nvh) = &mut instruments.watch.nvh {
             nvh.repeats(period);
         }

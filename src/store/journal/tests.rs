@@ -4,7 +4,7 @@ use super::*;
 use crate::analysis::{
     AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
     MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    Spectrum, SpectrumLine, Status,
+    Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
@@ -38,6 +38,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             spectra: ["deflection", "force"]
                 .map(|signal| Spectrum {
                     signal: signal.to_owned(),
+                    method: SpectrumMethod::Fourier,
                     lines: vec![SpectrumLine {
                         frequency: number(0),
                         order: number(1),

@@ -8,7 +8,7 @@ use crate::analysis::{
     AttractorOutcome, BasinShare, CellOutcome, Class, DurationOutcome, HorizonMeasure,
     HorizonOutcome, HorizonQuantity, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome,
     NvhErrors, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum,
-    SpectrumLine, Status,
+    SpectrumLine, SpectrumMethod, Status,
 };
 use crate::store::{Placement, ResultTable, Table};
 
@@ -91,6 +91,7 @@ fn full(point_id: u64) -> PointRow {
             }),
             spectra: vec![Spectrum {
                 signal: "force".to_owned(),
+                method: SpectrumMethod::Welch,
                 lines: vec![
                     SpectrumLine {
                         frequency: 100.0,

@@ -1,13 +1,15 @@
-//! Which frequencies does the motion hold? Welch spectra of deflection, force and bearing
-//! forces.
+//! Welch spectra of a motion that does not repeat.
 //!
 //! The windows' polynomials are read at [`SAMPLES_PER_CYCLE`] instants a mesh cycle.
 //! Segments of [`CYCLES_PER_SEGMENT`] mesh cycles, overlapping by half, carry a Hann window;
 //! their power is averaged (Welch 1967). A line's amplitude is the peak value of the sine
-//! that would give it.
+//! that would give it, where the sine lies on the line. Between two lines, 1/64 mesh order apart,
+//! the window shows less of it, at most 15 % (1.42 dB) less half-way (scalloping loss), and a sine
+//! is seen on the lines on both sides of it. Broad-band motion is that of a band of 1.5 lines.
 
-use super::modal_series::Series;
-use super::outcome::{Spectrum, SpectrumLine};
+use super::{HIGHEST_ORDER, signals};
+use crate::analysis::modal_series::Series;
+use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
 use crate::model::Model;
 use crate::numerics::legendre::evaluate;
 use crate::propagate::Window;
@@ -16,11 +18,11 @@ use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Samples a mesh cycle: lines up to mesh order 32.
-pub const SAMPLES_PER_CYCLE: usize = 64;
+/// Samples a mesh cycle.
+const SAMPLES_PER_CYCLE: usize = 2 * HIGHEST_ORDER;
 
 /// Mesh cycles in a segment: lines every 1/64 mesh order.
-pub const CYCLES_PER_SEGMENT: usize = 64;
+const CYCLES_PER_SEGMENT: usize = 64;
 
 /// Samples in a segment.
 const SEGMENT: usize = SAMPLES_PER_CYCLE * CYCLES_PER_SEGMENT;
@@ -44,9 +46,9 @@ struct Signal {
 }
 
 impl Signal {
-    fn new(name: &str) -> Self {
+    fn new(name: String) -> Self {
         Self {
-            name: name.to_owned(),
+            name,
             samples: Vec::with_capacity(SEGMENT),
             power: vec![0.0; SEGMENT / 2 + 1],
             segments: 0,
@@ -57,14 +59,11 @@ impl Signal {
 impl Welch {
     /// Spectra of deflection and force of a model, and of its bearing forces where `bearings`.
     pub fn new(model: &Model, bearings: bool) -> Self {
-        let mut signals = vec![Signal::new("deflection"), Signal::new("force")];
-        for bearing in model.bearings.iter().filter(|_| bearings) {
-            signals.push(Signal::new(&format!("bearing {}", bearing.name)));
-        }
+        let signals = signals(model, bearings).into_iter();
         Self {
             period: model.period(),
             next_sample: 0,
-            signals,
+            signals: signals.map(Signal::new).collect(),
             transform: RealFftPlanner::new().plan_fft_forward(SEGMENT),
             hann: (0..SEGMENT)
                 .map(|i| 0.5 - 0.5 * (TAU * i as f64 / SEGMENT as f64).cos())
@@ -139,6 +138,7 @@ impl Welch {
             .filter(|s| s.segments > 0)
             .map(|signal| Spectrum {
                 signal: signal.name.clone(),
+                method: SpectrumMethod::Welch,
                 lines: signal
                     .power
                     .iter()
