@@ -20,6 +20,7 @@ pub mod trace;
 pub mod verify;
 mod voice;
 
+use crate::store::is_decoding;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
 use std::io::{ErrorKind, Write};
@@ -79,6 +80,7 @@ enum Command {
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
+    hush();
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
@@ -96,6 +98,20 @@ pub fn main() -> ExitCode {
             answer(&String::from_utf8_lossy(&script), ExitCode::SUCCESS)
         }
     }
+}
+
+/// A panic in a worker becomes a row with its message, and one in the decoding of a file an error
+/// that names the file: a backtrace beside these would only be noise.
+fn hush() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let worker = std::thread::current()
+            .name()
+            .is_some_and(|name| name.starts_with("atlas-"));
+        if !worker && !is_decoding() {
+            usual(panic);
+        }
+    }));
 }
 
 /// Prints to standard output and gives the exit status. A closed pipe (`atlas … | head`) is

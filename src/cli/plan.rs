@@ -233,8 +233,17 @@ fn text(found: &Forecast) -> String {
         );
         lines.push(("", cut));
     }
-    if let Some(memory) = found.memory {
-        lines.push(("memory", format!("about {}", size_text(memory))));
+    if let Some(parts) = &found.memory_parts {
+        lines.push((
+            "memory",
+            format!(
+                "at most about {}: {} to work, {} of points that wait for others, {} of tables",
+                size_text(parts.total()),
+                size_text(parts.work),
+                size_text(parts.waiting),
+                size_text(parts.row_groups),
+            ),
+        ));
     }
     lines.push((
         "disk",

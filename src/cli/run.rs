@@ -188,11 +188,11 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         clock.elapsed().as_secs_f64(),
     );
     totals.not_converged = finished.progress.not_ok - finished.progress.failed;
-    totals.missing = finished.missing;
+    totals.missing = finished.written.missing;
     totals.resumed = finished.progress.resumed;
     let record = RunRecord {
         job: job.name.clone(),
-        state: match finished.missing {
+        state: match finished.written.missing {
             0 => RunState::Complete,
             _ => RunState::Interrupted,
         },
@@ -218,6 +218,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         }),
         totals,
         shards: Vec::new(),
+        tables: finished.written.tables.clone(),
         retries: Vec::new(),
         warnings,
         manifest_hash: job.hash.clone(),
@@ -291,11 +292,11 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
         }
         RunState::Interrupted if finished.gave_up => format!(
             "\ncalled off, because so many points failed (--max-failures): {} points are missing, the others are in {folder}; the same command goes on from here\n",
-            finished.missing
+            totals.missing
         ),
         RunState::Interrupted => format!(
             "\ninterrupted: {} points are missing, the others are in {folder}; the same command goes on from here\n",
-            finished.missing
+            totals.missing
         ),
     };
     text

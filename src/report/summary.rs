@@ -28,6 +28,10 @@ pub enum ReportError {
     },
 }
 
+/// Said of tables that nothing vouches for.
+const UNRECORDED: &str = "there is no run.json: whether the tables are whole, and what was \
+                          written, cannot be checked";
+
 /// A results folder in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
@@ -190,7 +194,10 @@ impl Summary {
             branches: followed,
             troubled: chosen(&all, |point| point.status != "ok"),
             worst_energy,
-            warnings: runs.into_iter().flat_map(|run| run.warnings).collect(),
+            warnings: match runs.is_empty() {
+                true => vec![UNRECORDED.to_owned()],
+                false => runs.into_iter().flat_map(|run| run.warnings).collect(),
+            },
             all,
         })
     }

@@ -57,6 +57,29 @@ pub struct PointRow {
     pub placement: Placement,
 }
 
+impl PointRow {
+    /// The row without what it adds to other tables.
+    pub fn without_tables(mut self) -> Self {
+        self.outcome.poincare.clear();
+        self.outcome.spectra.clear();
+        if let Some(found) = &mut self.multistability {
+            found.probes.clear();
+            found.attractors.clear();
+            found.cells.clear();
+        }
+        if let Some(found) = &mut self.orbits {
+            found.orbits.clear();
+        }
+        if let Some(found) = &mut self.horizon {
+            found.measures.clear();
+        }
+        if let Some(chain) = &mut self.chain {
+            chain.end = None;
+        }
+        self
+    }
+}
+
 /// A row of `poincare.parquet`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoincareRow {

@@ -12,10 +12,11 @@
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use rustix::fs::OFlags;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -262,6 +263,8 @@ fn open_locked(path: &Path) -> Result<File, StoreError> {
             .write(true)
             .create(true)
             .truncate(false)
+            // A run writes in its folder, not wherever a link there leads.
+            .custom_flags(OFlags::NOFOLLOW.bits() as i32)
             .open(path)
             .map_err(refused)?;
         match file.try_lock() {
@@ -275,7 +278,7 @@ fn open_locked(path: &Path) -> Result<File, StoreError> {
         }
         // Another run may have ended, and removed the file, between opening and locking.
         let own = file.metadata().map_err(refused)?;
-        match fs::metadata(path) {
+        match fs::symlink_metadata(path) {
             Ok(there) if (there.dev(), there.ino()) == (own.dev(), own.ino()) => return Ok(file),
             Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => {}

@@ -1,7 +1,7 @@
 //! Reads a results folder back: tables by column, and the run records.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -9,9 +9,11 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::DataType;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use super::file::{FORMAT, TableKind};
+use super::error::Damage;
+use super::file::TableKind;
+use super::open::TableReader;
+use super::seal::{Seals, TableRecord, is_sealed};
 use super::{RunRecord, StoreError};
 
 /// A table in memory: one file, or all shards in the order of their names.
@@ -25,10 +27,12 @@ pub struct ResultTable {
 }
 
 impl ResultTable {
-    /// Reads a table of a results folder.
+    /// Reads a table of a results folder. Where the folder has records of runs, every file is what
+    /// they say; without any nothing is known of it.
     ///
     /// # Errors
-    /// The folder or the table does not exist, cannot be read, or is not of this program.
+    /// The folder or the table does not exist, cannot be read, is not of this program, or is not
+    /// what was written.
     pub fn read(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
         let path = folder.join(kind.file_name());
         let mut table = Self {
@@ -37,8 +41,15 @@ impl ResultTable {
             metadata: BTreeMap::new(),
             order: Vec::new(),
         };
-        for file in parts(folder, &path)? {
-            table.append(&file)?;
+        let runs = match folder.is_dir() {
+            true => read_runs(folder)?,
+            false => Vec::new(),
+        };
+        let tables: Vec<TableRecord> = runs.iter().flat_map(|run| run.tables.clone()).collect();
+        let tables = &tables[..];
+        let seals = (!runs.is_empty()).then_some(Seals { folder, tables });
+        for file in parts(folder, &path, seals)? {
+            table.append(&file, seals)?;
         }
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
@@ -50,36 +61,18 @@ impl ResultTable {
         Ok(table)
     }
 
-    fn append(&mut self, path: &Path) -> Result<(), StoreError> {
-        let refused = |source| StoreError::parquet(path, "read", source);
-        let foreign = |detail: String| StoreError::Foreign {
-            path: path.to_path_buf(),
-            detail,
-        };
-        let file = File::open(path).map_err(|source| StoreError::io(path, "read", source))?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(refused)?;
-        let metadata: BTreeMap<String, String> = builder
-            .metadata()
-            .file_metadata()
-            .key_value_metadata()
-            .into_iter()
-            .flatten()
-            .filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?)))
-            .collect();
-        match metadata.get("format").map(String::as_str) {
-            Some(FORMAT) => {}
-            Some(other) => return Err(foreign(format!("format `{other}`, not `{FORMAT}`"))),
-            None => return Err(foreign("it names no format".into())),
-        }
+    fn append(&mut self, path: &Path, seals: Option<Seals<'_>>) -> Result<(), StoreError> {
+        let mut reader = TableReader::open(path, seals, None)?;
+        let metadata: BTreeMap<String, String> = reader.metadata().iter().cloned().collect();
         if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
-            return Err(foreign(
-                "its columns differ from those of the other shards".into(),
-            ));
+            return Err(StoreError::Foreign {
+                path: path.to_path_buf(),
+                detail: "its columns differ from those of the other shards".into(),
+            });
         }
         self.metadata = metadata;
-        for batch in builder.build().map_err(refused)? {
-            self.batches
-                .push(batch.map_err(|error| refused(error.into()))?);
+        while let Some(batch) = reader.next()? {
+            self.batches.push(batch);
         }
         Ok(())
     }
@@ -208,44 +201,71 @@ impl ResultTable {
 /// The run records of a results folder: `run.json`, or one a shard.
 ///
 /// # Errors
-/// The folder cannot be listed, or a record cannot be read or is not of this program. A
-/// folder without a record gives an empty list.
+/// The folder cannot be listed, or a record cannot be read, is not of this program, or is not what
+/// was written. A folder without a record gives an empty list.
 pub fn read_runs(folder: &Path) -> Result<Vec<RunRecord>, StoreError> {
+    let paths = record_paths(folder)?;
+    paths.iter().map(|path| read_run(path)).collect()
+}
+
+/// Where the run records of a results folder lie.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn record_paths(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let is_record = |name: &str| {
         name == "run.json" || (name.starts_with("run.shard-") && name.ends_with(".json"))
     };
-    let mut records = Vec::new();
-    for path in listed(folder, is_record)? {
-        let text =
-            fs::read_to_string(&path).map_err(|source| StoreError::io(&path, "read", source))?;
-        records.push(
-            serde_json::from_str(&text).map_err(|error| StoreError::Foreign {
-                path: path.clone(),
-                detail: error.to_string(),
-            })?,
-        );
-    }
-    Ok(records)
+    listed(folder, is_record)
 }
 
-/// The files that make up a table.
-fn parts(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let missing = || StoreError::Missing {
-        folder: folder.to_path_buf(),
-        missing: path.to_path_buf(),
+/// One run record.
+///
+/// # Errors
+/// It cannot be read, is not of this program, or is not what was written.
+pub fn read_run(path: &Path) -> Result<RunRecord, StoreError> {
+    let text = fs::read(path).map_err(|source| StoreError::io(path, "read", source))?;
+    if !is_sealed(&text) {
+        return Err(StoreError::Damaged {
+            path: path.to_path_buf(),
+            damage: Damage::Unsealed,
+        });
+    }
+    serde_json::from_slice(&text).map_err(|error| StoreError::Foreign {
+        path: path.to_path_buf(),
+        detail: error.to_string(),
+    })
+}
+
+/// Holds every table of a run against its record.
+///
+/// # Errors
+/// [`StoreError::Damaged`] where one is gone or not what was written; or it cannot be read.
+pub fn verify(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
+    let tables = &record.tables[..];
+    let seals = Seals { folder, tables };
+    let paths = seals.paths();
+    paths.iter().try_for_each(|path| seals.open(path).map(drop))
+}
+
+/// The files that make up a table: those that are there, and those that were written.
+fn parts(folder: &Path, path: &Path, seals: Option<Seals<'_>>) -> Result<Vec<PathBuf>, StoreError> {
+    let mut parts = match path.metadata() {
+        Ok(metadata) if metadata.is_dir() => listed(path, |name| name.ends_with(".parquet"))?,
+        Ok(_) => vec![path.to_path_buf()],
+        Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
+        Err(source) => return Err(StoreError::io(path, "read", source)),
     };
-    match path.metadata() {
-        Ok(metadata) if metadata.is_dir() => {
-            let parts = listed(path, |name| name.ends_with(".parquet"))?;
-            if parts.is_empty() {
-                Err(missing())
-            } else {
-                Ok(parts)
-            }
-        }
-        Ok(_) => Ok(vec![path.to_path_buf()]),
-        Err(error) if error.kind() == ErrorKind::NotFound => Err(missing()),
-        Err(source) => Err(StoreError::io(path, "read", source)),
+    let written = seals.map(|seals| seals.paths()).unwrap_or_default();
+    parts.extend(written.into_iter().filter(|file| file.starts_with(path)));
+    parts.sort();
+    parts.dedup();
+    match parts.is_empty() {
+        true => Err(StoreError::Missing {
+            folder: folder.to_path_buf(),
+            missing: path.to_path_buf(),
+        }),
+        false => Ok(parts),
     }
 }
 

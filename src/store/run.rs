@@ -1,13 +1,13 @@
 //! `run.json`: what was run, by which program, on which machine, and how it ended.
 
 use std::fmt;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::file::{Shard, create_folder, publish, temporary_file};
+use super::file::{Shard, create_folder, write_whole};
+use super::seal::{TableRecord, sealed};
 use crate::topology::{Machine, Topology};
 
 /// Everything about a run that is not a result.
@@ -39,6 +39,8 @@ pub struct RunRecord {
     /// The shards that it was joined from, where it was.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shards: Vec<ShardRecord>,
+    /// The tables, as they were written; a file of another size or hash is damaged.
+    pub tables: Vec<TableRecord>,
     /// Later runs that computed failed points again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub retries: Vec<RetryRecord>,
@@ -272,29 +274,24 @@ impl Totals {
 }
 
 /// Where the record of a run (of a shard) lies.
-pub(super) fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
+pub fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     folder.join(match shard {
         None => "run.json".to_owned(),
         Some(shard) => format!("run.{}.json", shard.stem()),
     })
 }
 
-/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all.
+/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all; its last key,
+/// `blake3`, is the hash of the text before it.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     create_folder(folder)?;
     let path = run_path(folder, record.shard);
-    let mut text = serde_json::to_string_pretty(record)
+    let text = serde_json::to_string_pretty(record)
         .map_err(|error| StoreError::io(&path, "write", error.into()))?;
-    text.push('\n');
-    let mut temporary = temporary_file(folder, ".run.")?;
-    temporary
-        .write_all(text.as_bytes())
-        .map_err(|source| StoreError::io(&path, "write", source))?;
-    let (file, temporary) = temporary.into_parts();
-    publish(&file, temporary, &path)
+    write_whole(&path, sealed(&text).as_bytes())
 }
 
 #[cfg(test)]
@@ -324,6 +321,7 @@ mod tests {
             forecast: None,
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
             shards: Vec::new(),
+            tables: Vec::new(),
             retries: Vec::new(),
             warnings: vec!["binding is not possible here".into()],
             manifest_hash: "0123abcd".into(),

@@ -36,6 +36,12 @@ pub(super) fn look(workers: usize) -> usize {
     LOOK * workers
 }
 
+/// Rows that may wait in memory for the oldest unfinished point, with so many workers on chains of
+/// such a length.
+pub(super) fn ahead(workers: usize, length: usize) -> usize {
+    AHEAD.max(workers * length)
+}
+
 /// Hands out chains.
 pub(super) struct Queue<'a> {
     job: &'a Job,
@@ -143,7 +149,7 @@ impl<'a> Queue<'a> {
             length,
             row: if regular { row / shards } else { 0 },
             look: look(workers),
-            ahead: AHEAD.max(workers * length) as u64,
+            ahead: ahead(workers, length) as u64,
             known: Mutex::new(known),
         }
     }

@@ -277,21 +277,20 @@ fn columns_units_and_descriptions() {
 fn every_column_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let written = write(folder.path(), &layout(), vec![full(0), failed(1)]);
-    assert_eq!(
-        written,
-        Written {
-            points: 2,
-            poincare: 1,
-            spectra: 2,
-            probes: 2,
-            orbits: 0,
-            transitions: 0,
-            attractors: 1,
-            basins: 2,
-            horizon: 1,
-            missing: 0
-        }
-    );
+    assert_eq!(written.missing, 0);
+    for (kind, rows) in [
+        (TableKind::Points, 2),
+        (TableKind::Poincare, 1),
+        (TableKind::Spectra, 2),
+        (TableKind::Probes, 2),
+        (TableKind::Orbits, 0),
+        (TableKind::Transitions, 0),
+        (TableKind::Attractors, 1),
+        (TableKind::Basins, 2),
+        (TableKind::Horizon, 1),
+    ] {
+        assert_eq!(written.rows(kind), rows, "{kind:?}");
+    }
 
     let points = ResultTable::read(folder.path(), TableKind::Points).unwrap();
     assert_eq!(points.axes().unwrap(), ["load", "speed", "mesh.half_gap"]);
@@ -568,7 +567,7 @@ fn only_the_dead_are_swept() {
     assert!(!folder.path().join(".points.parquet.abc.partial").exists());
     assert!(folder.path().join("notes.partial").exists());
     alive.push(full(0)).unwrap();
-    assert_eq!(alive.finish().unwrap().points, 1);
+    assert_eq!(alive.finish().unwrap().rows(TableKind::Points), 1);
 }
 
 #[test]
@@ -629,7 +628,7 @@ fn a_hundred_thousand_points_stream() {
             }
         }
     }
-    assert_eq!(writer.finish().unwrap().points, count);
+    assert_eq!(writer.finish().unwrap().rows(TableKind::Points), count);
     let points = ResultTable::read(folder.path(), TableKind::Points).unwrap();
     let ids: Vec<_> = (0..count).map(Some).collect();
     assert_eq!(points.u64("point_id").unwrap(), ids);
