@@ -72,6 +72,18 @@ fn shards_joined_are_the_run_undivided() {
     }
     let before = [contents(&place.path("a")), contents(&place.path("b"))];
     assert_eq!(merge(&place, &["a", "b"], "joined"), (0, String::new()));
+    // A folder of folders too, whatever else lies there.
+    for name in ["a", "b", "logs"] {
+        let there = place.path("all.shards").join(name);
+        fs::create_dir_all(&there).unwrap();
+        fs::write(place.path("all.shards/split"), "3").unwrap();
+        if name != "logs" {
+            fs::remove_dir(&there).unwrap();
+            std::os::unix::fs::symlink(place.path(name), there).unwrap();
+        }
+    }
+    assert_eq!(merge(&place, &["all.shards"], "of all"), (0, String::new()));
+    assert_same(&TABLES, &whole, &place.path("of all"));
     let joined = place.path("joined");
     assert_same(&TABLES, &whole, &joined);
     for table in TABLES {

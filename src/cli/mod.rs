@@ -114,6 +114,18 @@ fn hush() {
     }));
 }
 
+/// Starts the threads that computations outside a sweep share, one a core. They would start
+/// themselves when first needed, and panic where the system refuses.
+fn start_threads() -> Result<(), String> {
+    let pool = rayon::ThreadPoolBuilder::new().build_global();
+    pool.map_err(|error| {
+        format!(
+            "cannot start worker threads: {error}; raise the limit on threads (`ulimit -u`, or \
+             pids.max of the control group)"
+        )
+    })
+}
+
 /// Prints to standard output and gives the exit status. A closed pipe (`atlas … | head`) is
 /// no error worth a word: its reader has what it wanted.
 fn answer(text: &str, status: ExitCode) -> ExitCode {

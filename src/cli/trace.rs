@@ -2,7 +2,7 @@
 
 use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
-use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail};
+use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail, start_threads};
 use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
 use crate::manifest::{self, Job, KernelSpec, Ladder};
 use crate::model::{Model, TrajectoryState};
@@ -73,6 +73,9 @@ pub fn run(args: &TraceArgs) -> ExitCode {
             return fail(BAD_INPUT, &lines.join("\nerror: "));
         }
     };
+    if let Err(message) = start_threads() {
+        return fail(1, &message);
+    }
     let parts = Parts::new(args.tables.store());
     let model = match model(&point, &parts) {
         Ok(model) => model,

@@ -69,7 +69,11 @@ impl TableReader {
         let batches = decoding(path, || match columns {
             None => builder.build(),
             Some(names) => {
-                let mask = ProjectionMask::columns(builder.parquet_schema(), names.iter().copied());
+                // By place: a name with a dot (`mesh.half_gap`) would be taken for a path.
+                let fields = schema.fields().iter().enumerate();
+                let wanted = fields.filter(|(_, field)| names.contains(&field.name().as_str()));
+                let places = wanted.map(|(place, _)| place);
+                let mask = ProjectionMask::roots(builder.parquet_schema(), places);
                 builder.with_projection(mask).build()
             }
         })?;

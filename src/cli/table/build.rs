@@ -13,7 +13,7 @@ use signal_hook::consts::SIGXFSZ;
 use signal_hook::flag;
 
 use super::{NO_ACCESS, TablesFolder};
-use crate::cli::{BAD_INPUT, answer, check, fail, with_causes};
+use crate::cli::{BAD_INPUT, answer, check, fail, start_threads, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
 use crate::manifest::{self, Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
@@ -61,6 +61,9 @@ pub fn run(args: &BuildArgs) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
+    if let Err(message) = start_threads() {
+        return fail(1, &message);
+    }
     let by_points = args.misalignment.is_empty() && args.torque.is_empty() && !args.pattern;
     let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
     if by_points && job.points.variants().iter().any(tabled) {
