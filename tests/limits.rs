@@ -71,7 +71,11 @@ fn threads_that_cannot_be_had_are_said_in_one_line() {
 
 #[test]
 fn threads_beyond_all_use_are_not_started() {
-    let place = Place::new(&OSCILLATOR.replace("count = 3", "count = 700"));
+    let quick = OSCILLATOR
+        .replace("cycles = 300", "cycles = 20")
+        .replace("transient = 50", "transient = 0")
+        .replace("lyapunov = { exponents = 2 }", "");
+    let place = Place::new(&quick.replace("count = 3", "count = 300"));
     let few = place.whole("few", &["--threads", "2"]);
     let many = place.whole("many", &["--threads", "4096"]);
     results::assert_same(&TABLES, &few, &many);

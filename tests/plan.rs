@@ -78,12 +78,8 @@ fn a_run_stays_within_the_memory_that_is_foretold() {
         .replace("samples = 20", "samples = 5")
         .replace("lyapunov = { exponents = 2 }", "")
         .replace("spectrum = true", "spectrum = false");
-    let many = quick.replace("count = 3", "count = 9000");
-    for manifest in [
-        OSCILLATOR.to_owned(),
-        many.clone(),
-        many.replace("= 5, spec", "= 60, spec"),
-    ] {
+    let many = quick.replace("count = 3", "count = 4000");
+    for manifest in [OSCILLATOR.to_owned(), many] {
         let place = Place::new(&manifest);
         let plan = planned(&place, &["--threads", "2"]);
         let memory = plan["memory"].as_u64().unwrap();
