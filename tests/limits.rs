@@ -78,7 +78,7 @@ fn threads_beyond_all_use_are_not_started() {
     let place = Place::new(&quick.replace("count = 3", "count = 300"));
     let few = place.whole("few", &["--threads", "2"]);
     let many = place.whole("many", &["--threads", "4096"]);
-    results::assert_same(&TABLES, &few, &many);
+    results::assert_same(&TABLES[..2], &few, &many);
     let placement = &place.record("many")["placement"];
     assert_eq!(placement["threads_asked"], 4096);
     let here = std::thread::available_parallelism().unwrap().get() as u64;
