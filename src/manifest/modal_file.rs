@@ -5,9 +5,10 @@ use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::{Section, entries};
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
-use super::{tree, unknown};
+use super::text::NoText;
+use super::{text, tree, unknown};
 use crate::shaft::{BearingGain, ModalStructure};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Most modes; the kernels are meant for tens.
@@ -24,9 +25,10 @@ pub(super) fn load(
     if let Some(known) = context.modal_files.get(&path) {
         return known.clone();
     }
-    let structure = match std::fs::read_to_string(&path) {
-        Ok(text) => parse(issues, &path, text).map(Arc::new),
-        Err(error) => {
+    let structure = match text::read(issues, &path, "the modal file") {
+        Ok(source) => parse(issues, source).map(Arc::new),
+        Err(NoText::Reported) => None,
+        Err(NoText::Unreadable(error)) => {
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::Unreadable,
@@ -47,11 +49,10 @@ pub(super) fn load(
     structure
 }
 
-fn parse(issues: &mut Issues, path: &Path, text: String) -> Option<ModalStructure> {
-    let source = issues.add_source(path.display().to_string(), text);
-    let before = issues.found.len();
+fn parse(issues: &mut Issues, source: usize) -> Option<ModalStructure> {
+    let before = issues.count();
     let tree = tree::parse(source, issues);
-    if issues.found.len() > before {
+    if issues.count() > before {
         return None;
     }
     unknown::check(issues, &tree, MODAL_FILE);

@@ -61,6 +61,15 @@ impl Node {
         }
     }
 
+    /// How many values it holds, itself among them.
+    pub fn size(&self) -> usize {
+        1 + match &self.value {
+            Value::Array(items) => items.iter().map(Self::size).sum(),
+            Value::Table(entries) => entries.iter().map(|entry| entry.node.size()).sum(),
+            _ => 0,
+        }
+    }
+
     /// Puts `node` at a path of keys and array indices, making tables on the way.
     ///
     /// Returns the length of the array that is too short, when one is.
@@ -110,11 +119,13 @@ pub(super) struct ArrayTooShort {
 /// Parses a file already added to `issues`. Every syntax error is recorded; the tree holds
 /// what could be understood.
 pub(super) fn parse(source: usize, issues: &mut Issues) -> Node {
-    let text = issues.sources[source].text.clone();
+    // Taken out while its faults are recorded, and put back.
+    let text = std::mem::take(&mut issues.sources[source].text);
     let (table, errors) = DeTable::parse_recoverable(&text);
     syntax::report(source, &text, &errors, issues);
     let span = at(source, &table.span());
     let value = convert_table(source, table.into_inner(), issues);
+    issues.sources[source].text = text;
     Node { span, value }
 }
 
