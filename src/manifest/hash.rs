@@ -12,6 +12,7 @@ use super::spec::{
     LyapunovSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec, RunSpec,
     SectionSpec, ShaftName, SliceSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
 };
+use super::tree::{Entry, Node, Value};
 use crate::gear::GearPair;
 use crate::shaft::{
     Bearing, BearingGain, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft,
@@ -34,7 +35,10 @@ impl JobHash {
         for Axis { name, unit, values } in axes {
             hash.text(name);
             hash.text(unit);
-            hash.numbers(values);
+            hash.integer(values.len() as u64);
+            for value in values.iter() {
+                hash.number(value);
+            }
         }
         // Named rather than flagged: jobs of independent points keep the hash they had.
         if let Some(Carried {
@@ -72,6 +76,47 @@ impl JobHash {
         self.excitation(excitation);
         self.run(run);
         self.analyses(analyses);
+    }
+
+    /// The text of a manifest whose combinations were judged in part, job and grid aside: equal
+    /// units differ, layout and the order of keys do not matter.
+    pub fn in_part(&mut self, root: &Node) {
+        self.text("judged in part");
+        for name in [
+            "model",
+            "gear",
+            "shafts",
+            "mesh",
+            "excitation",
+            "run",
+            "analyses",
+        ] {
+            self.optional(root.entry(name), |hash, entry| hash.tree(&entry.node));
+        }
+    }
+
+    fn tree(&mut self, node: &Node) {
+        match &node.value {
+            Value::Text(text) => self.text(text),
+            Value::Integer(value) => self.text(&value.to_string()),
+            Value::Float(value) => self.number(*value),
+            Value::Sample(value, _) => self.number(*value),
+            Value::Boolean(value) => self.flag(*value),
+            Value::Datetime => self.text("date"),
+            Value::Array(items) => {
+                self.integer(items.len() as u64);
+                items.iter().for_each(|item| self.tree(item));
+            }
+            Value::Table(entries) => {
+                let mut sorted: Vec<&Entry> = entries.iter().collect();
+                sorted.sort_by(|a, b| a.key.cmp(&b.key));
+                self.integer(sorted.len() as u64);
+                for entry in sorted {
+                    self.text(&entry.key);
+                    self.tree(&entry.node);
+                }
+            }
+        }
     }
 
     fn integer(&mut self, value: u64) {
@@ -306,6 +351,7 @@ impl JobHash {
             settle,
             audit_cycles,
             event_limit,
+            portable,
         } = run;
         self.integer(*transient);
         self.integer(*cycles);
@@ -344,6 +390,10 @@ impl JobHash {
         self.flag(*settle);
         self.integer(*audit_cycles);
         self.integer(u64::from(*event_limit));
+        // Named rather than flagged: jobs that take what the processor has keep their hash.
+        if *portable {
+            self.text("portable");
+        }
     }
 
     fn analyses(&mut self, analyses: &AnalysesSpec) {

@@ -5,6 +5,7 @@ mod mesh;
 
 pub use mesh::{CourseSpec, DampingSpec, MeshSpec, StiffnessSpec, TableSpec, TwoLevels};
 
+use super::axis::AxisValues;
 use super::expand::Between;
 use super::points::Points;
 use crate::gear::GearPair;
@@ -35,6 +36,12 @@ pub struct Job {
 }
 
 impl Job {
+    /// Whether results are to have the same bits on every processor.
+    pub fn portable(&self) -> bool {
+        let mut variants = self.points.variants().iter();
+        variants.any(|variant| variant.run.portable)
+    }
+
     /// Points of a chain: each starts where the one before it ended, and all chains are
     /// equally long. 1 where points are independent.
     pub fn chain_length(&self) -> usize {
@@ -96,7 +103,7 @@ pub struct Axis {
     /// SI unit as text, `1` when dimensionless.
     pub unit: String,
     /// Values in SI.
-    pub values: Vec<f64>,
+    pub values: AxisValues,
 }
 
 /// One operating point: a complete description of one simulation. Points share what they
@@ -123,6 +130,9 @@ pub struct PointSpec {
     pub run: Arc<RunSpec>,
     /// What to compute.
     pub analyses: Arc<AnalysesSpec>,
+    /// Why the values of its axes make no drive, where a grid was too large for every
+    /// combination to be judged; everything else is then another point's.
+    pub fault: Option<String>,
 }
 
 /// The structure and its reduction.
@@ -233,6 +243,9 @@ pub struct RunSpec {
     pub audit_cycles: u64,
     /// Most events in one mesh cycle before the point ends as `event_storm`.
     pub event_limit: u32,
+    /// Whether only instructions are used that every processor has, so that results have the
+    /// same bits everywhere.
+    pub portable: bool,
 }
 
 /// Kernel and its own settings.

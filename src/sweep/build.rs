@@ -20,6 +20,9 @@ use crate::store::OperatorFetchError;
 /// Why a point's system cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
+    /// The values of the point's axes do not go together.
+    #[error("no drive has these values: {0}")]
+    Values(String),
     /// The structure cannot be assembled or solved.
     #[error("the structure cannot be computed: {0}")]
     Structure(#[from] ShaftError),

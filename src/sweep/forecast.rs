@@ -94,7 +94,7 @@ pub fn forecast(
     let load = Load {
         points: all,
         length,
-        work: ids().map(|id| work(job.points.variant(id))).sum(),
+        work: ids().map(|id| work(&job.points.variant(id))).sum(),
         threads,
         shared: shared(job),
     };
@@ -230,7 +230,7 @@ impl Calibration<'_> {
         }
         let clock = Instant::now();
         let row = compute(job, &point, &link, self.parts, worker, over);
-        let ratio = clock.elapsed().as_secs_f64() / work(job.points.variant(id));
+        let ratio = clock.elapsed().as_secs_f64() / work(&job.points.variant(id));
         let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
         let row = row.ok();
         tried.push(Tried { id, ratio, row });
@@ -251,7 +251,7 @@ impl Calibration<'_> {
                 return 0.0;
             };
             match a.id / length == b.id / length && from != to {
-                true => f64::from(halvings) * 0.5 * (a.ratio + b.ratio) * work(variant),
+                true => f64::from(halvings) * 0.5 * (a.ratio + b.ratio) * work(&variant),
                 false => 0.0,
             }
         };
