@@ -125,8 +125,14 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// `name` may hold names of axes, which go into the name of a file.
     fn new(name: String, canvas: Canvas) -> Self {
-        Self { name, canvas }
+        let fits = |c: char| !c.is_control() && c != '/';
+        let name = name.chars().map(|c| if fits(c) { c } else { '_' });
+        Self {
+            name: name.collect(),
+            canvas,
+        }
     }
 
     /// The picture as an SVG document, 960 pixels wide.

@@ -37,7 +37,7 @@ pub(super) struct Slice<'a> {
 
 impl Results {
     pub fn read(folder: &Path) -> Result<Self, PlotError> {
-        let summary = Summary::read(folder)?;
+        let summary = Summary::with_points(folder)?;
         let table = ResultTable::read(folder, TableKind::Points)?;
         let name = folder.file_name().map(|name| name.to_string_lossy());
         let job = summary.job.clone().or(name.map(Into::into));
