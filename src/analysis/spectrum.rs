@@ -9,7 +9,9 @@
 use super::modal_series::Series;
 use super::outcome::{Spectrum, SpectrumLine};
 use crate::model::Model;
+use crate::numerics::instructions::portable;
 use crate::numerics::legendre::evaluate;
+use crate::numerics::linalg;
 use crate::propagate::Window;
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
@@ -52,6 +54,19 @@ impl Signal {
             segments: 0,
         }
     }
+}
+
+/// The transform of a segment. None where its length is not that of the plan, which is the only
+/// way this can fail.
+fn transformed(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
+    if portable() {
+        // The planner chooses by the processor.
+        let terms = linalg::transform(&input).into_iter();
+        return Some(terms.map(|(re, im)| Complex64::new(re, im)).collect());
+    }
+    let mut output = vec![Complex64::default(); SEGMENT / 2 + 1];
+    plan.process(&mut input, &mut output).ok()?;
+    Some(output)
 }
 
 impl Welch {
@@ -105,15 +120,13 @@ impl Welch {
     fn transform_segments(&mut self) {
         for signal in &mut self.signals {
             let mean = signal.samples.iter().sum::<f64>() / SEGMENT as f64;
-            let mut input: Vec<f64> = signal
+            let input: Vec<f64> = signal
                 .samples
                 .iter()
                 .zip(&self.hann)
                 .map(|(s, w)| w * (s - mean))
                 .collect();
-            let mut output = vec![Complex64::default(); SEGMENT / 2 + 1];
-            // Lengths match the plan, which is the only way this can fail.
-            if self.transform.process(&mut input, &mut output).is_ok() {
+            if let Some(output) = transformed(&*self.transform, input) {
                 for (p, c) in signal.power.iter_mut().zip(&output) {
                     *p += c.norm_sqr();
                 }

@@ -10,6 +10,7 @@ pub mod merge;
 pub mod plan;
 pub mod plot;
 mod point;
+mod portable;
 mod process;
 mod progress;
 mod retry;
@@ -20,6 +21,7 @@ pub mod trace;
 pub mod verify;
 mod voice;
 
+use crate::input::{printable, printable_but_colours};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
 use std::io::{ErrorKind, Write};
@@ -103,7 +105,7 @@ pub fn main() -> ExitCode {
 fn answer(text: &str, status: ExitCode) -> ExitCode {
     let mut stdout = std::io::stdout().lock();
     match stdout
-        .write_all(text.as_bytes())
+        .write_all(printable_but_colours(text).as_bytes())
         .and_then(|()| stdout.flush())
     {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -116,7 +118,7 @@ fn answer(text: &str, status: ExitCode) -> ExitCode {
 /// Prints one error line and gives the exit status.
 fn fail(status: u8, message: &str) -> ExitCode {
     // Nothing can be done when standard error is closed as well.
-    _ = writeln!(std::io::stderr().lock(), "error: {message}");
+    _ = writeln!(std::io::stderr().lock(), "error: {}", printable(message));
     ExitCode::from(status)
 }
 

@@ -10,8 +10,9 @@ use super::run::{RunArgs, failure, status};
 use super::voice::Voice;
 use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
 use crate::manifest::Job;
+use crate::propagate::instructions;
 use crate::store::{
-    Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, Totals, replace, statuses,
+    Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, Totals, mixed, replace, statuses,
     timestamp, write_run,
 };
 use crate::sweep::build::Parts;
@@ -110,6 +111,12 @@ fn retry(
         replace(folder, args.shard, &points, &anew)?;
         process.warnings.extend(parts.warnings());
         record.warnings.append(&mut process.warnings);
+        let (used, here) = (&mut record.machine.instructions, instructions());
+        if used.iter().all(|name| name != here) {
+            used.push(here.to_owned());
+        }
+        let mixed = mixed(used).filter(|warning| !record.warnings.contains(warning));
+        record.warnings.extend(mixed);
         let retry = RetryRecord {
             started: timestamp(started),
             finished: timestamp(SystemTime::now()),

@@ -6,10 +6,10 @@ use super::retry;
 use super::table::TablesFolder;
 use super::voice::Voice;
 use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED, check, fail, with_causes};
-use crate::manifest::{self, Job};
+use crate::manifest::Job;
 use crate::store::{
     ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
-    Shard, StoreError, Totals, timestamp, write_run,
+    Shard, StoreError, Totals, mixed, timestamp, write_run,
 };
 use crate::sweep::build::Parts;
 use crate::sweep::{self, Finished, Options, SweepError, Watcher};
@@ -96,12 +96,9 @@ pub(super) fn parse_shard(text: &str) -> Result<Shard, String> {
 /// Runs a job: status 0 when done, 2 for bad input, 3 when points failed, 4 where another
 /// process computes the same, 130 when interrupted.
 pub fn run(args: &RunArgs) -> ExitCode {
-    let job = match manifest::load(&args.manifest) {
+    let job = match check::admit(&args.manifest) {
         Ok(job) => job,
-        Err(errors) => {
-            check::report(&errors);
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(status) => return status,
     };
     let folder = args
         .out
@@ -151,6 +148,8 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         Ok(journal) => journal,
         Err(error) => return fail(failure(&error), &with_causes(&error)),
     };
+    let instructions = journal.instructions();
+    warnings.extend(mixed(&instructions));
     let parts = Parts::new(args.tables.store());
     let mut voice = Voice::new(args, job, folder);
     for warning in &warnings {
@@ -200,7 +199,10 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         started: timestamp(started),
         finished: timestamp(SystemTime::now()),
         program: ProgramRecord::current(),
-        machine: MachineRecord::current(topology.as_ref()),
+        machine: MachineRecord {
+            instructions,
+            ..MachineRecord::current(topology.as_ref())
+        },
         placement: PlacementRecord {
             threads_asked: args.threads,
             threads: finished.threads as u32,

@@ -4,7 +4,7 @@ use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
 use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail};
 use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
-use crate::manifest::{self, Job, KernelSpec, Ladder};
+use crate::manifest::{Job, KernelSpec, Ladder};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
 use crate::store::{
@@ -59,12 +59,9 @@ pub struct TraceArgs {
 /// Traces one operating point: status 0 when done, 2 for bad input, 3 where the trajectory
 /// could not be marched to the end.
 pub fn run(args: &TraceArgs) -> ExitCode {
-    let job = match manifest::load(&args.manifest) {
+    let job = match check::admit(&args.manifest) {
         Ok(job) => job,
-        Err(errors) => {
-            check::report(&errors);
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(status) => return status,
     };
     let point = match point::choose(&job, &args.point) {
         Ok(point) => point,

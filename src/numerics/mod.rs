@@ -5,8 +5,10 @@
 pub mod arithmetic;
 pub mod convolution;
 pub mod exponential;
+pub mod instructions;
 pub mod legendre;
 pub mod linalg;
+mod plain;
 pub mod proportion;
 pub mod quadrature;
 pub mod random;

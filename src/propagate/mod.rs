@@ -26,6 +26,16 @@ pub use tangents::Tangents;
 pub use volterra::{InstructionSet, Volterra};
 
 use crate::model::TrajectoryState;
+use crate::numerics::instructions::portable;
+
+/// What this process computes with: the name of its instruction set, or `portable` where it keeps
+/// to what every processor has.
+pub fn instructions() -> &'static str {
+    match portable() {
+        true => "portable",
+        false => InstructionSet::best().name(),
+    }
+}
 
 /// Why a trajectory cannot be marched on.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

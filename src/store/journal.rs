@@ -21,9 +21,10 @@ use serde::{Deserialize, Serialize};
 
 use super::file::{Shard, create_folder};
 use super::{PointRow, ProgramRecord, StoreError};
+use crate::propagate::instructions;
 
 /// Says what the file is and which version of the encoding it has.
-const MAGIC: &[u8; 8] = b"atlas-j2";
+const MAGIC: &[u8; 8] = b"atlas-j3";
 
 /// Length and checksum in front of a payload.
 const FRAME: usize = 16;
@@ -37,6 +38,8 @@ struct Header {
     job_hash: String,
     shard: Option<Shard>,
     program: ProgramRecord,
+    /// Instructions that its first points were computed with.
+    instructions: String,
 }
 
 /// The journal of a run, open and locked.
@@ -50,6 +53,7 @@ pub struct Journal {
     end: u64,
     last_sync: Instant,
     unsynced: bool,
+    instructions: String,
 }
 
 impl Journal {
@@ -71,6 +75,7 @@ impl Journal {
             job_hash: job_hash.to_owned(),
             shard,
             program: ProgramRecord::current(),
+            instructions: instructions().to_owned(),
         };
         let file = open_locked(&path)?;
         let mut journal = Self {
@@ -80,6 +85,7 @@ impl Journal {
             end: 0,
             last_sync: Instant::now(),
             unsynced: false,
+            instructions: header.instructions.clone(),
         };
         if fresh {
             return journal.begin(&header);
@@ -107,7 +113,8 @@ impl Journal {
                 found: found.program.to_string(),
                 running: header.program.to_string(),
             }),
-            Some((_, length)) => {
+            Some((found, length)) => {
+                journal.instructions = found.instructions;
                 journal.points = MAGIC.len() as u64 + length;
                 journal.end = journal
                     .file
@@ -118,6 +125,16 @@ impl Journal {
             }
             // Killed before the header was on disk: nothing is lost.
             None => journal.begin(&header),
+        }
+    }
+
+    /// Instructions that the points in it were computed with, and those of this process where
+    /// they are others.
+    pub fn instructions(&self) -> Vec<String> {
+        let here = instructions().to_owned();
+        match self.end > self.points && self.instructions != here {
+            true => vec![self.instructions.clone(), here],
+            false => vec![here],
         }
     }
 

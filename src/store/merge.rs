@@ -10,7 +10,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::file::{TableKind, create_folder, table_path};
-use super::run::{RunRecord, RunState, ShardRecord, Totals};
+use super::run::{RunRecord, RunState, ShardRecord, Totals, mixed};
 use super::weave::{Source, Woven, weave};
 use super::{StoreError, read_runs, write_run};
 
@@ -343,6 +343,16 @@ fn record(parts: &[Part]) -> RunRecord {
             totals: record.totals.clone(),
         }));
     }
+    let used = &mut whole.machine.instructions;
+    for part in parts {
+        let own = part.record.machine.instructions.iter();
+        for name in own {
+            if !used.contains(name) {
+                used.push(name.clone());
+            }
+        }
+    }
+    warnings.extend(mixed(used).filter(|warning| !warnings.contains(warning)));
     whole.forecast = None;
     whole.totals = totals;
     whole.warnings = warnings;

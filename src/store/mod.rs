@@ -61,7 +61,7 @@ pub use read::{ResultTable, read_runs};
 pub use replace::{replace, statuses};
 pub use run::{
     ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord,
-    RunState, ShardRecord, Totals, write_run,
+    RunState, ShardRecord, Totals, mixed, write_run,
 };
 pub use table::{Column, Table};
 pub use tables::{

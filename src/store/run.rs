@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::StoreError;
 use super::file::{Shard, create_folder, publish, temporary_file};
+use crate::propagate::instructions;
 use crate::topology::{Machine, Topology};
 
 /// Everything about a run that is not a result.
@@ -165,6 +166,10 @@ pub struct MachineRecord {
     pub memory: u64,
     /// Instruction sets that kernels can use, widest last.
     pub isa: Vec<String>,
+    /// Instructions that points were computed with: `avx512` and `avx2`, which give the same bits,
+    /// `baseline`, or `portable`, which has the same bits on every processor. Several where a run
+    /// was continued, or shards were joined, across processors.
+    pub instructions: Vec<String>,
     /// Operating system and architecture.
     pub system: String,
 }
@@ -181,9 +186,32 @@ impl MachineRecord {
             numa_nodes: topology.map_or(0, |t| t.numa_nodes.len()),
             memory: machine.memory,
             isa: machine.isa.into_iter().map(str::to_owned).collect(),
+            instructions: vec![instructions().to_owned()],
             system: machine.system,
         }
     }
+}
+
+/// What is to be said where points were computed with several instructions: none where all of
+/// these give the same bits.
+pub fn mixed(instructions: &[String]) -> Option<String> {
+    let kind = |name: &str| {
+        match name {
+            "avx512" | "avx2" => "fused",
+            _ => name,
+        }
+        .to_owned()
+    };
+    let mut kinds = instructions.iter().map(|name| kind(name));
+    let first = kinds.next()?;
+    kinds.any(|other| other != first).then(|| {
+        format!(
+            "points were computed with different instructions ({}), whose results differ by rounding, \
+             and chaotic motion soon by all of itself; run.instructions = \"portable\" gives the same \
+             bits on every processor",
+            instructions.join(", ")
+        )
+    })
 }
 
 /// Threads asked for and obtained, and where they ran.

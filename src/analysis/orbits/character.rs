@@ -6,6 +6,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::poincare::turning_points;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
+use crate::numerics::linalg::{norm, product};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -132,18 +133,18 @@ pub fn of<K: Kernel>(
 fn strongest(matrix: &Mat<f64>) -> (Vec<f64>, f64) {
     let n = matrix.nrows();
     let mut direction = Mat::from_fn(n, 1, |i, _| 1.0 + 0.1 * (i as f64).sin());
-    direction = &direction * (1.0 / direction.norm_l2());
+    direction = &direction * (1.0 / norm(&direction));
     let mut growth = 0.0;
     for _ in 0..MOST_ITERATIONS {
-        let image = matrix * &direction;
-        growth = image.norm_l2();
-        let back = matrix.transpose() * &image;
-        let length = back.norm_l2();
+        let image = product(matrix.as_ref(), direction.as_ref());
+        growth = norm(&image);
+        let back = product(matrix.transpose(), image.as_ref());
+        let length = norm(&back);
         if length == 0.0 {
             break;
         }
         let next = &back * (1.0 / length);
-        let turned = (&next - &direction).norm_l2();
+        let turned = norm(&(&next - &direction));
         direction = next;
         if turned <= STILL {
             break;

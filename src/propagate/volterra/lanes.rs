@@ -22,6 +22,7 @@ use super::feedback::Closed;
 use super::tables::{BlockChunk, Row, Series};
 use super::varying::{Factors, Nodal};
 use crate::model::STIFFNESS_TERMS;
+use crate::numerics::instructions::portable;
 use crate::propagate::Counters;
 use crate::propagate::events::{Course, Crossing};
 
@@ -71,15 +72,18 @@ impl InstructionSet {
         sets
     }
 
-    /// The fastest set this machine has.
+    /// The fastest set this machine has, as far as the process may take it.
     pub fn best() -> Self {
+        if portable() {
+            return Self::PORTABLE;
+        }
         Self::available().last().copied().unwrap_or(Self::PORTABLE)
     }
 
     /// Its usual name.
     pub fn name(self) -> &'static str {
         match self.0 {
-            Level::Portable => "portable",
+            Level::Portable => "baseline",
             #[cfg(target_arch = "x86_64")]
             Level::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]

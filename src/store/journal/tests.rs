@@ -255,6 +255,7 @@ fn another_job_shard_or_program_is_refused_and_kept() {
         job_hash: HASH.into(),
         shard: None,
         program: ProgramRecord::current(),
+        instructions: instructions().to_owned(),
     };
     header.program.commit = Some("another".into());
     let mut other = MAGIC.to_vec();

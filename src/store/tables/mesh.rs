@@ -12,6 +12,7 @@ use super::{
 use crate::gear::{
     Flanks, GearError, GearPair, MOST_PAIRS, MeshTable, MeshTableError, MeshTableInputs,
 };
+use crate::numerics::instructions::portable;
 
 /// Part of every key: changes whenever the same gears give other numbers or other arrays.
 const METHOD: &str = "atlas mesh table 1";
@@ -80,7 +81,12 @@ impl TableStore {
 
 /// Everything that decides the numbers of a table.
 fn key(gears: &GearPair, inputs: &MeshTableInputs) -> Value {
-    json!({ "method": METHOD, "gears": gears, "table": inputs })
+    let mut key = json!({ "method": METHOD, "gears": gears, "table": inputs });
+    // The system's library of functions rounds otherwise where it may fuse.
+    if portable() {
+        key["instructions"] = "portable".into();
+    }
+    key
 }
 
 /// The arrays of a table, as `docs/notation.md` names them.
