@@ -1,6 +1,10 @@
 //! What a results folder says, as numbers: counts, classes, the chaotic points, the worst
 //! residual. [`super::render`] turns it into text.
+//!
+//! The points are passed over once, and once more for the map; what is kept of them does not grow
+//! with their number. Pictures need every point, and ask for them.
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -9,7 +13,9 @@ use thiserror::Error;
 
 use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
+use super::heat::Map;
 use super::transitions::{self, TransitionSummary};
+use crate::input::printable;
 use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
 
 /// A results folder cannot be summarised.
@@ -61,26 +67,45 @@ pub struct Summary {
     pub carried_along: Option<String>,
     /// Refined changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
-    /// Chaotic points, largest exponent first.
+    /// Points with a largest exponent.
+    pub with_exponent: usize,
+    /// Chaotic points.
+    pub chaotic_points: usize,
+    /// The first of them, largest exponent first.
     pub chaotic: Vec<PointSummary>,
+    /// Points with a twin trajectory.
+    pub with_twin: usize,
     /// Points where twin and tangent disagree.
+    pub twin_disagrees_points: usize,
+    /// The first of them.
     pub twin_disagrees: Vec<PointSummary>,
     /// Points where probes found more than one attractor.
     pub coexisting: Vec<Coexistence>,
+    /// The same as points.
+    #[serde(skip)]
+    pub coexisting_points: Vec<PointSummary>,
     /// Every attractor that probes found, by point and number.
     pub attractors: Vec<Attractor>,
     /// The branch of each of `attractors` along the last axis with more than one value.
     pub branches: Vec<usize>,
     /// Points with any status but ok.
+    pub troubled_points: usize,
+    /// The first of them.
     pub troubled: Vec<PointSummary>,
     /// The point with the largest energy residual, and the residual.
     pub worst_energy: Option<(u64, f64)>,
     /// Warnings of the runs.
     pub warnings: Vec<String>,
-    /// Every point, in `point_id` order.
+    /// The map of the largest exponent.
+    #[serde(skip)]
+    pub map: Option<Map>,
+    /// Every point, in `point_id` order, where they were asked for or attractors follow them.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
+
+/// Points listed of each kind; the others are counted.
+const MOST_LISTED: usize = 1000;
 
 /// A grid axis with the values met in the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -132,72 +157,336 @@ pub struct PointSummary {
 }
 
 impl Summary {
-    /// Reads a results folder.
+    /// Reads a results folder; its points are not kept.
     ///
     /// # Errors
     /// There are no results in the folder, or they cannot be read.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
-        let table = ResultTable::read(folder, TableKind::Points)?;
+        Self::build(folder, false)
+    }
+
+    /// Reads a results folder with all its points.
+    ///
+    /// # Errors
+    /// As [`Summary::read`].
+    pub fn with_points(folder: &Path) -> Result<Self, ReportError> {
+        Self::build(folder, true)
+    }
+
+    fn build(folder: &Path, keep: bool) -> Result<Self, ReportError> {
+        let head = ResultTable::head(folder, TableKind::Points)?;
         let runs = read_runs(folder)?;
-        let all = read_points(folder, &table)?;
-        let total = |column: Vec<Option<f64>>| column.into_iter().flatten().sum::<f64>();
-        let cycles: u64 = table.u64("cycles")?.into_iter().flatten().sum();
-        let per_cycle = |time: f64| (cycles > 0).then(|| time / cycles as f64);
-        let wall_time =
-            (!runs.is_empty()).then(|| runs.iter().map(|run| run.totals.wall_time).sum());
-        let worst_energy = table
-            .f64("energy_residual")?
-            .into_iter()
-            .zip(&all)
-            .filter_map(|(residual, point)| Some((point.point_id, residual?.abs())))
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let mut chaotic = chosen(&all, |point| point.class.as_deref() == Some("chaotic"));
-        chaotic.sort_by(|a, b| b.lambda.unwrap_or(0.0).total_cmp(&a.lambda.unwrap_or(0.0)));
-        let mut statuses = BTreeMap::new();
-        for point in &all {
-            *statuses.entry(point.status.clone()).or_insert(0) += 1;
-        }
-        let axes = read_axes(&table, &all)?;
         let attractors = branches::read_attractors(folder)?;
+        // Attractors are followed from point to point.
+        let mut census = Census::new(head.axes()?.len(), keep || !attractors.is_empty());
+        scan(folder, &head, |points, extra| {
+            census.take(points, extra);
+        })?;
+        let axes = census.axes(&head)?;
+        let Census {
+            points,
+            statuses,
+            classes,
+            cycles,
+            worker_time,
+            worst_energy,
+            with_exponent,
+            chaotic,
+            with_twin,
+            twin_disagrees,
+            troubled,
+            coexisting,
+            all,
+            ..
+        } = census;
+        let mut map = Map::new(&axes).filter(|_| points > 0);
+        if let Some(map) = &mut map {
+            scan(folder, &head, |points, _| {
+                points.iter().for_each(|point| map.add(&axes, point));
+            })?;
+        }
+        let mut all = all.unwrap_or_default();
+        all.sort_by_key(|point| point.point_id);
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
         let followed = along.map_or_else(
             || (0..attractors.len()).collect(),
             |along| branches::branches(&attractors, &all, &axes, along),
         );
+        let per_cycle = |time: f64| (cycles > 0).then(|| time / cycles as f64);
+        let wall_time =
+            (!runs.is_empty()).then(|| runs.iter().map(|run| run.totals.wall_time).sum());
         let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
+        let shown = |text: &str| printable(text).into_owned();
+        let by_id = |a: &PointSummary, b: &PointSummary| a.point_id.cmp(&b.point_id);
+        let (chaotic_points, chaotic) = chaotic.finish(|a, b| {
+            let lambda = |point: &PointSummary| point.lambda.unwrap_or(0.0);
+            lambda(b).total_cmp(&lambda(a)).then(by_id(a, b))
+        });
+        let (twin_disagrees_points, twin_disagrees) = twin_disagrees.finish(by_id);
+        let (troubled_points, troubled) = troubled.finish(by_id);
+        let mut coexisting_points = coexisting;
+        coexisting_points.sort_by_key(|point| point.point_id);
         Ok(Self {
             folder: folder.to_path_buf(),
-            job: runs.first().map(|run| run.job.clone()),
+            job: runs.first().map(|run| shown(&run.job)),
             state: state(&runs),
             shards: runs
                 .first()
                 .and_then(|run| Some([runs.len(), run.shard?.count as usize])),
-            points: all.len(),
-            expected: recorded.max(all.len() as u64),
+            points,
+            expected: recorded.max(points as u64),
             statuses,
-            classes: count_classes(&all),
+            classes: in_order(classes),
             cycles,
             wall_time,
             wall_time_per_cycle: wall_time.and_then(per_cycle),
-            worker_time_per_cycle: per_cycle(total(table.f64("wall_time")?)),
-            carried_along: table.metadata("carried_along").map(str::to_owned),
+            worker_time_per_cycle: per_cycle(worker_time),
+            carried_along: head.metadata("carried_along").map(shown),
             transitions: transitions::read(folder)?,
             axes,
+            with_exponent,
+            chaotic_points,
             chaotic,
-            twin_disagrees: chosen(&all, |point| point.twin_agrees == Some(false)),
-            coexisting: coexistence::read(folder, &table)?,
+            with_twin,
+            twin_disagrees_points,
+            twin_disagrees,
+            coexisting: coexistence::read(folder, &coexisting_points)?,
+            coexisting_points,
             attractors,
             branches: followed,
-            troubled: chosen(&all, |point| point.status != "ok"),
+            troubled_points,
+            troubled,
             worst_energy,
-            warnings: runs.into_iter().flat_map(|run| run.warnings).collect(),
+            warnings: runs
+                .iter()
+                .flat_map(|run| run.warnings.iter().map(|warning| shown(warning)))
+                .collect(),
+            map,
             all,
         })
     }
 }
 
-fn chosen(all: &[PointSummary], wanted: impl Fn(&PointSummary) -> bool) -> Vec<PointSummary> {
-    all.iter().filter(|point| wanted(point)).cloned().collect()
+/// What a census takes of a point beside its summary.
+struct Extra {
+    cycles: u64,
+    wall_time: f64,
+    energy_residual: Option<f64>,
+    attractors: u64,
+}
+
+/// Passes over all points, some thousand at a time.
+fn scan(
+    folder: &Path,
+    head: &ResultTable,
+    mut each: impl FnMut(Vec<PointSummary>, Vec<Extra>),
+) -> Result<(), ReportError> {
+    let axes = head.axes()?;
+    let columns = axes.iter().map(String::as_str).chain(COLUMNS);
+    let columns: Vec<&str> = columns.collect();
+    ResultTable::scan(folder, TableKind::Points, &columns, |part| {
+        let points = read_points(folder, part)?;
+        let (cycles, time) = (part.u64("cycles")?, part.f64("wall_time")?);
+        let (residual, attractors) = (part.f64("energy_residual")?, part.u64("attractors")?);
+        let extra = (0..points.len()).map(|row| Extra {
+            cycles: cycles[row].unwrap_or_default(),
+            wall_time: time[row].unwrap_or_default(),
+            energy_residual: residual[row],
+            attractors: attractors[row].unwrap_or_default(),
+        });
+        each(points, extra.collect());
+        Ok(())
+    })
+}
+
+/// Columns of points.parquet that a summary reads, the axes aside.
+const COLUMNS: [&str; 14] = [
+    "point_id",
+    "direction",
+    "status",
+    "reason",
+    "class",
+    "period",
+    "lambda_max",
+    "lambda_stderr",
+    "lambda_twin",
+    "twin_agrees",
+    "cycles",
+    "wall_time",
+    "energy_residual",
+    "attractors",
+];
+
+/// The first points in some order, and how many there are.
+#[derive(Default)]
+struct Leading {
+    count: usize,
+    kept: Vec<PointSummary>,
+    /// None where all are kept.
+    most: Option<usize>,
+}
+
+impl Leading {
+    fn new(most: Option<usize>) -> Self {
+        Self {
+            most,
+            ..Self::default()
+        }
+    }
+
+    fn add(
+        &mut self,
+        point: &PointSummary,
+        order: impl Fn(&PointSummary, &PointSummary) -> Ordering,
+    ) {
+        self.count += 1;
+        self.kept.push(point.clone());
+        if let Some(most) = self.most
+            && self.kept.len() >= 2 * most
+        {
+            self.kept.sort_by(order);
+            self.kept.truncate(most);
+        }
+    }
+
+    fn finish(
+        mut self,
+        order: impl Fn(&PointSummary, &PointSummary) -> Ordering,
+    ) -> (usize, Vec<PointSummary>) {
+        self.kept.sort_by(order);
+        self.kept.truncate(self.most.unwrap_or(usize::MAX));
+        (self.count, self.kept)
+    }
+}
+
+/// What is known of the points passed over so far.
+struct Census {
+    points: usize,
+    statuses: BTreeMap<String, usize>,
+    classes: Classes,
+    cycles: u64,
+    worker_time: f64,
+    worst_energy: Option<(u64, f64)>,
+    with_exponent: usize,
+    chaotic: Leading,
+    with_twin: usize,
+    twin_disagrees: Leading,
+    troubled: Leading,
+    coexisting: Vec<PointSummary>,
+    /// Values met on each axis.
+    values: Vec<Values>,
+    all: Option<Vec<PointSummary>>,
+}
+
+impl Census {
+    fn new(axes: usize, keep: bool) -> Self {
+        let most = (!keep).then_some(MOST_LISTED);
+        Self {
+            points: 0,
+            statuses: BTreeMap::new(),
+            classes: Classes::new(),
+            cycles: 0,
+            worker_time: 0.0,
+            worst_energy: None,
+            with_exponent: 0,
+            chaotic: Leading::new(most),
+            with_twin: 0,
+            twin_disagrees: Leading::new(most),
+            troubled: Leading::new(most),
+            coexisting: Vec::new(),
+            values: (0..axes).map(|_| Values::default()).collect(),
+            all: keep.then(Vec::new),
+        }
+    }
+
+    fn take(&mut self, points: Vec<PointSummary>, extra: Vec<Extra>) {
+        let by_id = |a: &PointSummary, b: &PointSummary| a.point_id.cmp(&b.point_id);
+        for (point, extra) in points.iter().zip(extra) {
+            self.points += 1;
+            self.cycles = self.cycles.saturating_add(extra.cycles);
+            self.worker_time += extra.wall_time;
+            if let Some(residual) = extra.energy_residual.map(f64::abs)
+                && self.worst_energy.is_none_or(|(_, worst)| residual >= worst)
+            {
+                self.worst_energy = Some((point.point_id, residual));
+            }
+            *self.statuses.entry(point.status.clone()).or_insert(0) += 1;
+            count_class(&mut self.classes, point);
+            self.with_exponent += usize::from(point.lambda.is_some());
+            self.with_twin += usize::from(point.twin_agrees.is_some());
+            if point.class.as_deref() == Some("chaotic") {
+                self.chaotic.add(point, |a, b| {
+                    let lambda = |point: &PointSummary| point.lambda.unwrap_or(0.0);
+                    lambda(b).total_cmp(&lambda(a)).then(by_id(a, b))
+                });
+            }
+            if point.twin_agrees == Some(false) {
+                self.twin_disagrees.add(point, by_id);
+            }
+            if point.status != "ok" {
+                self.troubled.add(point, by_id);
+            }
+            if extra.attractors > 1 {
+                self.coexisting.push(point.clone());
+            }
+            for (values, value) in self.values.iter_mut().zip(&point.axis_values) {
+                values.add(*value);
+            }
+        }
+        if let Some(all) = &mut self.all {
+            all.extend(points);
+        }
+    }
+
+    /// The axes, with the values met.
+    fn axes(&mut self, head: &ResultTable) -> Result<Vec<Axis>, ReportError> {
+        let units = head.units()?;
+        let values = self.values.drain(..);
+        let axes = head
+            .axes()?
+            .into_iter()
+            .zip(values)
+            .map(|(name, values)| Axis {
+                unit: units
+                    .get(&name)
+                    .map_or("".into(), |unit| printable(unit))
+                    .into_owned(),
+                name: printable(&name).into_owned(),
+                values: values.finish(),
+            });
+        Ok(axes.collect())
+    }
+}
+
+/// Different values, of many that are mostly alike.
+#[derive(Default)]
+struct Values {
+    met: Vec<f64>,
+    /// How many of them are known to differ.
+    sorted: usize,
+}
+
+impl Values {
+    fn add(&mut self, value: f64) {
+        if self.met.last() == Some(&value) {
+            return;
+        }
+        self.met.push(value);
+        if self.met.len() > 2 * self.sorted + 65_536 {
+            self.tidy();
+        }
+    }
+
+    fn tidy(&mut self) {
+        self.met.sort_by(f64::total_cmp);
+        self.met.dedup();
+        self.sorted = self.met.len();
+    }
+
+    fn finish(mut self) -> Vec<f64> {
+        self.tidy();
+        self.met
+    }
 }
 
 /// A split job is complete once every shard is there and complete.
@@ -237,7 +526,10 @@ fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, 
         .map(|row| {
             let axis_values = axes
                 .iter()
-                .map(|(name, values)| values[row].ok_or_else(|| incomplete(name)))
+                .map(|(name, values)| {
+                    let value = values[row].filter(|value| value.is_finite());
+                    value.ok_or_else(|| incomplete(name))
+                })
                 .collect::<Result<_, _>>()?;
             Ok(PointSummary {
                 point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
@@ -256,40 +548,30 @@ fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, 
         .collect()
 }
 
-fn read_axes(table: &ResultTable, all: &[PointSummary]) -> Result<Vec<Axis>, ReportError> {
-    let units = table.units()?;
-    let axes = table.axes()?.into_iter().enumerate().map(|(index, name)| {
-        let mut values: Vec<f64> = all.iter().map(|point| point.axis_values[index]).collect();
-        values.sort_by(f64::total_cmp);
-        values.dedup();
-        let unit = units.get(&name).cloned().unwrap_or_default();
-        Axis { name, unit, values }
-    });
-    Ok(axes.collect())
+/// Points by rank of their class and by period, with the class's name.
+type Classes = BTreeMap<(usize, Option<u64>), (String, usize)>;
+
+/// Classes, the calmest first.
+const CALMEST_FIRST: [&str; 6] = [
+    "locked",
+    "periodic",
+    "quasi_periodic",
+    "chaotic",
+    "not_converged",
+    "none",
+];
+
+fn count_class(counts: &mut Classes, point: &PointSummary) {
+    let class = point.class.clone().unwrap_or_else(|| "none".into());
+    let known = CALMEST_FIRST.iter().position(|known| *known == class);
+    let period = point.period.filter(|_| class == "periodic");
+    let rank = known.unwrap_or(CALMEST_FIRST.len());
+    counts.entry((rank, period)).or_insert((class, 0)).1 += 1;
 }
 
-/// Counts by class and period, the calmest first.
-fn count_classes(all: &[PointSummary]) -> Vec<ClassCount> {
-    let order = [
-        "locked",
-        "periodic",
-        "quasi_periodic",
-        "chaotic",
-        "not_converged",
-        "none",
-    ];
-    let mut counts: BTreeMap<(usize, Option<u64>), (String, usize)> = BTreeMap::new();
-    for point in all {
-        let class = point.class.clone().unwrap_or_else(|| "none".into());
-        let rank = order
-            .iter()
-            .position(|known| *known == class)
-            .unwrap_or(order.len());
-        let period = point.period.filter(|_| class == "periodic");
-        counts.entry((rank, period)).or_insert((class, 0)).1 += 1;
-    }
+fn in_order(counts: Classes) -> Vec<ClassCount> {
+    let counts = counts.into_iter();
     counts
-        .into_iter()
         .map(|((_, period), (class, points))| ClassCount {
             class,
             period,

@@ -1,7 +1,7 @@
 //! Reads a results folder back: tables by column, and the run records.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -9,10 +9,18 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::DataType;
+use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::file::{FORMAT, TableKind};
 use super::{RunRecord, StoreError};
+use crate::input::{self, printable};
+
+/// Rows handed over at a time.
+const ROWS_AT_A_TIME: usize = 8192;
+
+/// Largest run record read \[bytes\]: a manifest, and a few hundred bytes a shard.
+const MOST_RECORD: u64 = 256 << 20;
 
 /// A table in memory: one file, or all shards in the order of their names.
 #[derive(Debug, Clone)]
@@ -30,15 +38,11 @@ impl ResultTable {
     /// # Errors
     /// The folder or the table does not exist, cannot be read, or is not of this program.
     pub fn read(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
-        let path = folder.join(kind.file_name());
-        let mut table = Self {
-            path: path.clone(),
-            batches: Vec::new(),
-            metadata: BTreeMap::new(),
-            order: Vec::new(),
-        };
-        for file in parts(folder, &path)? {
-            table.append(&file)?;
+        let mut table = Self::at(folder, kind);
+        for file in parts(folder, &table.path)? {
+            for batch in table.open(&file, None)? {
+                table.batches.push(batch?);
+            }
         }
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
@@ -50,14 +54,65 @@ impl ResultTable {
         Ok(table)
     }
 
-    fn append(&mut self, path: &Path) -> Result<(), StoreError> {
-        let refused = |source| StoreError::parquet(path, "read", source);
+    /// What a table says of itself, without its rows.
+    ///
+    /// # Errors
+    /// As [`ResultTable::read`].
+    pub fn head(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
+        let mut table = Self::at(folder, kind);
+        for file in parts(folder, &table.path)? {
+            drop(table.open(&file, Some(&[]))?);
+        }
+        Ok(table)
+    }
+
+    /// Hands over the rows of a table, some thousand at a time and of the named columns only, in
+    /// the order of its files.
+    ///
+    /// # Errors
+    /// As [`ResultTable::read`], or what `each` refuses.
+    pub fn scan<E: From<StoreError>>(
+        folder: &Path,
+        kind: TableKind,
+        columns: &[&str],
+        mut each: impl FnMut(&Self) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut part = Self::at(folder, kind);
+        for file in parts(folder, &part.path)? {
+            for batch in part.open(&file, Some(columns))? {
+                let batch = batch?;
+                part.order = (0..batch.num_rows()).collect();
+                part.batches = vec![batch];
+                each(&part)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A table of a folder of which nothing was read yet.
+    fn at(folder: &Path, kind: TableKind) -> Self {
+        Self {
+            path: folder.join(kind.file_name()),
+            batches: Vec::new(),
+            metadata: BTreeMap::new(),
+            order: Vec::new(),
+        }
+    }
+
+    /// The rows of a file, all columns or those named, and what it says of itself.
+    fn open(
+        &mut self,
+        path: &Path,
+        columns: Option<&[&str]>,
+    ) -> Result<impl Iterator<Item = Result<RecordBatch, StoreError>> + use<>, StoreError> {
+        let own = path.to_path_buf();
+        let refused = move |source| StoreError::parquet(&own, "read", source);
         let foreign = |detail: String| StoreError::Foreign {
             path: path.to_path_buf(),
             detail,
         };
-        let file = File::open(path).map_err(|source| StoreError::io(path, "read", source))?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(refused)?;
+        let file = input::open(path).map_err(|source| StoreError::io(path, "read", source))?;
+        let mut builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(&refused)?;
         let metadata: BTreeMap<String, String> = builder
             .metadata()
             .file_metadata()
@@ -77,11 +132,18 @@ impl ResultTable {
             ));
         }
         self.metadata = metadata;
-        for batch in builder.build().map_err(refused)? {
-            self.batches
-                .push(batch.map_err(|error| refused(error.into()))?);
+        if let Some(columns) = columns {
+            // By place: a name with a dot would be taken for a path.
+            let fields = builder.schema().fields().iter().enumerate();
+            let wanted = fields.filter(|(_, field)| columns.contains(&field.name().as_str()));
+            let wanted: Vec<usize> = wanted.map(|(place, _)| place).collect();
+            let mask = ProjectionMask::roots(builder.parquet_schema(), wanted);
+            builder = builder
+                .with_projection(mask)
+                .with_batch_size(ROWS_AT_A_TIME);
         }
-        Ok(())
+        let batches = builder.build().map_err(&refused)?;
+        Ok(batches.map(move |batch| batch.map_err(|error| refused(error.into()))))
     }
 
     /// Number of rows.
@@ -150,14 +212,15 @@ impl ResultTable {
         self.column(name, |array| Some(array.as_boolean_opt()?.iter().collect()))
     }
 
-    /// A column of text, in ascending `point_id`.
+    /// A column of text, fit to be shown, in ascending `point_id`.
     ///
     /// # Errors
     /// No such column, or of another type.
     pub fn text(&self, name: &str) -> Result<Vec<Option<String>>, StoreError> {
         self.column(name, |array| {
             let values = array.as_string_opt::<i32>()?.iter();
-            Some(values.map(|value| value.map(str::to_owned)).collect())
+            let shown = |value: &str| printable(value).into_owned();
+            Some(values.map(|value| value.map(shown)).collect())
         })
     }
 
@@ -216,10 +279,10 @@ pub fn read_runs(folder: &Path) -> Result<Vec<RunRecord>, StoreError> {
     };
     let mut records = Vec::new();
     for path in listed(folder, is_record)? {
-        let text =
-            fs::read_to_string(&path).map_err(|source| StoreError::io(&path, "read", source))?;
+        let text = input::read(&path, MOST_RECORD)
+            .map_err(|source| StoreError::io(&path, "read", source))?;
         records.push(
-            serde_json::from_str(&text).map_err(|error| StoreError::Foreign {
+            serde_json::from_slice(&text).map_err(|error| StoreError::Foreign {
                 path: path.clone(),
                 detail: error.to_string(),
             })?,
