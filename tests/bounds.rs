@@ -292,7 +292,7 @@ fn twenty_faults_are_shown_and_the_others_counted() {
     let json = check(folder.path(), text.as_bytes(), &["--json"]);
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(json["errors_found"], 1000);
-    assert_eq!(json["errors"].as_array().unwrap().len(), 200);
+    assert_eq!(json["errors"].as_array().unwrap().len(), 100);
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn flex80_is_the_default_drive() {
         .collect();
     assert_eq!(names, [("load", "1"), ("speed", "rad/s")]);
     assert_eq!(
-        job.axes[1].values,
+        job.axes[1].values.iter().collect::<Vec<f64>>(),
         [
             600., 700., 800., 900., 1000., 1100., 1200., 1300., 1400., 1500.
         ]

@@ -1,7 +1,7 @@
 //! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
 
 use super::{BAD_INPUT, answer, fail, portable};
-use crate::input::printable;
+use crate::input::{clipped, printable};
 use crate::manifest::{
     self, Carried, CourseSpec, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec,
     SectionSpec, StiffnessSpec, TableSpec,
@@ -22,6 +22,9 @@ pub struct CheckArgs {
     #[arg(long)]
     pub json: bool,
 }
+
+/// Characters of a line of the summary.
+const MOST_CHARACTERS: usize = 2000;
 
 /// Values of an axis that programs are given.
 const MOST_VALUES: usize = 10_000;
@@ -85,7 +88,7 @@ fn summary(name: &str, job: &Job) -> String {
         .map_or(Vec::new(), |first| describe(job, &first));
     let mut text = format!("{}: sound\n\n", printable(name));
     for (head, line) in lines {
-        text += format!("{head:<11} {line}").trim_end();
+        text += format!("{head:<11} {}", clipped(&line, MOST_CHARACTERS)).trim_end();
         text.push('\n');
     }
     text

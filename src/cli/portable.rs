@@ -31,7 +31,8 @@ fn start_again() -> Result<(), String> {
 
     const VARIABLE: &str = "GLIBC_TUNABLES";
     let tunables = env::var(VARIABLE).unwrap_or_default();
-    if tunables.contains(WITHOUT) {
+    let choice = is_x86_feature_detected!("avx") || is_x86_feature_detected!("fma");
+    if !choice || tunables.contains(WITHOUT) {
         return Ok(());
     }
     let all = match tunables.is_empty() {

@@ -11,7 +11,7 @@ use codespan_reporting::term;
 use std::fmt::{self, Write};
 
 /// Faults kept in full; those beyond are counted.
-const MOST_KEPT: usize = 200;
+const MOST_KEPT: usize = 100;
 
 /// Faults shown to people; programs get all that are kept.
 const MOST_SHOWN: usize = 20;
@@ -198,6 +198,8 @@ pub(super) struct Issues {
     pub found: Vec<Diagnostic>,
     /// How many there are beyond those.
     pub more: usize,
+    /// From where on the text of the last file was not read, for the faults before.
+    pub unread: Option<usize>,
 }
 
 impl Issues {
@@ -243,6 +245,7 @@ impl ManifestErrors {
             sources,
             mut found,
             more,
+            unread: _,
         } = issues;
         found.sort_by_key(|d| (d.span.source, d.span.start, d.span.end));
         found.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));

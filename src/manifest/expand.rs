@@ -32,15 +32,15 @@ struct Sighting {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Sighting>;
 
-/// Nodes of the tree that may be resolved, over all combinations that are judged: a third of a
+/// Nodes of the tree that may be resolved, over all combinations that are judged: a tenth of a
 /// second.
-const MOST_NODES: usize = 2_000_000;
+const MOST_NODES: usize = 500_000;
 
 /// Combinations judged of a grid with more, by the size of its text.
-const JUDGED: std::ops::RangeInclusive<usize> = 64..=20_000;
+const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 
 /// Axes whose ends are combined with each other; of more axes only their common ends are.
-const MOST_CORNERED: usize = 8;
+const MOST_CORNERED: u32 = 8;
 
 /// Combinations of values of the model keys, the last key fastest, that were judged.
 #[derive(Debug)]
@@ -113,7 +113,9 @@ pub(super) fn expand(
 
 /// Which of `all` combinations are judged: the corners, and as many as fit evenly between.
 fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
-    let cornered = lengths.len().min(MOST_CORNERED);
+    let cornered = lengths
+        .len()
+        .min(budget.ilog2().min(MOST_CORNERED) as usize);
     let corner = |ends: usize| {
         (lengths.iter().enumerate()).fold(0, |number, (axis, length)| {
             let high = ends >> axis.min(cornered - 1) & 1 == 1;
@@ -220,7 +222,9 @@ struct Kept {
 
 impl Between {
     /// `axes` has the model keys first, as [`expand`] wants them.
-    pub(super) fn new(tree: Node, axes: Vec<GridAxis>, context: Context) -> Self {
+    pub(super) fn new(mut tree: Node, axes: Vec<GridAxis>, context: Context) -> Self {
+        // The values of the axes stand there: of the grid a point needs the order only.
+        tree.retain("grid", |key| matches!(key, "order" | "along"));
         Self(Arc::new(Kept {
             tree,
             keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),

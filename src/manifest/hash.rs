@@ -5,6 +5,7 @@
 
 mod gear;
 mod mesh;
+mod text;
 
 use super::points::Variant;
 use super::spec::{
@@ -12,7 +13,6 @@ use super::spec::{
     LyapunovSpec, ModelSpec, MultistabilitySpec, NvhSpec, OrbitsSpec, PoincareSpec, RunSpec,
     SectionSpec, ShaftName, SliceSpec, StructureSource, TorqueRipple, TransmissionErrorHarmonic,
 };
-use super::tree::{Entry, Node, Value};
 use crate::gear::GearPair;
 use crate::shaft::{
     Bearing, BearingGain, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft,
@@ -76,47 +76,6 @@ impl JobHash {
         self.excitation(excitation);
         self.run(run);
         self.analyses(analyses);
-    }
-
-    /// The text of a manifest whose combinations were judged in part, job and grid aside: equal
-    /// units differ, layout and the order of keys do not matter.
-    pub fn in_part(&mut self, root: &Node) {
-        self.text("judged in part");
-        for name in [
-            "model",
-            "gear",
-            "shafts",
-            "mesh",
-            "excitation",
-            "run",
-            "analyses",
-        ] {
-            self.optional(root.entry(name), |hash, entry| hash.tree(&entry.node));
-        }
-    }
-
-    fn tree(&mut self, node: &Node) {
-        match &node.value {
-            Value::Text(text) => self.text(text),
-            Value::Integer(value) => self.text(&value.to_string()),
-            Value::Float(value) => self.number(*value),
-            Value::Sample(value, _) => self.number(*value),
-            Value::Boolean(value) => self.flag(*value),
-            Value::Datetime => self.text("date"),
-            Value::Array(items) => {
-                self.integer(items.len() as u64);
-                items.iter().for_each(|item| self.tree(item));
-            }
-            Value::Table(entries) => {
-                let mut sorted: Vec<&Entry> = entries.iter().collect();
-                sorted.sort_by(|a, b| a.key.cmp(&b.key));
-                self.integer(sorted.len() as u64);
-                for entry in sorted {
-                    self.text(&entry.key);
-                    self.tree(&entry.node);
-                }
-            }
-        }
     }
 
     fn integer(&mut self, value: u64) {

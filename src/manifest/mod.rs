@@ -88,6 +88,7 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
         .iter()
         .filter(|d| d.kind == DiagnosticKind::Syntax)
         .map(|d| d.span.start)
+        .chain(issues.unread)
         .min();
 
     unknown::check(&mut issues, &tree, schema::MANIFEST);
@@ -95,7 +96,9 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let head = sections::read_job(&root, &mut issues);
     let axes = grid::read(&root, &mut issues);
 
-    let plain: Vec<&Axis> = axes.sound.iter().map(|axis| &axis.axis).collect();
+    // The values of a grid that is too large are not looked at.
+    let counted = axes.sound.iter().filter(|_| !axes.too_large);
+    let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     let mut context = Context::new(base_dir);

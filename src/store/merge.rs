@@ -364,3 +364,41 @@ fn record(parts: &[Part]) -> RunRecord {
     whole.placement.copies_obtained = whole.placement.obtained.clone();
     whole
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::Shard;
+
+    #[test]
+    fn shards_of_unlike_processors_are_joined_with_a_warning() {
+        let part = |index: u32, instructions: &str| {
+            let mut record = crate::store::run::tests::record(Some(Shard { index, count: 2 }));
+            record.machine.instructions = vec![instructions.to_owned()];
+            Part {
+                folder: PathBuf::new(),
+                index,
+                count: 2,
+                record,
+            }
+        };
+        let whole = record(&[part(1, "avx512"), part(2, "baseline")]);
+        assert_eq!(whole.machine.instructions, ["avx512", "baseline"]);
+        let said = whole
+            .warnings
+            .iter()
+            .find(|w| w.contains("different instructions"));
+        assert!(
+            said.is_some_and(|said| said.contains("avx512, baseline")),
+            "{:?}",
+            whole.warnings
+        );
+        let each = whole
+            .shards
+            .iter()
+            .map(|shard| &shard.machine.instructions[0]);
+        assert_eq!(each.collect::<Vec<_>>(), ["avx512", "baseline"]);
+        let whole = record(&[part(1, "avx512"), part(2, "avx2")]);
+        assert!(whole.warnings.iter().all(|w| !w.contains("instructions")));
+    }
+}

@@ -326,11 +326,11 @@ pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::store::read_runs;
 
-    fn record(shard: Option<Shard>) -> RunRecord {
+    pub fn record(shard: Option<Shard>) -> RunRecord {
         RunRecord {
             job: "flex80".into(),
             state: RunState::Interrupted,
@@ -372,6 +372,29 @@ mod tests {
             1,
             "no temporary file stays"
         );
+    }
+
+    #[test]
+    fn instructions_are_mixed_where_their_bits_differ() {
+        let mixed =
+            |names: &[&str]| mixed(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>());
+        for alike in [
+            &["avx2"][..],
+            &["avx512", "avx2"],
+            &["portable"],
+            &["baseline"],
+            &[],
+        ] {
+            assert_eq!(mixed(alike), None, "{alike:?}");
+        }
+        for unlike in [
+            ["avx2", "baseline"],
+            ["portable", "avx512"],
+            ["baseline", "portable"],
+        ] {
+            let said = mixed(&unlike).unwrap();
+            assert!(unlike.iter().all(|name| said.contains(name)), "{said}");
+        }
     }
 
     #[test]

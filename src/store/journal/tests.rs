@@ -299,3 +299,34 @@ fn only_an_empty_journal_is_abandoned() {
     open(folder.path()).abandon();
     assert_eq!(ids(&mut open(folder.path())), [0]);
 }
+
+/// A journal says what its points were computed with, and what the process that goes on with it
+/// computes with, where that is something else.
+#[test]
+fn a_journal_knows_the_instructions_of_its_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = journal_path(folder.path(), None);
+    let header = Header {
+        job_hash: HASH.into(),
+        shard: None,
+        program: ProgramRecord::current(),
+        instructions: "another".into(),
+    };
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(record(&header, &path).unwrap());
+    fs::write(&path, &bytes).unwrap();
+    let here = instructions().to_owned();
+    assert_eq!(
+        open(folder.path()).instructions(),
+        [here.clone()],
+        "no point yet"
+    );
+    bytes.extend(record(&row(0, &[1.0]), &path).unwrap());
+    fs::write(&path, &bytes).unwrap();
+    let both = ["another".to_owned(), here.clone()];
+    assert_eq!(open(folder.path()).instructions(), both);
+    // Begun anew, they are those of this process.
+    drop(Journal::open(folder.path(), HASH, None, true).unwrap());
+    open(folder.path()).append(&row(0, &[1.0])).unwrap();
+    assert_eq!(open(folder.path()).instructions(), [here]);
+}
