@@ -23,7 +23,7 @@ fn manifest(instructions: &str) -> String {
         .replacen("count = 3 }", "count = 2 }", 1)
         .replacen("cycles = 5000", "cycles = 600", 1)
         .replacen(
-            "nvh = { harmonics = 20 }",
+            "nvh = { harmonics = 5 }",
             "nvh = { harmonics = 3, spectrum = true }",
             1,
         )
