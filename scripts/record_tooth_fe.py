@@ -180,3 +180,4 @@ if __name__ == "__main__":
     print("# Made by scripts/record_tooth_fe.py: compliance per unit width times Young's modulus.")
     print(f"# gmsh {gmsh.__version__}, elements of {FINE} modules at the teeth.")
     record(20, 4e-3, 22e-3)
+    record(20, 4e-3, 48e-3)

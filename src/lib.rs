@@ -15,6 +15,7 @@ pub mod analysis;
 pub mod characterize;
 pub mod cli;
 pub mod gear;
+pub mod input;
 pub mod manifest;
 pub mod model;
 pub mod numerics;

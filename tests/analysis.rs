@@ -9,13 +9,19 @@ use atlas::analysis::{
     Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
     Questions, Section, Status, investigate,
 };
-use atlas::model::{Division, InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
-use atlas::propagate::{Event, Observer, Stepping, Window};
+use atlas::model::{
+    Division, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+};
+use atlas::propagate::{
+    Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop, Tangents, Volterra,
+    Window,
+};
 use atlas::reference::Reference;
+use atlas::shaft::ModalStructure;
 use common::march::{march, march_with, settled, volterra};
 use common::{drives, relative_difference};
 use std::f64::consts::TAU;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Keeps all windows.
 #[derive(Default)]
@@ -332,7 +338,7 @@ fn small_oscillator(load: f64, speed: f64) -> Model {
 #[test]
 fn small_oscillators_are_of_their_known_kind() {
     for (load, speed, class, events) in [
-        (1.0, 400.0, Class::Locked, 0.0),
+        (1.0, 400.0, Class::Locked(Some(1)), 0.0),
         (0.3, 600.0, Class::Periodic(1), 4.0),
         (0.2, 1800.0, Class::Periodic(2), 2.0),
         (2.0, 1500.0, Class::Periodic(3), 4.0 / 3.0),
@@ -378,10 +384,10 @@ fn small_oscillators_are_of_their_known_kind() {
 #[test]
 fn ripple_sets_the_period() {
     for (load, speed, order, class) in [
-        (1.0, 400.0, 1.0, Class::Locked),
+        (1.0, 400.0, 1.0, Class::Locked(Some(40))),
         (0.3, 600.0, 1.0, Class::Periodic(40)),
         (0.3, 600.0, 4.0, Class::Periodic(10)),
-        (1.0, 400.0, std::f64::consts::SQRT_2, Class::Locked),
+        (1.0, 400.0, std::f64::consts::SQRT_2, Class::Locked(None)),
     ] {
         let (mut structure, mut drive, mut point) = common::one_degree();
         structure.teeth = 40;
@@ -400,6 +406,69 @@ fn ripple_sets_the_period() {
         assert_eq!(outcome.status, Status::Ok, "{}", outcome.reason);
         assert!(outcome.lyapunov.unwrap().exponents[0] < 0.0);
     }
+}
+
+/// One degree under a transmission error of 2 µm, with torque ripple of a pinion order.
+fn shaken(load: f64, speed: f64, ripple: (f64, f64)) -> Model {
+    let mut structure = common::structure(&[0.0], 0.01, &[1.0], &[1.0]);
+    structure.pinion_torque = Some(vec![10.0]);
+    let (_, mut drive, mut point) = common::one_degree();
+    drive.mesh = Division::levels(&[4e8], &[]);
+    drive.transmission_error = vec![(1, 2e-6, 0.0)];
+    let (order, amplitude) = ripple;
+    drive.torque_ripple = vec![RippleInput {
+        shaft: RippleShaft::Pinion,
+        order,
+        amplitude,
+        phase: 0.4,
+    }];
+    (point.load, point.speed) = (load, speed);
+    Model::new(&structure, &drive, point).unwrap()
+}
+
+/// A motion of period 3 under a faint ripple that returns after a turn of the pinion, 20 cycles:
+/// it repeats after 60, longer than the ripple and than any period looked for without it.
+#[test]
+fn a_period_may_be_a_multiple_of_the_ripples() {
+    let model = shaken(0.3, 1430.0, (1.0, 1e-3));
+    for settle in [true, false] {
+        let asked = Questions {
+            settle,
+            ..questions(500, 2000)
+        };
+        let outcome = ask(&model, &asked);
+        let expected = (Status::Ok, Some(Class::Periodic(60)));
+        assert_eq!(
+            (outcome.status, outcome.class),
+            expected,
+            "{}",
+            outcome.reason
+        );
+        // The reference integrator's motion does as well, and no sooner.
+        let state = settled(&model, 4000);
+        for (cycles, returns) in [(20, false), (30, false), (60, true)] {
+            let end = Reference::new(&model).march(&state, cycles).unwrap().end;
+            let moved = relative_difference(&end.state, &state.state);
+            assert_eq!(moved < 1e-9, returns, "{cycles}: {moved:e}");
+        }
+    }
+}
+
+/// Rattle under ripple that never comes back: two motions from far apart become one, which
+/// follows the ripple's phase and has no period.
+#[test]
+fn a_torus_that_ripple_drives_has_a_verdict() {
+    let model = shaken(0.5, 880.0, (std::f64::consts::SQRT_2, 0.5));
+    let outcome = ask(&model, &questions(500, 1000));
+    assert!(outcome.events_per_cycle.unwrap() > 0.0);
+    let expected = (Status::Ok, Some(Class::QuasiPeriodic));
+    assert_eq!(
+        (outcome.status, outcome.class),
+        expected,
+        "{}",
+        outcome.reason
+    );
+    assert!(outcome.lyapunov.unwrap().exponents[0] < -0.01);
 }
 
 /// Nothing that moves is not given a class by accident: a free body at rest.
@@ -432,6 +501,192 @@ fn free_rest_has_no_events_and_no_spread() {
         "{}",
         outcome.reason
     );
+}
+
+/// A start that counts as diverged before anything has moved: told as such, with the key to
+/// change, by every kernel with its own bound. Within it motion is marched.
+#[test]
+fn a_start_out_of_range_is_told_as_such() {
+    let model = small_oscillator(0.3, 1200.0);
+    let start = |half_gaps: f64| {
+        let mut start = model.start(&InitialState::Rest);
+        let felt = model.first_gains()[0].deflection[0];
+        start.state[0] = half_gaps * model.half_gap / felt;
+        TrajectoryState::new(&model, start.state, 0)
+    };
+    fn put<K: Kernel>(model: &Model, kernel: &K, start: TrajectoryState) -> PointOutcome {
+        let called_off = AtomicBool::new(false);
+        investigate(model, kernel, start, &questions(10, 50), &called_off).unwrap()
+    }
+    let spectral = Spectral::new(&model, 60, 1000, None).unwrap();
+    let stepping = Stepping::new(&model, 400, 1000);
+    let far = [
+        put(&model, &volterra(&model), start(1e10)),
+        put(&model, &spectral, start(-1e10)),
+        put(&model, &stepping, start(1e7)),
+    ];
+    for (outcome, said) in far.iter().zip(["1.0e10", "1.0e10", "1.0e7"]) {
+        assert_eq!((&outcome.status, outcome.cycles), (&Status::Diverged, 0));
+        let reason = &outcome.reason;
+        assert!(
+            reason.contains(said) && reason.contains("run.initial"),
+            "{reason}"
+        );
+    }
+    let near = put(&model, &spectral, start(1e3));
+    assert!(
+        near.cycles > 0 && !near.reason.contains("run.initial"),
+        "{near:?}"
+    );
+}
+
+/// The residual over twenty cycles from static equilibrium.
+fn residual_at_rest(structure: &ModalStructure, half_gap: f64, load: f64) -> f64 {
+    let mut drive = common::two_level_mesh(half_gap);
+    drive.mesh = Division::levels(&[4e8], &[]);
+    drive.transmission_error = vec![(1, 0.0, 0.0)];
+    let point = OperatingPoint {
+        load,
+        speed: 1200.0,
+    };
+    let model = Model::new(structure, &drive, point).unwrap();
+    let start = model.start(&InitialState::Static);
+    let mut audit = EnergyAudit::new(&model);
+    let (end, counters) = march_with(&volterra(&model), &start, 20, &mut audit);
+    assert_eq!(counters.events, 0);
+    audit.residual(&end).unwrap()
+}
+
+/// Of a drive at rest under its load the balance is made of round-off alone, whatever the load is
+/// to the half gap and to the stiffness of the mesh.
+#[test]
+fn the_round_off_of_a_drive_at_rest_is_no_residual() {
+    let mesh = [0.0, 0.78, 0.47, -0.55, -0.56, -0.49];
+    let torque = [0.0, 0.78, -0.6, 0.61, 0.2, 0.0];
+    let frequency = [0.0, 0.0, 3660.0, 4290.0, 4570.0, 4680.0];
+    let six = common::structure(&frequency, 0.01, &mesh, &torque);
+    let one = common::structure(&[0.0], 0.0, &[1.3], &[1.3]);
+    for structure in [&six, &one] {
+        for half_gap in [1e-9, 1e-5, 1e-3] {
+            for load in [1e-9, 1e-4, 0.3, 1.0, 100.0] {
+                let residual = residual_at_rest(structure, half_gap, load);
+                assert!(residual < 1e-12, "{half_gap:e} {load:e}: {residual:e}");
+            }
+        }
+    }
+}
+
+/// A kernel that kicks the velocity of a mode once a cycle.
+struct Kicking<'m> {
+    kernel: Volterra<'m>,
+    kick: f64,
+}
+
+impl Kernel for Kicking<'_> {
+    type Workspace = <Volterra<'static> as Kernel>::Workspace;
+
+    fn workspace(&self) -> Self::Workspace {
+        self.kernel.workspace()
+    }
+
+    fn march<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut Self::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        (self.kernel).march(trajectory, tangents, workspace, observer, counters)?;
+        let last = trajectory.state.len() - 1;
+        trajectory.state[last] *= 1.0 + self.kick;
+        Ok(())
+    }
+}
+
+/// A kernel that does not follow the drive is found out by the energy, and its row is not ok; one
+/// that does, settled or not, is.
+#[test]
+fn a_kernel_that_misses_the_balance_is_called_inaccurate() {
+    for (load, speed) in [(1.0, 400.0), (0.2, 1800.0), (0.05, 1200.0)] {
+        let model = small_oscillator(load, speed);
+        for (kick, word) in [(0.0, "ok"), (1e-4, "inaccurate")] {
+            let kernel = Kicking {
+                kernel: volterra(&model),
+                kick,
+            };
+            let start = model.start(&InitialState::Static);
+            let asked = questions(500, 1000);
+            let never = AtomicBool::new(false);
+            let outcome = investigate(&model, &kernel, start, &asked, &never).unwrap();
+            assert_eq!(outcome.status.name(), word, "{}", outcome.reason);
+            // What was found is kept.
+            assert!(outcome.class.is_some() && outcome.nvh.is_some());
+            let told = outcome.reason.contains("the energy balance misses by");
+            assert_eq!(told, kick > 0.0, "{}", outcome.reason);
+        }
+    }
+}
+
+/// Small steps leave a residual by design: no reason to object.
+#[test]
+fn a_kernel_that_approximates_is_not_called_inaccurate() {
+    let model = small_oscillator(0.2, 1800.0);
+    let start = model.start(&InitialState::Static);
+    let kernel = Stepping::new(&model, 400, 1000);
+    let asked = questions(500, 1000);
+    let outcome = investigate(&model, &kernel, start, &asked, &AtomicBool::new(false)).unwrap();
+    assert!(outcome.energy_residual.unwrap() > 1e-8);
+    assert_ne!(outcome.status.name(), "inaccurate");
+}
+
+/// A flag that is raised while the first cycle is marched: the march ends in the midst of it.
+#[test]
+fn a_march_ends_within_the_cycle_in_which_it_is_called_off() {
+    for (name, case) in drives() {
+        let model = common::model(&case);
+        let small = Stepping::new(&model, 4000, 1000);
+        let spectral = Spectral::new(&model, 64, 1000, None).unwrap();
+        let cycles = [
+            cut_short(&model, &volterra(&model)),
+            cut_short(&model, &small),
+            cut_short(&model, &spectral),
+        ];
+        for [shown, whole] in cycles {
+            assert!(shown == 3 && whole > 3, "{name}: {shown} of {whole}");
+        }
+    }
+}
+
+/// Windows shown before the flag that the third raises ends the march, and of a whole cycle.
+fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
+    struct Raising<'a>(u64, &'a AtomicBool);
+    impl Observer for Raising<'_> {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, _: &Window<'_>) {
+            self.0 += 1;
+            self.1.store(self.0 == 3, Ordering::Relaxed);
+        }
+
+        fn event(&mut self, _: &Event) {}
+    }
+    let flag = AtomicBool::new(false);
+    let never = AtomicBool::new(false);
+    [&flag, &never].map(|watched| {
+        let kernel = Interruptible::new(kernel, watched);
+        let mut raising = Raising(0, &flag);
+        let ended = kernel.march(
+            &mut model.start(&InitialState::Static),
+            &mut Tangents::none(),
+            &mut kernel.workspace(),
+            &mut raising,
+            &mut Counters::default(),
+        );
+        let off = matches!(ended, Err(Stop::CalledOff { cycle: 0 }));
+        assert_eq!(off, std::ptr::eq(watched, &flag));
+        raising.0
+    })
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// A module may import from layers above its own line, and from itself.
 const LAYERS: [&[&str]; 10] = [
-    &["units", "numerics", "topology"],
+    &["units", "numerics", "topology", "input"],
     &["gear"],
     // A shaft carries gears.
     &["shaft"],

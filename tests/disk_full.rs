@@ -18,16 +18,16 @@ use std::process::Command;
 
 const TABLES: [&str; 3] = ["points.parquet", "poincare.parquet", "spectra.parquet"];
 
-/// Runs `m.toml` on a disk of `size`, then on one with space; what is there in between, and what
+/// Runs `m.toml` on a disk with some options, then on one with space; what is there in between, and what
 /// both runs said, is kept outside.
 const SCRIPT: &str = r#"
 set -u
 mkdir -p disk kept
-mount -t tmpfs -o "size=$SIZE" tmpfs disk || exit 99
+mount -t tmpfs -o "$OPTIONS" tmpfs disk || exit 99
 "$ATLAS" run m.toml --out disk/r --threads 2 > kept/first.out 2> kept/first.err
 echo $? > kept/first.status
 ls -A disk/r > kept/between
-mount -o remount,size=64m disk || exit 99
+mount -o "remount,size=64m,nr_inodes=1000" disk || exit 99
 "$ATLAS" run m.toml --out disk/r --threads 1 > kept/second.out 2> kept/second.err
 echo $? > kept/second.status
 cp -r disk/r kept/r
@@ -41,16 +41,16 @@ struct Seen {
     resumed: u64,
 }
 
-/// A run on a disk of so many bytes, held against the results in `whole`; none where there can be
-/// no such disk.
-fn on_a_disk_of(size: u64, place: &Place) -> Option<Seen> {
+/// A run on a disk with such options of tmpfs, held against the results in `whole`; none where there
+/// can be no such disk.
+fn on_a_disk_of(options: &str, place: &Place) -> Option<Seen> {
     let namespace = ["--user", "--map-root-user", "--mount"];
     let output = Command::new("unshare")
         .args(namespace)
         .args(["sh", "-c", SCRIPT])
         .current_dir(place.0.path())
         .env("ATLAS", env!("CARGO_BIN_EXE_atlas"))
-        .env("SIZE", size.to_string())
+        .env("OPTIONS", options)
         .output();
     let refused = match &output {
         Err(error) => Some(error.to_string()),
@@ -68,7 +68,7 @@ fn on_a_disk_of(size: u64, place: &Place) -> Option<Seen> {
     let first = (status("first.status"), kept("first.err"));
     if first.0 != 0 {
         for name in kept("between").lines() {
-            assert_eq!(name, ".journal", "left on a disk of {size} bytes");
+            assert_eq!(name, ".journal", "left on a disk of {options}");
         }
     }
     assert_eq!(status("second.status"), 0, "{}", kept("second.err"));
@@ -90,7 +90,8 @@ fn a_full_disk_is_said_and_the_run_goes_on_once_there_is_space() {
     let (mut none, mut some, mut journal, mut tables) = (0, 0, 0, 0);
     // From a disk that holds no point to one that holds the journal but not the tables.
     for pages in [1, 40, 100, 150, 170, 190] {
-        let Some(Seen { first, resumed }) = on_a_disk_of(4096 * pages, &place) else {
+        let Some(Seen { first, resumed }) = on_a_disk_of(&format!("size={}", 4096 * pages), &place)
+        else {
             return;
         };
         let (status, said) = first;
@@ -114,4 +115,29 @@ fn a_full_disk_is_said_and_the_run_goes_on_once_there_is_space() {
         none > 0 && some > 0 && journal > 0 && tables > 0,
         "{none} {some} {journal} {tables}"
     );
+}
+
+#[test]
+fn a_disk_without_inodes_is_not_called_full() {
+    let place = Place::new(OSCILLATOR);
+    place.whole("whole", &[]);
+    let mut failed = 0;
+    // The folder of the disk, that of the results, the journal, then one table after the other.
+    for inodes in 1..6 {
+        let options = format!("size=64m,nr_inodes={inodes}");
+        let Some(Seen { first, .. }) = on_a_disk_of(&options, &place) else {
+            return;
+        };
+        let (status, said) = first;
+        if status == 0 {
+            continue;
+        }
+        failed += 1;
+        assert_eq!((status, said.lines().count()), (1, 1), "{said}");
+        assert!(
+            said.contains("inodes") && said.contains("disk/r") && !said.contains("is full"),
+            "{said}"
+        );
+    }
+    assert!(failed > 2, "{failed}");
 }

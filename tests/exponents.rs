@@ -177,7 +177,7 @@ fn investigation_of_locked_motion_gives_them_too() {
         .unwrap();
         assert_eq!(
             outcome.class,
-            Some(Class::Locked),
+            Some(Class::Locked(Some(1))),
             "{name}: {}",
             outcome.reason
         );
@@ -220,7 +220,12 @@ fn stable_fixed_point_has_its_negative_exponent() {
             &AtomicBool::new(false),
         )
         .unwrap();
-        assert_eq!(outcome.class, Some(Class::Locked), "{}", outcome.reason);
+        assert_eq!(
+            outcome.class,
+            Some(Class::Locked(Some(1))),
+            "{}",
+            outcome.reason
+        );
         let lyapunov = outcome.lyapunov.unwrap();
         let error = worst_difference(&lyapunov.exponents, &[exact, exact]);
         assert!(error < 1e-13, "{error:e}");

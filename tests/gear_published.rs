@@ -73,7 +73,7 @@ fn within(value: f64, published: f64, margin: f64) {
     );
 }
 
-/// 3.904e8 N/m, 4.7 % below, where each pair stands on bodies of its own. Laws in use differ by
+/// 3.905e8 N/m, 4.5 % above, where each pair stands on bodies of its own. Laws in use differ by
 /// that much: the lever taken to the contact's height and not to where the force crosses the
 /// centre line makes 5 % less, the smaller root angle of some papers 2 % less. With shared bodies
 /// it is 2.92e8 N/m: separate ones make two pairs a third too stiff.
@@ -95,12 +95,20 @@ fn another_code_without_shared_bodies() {
         }
     });
     within(apart, number(&table, "mean_stiffness"), 0.06);
+    // The larger figure that is also given for the pair is no computed one.
+    let young_modulus = number(&table, "young_modulus");
+    let thumb = flanks.contact_ratio() * width * young_modulus / 18.0;
+    within(thumb, number(&table, "rule_of_thumb"), 1e-4);
     let together = mean(&flanks, |s| {
         width * shared(&flanks, s, |s| flanks.compliance(s))
     });
     assert!(together < 0.8 * apart, "{together:e} {apart:e}");
 }
 
+/// Bodies at the lower end of their law's fit, where finite elements find them 15 to 27 % too soft,
+/// and a contact law that no manifest can choose: the agreement is of errors that cancel. With the
+/// linear contact of the manifests c' is up to 42 % above.
+///
 /// ISO's c' and c_γ rest on Weber and Banaschek's deflections of discs with a stiff core,
 /// multiplied by 0.8 to meet tests; scatter of its own 10 %.
 #[test]
@@ -146,10 +154,14 @@ fn iso_method_b_at_its_own_load() {
             shared(&flanks, s, |s| flanks.compliance_under(s, load))
         });
         within(own, mesh, 0.14);
+        let linear = mean(&flanks, |s| shared(&flanks, s, |s| flanks.compliance(s)));
+        assert!((0.97..1.32).contains(&(linear / mesh)), "{}", linear / mesh);
+        assert!(linear > 1.08 * own, "{linear:e} {own:e}");
     }
 }
 
-/// On stiff cores: double pairs 11 % above, single ones 6 % below, the mean 6 % above 4e8 N/m.
+/// On bores of 50 and 78.57 mm: double pairs 11 % above, single ones 6 % below, the mean 6 % above
+/// 4e8 N/m (`flex80-table.toml` has 48 and 76 mm: 9.5 % above, 6.4 % below, 4.4 % above).
 /// On cores as thin as the drive's shafts all is 35 % softer: the levels mean bodies that do not
 /// wind up.
 #[test]

@@ -262,7 +262,7 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
         Err(other) => return Err(TestCaseError::fail(other.to_string())),
     };
     for basis in ladder.spectral.conditioning() {
-        prop_assert!(basis.reconstruction < 1e-10, "{basis:?}");
+        prop_assert!(basis.reconstruction <= 1e-11, "{basis:?}");
     }
     let exact = volterra(&model);
     // Just in contact, at rest: nearly rigid modes have no equilibrium within reach.
@@ -433,7 +433,7 @@ fn varying_stiffness_is_refused() {
     let model = Model::new(&structure, &drive, point).unwrap();
     let refused = Dyadic::new(&model, CELLS, 10).map(|_| ()).unwrap_err();
     assert_eq!(refused, DenseError::VaryingStiffness);
-    assert!(refused.to_string().contains("volterra"));
+    assert!(refused.to_string().contains("piecewise"));
 }
 
 /// An undamped mode driven at its own frequency has no steady response to split off.

@@ -51,7 +51,7 @@ fn flex80_is_the_default_drive() {
         .collect();
     assert_eq!(names, [("load", "1"), ("speed", "rad/s")]);
     assert_eq!(
-        job.axes[1].values,
+        job.axes[1].values.iter().collect::<Vec<f64>>(),
         [
             600., 700., 800., 900., 1000., 1100., 1200., 1300., 1400., 1500.
         ]
@@ -114,8 +114,8 @@ fn points_are_row_major_and_share_the_structure() {
     };
     for (i, point) in job.points.iter().enumerate() {
         assert_eq!(point.point_id, i as u64);
-        assert_eq!(point.load, job.axes[0].values[i / 10]);
-        assert_eq!(point.speed, job.axes[1].values[i % 10]);
+        assert_eq!(point.load, job.axes[0].values.get(i / 10));
+        assert_eq!(point.speed, job.axes[1].values.get(i % 10));
         assert_eq!(point.axis_values, [point.load, point.speed]);
         let StructureSource::Flexible(drive) = &point.model.source else {
             panic!("not a flexible drive");
@@ -348,7 +348,7 @@ fn any_numeric_model_key_can_be_an_axis() {
         assert_eq!((point.load, point.speed), (load, speed));
         assert_eq!(point.excitation.transmission_error[0].harmonic, 1);
     }
-    assert!((job.axes[3].values[1] - 1e-5).abs() < 1e-20);
+    assert!((job.axes[3].values.get(1) - 1e-5).abs() < 1e-20);
 }
 
 #[test]
@@ -836,4 +836,91 @@ fn points_share_what_they_have_in_common() {
     }
     // Only what the half gap makes different is kept; points are made when they are asked for.
     assert_eq!(job.points.variants().len(), 2);
+}
+
+/// The default drive with a drawing that states backlash, and `[mesh]` as asked.
+fn drawn(gear: &str, gap: &str) -> Result<Job, ManifestErrors> {
+    let text = include_str!("../manifests/flex80.toml");
+    let text = with(text, "rated_torque =", &format!("{gear}\nrated_torque ="));
+    parse(&with(&text, "half_gap = \"10 um\" ", &format!("{gap} ")))
+}
+
+const APART: &str = "centre_distance = \"100.5 mm\"\nthinning = \"30 um\"";
+
+#[test]
+fn the_half_gap_is_that_of_the_drawing() {
+    let half_gap = |gear, gap| drawn(gear, gap).unwrap().points.at(0).mesh.half_gap;
+    // Twice the base radii times what the involute function grows by, and what the teeth were
+    // thinned by, seen on the base circles.
+    let (cos, base_radii) = (20f64.to_radians().cos(), 0.1 * 20f64.to_radians().cos());
+    let involute = |angle: f64| angle.tan() - angle;
+    let apart = involute((base_radii / 0.1005).acos()) - involute(20f64.to_radians());
+    let exact = base_radii * apart + 30e-6 * cos;
+    assert!((half_gap(APART, "") / exact - 1.0).abs() < 1e-9);
+    assert!(exact > 190e-6);
+    // A number that agrees within a hundredth is the one that counts.
+    assert_eq!(half_gap(APART, "half_gap = \"202 um\""), 202e-6);
+    // A drawing without any leaves it to [mesh].
+    assert_eq!(half_gap("", "half_gap = \"12 um\""), 12e-6);
+    assert_eq!(half_gap("", "normal_backlash = \"30 um\""), 15e-6);
+    let round = half_gap("", "circumferential_backlash = \"30 um\"");
+    assert!((round - 15e-6 * cos).abs() < 1e-18);
+    let errors = drawn("", "").unwrap_err();
+    assert_eq!(errors.diagnostics.len(), 1);
+    assert_eq!(errors.diagnostics[0].kind, DiagnosticKind::MissingKey);
+}
+
+#[test]
+fn a_half_gap_that_contradicts_the_drawing_is_an_error() {
+    for gap in [
+        "half_gap = \"10 um\"",
+        "normal_backlash = \"20 um\"",
+        "circumferential_backlash = \"21 um\"",
+    ] {
+        let errors = drawn(APART, gap).unwrap_err();
+        let [fault] = &errors.diagnostics[..] else {
+            panic!("{errors}");
+        };
+        let key = gap.split(' ').next().unwrap();
+        assert_eq!(fault.kind, DiagnosticKind::Inconsistent);
+        assert_eq!(fault.key, format!("mesh.{key}"));
+        assert!(fault.message.contains("a half gap of 202.3"), "{errors}");
+        assert!(fault.remedy.as_ref().unwrap().contains(key), "{errors}");
+    }
+    let twice = "half_gap = \"10 um\"\nnormal_backlash = \"20 um\"";
+    let errors = drawn("", twice).unwrap_err();
+    assert_eq!(errors.diagnostics[0].key, "mesh.normal_backlash");
+}
+
+/// Metres that were meant as microns: against the teeth where they are known, else against what the
+/// rated force deflects; an oscillator in numbers without units has its own scale.
+#[test]
+fn a_half_gap_has_the_size_of_a_half_gap() {
+    let modal = with(MODAL, "half_gap = \"15 um\"", "half_gap = 37.3");
+    for errors in [
+        drawn("", "half_gap = 37.3").unwrap_err(),
+        parse(&modal).unwrap_err(),
+    ] {
+        let [fault] = &errors.diagnostics[..] else {
+            panic!("{errors}");
+        };
+        assert_eq!(fault.kind, DiagnosticKind::OutOfRange);
+        assert_eq!(fault.key, "mesh.half_gap");
+        assert!(
+            fault.remedy.as_ref().unwrap().contains("metres"),
+            "{errors}"
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("one.modal.toml"),
+        "teeth = 1\nrated_force = 1.0\nfrequency = [0.0]\ndamping = [0.0]\nmesh = [1.0]\ntorque = [1.0]\n",
+    )
+    .unwrap();
+    let text = "[job]\nname = \"one\"\n[model]\nkind = \"modal\"\nfile = \"one.modal.toml\"\n\
+        [mesh]\nhalf_gap = 1\nstiffness = \"constant\"\nmean_stiffness = 1\ncontact_damping = 0.02\n\
+        [grid]\nload = 0.1\nspeed = 0.8\n[run]\ntransient = 10\ncycles = 400\n";
+    let job = manifest::parse(text, "one.toml", folder.path());
+    let job = job.unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(job.points.at(0).mesh.half_gap, 1.0);
 }

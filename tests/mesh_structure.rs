@@ -89,6 +89,7 @@ fn structure_takes_a_point_off_the_loss_of_stiffness() {
         misalignment: (0..=40).map(|i| 3e-5 * f64::from(i)).collect(),
         torque: vec![50.0],
         longest_piece: 1.0 / 12.0,
+        tolerance: 1e-9,
         slices: 1,
         contact: Contact::Linear,
         pattern: false,

@@ -9,7 +9,7 @@ use atlas::gear::{
     Contact, Face, LoadSharing, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, NODES,
     SharingError, pairs_at,
 };
-use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, path, split};
+use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 use std::f64::consts::{PI, TAU};
 use std::sync::Mutex;
 
@@ -20,6 +20,7 @@ fn inputs() -> MeshTableInputs {
         misalignment: vec![0.0],
         torque: vec![50.0],
         longest_piece: 1.0 / 12.0,
+        tolerance: 1e-9,
         slices: 4,
         contact: Contact::Linear,
         pattern: false,
@@ -389,7 +390,9 @@ fn the_bits_do_not_depend_on_the_threads() {
     let (one, seen) = on(1);
     assert_eq!(one, on(3).0);
     let phases = (one.breaks.len() - 1) * NODES;
-    assert_eq!(seen, (1..=phases).map(|d| (d, phases)).collect::<Vec<_>>());
+    let all = seen.len();
+    assert_eq!(seen, (1..=all).map(|d| (d, all)).collect::<Vec<_>>());
+    assert!(all > 8 && all < one.breaks.len());
     // The pattern is the load, slice by slice.
     assert_eq!(one.pattern.len(), 9 * phases * 4);
     for (row, torque) in one
@@ -401,5 +404,292 @@ fn the_bits_do_not_depend_on_the_threads() {
             let load = phase.iter().sum::<f64>() * FACE_WIDTH / 4.0;
             close(load, torque / inputs.base_radius, 1e-12);
         }
+    }
+}
+
+/// Flanks of one stiffness, relieved by `amount` at both ends of the path, falling in a straight
+/// line over `length` base pitches.
+fn relieved(contact_ratio: f64, amount: f64, length: f64) -> FunctionFlank {
+    let path = path(contact_ratio);
+    let span = length * path.base_pitch;
+    FunctionFlank {
+        relief: Box::new(move |s| {
+            let part = |distance: f64| amount * (1.0 - distance / span).clamp(0.0, 1.0);
+            part(s - path.start) + part(path.end - s)
+        }),
+        kinks: vec![path.start + span, path.end - span],
+        ..FunctionFlank::constant(path, STIFFNESS)
+    }
+}
+
+/// The largest distance of a cycle from load sharing on the spot, at places of its own; shares
+/// outside 0 to 1 and stiffness above the law's count as errors.
+fn off_its_law(law: &FunctionFlank, inputs: &MeshTableInputs, places: u32) -> f64 {
+    let cycle = build(law, inputs).cycle(0, 0);
+    let face = Face {
+        width: FACE_WIDTH,
+        slices: inputs.slices,
+    };
+    let error = cycle.tangent_error();
+    let mut worst = 0.0f64;
+    for place in 0..places {
+        let phase = (f64::from(place) + 0.37) / f64::from(places);
+        let sharing = match inputs.contact {
+            Contact::Linear => {
+                let pairs = pairs_at(law, phase, face).unwrap();
+                LoadSharing::new(&pairs, face, inputs.misalignment[0]).unwrap()
+            }
+            Contact::LoadDependent => {
+                LoadSharing::under(law, phase, face, inputs.misalignment[0], cycle.force).unwrap()
+            }
+        };
+        let load = sharing.bear(cycle.force);
+        let deflection = cycle.force / load.stiffness;
+        let off = |values: &[[f64; NODES]], exact: f64, scale: f64| {
+            (cycle.value(values, phase) - exact).abs() / scale
+        };
+        for error in [
+            off(&cycle.stiffness, load.stiffness, load.stiffness),
+            off(&cycle.transmission_error, load.deflection, deflection),
+            off(&error, load.deflection - deflection, deflection),
+            off(&cycle.centre, load.centre, FACE_WIDTH),
+            off(&cycle.contact_fraction, load.contact_fraction, 1.0),
+            off(&cycle.share[0], load.share[0], 1.0),
+            off(&cycle.share[1], load.share[1], 1.0),
+        ] {
+            worst = worst.max(error);
+        }
+    }
+    worst
+}
+
+/// A pair comes into contact where the approach under the others' load reaches its gap.
+#[test]
+fn a_relieved_pair_takes_up_load_at_a_break() {
+    // While one pair is relieved the other is not.
+    let (amount, length) = (10e-6, 0.3);
+    let law = relieved(1.6, amount, length);
+    let single = STIFFNESS * FACE_WIDTH;
+    for torque in [5.0, 20.0, 50.0] {
+        let inputs = MeshTableInputs {
+            torque: vec![torque],
+            ..inputs()
+        };
+        let cycle = build(&law, &inputs).cycle(0, 0);
+        // The relief still left where the pair comes into contact, in parts of all of it.
+        let left = cycle.force / single / amount;
+        assert!(left < 1.0);
+        let coming = length * (1.0 - left);
+        let going = 0.6 - coming;
+        for phase in [coming, going] {
+            let off = |b: &f64| (b - phase).abs();
+            let nearest = cycle.breaks.iter().map(off).fold(1.0, f64::min);
+            assert!(nearest < 1e-13, "{torque}: {phase}, {nearest:e}");
+            let [before, after] =
+                [-1e-6, 1e-6].map(|step| cycle.value(&cycle.stiffness, phase + step) / single);
+            let steps = if phase == coming {
+                [1.0, 2.0]
+            } else {
+                [2.0, 1.0]
+            };
+            close(before, steps[0], 1e-12);
+            close(after, steps[1], 1e-12);
+        }
+        close(
+            cycle.mean_stiffness(),
+            single * (1.0 + going - coming),
+            1e-12,
+        );
+        // The segment in which the pair comes has the mean of its two parts.
+        let count = 60.0;
+        let segment = (count * coming) as usize;
+        let loaded = 1.0 - (count * coming - segment as f64);
+        let mean = cycle.segment_means(60)[segment].stiffness;
+        close(mean, single * (1.0 + loaded), 1e-11);
+    }
+}
+
+/// Under misalignment it does so at one corner first: its stiffness bends there.
+#[test]
+fn a_relieved_wedge_begins_at_a_break() {
+    let (amount, length, misalignment) = (10e-6, 0.35, 1e-4);
+    let law = relieved(1.6, amount, length);
+    let single = STIFFNESS * FACE_WIDTH;
+    for sign in [1.0, -1.0] {
+        let inputs = MeshTableInputs {
+            misalignment: vec![sign * misalignment],
+            ..inputs()
+        };
+        let cycle = build(&law, &inputs).cycle(0, 0);
+        // The pair before is in contact all along its face.
+        let approach = cycle.force / single + 0.5 * misalignment * FACE_WIDTH;
+        assert!(cycle.force / single > 0.5 * misalignment * FACE_WIDTH);
+        let corner = length * (1.0 - approach / amount);
+        let off = |b: &f64| (b - corner).abs();
+        assert!(cycle.breaks.iter().map(off).fold(1.0, f64::min) < 1e-13);
+        close(cycle.value(&cycle.stiffness, corner - 1e-6), single, 1e-12);
+        assert!(cycle.value(&cycle.stiffness, corner + 1e-3) > 1.001 * single);
+    }
+}
+
+/// Whatever the load and the misalignment, between all nodes.
+#[test]
+fn relieved_flanks_follow_their_law() {
+    let law = FunctionFlank {
+        relief: relieved(1.59, 12e-6, 0.3).relief,
+        kinks: relieved(1.59, 12e-6, 0.3).kinks,
+        ..curved(1.59)
+    };
+    for longest_piece in [0.25, 1.0 / 24.0] {
+        for misalignment in [0.0, 1e-7, 2e-5, -2e-4, 1e-3] {
+            for torque in [2.5, 10.0, 20.0, 50.0, 200.0] {
+                let inputs = MeshTableInputs {
+                    misalignment: vec![misalignment],
+                    torque: vec![torque],
+                    longest_piece,
+                    ..inputs()
+                };
+                let worst = off_its_law(&law, &inputs, 499);
+                assert!(worst < 1e-9, "{misalignment} {torque}: {worst:e}");
+                let table = build(&law, &inputs);
+                assert!(table.share.iter().all(|p| (0.0..=1.0).contains(p)));
+                assert!(table.breaks.len() < 64, "{}", table.breaks.len());
+            }
+        }
+    }
+}
+
+/// So do flanks whose contact stiffens, with a floor below which it does not, and crowned ones,
+/// whose slices all have kinks of their own.
+#[test]
+fn stiffening_and_crowned_flanks_follow_their_law() {
+    let stiffening = FunctionFlank {
+        contact: Some(Box::new(|w| {
+            let scale = 1e5;
+            let compliance = 8e-12;
+            let law = compliance * w * (w / scale).powf(-0.1);
+            [law, 0.9 * law / w]
+        })),
+        ..relieved(1.6, 10e-6, 0.35)
+    };
+    let inputs_of = |contact| MeshTableInputs {
+        contact,
+        torque: vec![20.0],
+        slices: 8,
+        ..inputs()
+    };
+    let worst = off_its_law(&stiffening, &inputs_of(Contact::LoadDependent), 499);
+    assert!(worst < 1e-9, "{worst:e}");
+    let crowned = FunctionFlank {
+        deviation: Box::new(|_, z| 4e-6 * (2.0 * z / FACE_WIDTH).powi(2)),
+        ..relieved(1.6, 10e-6, 0.35)
+    };
+    for misalignment in [0.0, 1e-4] {
+        let inputs = MeshTableInputs {
+            misalignment: vec![misalignment],
+            ..inputs_of(Contact::Linear)
+        };
+        let worst = off_its_law(&crowned, &inputs, 499);
+        assert!(worst < 1e-9, "{misalignment}: {worst:e}");
+    }
+}
+
+/// A pair that touches for a thousandth of the cycle between two samples of a piece.
+#[test]
+fn a_short_contact_between_the_samples_is_found() {
+    let single = STIFFNESS * FACE_WIDTH;
+    let approach = default_force() / single;
+    let path = path(1.6);
+    for middle in [0.1201, 0.1234, 0.1499, 0.1633] {
+        let law = FunctionFlank {
+            // Only the pair that comes lacks material; its gap dips below the approach.
+            relief: Box::new(move |s| {
+                let phase = (s - path.start) / path.base_pitch;
+                let dip = ((phase - middle) / 5e-4).powi(2) - 1.0;
+                if phase < 0.6 {
+                    approach * (1.0 + 1e-3 * dip)
+                } else {
+                    0.0
+                }
+            }),
+            kinks: vec![path.start + 0.6 * path.base_pitch],
+            ..FunctionFlank::constant(path, STIFFNESS)
+        };
+        let cycle = build(&law, &inputs()).cycle(0, 0);
+        for phase in [middle - 5e-4, middle + 5e-4] {
+            let off = |b: &f64| (b - phase).abs();
+            let nearest = cycle.breaks.iter().map(off).fold(1.0, f64::min);
+            assert!(nearest < 1e-9, "{phase}, {nearest:e}");
+        }
+        close(cycle.value(&cycle.stiffness, middle), 2.0 * single, 1e-9);
+    }
+}
+
+/// A table of several loads is cut where any of them has a kink.
+#[test]
+fn a_table_has_the_kinks_of_all_its_loads() {
+    let law = relieved(1.6, 10e-6, 0.35);
+    let inputs_of = |torque: Vec<f64>| MeshTableInputs {
+        torque,
+        misalignment: vec![5e-5],
+        ..inputs()
+    };
+    let both = build(&law, &inputs_of(vec![20.0, 50.0]));
+    for (index, torque) in [20.0, 50.0].into_iter().enumerate() {
+        let alone = build(&law, &inputs_of(vec![torque]));
+        for cut in &alone.breaks {
+            assert!(both.breaks.iter().any(|b| (b - cut).abs() < 1e-12), "{cut}");
+        }
+        let [a, b] = [both.cycle(0, index), alone.cycle(0, 0)].map(|c| c.mean_stiffness());
+        close(a, b, 1e-10);
+    }
+}
+
+/// What no polynomial follows is refused; means ask for less.
+#[test]
+fn a_law_that_polynomials_do_not_follow_is_refused() {
+    let path = path(1.6);
+    let cusped = FunctionFlank {
+        compliance: Box::new(move |s| {
+            let u = (s / path.base_pitch - 0.4567).abs();
+            split(4e-11 * (1.0 + 0.01 * u.sqrt()), 0.0)
+        }),
+        ..FunctionFlank::constant(path, STIFFNESS)
+    };
+    let at = |tolerance: f64| {
+        let inputs = MeshTableInputs {
+            tolerance,
+            ..inputs()
+        };
+        MeshTable::build(&cusped, &inputs, &|_, _| {})
+    };
+    let refused = at(1e-9).map(|table| table.breaks).unwrap_err();
+    let MeshTableError::Unresolved { phase, error, .. } = &refused else {
+        panic!("{refused}");
+    };
+    assert!((phase - 0.7567).abs() < 1e-6 && *error > 1e-9, "{refused}");
+    assert!(refused.to_string().contains("mesh.stiffness = \"table\""));
+    let kept = at(1e-6).unwrap().cycle(0, 0);
+    let exact = |phase: f64| {
+        let pairs = pairs_at(
+            &cusped,
+            phase,
+            Face {
+                width: FACE_WIDTH,
+                slices: 1,
+            },
+        )
+        .unwrap();
+        let face = Face {
+            width: FACE_WIDTH,
+            slices: 1,
+        };
+        LoadSharing::new(&pairs, face, 0.0)
+            .unwrap()
+            .bear(kept.force)
+            .stiffness
+    };
+    for phase in [0.75, 0.7566, 0.7568, 0.8] {
+        close(kept.value(&kept.stiffness, phase), exact(phase), 1e-6);
     }
 }

@@ -189,7 +189,11 @@ fn two_degrees_between_stops() {
 #[test]
 fn locked_motion_beside_rattle() {
     let (rms, lambda) = locked(950.0);
-    found_for_every_seed(&loaded(0.5, 950.0), (Class::Locked, rms, lambda), 2.0);
+    found_for_every_seed(
+        &loaded(0.5, 950.0),
+        (Class::Locked(Some(1)), rms, lambda),
+        2.0,
+    );
 }
 
 /// The equations do not change under δ → −δ with half a cycle's shift. An orbit that is not

@@ -4,14 +4,23 @@
 
 mod common;
 
-use atlas::analysis::{Nvh, NvhOutcome};
-use atlas::model::{Contact, Model, Segment, Stiffness};
+use atlas::analysis::{
+    GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome, Questions, Section,
+    Spectrum, investigate,
+};
+use atlas::model::{
+    Contact, Division, FlankError, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+    Segment, Stiffness,
+};
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::Stream;
 use atlas::propagate::{Event, Observer, Window};
 use common::march::{Events, march_with, settled, volterra};
 use common::{forty_modes, model, one_degree};
 use std::f64::consts::{SQRT_2, TAU};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::channel;
+use std::time::Duration;
 
 /// A mean \[m\] and cosines: (order of the mesh frequency, amplitude \[m\], phase \[rad\]).
 struct Signal(f64, Vec<(f64, f64, f64)>);
@@ -22,6 +31,7 @@ fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u
         start: 0.0,
         end: 1.0,
         stiffness: Stiffness::constant(1.0),
+        error: FlankError::NONE,
         direction: 0,
         damping: 0.0,
     };
@@ -243,4 +253,154 @@ fn standard_errors_are_those_of_independent_draws() {
         assert!((0.8..1.45).contains(&ratio), "{ratio}");
     }
     assert!(errors.flight_mean.is_infinite() && errors.flight_median.is_infinite());
+}
+
+/// A model's answers, spectra among them.
+fn ask(model: &Model, harmonics: usize) -> PointOutcome {
+    let questions = Questions {
+        seed: 3,
+        point_id: 0,
+        transient: 300,
+        cycles: 1000,
+        settle: true,
+        audit_cycles: 20,
+        lyapunov: Some(LyapunovQuestion {
+            exponents: 1,
+            stop_at_stderr: None,
+            align: 50,
+            twin: false,
+            norm: GrowthNorm::Energy,
+        }),
+        poincare_samples: 0,
+        section: Section::default(),
+        nvh: Some(NvhQuestion {
+            harmonics,
+            spectrum: true,
+            bearings: false,
+        }),
+    };
+    let start = model.start(&InitialState::Static);
+    let never = AtomicBool::new(false);
+    investigate(model, &volterra(model), start, &questions, &never).unwrap()
+}
+
+/// The amplitude of the line at an order, which has to be there.
+#[track_caller]
+fn line(spectrum: &Spectrum, order: f64) -> f64 {
+    let mut lines = spectrum.lines.iter();
+    let found = lines.find(|line| (line.order - order).abs() < 1e-12);
+    found.expect("a line at the order").amplitude
+}
+
+/// Torque ripple of the second shaft order on 23 teeth, in lasting contact: the response of the
+/// closed oscillator is known, and its order 2/23 is no multiple of 1/64.
+#[test]
+fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
+    let (mut structure, mut drive, _) = one_degree();
+    structure.teeth = 23;
+    structure.pinion_torque = Some(vec![26.0]);
+    drive.mesh = Division::levels(&[4e8], &[]);
+    drive.transmission_error = vec![(1, 1e-7, 0.0)];
+    drive.torque_ripple = vec![RippleInput {
+        shaft: RippleShaft::Pinion,
+        order: 2.0,
+        amplitude: 8.0,
+        phase: 0.4,
+    }];
+    let point = OperatingPoint {
+        load: 1.0,
+        speed: 900.0,
+    };
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let found = ask(&model, 4);
+    let kind = found.class.map(|class| class.name());
+    assert_eq!(kind, Some("locked"), "{}", found.reason);
+
+    let (w, torque, k, c) = (1.3, 26.0 * 8.0, 4e8, drive.damping);
+    let omega = 2.0 * point.speed;
+    let dynamic = f64::hypot(k * w * w - omega * omega, c * w * w * omega);
+    let deflection = w * torque / dynamic;
+    let force = deflection * f64::hypot(k, c * omega);
+    let order = 2.0 / 23.0;
+    close(line(&found.spectra[0], order), deflection, 1e-11);
+    close(line(&found.spectra[1], order), force, 1e-11);
+    // Its neighbours hold nothing, and mesh order 1 is the error's.
+    for (spectrum, largest) in found.spectra.iter().zip([deflection, force]) {
+        assert_eq!(spectrum.lines.len(), 32 * 23);
+        for other in [1.0, 3.0, 4.0, 22.0, 24.0] {
+            assert!(line(spectrum, other / 23.0) < 1e-11 * largest);
+        }
+    }
+    let omega = 23.0 * point.speed;
+    let dynamic = f64::hypot(k * w * w - omega * omega, c * w * w * omega);
+    let response = 1e-7 * omega * omega / dynamic;
+    close(line(&found.spectra[0], 1.0), response, 1e-9);
+    close(found.nvh.unwrap().harmonics[0], response, 1e-9);
+}
+
+/// Of rattle that repeats the lines are those that the statistics have, and all of its variance.
+#[test]
+fn lines_of_rattle_are_its_harmonics_and_suborders() {
+    for (load, speed, period) in [(0.3, 600.0, 1), (0.2, 1800.0, 2), (2.0, 1500.0, 3)] {
+        let (structure, drive, _) = one_degree();
+        let model = Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap();
+        let found = ask(&model, 8);
+        let repeats = found.class.and_then(|class| class.period());
+        assert_eq!(repeats, Some(period), "{}", found.reason);
+        let nvh = found.nvh.unwrap();
+        let spectrum = &found.spectra[0];
+        assert_eq!(spectrum.lines.len(), 32 * period as usize);
+        for (h, amplitude) in (1..).zip(&nvh.harmonics) {
+            let error = (line(spectrum, f64::from(h)) - amplitude).abs();
+            assert!(error < 1e-13 * nvh.dte_rms, "{period}: {h}: {error:e}");
+        }
+        for (order, amplitude) in [0.25, 1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75]
+            .into_iter()
+            .zip(&nvh.suborders)
+            .filter(|(_, amplitude)| **amplitude > 0.0)
+        {
+            let error = (line(spectrum, order) - amplitude).abs();
+            assert!(error < 1e-13 * nvh.dte_rms, "{period}: {order}: {error:e}");
+        }
+        let power: f64 = spectrum
+            .lines
+            .iter()
+            .map(|l| 0.5 * l.amplitude.powi(2))
+            .sum();
+        close(power.sqrt(), nvh.dte_rms, 1e-6);
+    }
+}
+
+/// A thousand orders of rattle, whose windows are cut at events: the first are what they are where
+/// no more are asked for. A rule with enough nodes for the last one in every window would take
+/// hours here.
+#[test]
+fn a_thousand_harmonics_take_no_quadrature() {
+    let (done, waiting) = channel();
+    std::thread::spawn(move || {
+        let model = model(&forty_modes());
+        let start = settled(&model, 40);
+        let kernel = volterra(&model);
+        let found = [12, 32, 40, 1000].map(|harmonics| {
+            let mut nvh = Nvh::new(&model, harmonics);
+            let (_, counters) = march_with(&kernel, &start, 120, &mut nvh);
+            assert!(counters.events > 100);
+            nvh.outcome().unwrap()
+        });
+        let _ = done.send(found);
+    });
+    let [twelve, most_at_nodes, more, thousand] = (waiting.recv_timeout(Duration::from_secs(120)))
+        .expect("work that grows with the harmonics, not with their square");
+    assert_eq!(thousand.harmonics.len(), 1000);
+    let largest = thousand.harmonics.iter().copied().fold(0.0, f64::max);
+    for few in [&twelve, &most_at_nodes, &more] {
+        for (a, b) in few.harmonics.iter().zip(&thousand.harmonics) {
+            assert!((a - b).abs() < 1e-13 * largest, "{a} {b}");
+        }
+        for (a, b) in few.suborders.iter().zip(&thousand.suborders) {
+            assert!((a - b).abs() < 1e-13 * largest, "{a} {b}");
+        }
+    }
+    // Corners of δ'' at events: amplitudes fall no faster than with the third power.
+    assert!(thousand.harmonics[999] > 1e-12 * largest);
 }

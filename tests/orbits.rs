@@ -56,7 +56,7 @@ fn a_doubled_period_has_an_unstable_parent() {
     assert_eq!(periods, [1, 2], "{found:?}");
     let [parent, doubled] = [&found.orbits[0], &found.orbits[1]];
     assert!(!parent.character.stable && doubled.character.stable);
-    assert_eq!(parent.character.bifurcation, Bifurcation::Flip);
+    assert_eq!(parent.character.bifurcation, Some(Bifurcation::Flip));
     assert!(parent.multipliers[0].0 < -1.0 && parent.lambda > 0.0);
     assert!(doubled.lambda < 0.0);
     // The stable one is where the motion has settled.

@@ -8,6 +8,7 @@ mod place;
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::fs;
+use std::time::Duration;
 
 fn planned(place: &Place, arguments: &[&str]) -> Value {
     let output = place.atlas(&[&["plan", "m.toml", "--json"], arguments].concat());
@@ -51,6 +52,46 @@ fn a_plan_says_what_the_run_will_be() {
         .sum();
     let disk = plan["disk"].as_u64().unwrap();
     assert!(disk / 2 < written && written < 2 * disk, "{disk} {written}");
+}
+
+/// Runs `m.toml`; gives the most memory that it was seen to hold \[bytes\].
+fn peak(place: &Place) -> u64 {
+    let mut child = place.command("r", &["--threads", "2", "--quiet", "--fresh"]);
+    let mut child = child.spawn().unwrap();
+    let status = format!("/proc/{}/status", child.id());
+    let mut peak = 0;
+    while child.try_wait().unwrap().is_none() {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let number = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+        peak = peak.max(1024 * number.unwrap_or(0));
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    peak
+}
+
+#[test]
+fn a_run_stays_within_the_memory_that_is_foretold() {
+    let quick = OSCILLATOR
+        .replace("cycles = 300", "cycles = 5")
+        .replace("transient = 50", "transient = 0")
+        .replace("samples = 20", "samples = 5")
+        .replace("lyapunov = { exponents = 2 }", "")
+        .replace("spectrum = true", "spectrum = false");
+    let many = quick.replace("count = 3", "count = 4000");
+    for manifest in [OSCILLATOR.to_owned(), many] {
+        let place = Place::new(&manifest);
+        let plan = planned(&place, &["--threads", "2"]);
+        let memory = plan["memory"].as_u64().unwrap();
+        let parts = ["work", "waiting", "row_groups"].map(|part| &plan["memory_parts"][part]);
+        let sum: u64 = parts.iter().map(|part| part.as_u64().unwrap()).sum();
+        assert_eq!(memory, sum);
+        let taken = peak(&place);
+        assert!(
+            taken > 0 && taken <= memory && memory < 4 * taken,
+            "{taken} of {memory}"
+        );
+    }
 }
 
 #[test]

@@ -160,7 +160,7 @@ fn growth_and_return(model: &Model, cycles: u64) -> (f64, f64) {
 #[test]
 fn a_fixed_point_is_locked() {
     let model = drive(&[], 1.0, 900.0, 0.0);
-    is_called(&model, Class::Locked);
+    is_called(&model, Class::Locked(Some(1)));
     let found = probe(&model, 0, 3, 1.0);
     let exponent = -0.5 * 1483.0 * model.period();
     let attractor = &found.attractors[0];

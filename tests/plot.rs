@@ -3,6 +3,9 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/seal.rs"]
+mod seal;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -268,11 +271,10 @@ fn an_incomplete_run_is_drawn_and_called_so() {
     );
     // The record that an interruption leaves.
     let record = path.join("results/case/run.json");
-    let mut run: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(&record).unwrap()).unwrap();
-    run["state"] = "interrupted".into();
-    run["totals"]["points"] = 10.into();
-    fs::write(&record, run.to_string()).unwrap();
+    seal::reseal(&record, |run| {
+        run["state"] = "interrupted".into();
+        run["totals"]["points"] = 10.into();
+    });
     holds(&classes("results/case"), &["interrupted: 6 of 10 points"]);
     // Without the record nobody knows whether points are missing.
     fs::remove_file(&record).unwrap();
@@ -427,4 +429,180 @@ fn a_job_without_twins_has_no_horizon() {
     let folder = finished("load = 0.1\nspeed = 1200", "");
     let said = refused(folder.path(), &["results/case", "--what", "horizon"]);
     assert!(said.contains("ask for `horizon`"), "{said}");
+}
+
+/// Values that no motion has, but a file may.
+const EXTREMES: [f64; 14] = [
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::MAX,
+    f64::MIN,
+    1e308,
+    -1e300,
+    5e-324,
+    2.3e-308,
+    -1e-310,
+    0.0,
+    -0.0,
+    1.0,
+    1.0 + f64::EPSILON,
+];
+
+/// Pseudo-random numbers that are the same everywhere. (SplitMix64)
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % sides as u64) as usize
+    }
+
+    fn extreme(&mut self) -> f64 {
+        EXTREMES[self.roll(EXTREMES.len())]
+    }
+}
+
+/// Writes a table anew with some of its columns made extreme: all of one value, of two, or of any;
+/// or with some, or all, values missing.
+fn distort(path: &Path, dice: &mut Dice) {
+    use arrow_array::cast::AsArray;
+    use arrow_array::types::Float64Type;
+    use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, UInt64Array};
+    use arrow_schema::DataType;
+    use parquet::arrow::ArrowWriter;
+    use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+    use parquet::file::properties::WriterProperties;
+
+    let builder = ParquetRecordBatchReaderBuilder::try_new(fs::File::open(path).unwrap()).unwrap();
+    let metadata = builder
+        .metadata()
+        .file_metadata()
+        .key_value_metadata()
+        .cloned();
+    let (schema, batches) = (builder.schema().clone(), builder.build().unwrap());
+    let batches: Vec<RecordBatch> = batches.map(Result::unwrap).collect();
+    let kinds: Vec<usize> = schema.fields().iter().map(|_| dice.roll(8)).collect();
+    let pair = [dice.extreme(), dice.extreme()];
+    let mut column = |kind: usize, array: &ArrayRef| -> ArrayRef {
+        let rows = array.len();
+        match array.data_type() {
+            DataType::Float64 => {
+                let old = array.as_primitive::<Float64Type>();
+                let new = (0..rows).map(|row| match kind {
+                    0 => Some(pair[0]),
+                    1 => Some(pair[dice.roll(2)]),
+                    2 => Some(dice.extreme()),
+                    3 => (dice.roll(2) == 0).then(|| dice.extreme()),
+                    4 => None,
+                    _ => old.is_valid(row).then(|| old.value(row)),
+                });
+                std::sync::Arc::new(new.collect::<Float64Array>())
+            }
+            DataType::UInt64 if kind < 2 => {
+                let wild = [0, 1, 7, u64::from(u32::MAX), u64::MAX];
+                let new = (0..rows).map(|_| wild[dice.roll(wild.len())]);
+                std::sync::Arc::new(new.collect::<UInt64Array>())
+            }
+            DataType::Utf8 if kind < 2 => {
+                let wild = [
+                    "chaotic",
+                    "failed",
+                    "up",
+                    "\u{1b}[31m<&\u{0}",
+                    "",
+                    "deflection",
+                ];
+                let new = (0..rows).map(|_| Some(wild[dice.roll(wild.len())]));
+                std::sync::Arc::new(new.collect::<StringArray>())
+            }
+            _ => array.clone(),
+        }
+    };
+    let distorted: Vec<RecordBatch> = batches
+        .iter()
+        .map(|batch| {
+            let columns = kinds.iter().zip(batch.columns());
+            let columns = columns.map(|(kind, array)| column(*kind, array)).collect();
+            RecordBatch::try_new(schema.clone(), columns).unwrap()
+        })
+        .collect();
+    let properties = WriterProperties::builder()
+        .set_key_value_metadata(metadata)
+        .build();
+    let file = fs::File::create(path).unwrap();
+    let mut writer = ArrowWriter::try_new(file, schema, Some(properties)).unwrap();
+    for batch in &distorted {
+        writer.write(batch).unwrap();
+    }
+    writer.close().unwrap();
+}
+
+/// Whatever the columns hold, there are pictures or an error: no panic, no end by a signal, no
+/// hang. ATLAS_PLOT_TRIALS sets how many folders are tried of each job.
+#[test]
+fn extreme_columns_are_drawn_or_refused() {
+    let trials = std::env::var("ATLAS_PLOT_TRIALS").map_or(12, |text| text.parse().unwrap());
+    let all = "[analyses]\nlyapunov = { exponents = 1 }\npoincare = { samples = 20 }\n\
+               nvh = { harmonics = 3, spectrum = true }\n\
+               horizon = { twins = 4, cycles = 20, averages = 40 }\n";
+    let swept = format!("{ONE_AXIS}\norder = \"both\"");
+    let mut drawn = 0;
+    for (job, grid) in [ONE_AXIS, TWO_AXES, &swept].into_iter().enumerate() {
+        let folder = finished(grid, all);
+        let results = folder.path().join("results/case");
+        // What is held against the record of a run is refused as soon as a bit of it is changed.
+        fs::remove_file(results.join("run.json")).unwrap();
+        let tables: Vec<_> = fs::read_dir(&results)
+            .unwrap()
+            .map(|entry| entry.unwrap().path())
+            .filter(|path| path.extension().is_some_and(|e| e == "parquet"))
+            .collect();
+        for trial in 0..trials {
+            let mut dice = Dice(1000 * job as u64 + trial);
+            let torn = folder.path().join("torn");
+            fs::create_dir_all(&torn).unwrap();
+            for table in &tables {
+                let copy = torn.join(table.file_name().unwrap());
+                fs::copy(table, &copy).unwrap();
+                if dice.roll(3) > 0 {
+                    distort(&copy, &mut dice);
+                }
+            }
+            let what = format!("job {job}, trial {trial}");
+            let format = ["svg", "png"][dice.roll(2)];
+            for arguments in [
+                &[
+                    "plot", "torn", "--format", format, "--out", "out", "--quiet",
+                ][..],
+                &["show", "torn"],
+            ] {
+                let output = patient(folder.path(), arguments, &what);
+                let said = text(&output.stderr);
+                let status = output.status.code();
+                assert!(matches!(status, Some(0 | 2)), "{what}: {status:?} {said}");
+                assert!(!said.contains("panicked"), "{what}: {said}");
+                drawn += usize::from(status == Some(0));
+            }
+            fs::remove_dir_all(&torn).unwrap();
+        }
+    }
+    assert!(drawn > 0, "everything was refused");
+}
+
+/// The answer of the program; one that takes a minute hangs.
+fn patient(folder: &Path, arguments: &[&str], what: &str) -> Output {
+    let mut child = Command::new("timeout");
+    let output = child
+        .arg("60")
+        .arg(env!("CARGO_BIN_EXE_atlas"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert_ne!(output.status.code(), Some(124), "{what} hangs");
+    output
 }

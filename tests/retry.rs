@@ -7,6 +7,8 @@
 mod place;
 #[path = "common/results.rs"]
 mod results;
+#[path = "common/seal.rs"]
+mod seal;
 
 use arrow_array::cast::AsArray;
 use arrow_array::{ArrayRef, RecordBatch, StringArray};
@@ -58,6 +60,7 @@ fn failed_points_are_computed_again_and_the_others_kept() {
     let whole = place.whole("whole", &[]);
     let out = place.whole("r", &[]);
     spoil(&out.join("points.parquet"), &[1, 4]);
+    seal::reseal(&out.join("run.json"), |_| ());
     assert_ne!(
         physics(&whole, "points.parquet"),
         physics(&out, "points.parquet")
@@ -110,6 +113,7 @@ fn a_shard_is_retried_alone_and_a_chain_as_a_whole() {
     let table = place.path("r/points.parquet/shard-2-of-2.parquet");
     let other = fs::read(place.path("r/points.parquet/shard-1-of-2.parquet")).unwrap();
     spoil(&table, &[1]);
+    seal::reseal(&place.path("r/run.shard-2-of-2.json"), |_| ());
     let output = place.run("r", &["--shard", "2/2", "--retry", "failed"]);
     assert_eq!(status(&output), 0, "{}", stderr(&output));
     assert!(
@@ -209,4 +213,51 @@ fn a_job_is_called_off_after_so_many_failures_and_goes_on() {
     );
     assert!(!journal.exists());
     assert_same(&["points.parquet"], &whole, &place.path("r"));
+}
+
+#[test]
+fn a_retry_that_was_killed_leaves_nothing_behind_once_it_is_repeated() {
+    let place = Place::new(OSCILLATOR);
+    let whole = place.whole("whole", &[]);
+    let out = place.whole("r", &[]);
+    let file = |name: &str| out.join(name);
+    let read = || TABLES.map(|table| fs::read(file(table)).unwrap());
+    let tables = || place.record("r")["tables"].as_array().unwrap().clone();
+    spoil(&file("points.parquet"), &[1, 4]);
+    seal::reseal(&file("run.json"), |_| ());
+    let (old, before) = (read(), tables());
+    let record = fs::read(file("run.json")).unwrap();
+    assert_eq!(status(&place.run("r", &["--retry", "failed"])), 0);
+    let (new, behind) = (read(), tables());
+
+    // Between two renames some tables are old and some are new, and the record names both.
+    for exchanged in 0..=TABLES.len() {
+        fs::write(file("run.json"), &record).unwrap();
+        seal::reseal(&file("run.json"), |record| {
+            let both = [&before[..], &behind].concat();
+            record["tables"] = both.into();
+            let amid = "points are being exchanged for those of a retry; where that was killed, \
+                        repeat it with --retry failed";
+            record["warnings"] = vec![amid].into();
+        });
+        // points.parquet comes last.
+        for (place, table) in [1, 2, 0].into_iter().enumerate() {
+            let bytes = if place < exchanged { &new } else { &old };
+            fs::write(file(TABLES[table]), &bytes[table]).unwrap();
+        }
+        fs::write(file(".points.parquet.x1.partial"), "half of it").unwrap();
+        let shown = place.atlas(&["show", "r"]);
+        assert_eq!(status(&shown), 0, "{}", stderr(&shown));
+        assert!(stdout(&shown).contains("repeat it"), "{}", stdout(&shown));
+        let output = place.run("r", &["--retry", "failed"]);
+        assert_eq!(status(&output), 0, "{}", stderr(&output));
+        assert_same(&TABLES, &whole, &out);
+        assert!(!file(".points.parquet.x1.partial").exists());
+        assert_eq!(tables().len(), TABLES.len());
+        assert_eq!(
+            place.record("r")["warnings"],
+            place.record("whole")["warnings"]
+        );
+        assert!(stdout(&place.run("r", &[])).contains("already holds"));
+    }
 }

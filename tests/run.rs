@@ -266,6 +266,52 @@ fn a_signal_ends_a_run_and_the_same_command_goes_on() {
     }
 }
 
+/// A point whose one mesh cycle of a million steps with eighty tangents takes half a minute: the
+/// signal ends it in the midst of that, and resuming would begin it afresh.
+#[test]
+fn a_signal_ends_a_run_in_the_midst_of_a_cycle() {
+    let mut text = include_str!("../manifests/event-grid.toml").to_owned();
+    for (from, to) in [
+        (
+            "\"run.steps\" = { values = [60, 240, 960, 3840, 15360] }",
+            "",
+        ),
+        ("[\"700 rad/s\", \"1000 rad/s\"]", "[\"400 rad/s\"]"),
+        ("load = 0.10", "load = 1.0"),
+        ("amplitude = \"5 um\"", "amplitude = \"0.1 um\""),
+        ("steps = 4096", "steps = 1000000"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let place = Place::new(&text);
+    let mut child = place
+        .command("out", &["--threads", "1", "--quiet"])
+        .spawn()
+        .unwrap();
+    let patience = Instant::now();
+    while !place.path("out").join(".journal").exists() {
+        assert!(patience.elapsed() < Duration::from_secs(60), "no journal");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    std::thread::sleep(Duration::from_secs(3));
+    signal(&child, "INT");
+    let sent = Instant::now();
+    let ended = loop {
+        if let Some(ended) = child.try_wait().unwrap() {
+            break ended;
+        }
+        if sent.elapsed() > Duration::from_secs(15) {
+            child.kill().unwrap();
+            panic!("still at work a quarter of a minute after the signal");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    };
+    assert_eq!(ended.code(), Some(130));
+    assert_eq!(place.record("out")["state"], "interrupted");
+    assert_eq!(place.record("out")["totals"]["missing"], 1);
+}
+
 #[test]
 fn a_killed_run_goes_on_even_from_a_damaged_journal() {
     let place = Place::new(&long());

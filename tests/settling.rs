@@ -18,13 +18,13 @@ use common::relative_difference;
 use faer::Mat;
 use std::sync::atomic::AtomicBool;
 
-fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
-    let questions = Questions {
+fn questions(transient: u64) -> Questions {
+    Questions {
         seed: 3,
         point_id: 1,
         transient,
         cycles: 12_000,
-        settle,
+        settle: true,
         audit_cycles: 0,
         lyapunov: Some(LyapunovQuestion {
             exponents: 1,
@@ -36,6 +36,13 @@ fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
         poincare_samples: 0,
         section: Section::default(),
         nvh: None,
+    }
+}
+
+fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
+    let questions = Questions {
+        settle,
+        ..questions(transient)
     };
     investigate(
         model,
@@ -95,7 +102,7 @@ fn march(model: &Model, state: &mut TrajectoryState, cycles: u32) {
 #[test]
 fn shooting_and_marching_agree() {
     for (name, model, class) in [
-        ("locked", one_degree(1.0, 400.0), Class::Locked),
+        ("locked", one_degree(1.0, 400.0), Class::Locked(Some(1))),
         ("period 1", one_degree(0.3, 600.0), Class::Periodic(1)),
         ("period 2", one_degree(0.2, 1800.0), Class::Periodic(2)),
         ("period 3", one_degree(2.0, 1500.0), Class::Periodic(3)),
@@ -137,7 +144,7 @@ fn constant_contact_is_solved_before_anything_is_marched() {
         let slow = ask(&model, false, 2000);
         assert_eq!(
             (quick.class, slow.class),
-            (Some(Class::Locked), Some(Class::Locked))
+            (Some(Class::Locked(Some(1))), Some(Class::Locked(Some(1))))
         );
         assert!(
             quick.reason.contains("after 0 cycles"),
@@ -284,6 +291,7 @@ fn twins_confirm_the_multiplier_of_a_rattling_orbit() {
                 &mut workspace,
             )
             .unwrap()
+            .unwrap()
         };
         let twin = ask(&orbit.monodromy);
         println!("{name}: {exact} {twin:?}");
@@ -293,5 +301,57 @@ fn twins_confirm_the_multiplier_of_a_rattling_orbit() {
         off[(0, 1)] += 1e-2;
         off[(1, 0)] -= 1e-2;
         assert!(!ask(&off).agrees, "{name}");
+    }
+}
+
+/// Orbits that contract to round-off within a period: its twins are drawn apart again, and where a
+/// single cycle leaves nothing of their distance none is told. Neither is a false alarm.
+#[test]
+fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
+    // A hundred cycles of ripple with a multiplier of e^-34.
+    let mut structure = common::structure(&[3000.0], 0.02, &[1.3], &[1.3]);
+    structure.teeth = 100;
+    structure.pinion_torque = Some(vec![26.0]);
+    let mut drive = common::two_level_mesh(10e-6);
+    drive.damping = 1483.24;
+    drive.torque_ripple = vec![RippleInput {
+        shaft: RippleShaft::Pinion,
+        order: 1.0,
+        amplitude: 3.0,
+        phase: 0.0,
+    }];
+    let mut point = common::strong_rattle();
+    (point.load, point.speed) = (0.1, 160.0);
+    let rippled = Model::new(&structure, &drive, point).unwrap();
+    // A cycle that contracts by e^-100 and more.
+    let mut drive = common::two_level_mesh(10e-6);
+    drive.damping = 20_000.0;
+    drive.transmission_error = vec![(1, 1e-7, 0.0)];
+    let structure = common::structure(&[3000.0], 0.3, &[1.3], &[1.3]);
+    (point.load, point.speed) = (1.0, 50.0);
+    let heavy = Model::new(&structure, &drive, point).unwrap();
+    for (model, told) in [(rippled, true), (heavy, false)] {
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let start = model.start(&InitialState::Static);
+        let asked = Questions {
+            lyapunov: Some(LyapunovQuestion {
+                exponents: 1,
+                stop_at_stderr: None,
+                align: 50,
+                twin: true,
+                norm: GrowthNorm::Energy,
+            }),
+            ..questions(300)
+        };
+        let called_off = AtomicBool::new(false);
+        let outcome = investigate(&model, &kernel, start, &asked, &called_off).unwrap();
+        let lyapunov = outcome.lyapunov.unwrap();
+        println!("{:?} {lyapunov:?}", outcome.class);
+        assert_eq!(lyapunov.method, LyapunovMethod::Multipliers);
+        assert_eq!(lyapunov.twin_agrees, told.then_some(true), "{lyapunov:?}");
+        assert_eq!(lyapunov.twin.is_some(), told);
+        if let Some(twin) = lyapunov.twin {
+            assert!((twin - lyapunov.exponents[0]).abs() < 1e-6, "{lyapunov:?}");
+        }
     }
 }

@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use atlas::analysis::{
     AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
     MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    Spectrum, SpectrumLine, Status,
+    Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
     AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
-    ResultWriter, RunRecord, RunState, Shard, Totals, timestamp, write_run,
+    ResultWriter, RunRecord, RunState, Shard, TableKind, Totals, timestamp, write_run,
 };
 use atlas::topology::Topology;
 
@@ -75,6 +75,7 @@ fn row(point_id: u64) -> PointRow {
             }),
             spectra: vec![Spectrum {
                 signal: "deflection".to_owned(),
+                method: SpectrumMethod::Welch,
                 lines: vec![SpectrumLine {
                     frequency: 100.0,
                     order: 0.5,
@@ -216,11 +217,15 @@ fn write(folder: &Path, shard: Option<Shard>) {
     let written = writer.finish().unwrap();
     let failed = u64::from(points.contains(&13));
     let count = points.len() as u64;
-    assert_eq!((written.points, written.missing), (count, 0));
-    assert_eq!(
-        (written.poincare, written.spectra, written.probes),
-        (count - failed, count - failed, 4 * (count - failed))
-    );
+    assert_eq!(written.missing, 0);
+    for (kind, rows) in [
+        (TableKind::Points, count),
+        (TableKind::Poincare, count - failed),
+        (TableKind::Spectra, count - failed),
+        (TableKind::Probes, 4 * (count - failed)),
+    ] {
+        assert_eq!(written.rows(kind), rows, "{kind:?}");
+    }
     let now = timestamp(std::time::SystemTime::now());
     let record = RunRecord {
         job: "sample".into(),
@@ -241,6 +246,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         forecast: None,
         totals: Totals::new(count, count - failed, failed, 1000 * (count - failed), 1.0),
         shards: Vec::new(),
+        tables: written.tables.clone(),
         retries: Vec::new(),
         warnings: Vec::new(),
         manifest_hash: "0".into(),

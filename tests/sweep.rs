@@ -338,6 +338,77 @@ fn changes_are_refined_along_a_key_of_the_mesh() {
     assert_eq!(inside, 1, "{quiet} {lower:?} {upper:?}");
 }
 
+/// The oscillator of Blankenship & Kahraman (1995), `k = 1 + 0.2 cos τ` in sixty segments: coming from
+/// below, period 1 with a small amplitude ends in a fold at 0.829, and a period 1 of almost three
+/// times its RMS takes over.
+#[test]
+fn a_jump_at_constant_class_and_period_is_bracketed() {
+    let step = std::f64::consts::PI / 60.0;
+    let level = |i: u32| 1.0 + 0.2 * (step * f64::from(2 * i + 1)).cos() * step.sin() / step;
+    let levels: Vec<String> = (0..60).map(|i| format!("{:.15}", level(i))).collect();
+    let manifest = format!(
+        r#"
+[job]
+name = "jump"
+
+[model]
+kind = "modal"
+file = "one.modal.toml"
+
+[mesh]
+half_gap = 1
+stiffness = "piecewise"
+values = [{}]
+contact_damping = 0.02
+
+[excitation]
+torque_ripple = [{{ shaft = "pinion", order = 1, amplitude = 0.05 }}]
+
+[grid]
+load = 0.1
+speed = {{ from = 0.80, to = 0.86, count = 13 }}
+order = "sweep-up"
+
+[run]
+transient = 300
+cycles = 3000
+audit_cycles = 0
+
+[analyses]
+poincare = {{ samples = 4, refine = 6 }}
+lyapunov = {{ twin = false }}
+"#,
+        levels.join(", ")
+    );
+    let place = Place::new(&manifest);
+    let structure = "teeth = 1\nrated_force = 1.0\nfrequency = [0.0]\ndamping = [0.0]\n\
+                     mesh = [1.0]\ntorque = [1.0]\ntorque_pinion = [1.0]\n";
+    fs::write(place.path("one.modal.toml"), structure).unwrap();
+    let out = place.run("r", &[]);
+    let table = ResultTable::read(&out, TableKind::Transitions).unwrap();
+    let text = |name: &str| -> Vec<String> {
+        let column = table.text(name).unwrap();
+        column.into_iter().map(Option::unwrap).collect()
+    };
+    assert_eq!(text("what"), ["class", "deflection"]);
+    assert_eq!(text("from_class"), ["locked", "periodic"]);
+    assert_eq!(text("to_class"), ["periodic", "periodic"]);
+    let number = |name: &str| table.f64(name).unwrap()[1].unwrap();
+    let (lower, upper) = (number("lower"), number("upper"));
+    assert!((upper - lower - 0.005 / 64.0).abs() < 1e-12);
+    assert!(lower < 0.828_867 && 0.828_864 < upper, "{lower} {upper}");
+    assert!((number("from_dte_rms") - 0.0764).abs() < 1e-3);
+    assert!((number("to_dte_rms") - 0.2058).abs() < 1e-3);
+    // A change of class has no jump, and points that were not asked for statistics have none.
+    assert_eq!(table.f64("from_dte_rms").unwrap()[0], None);
+    let points = ResultTable::read(&out, TableKind::Points).unwrap();
+    let rms = points.f64("dte_rms").unwrap();
+    assert!(rms.iter().all(Option::is_none));
+    let said = place.atlas(&["show", "r"]);
+    let said = String::from_utf8(said.stdout).unwrap();
+    assert!(said.contains("RMS of the deflection jumps"), "{said}");
+}
+
 fn assert_same(a: &Path, b: &Path) {
     let tables = ["points.parquet", "poincare.parquet", "transitions.parquet"];
     results::assert_same(&tables, a, b);

@@ -7,9 +7,9 @@ mod common;
 
 use atlas::manifest::{self, Job};
 use atlas::model::{InitialState, Model};
-use atlas::propagate::{Counters, Kernel, Tangents};
+use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::sweep::build::Parts;
-use common::march::{march, volterra};
+use common::march::{ROUND_OFF, march, volterra};
 use common::relative_difference;
 use std::path::Path;
 
@@ -112,5 +112,78 @@ fn segments_converge_to_the_course() {
         println!("{}: segments against the course {errors:?}", friction.1);
         assert!(errors[0] < 1e-2 && errors[4] < floor, "{errors:?}");
         assert!(errors[4] < 0.2 * errors[0], "{errors:?}");
+    }
+}
+
+const RELIEVED: (&str, &str) = (
+    "rated_torque = ",
+    "tip_relief = { amount = \"10 um\", length = \"2 mm\" }\nrated_torque = ",
+);
+
+/// Where a relieved pair takes up load the course steps, at a phase of its own for every load:
+/// segments converge to it all the same, with the square of their width on the whole.
+#[test]
+fn segments_converge_to_the_course_of_relieved_flanks() {
+    let parts = common::parts();
+    for (friction, floor) in [(FRICTIONLESS, 1e-6), (RUBBING, 2e-4)] {
+        let edited = job(&[COURSE[0], COURSE[1], friction, RELIEVED]);
+        for load in [0.05, 0.175, 0.3] {
+            let course = model(&parts, &edited, load, 1200.0);
+            let start = march(&volterra(&course), &course.start(&InitialState::Static), 60);
+            let exact = march(&volterra(&course), &start, 1);
+            let errors = ["60", "240", "960", "3840"].map(|count| {
+                let count = format!("segments = {count}");
+                let segments = job(&[("segments = 60", &count), friction, RELIEVED]);
+                let model = model(&parts, &segments, load, 1200.0);
+                let end = march(&volterra(&model), &start, 1);
+                relative_difference(&end.state, &exact.state)
+            });
+            println!("{}, load {load}: {errors:?}", friction.1);
+            assert!(errors[0] < 1e-2 && errors[3] < floor, "{load}: {errors:?}");
+            // Where contact is lost throughout the cycle there is nothing to converge.
+            if friction == FRICTIONLESS && errors[0] > 1e-9 {
+                let order = (errors[0] / errors[3]).log(64.0);
+                assert!(order > 1.6, "{load}: order {order}, {errors:?}");
+            }
+        }
+    }
+}
+
+/// A light drive with long relief: its stiffness never leaves the range of its law, and nothing
+/// chatters at any point.
+#[test]
+fn relieved_flanks_run_without_event_storms() {
+    let parts = common::parts();
+    let text = include_str!("data/relieved-drive.toml");
+    let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
+    for point in job.points.iter() {
+        let model = parts.model(&point).unwrap();
+        for segment in &model.cycle.segments {
+            for step in 0..=50 {
+                let stiffness = segment.stiffness.at(f64::from(step) / 25.0 - 1.0);
+                // Of one pair at its tip, and of two.
+                assert!((1.5e8..3.02e8).contains(&stiffness), "{stiffness:e}");
+            }
+            // A window that starts in the segment may run on behind it, by its length at most.
+            for place in [2.0, 3.0] {
+                let stiffness = segment.stiffness.at(place);
+                assert!((1.5e7..3.02e9).contains(&stiffness), "{stiffness:e}");
+            }
+        }
+        let kernel = Volterra::new(&model, ROUND_OFF, 100);
+        let mut trajectory = model.start(&InitialState::Static);
+        let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+        let mut tangents = Tangents::none();
+        for _ in 0..600 {
+            kernel
+                .march(
+                    &mut trajectory,
+                    &mut tangents,
+                    &mut workspace,
+                    &mut (),
+                    &mut counters,
+                )
+                .unwrap();
+        }
     }
 }

@@ -3,7 +3,9 @@
 
 use crate::common::{self, Case};
 use atlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
-use atlas::model::{Division, InitialState, Model, OperatingPoint, Stiffness, TrajectoryState};
+use atlas::model::{
+    Division, FlankError, InitialState, Model, OperatingPoint, Stiffness, TrajectoryState,
+};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use serde_json::{Value, json};
 
@@ -87,6 +89,7 @@ pub fn computed(segments: Option<usize>) -> Case {
             .map(|(number, means)| Division {
                 end: f64::from(number) / count as f64,
                 stiffness: Stiffness::constant(means.stiffness),
+                error: FlankError::NONE,
                 load_centre: means.centre,
                 friction: [means.friction, means.friction_lever],
             })
@@ -95,6 +98,7 @@ pub fn computed(segments: Option<usize>) -> Case {
             .map(|piece| Division {
                 end: piece.end,
                 stiffness: Stiffness::series(piece.stiffness),
+                error: FlankError::NONE,
                 load_centre: piece.centre,
                 friction: [piece.friction, piece.friction_lever],
             })

@@ -1,4 +1,10 @@
 //! What kind of motion is one that did not repeat?
+//!
+//! A motion is chaotic where its neighbours part exponentially and go on doing so. On a torus
+//! they part in proportion to time: over n cycles their distance gives an "exponent" ln n / n,
+//! positive beyond any error bar, which falls with n. What tells the two apart is the growth
+//! late in the record, which is `λ n/4` a quarter in the one case and the same few tenths of a
+//! nat in the other, however long the record.
 
 use super::outcome::{Class, Status};
 use crate::numerics::statistics::{mean, standard_error};
@@ -9,18 +15,29 @@ pub struct Evidence<'a> {
     /// Averages of the largest exponent over successive stretches; empty when no exponent
     /// was asked for.
     pub averages: &'a [f64],
+    /// Mesh cycles in each of them.
+    pub stretch: u32,
+    /// Cycles of alignment before them.
+    pub aligned: u64,
     /// Closest return of the strobe states, in units of the half gap.
     pub closest_return: Option<f64>,
     /// Longest period looked for, in mesh cycles.
     pub longest_period: usize,
     /// Whether the excitation repeats within it; if not, the motion cannot.
     pub excitation_repeats: bool,
+    /// Changes of contact state while measured.
+    pub events: u64,
     /// Whether contact was never left while measured.
     pub touched_throughout: bool,
     /// Standard error asked for.
     pub target: Option<f64>,
+    /// Mesh cycles marched since the start, transient included.
+    pub marched: u64,
     /// Mesh cycles measured.
     pub measured: u64,
+    /// The slowest mode, counted from 1, and the mesh cycles of one of its turns, where these
+    /// are more than were measured.
+    pub slow_mode: Option<(usize, f64)>,
 }
 
 /// What follows from it.
@@ -42,13 +59,76 @@ const SIGMAS: f64 = 3.0;
 /// exponent 0, and a decay this slow would not settle in any budget.
 const NEUTRAL: f64 = 1e-3;
 
+/// Steady growth, in nats over the whole record, from which neighbours part exponentially. Of 1500
+/// integrable and linear motions none came to 3.5; growth with the square of time gives 2.7.
+const EXPONENTIAL: f64 = 5.0;
+
+/// Late growth, in nats over the whole record, up to which neighbours part in proportion to time:
+/// that gives `4 ln 7/5 = 1.35`, and the turning of the direction as much again.
+const PROPORTIONAL: f64 = 2.8;
+
+/// Late growth below which they come together again.
+const DECAYING: f64 = -1.0;
+
+/// Contraction of neighbours since the start, in nats, from which nothing is left of it: what
+/// drives the motion then says all about it.
+const FORGOTTEN: f64 = 14.0;
+
+/// Contraction, in nats, within which a decaying motion comes to repeat: from a half gap to the
+/// return distance asked for.
+const REPEATS: f64 = 23.0;
+
+/// How a tangent grows from quarter to quarter of a record, in nats over the whole of it: four
+/// times the difference of the averages of the logarithm of its length.
+///
+/// Growth by a factor e^λ a cycle gives λ n for both, growth with the power p of time at most
+/// `4 p ln 5/3` and `4 p ln 7/5`, whatever n. Averages, because on a torus the length also swings,
+/// by a factor of a hundred where long free flights take turns with a stiff mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Growth {
+    /// From the second quarter to the third.
+    before: f64,
+    /// From the third quarter to the last.
+    late: f64,
+}
+
+impl Growth {
+    /// None of a record too short to have quarters.
+    fn of(averages: &[f64], stretch: u32) -> Option<Self> {
+        let quarter = (averages.len() + 1) / 4;
+        if quarter == 0 {
+            return None;
+        }
+        let mut logarithm = 0.0;
+        let mut course = vec![logarithm];
+        for average in averages {
+            logarithm += average * f64::from(stretch);
+            course.push(logarithm);
+        }
+        // The last quarter is 0.
+        let level = |back: usize| {
+            let end = course.len() - back * quarter;
+            mean(&course[end - quarter..end])
+        };
+        Some(Self {
+            before: 4.0 * (level(1) - level(2)),
+            late: 4.0 * (level(0) - level(1)),
+        })
+    }
+
+    /// Growth that goes on: the slower of the two.
+    fn steady(self) -> f64 {
+        self.before.min(self.late)
+    }
+}
+
+/// Whether neighbours part exponentially, and go on doing so to the end of the record.
+pub fn parts_exponentially(averages: &[f64], stretch: u32) -> bool {
+    Growth::of(averages, stretch).is_some_and(|growth| growth.steady() >= EXPONENTIAL)
+}
+
 /// Classes a motion that did not repeat within the budget.
 pub fn classify(evidence: &Evidence<'_>) -> Verdict {
-    let not_converged = |reason: String| Verdict {
-        status: Status::NotConverged,
-        class: Some(Class::NotConverged),
-        reason,
-    };
     if evidence.averages.is_empty() {
         return Verdict {
             status: Status::Ok,
@@ -57,25 +137,99 @@ pub fn classify(evidence: &Evidence<'_>) -> Verdict {
         };
     }
     let (lambda, error) = (mean(evidence.averages), standard_error(evidence.averages));
-    if error.is_infinite() {
+    let growth = Growth::of(evidence.averages, evidence.stretch);
+    let (true, Some(growth)) = (error.is_finite(), growth) else {
         return not_converged(format!(
             "{} measured cycles are too few for an error bar; raise run.cycles",
             evidence.measured
         ));
+    };
+    let found = Found {
+        evidence,
+        lambda,
+        error,
+        growth,
+    };
+    found.driven().unwrap_or_else(|| {
+        let positive = lambda > SIGMAS * error && lambda > NEUTRAL;
+        if evidence.events > 0 && positive && growth.steady() >= EXPONENTIAL {
+            found.chaotic()
+        } else if let Some(reason) = found.on_a_torus() {
+            Verdict {
+                status: Status::Ok,
+                class: Some(Class::QuasiPeriodic),
+                reason: reason + &found.slow_mode(),
+            }
+        } else {
+            not_converged(found.undecided() + &found.slow_mode())
+        }
+    })
+}
+
+fn not_converged(reason: String) -> Verdict {
+    Verdict {
+        status: Status::NotConverged,
+        class: Some(Class::NotConverged),
+        reason,
     }
-    let known = format!("λ = {lambda:.4} ± {error:.4} per cycle");
-    if evidence.touched_throughout && !evidence.excitation_repeats && lambda < 0.0 {
-        return Verdict {
-            status: Status::Ok,
-            class: Some(Class::Locked),
-            reason: format!(
-                "{known}; never leaves contact, driven by ripple without a period up to {}",
-                evidence.longest_period
-            ),
-        };
+}
+
+/// The evidence and what was worked out of it.
+struct Found<'a> {
+    evidence: &'a Evidence<'a>,
+    lambda: f64,
+    error: f64,
+    growth: Growth,
+}
+
+impl Found<'_> {
+    fn known(&self) -> String {
+        format!("λ = {:.4} ± {:.4} per cycle", self.lambda, self.error)
     }
-    if lambda > SIGMAS * error && lambda > NEUTRAL {
-        let (early, late) = evidence.averages.split_at(evidence.averages.len() / 2);
+
+    /// Whether neighbours come together: beyond the error bar, or steadily where the swing of a
+    /// linear motion's tangents has made that wide.
+    fn decays(&self) -> bool {
+        self.lambda < -SIGMAS * self.error
+            || self.growth.before.max(self.growth.late) <= -EXPONENTIAL
+    }
+
+    /// Nats by which neighbours have come together since the start.
+    fn contraction(&self) -> f64 {
+        -self.lambda * self.evidence.marched as f64
+    }
+
+    /// A motion that has forgotten its start and follows what drives it, which has no period.
+    fn driven(&self) -> Option<Verdict> {
+        let decays = self.decays() && self.contraction() >= FORGOTTEN;
+        if self.evidence.excitation_repeats || !decays {
+            return None;
+        }
+        let driven = format!(
+            "driven by ripple without a period up to {} cycles, whose phases it follows",
+            self.evidence.longest_period
+        );
+        let known = self.known();
+        Some(if self.evidence.touched_throughout {
+            Verdict {
+                status: Status::Ok,
+                class: Some(Class::Locked(None)),
+                reason: format!("{known}; never leaves contact, {driven}"),
+            }
+        } else {
+            Verdict {
+                status: Status::Ok,
+                class: Some(Class::QuasiPeriodic),
+                reason: format!("{known}; {driven}: a torus that attracts"),
+            }
+        })
+    }
+
+    /// A motion with a positive exponent, whose neighbours part exponentially.
+    fn chaotic(&self) -> Verdict {
+        let known = self.known();
+        let averages = self.evidence.averages;
+        let (early, late) = averages.split_at(averages.len() / 2);
         let spread = standard_error(early).hypot(standard_error(late));
         let drift = mean(late) - mean(early);
         if spread.is_finite() && drift.abs() > (SIGMAS + 1.0) * spread {
@@ -83,8 +237,8 @@ pub fn classify(evidence: &Evidence<'_>) -> Verdict {
                 "{known}, but its two halves differ by {drift:.4}: the motion has not settled; raise run.transient or run.cycles"
             ));
         }
-        let missed = evidence.target.filter(|target| error > *target);
-        return Verdict {
+        let missed = (self.evidence.target).filter(|target| self.error > *target);
+        Verdict {
             status: if missed.is_some() {
                 Status::NotConverged
             } else {
@@ -97,41 +251,103 @@ pub fn classify(evidence: &Evidence<'_>) -> Verdict {
                 ),
                 None => format!("{known}, positive beyond its error"),
             },
-        };
+        }
     }
-    if lambda.abs() <= (SIGMAS * error).clamp(NEUTRAL / 10.0, NEUTRAL) {
-        return Verdict {
-            status: Status::Ok,
-            class: Some(Class::QuasiPeriodic),
-            reason: format!(
-                "{known}, zero within its error, and no period up to {}",
-                evidence.longest_period
-            ),
-        };
+
+    /// Why the motion is on a torus, where it is.
+    fn on_a_torus(&self) -> Option<String> {
+        let longest = self.evidence.longest_period;
+        let known = self.known();
+        if self.lambda.abs() <= (SIGMAS * self.error).clamp(NEUTRAL / 10.0, NEUTRAL) {
+            return Some(format!(
+                "{known}, zero within its error, and no period up to {longest}"
+            ));
+        }
+        // What growth with the square of time from the start of the alignment gives; without one
+        // the first direction may grow by anything.
+        let cycles = self.evidence.averages.len() as f64 * f64::from(self.evidence.stretch);
+        let most = 1.0 + 2.0 * (cycles / self.evidence.aligned as f64).ln_1p();
+        let proportional = self.evidence.aligned > 0
+            && (0.0..=most).contains(&(self.lambda * cycles))
+            && (DECAYING..=PROPORTIONAL).contains(&self.growth.late);
+        proportional.then(|| {
+            format!(
+                "{known}, but neighbours part no faster than in proportion to time (by a factor {:.1} from the third to the last quarter of the record; an exponent of {:.4} would be seen), and no period up to {longest}",
+                (0.25 * self.growth.late).exp(),
+                EXPONENTIAL / cycles
+            )
+        })
     }
-    let returns = evidence
-        .closest_return
-        .map(|d| format!(", closest return {d:.1e} half gaps"))
-        .unwrap_or_default();
-    not_converged(format!(
-        "{known}{returns}: still settling after {} measured cycles; raise run.transient or run.cycles",
-        evidence.measured
-    ))
+
+    /// What is not known, and what would help.
+    fn undecided(&self) -> String {
+        let known = self.known();
+        let Evidence { measured, .. } = *self.evidence;
+        if self.lambda > 0.0 {
+            return match self.evidence.events {
+                0 if self.growth.steady() >= EXPONENTIAL => format!(
+                    "{known}, without an event in {measured} cycles: linear motion that is unstable and grows; raise run.transient until it leaves its contact state"
+                ),
+                _ => format!(
+                    "{known}, which cannot be told from growth in proportion to time over {measured} measured cycles; raise run.cycles"
+                ),
+            };
+        }
+        if !self.decays() {
+            return format!("{known}, neither zero nor negative beyond doubt; raise run.cycles");
+        }
+        let returns = (self.evidence.closest_return)
+            .map(|d| format!(", closest return {d:.1e} half gaps"))
+            .unwrap_or_default();
+        let left = REPEATS - self.contraction();
+        if left > 0.0 {
+            return format!(
+                "{known}{returns}: still settling after {measured} measured cycles; raise run.transient by {:.0}",
+                (left / -self.lambda).ceil()
+            );
+        }
+        format!(
+            "{known}{returns}: the motion has settled, but on no period up to {} cycles; raise run.cycles to twice the period sought",
+            self.evidence.longest_period
+        )
+    }
+
+    fn slow_mode(&self) -> String {
+        (self.evidence.slow_mode)
+            .map(|(mode, cycles)| {
+                format!(
+                    "; mode {mode} turns once in {cycles:.0} cycles and has not been seen to repeat (give it frequency 0 if it is a rigid rotation)"
+                )
+            })
+            .unwrap_or_default()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn verdict(averages: &[f64], target: Option<f64>) -> Verdict {
-        classify(&Evidence {
+    fn evidence(averages: &[f64]) -> Evidence<'_> {
+        Evidence {
             averages,
+            stretch: 10,
+            aligned: 100,
             closest_return: Some(1e-3),
             longest_period: 32,
             excitation_repeats: true,
+            events: 1000,
             touched_throughout: false,
-            target,
+            target: None,
+            marched: 10 * averages.len() as u64 + 300,
             measured: 10 * averages.len() as u64,
+            slow_mode: None,
+        }
+    }
+
+    fn verdict(averages: &[f64], target: Option<f64>) -> Verdict {
+        classify(&Evidence {
+            target,
+            ..evidence(averages)
         })
     }
 
@@ -141,10 +357,72 @@ mod tests {
             .collect()
     }
 
+    /// Averages over stretches of ten cycles of a tangent whose length grows as `length` of the
+    /// cycles since its alignment of a hundred cycles began.
+    fn growing(cycles: usize, length: impl Fn(f64) -> f64) -> Vec<f64> {
+        let logarithm = |stretch: usize| length(100.0 + 10.0 * stretch as f64).ln();
+        (0..cycles / 10)
+            .map(|stretch| (logarithm(stretch + 1) - logarithm(stretch)) / 10.0)
+            .collect()
+    }
+
     #[test]
     fn positive_beyond_its_error_is_chaos() {
         let v = verdict(&noisy(0.8, 0.3), Some(0.05));
         assert_eq!((v.status, v.class), (Status::Ok, Some(Class::Chaotic)));
+    }
+
+    /// The "exponent" of such a tangent is 0.007 at 320 cycles and 0.001 at 4000, with an error
+    /// bar far below.
+    #[test]
+    fn growth_in_proportion_to_time_is_a_torus_however_short_the_record() {
+        for cycles in [320, 400, 800, 1500, 4000] {
+            for shear in [1e-3, 1e-2, 0.1, 1.0, 100.0] {
+                let averages = growing(cycles, |n| (1.0 + (shear * n).powi(2)).sqrt());
+                let v = verdict(&averages, None);
+                let expected = (Status::Ok, Some(Class::QuasiPeriodic));
+                assert_eq!(
+                    (v.status, v.class),
+                    expected,
+                    "{cycles} {shear}: {}",
+                    v.reason
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn growth_with_the_square_of_time_is_not_chaos_either() {
+        for cycles in [320, 800, 4000] {
+            let averages = growing(cycles, |n| n * n);
+            assert_ne!(verdict(&averages, None).class, Some(Class::Chaotic));
+        }
+    }
+
+    /// Weak chaos is found where the record is long enough for it, and called nothing else
+    /// before.
+    #[test]
+    fn an_exponent_of_a_hundredth_is_found_at_the_default_budget() {
+        for (cycles, class) in [
+            (400, Class::NotConverged),
+            (800, Class::Chaotic),
+            (4000, Class::Chaotic),
+        ] {
+            let averages = growing(cycles, |n| (0.01 * n + 0.1 * (0.7 * n).sin()).exp());
+            let v = verdict(&averages, None);
+            assert_eq!(v.class, Some(class), "{cycles}: {}", v.reason);
+        }
+    }
+
+    #[test]
+    fn linear_motion_is_not_chaotic_whatever_grows() {
+        let averages = noisy(0.8, 0.3);
+        let v = classify(&Evidence {
+            events: 0,
+            ..evidence(&averages)
+        });
+        assert_eq!(v.class, Some(Class::NotConverged));
+        assert!(v.reason.contains("linear"), "{}", v.reason);
     }
 
     #[test]
@@ -163,39 +441,53 @@ mod tests {
     }
 
     #[test]
-    fn zero_is_quasi_periodic_and_negative_is_still_settling() {
+    fn zero_is_quasi_periodic_and_negative_repeats_sooner_or_later() {
         assert_eq!(
             verdict(&noisy(2e-5, 1e-4), None).class,
             Some(Class::QuasiPeriodic)
         );
-        assert_eq!(
-            verdict(&noisy(-0.01, 1e-4), None).class,
-            Some(Class::NotConverged)
-        );
+        for (lambda, said) in [(-2e-3, "raise run.transient by 6"), (-0.1, "has settled")] {
+            let v = verdict(&noisy(lambda, 1e-4), None);
+            assert_eq!(v.class, Some(Class::NotConverged));
+            assert!(v.reason.contains(said), "{}", v.reason);
+        }
     }
 
+    /// Ripple without a period: a motion that has forgotten its start is locked where it never
+    /// leaves contact, and on a torus where it rattles. One that should have repeated is neither.
     #[test]
-    fn contact_never_left_is_locked_unless_it_should_have_repeated() {
+    fn a_motion_that_follows_ripple_without_a_period_has_a_verdict() {
         let averages = noisy(-0.01, 1e-4);
-        let class = |excitation_repeats| {
+        let class = |excitation_repeats, touched_throughout| {
             classify(&Evidence {
-                averages: &averages,
-                closest_return: Some(1e-3),
-                longest_period: 32,
                 excitation_repeats,
-                touched_throughout: true,
-                target: None,
-                measured: 5120,
+                touched_throughout,
+                ..evidence(&averages)
             })
             .class
         };
-        assert_eq!(class(false), Some(Class::Locked));
-        assert_eq!(class(true), Some(Class::NotConverged));
+        assert_eq!(class(false, true), Some(Class::Locked(None)));
+        assert_eq!(class(false, false), Some(Class::QuasiPeriodic));
+        assert_eq!(class(true, true), Some(Class::NotConverged));
     }
 
     #[test]
     fn without_exponents_there_is_no_class_and_short_records_say_so() {
         assert_eq!(verdict(&[], None).class, None);
         assert!(verdict(&[0.1; 5], None).reason.contains("too few"));
+    }
+
+    #[test]
+    fn a_mode_that_hardly_turns_is_named() {
+        let averages = noisy(2e-5, 1e-4);
+        let v = classify(&Evidence {
+            slow_mode: Some((1, 1e6)),
+            ..evidence(&averages)
+        });
+        assert!(
+            v.reason.contains("mode 1 turns once in 1000000"),
+            "{}",
+            v.reason
+        );
     }
 }

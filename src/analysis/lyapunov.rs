@@ -46,6 +46,11 @@ impl TangentGrowth {
         &mut self.tangents
     }
 
+    /// The direction of strongest growth.
+    pub fn leading(&self) -> &[f64] {
+        self.tangents.vector(0)
+    }
+
     /// Forgets all growth so far, keeps the directions.
     pub fn restart(&mut self) {
         self.sums.fill(0.0);
@@ -113,11 +118,12 @@ pub fn random_direction(norm: &EnergyNorm, stream: &mut Stream, x: &mut [f64]) {
 /// the same stretches lies within three standard errors of itself.
 ///
 /// Differences below `1e-6` per cycle are agreement whatever their error: the twin's finite
-/// distance bends it by as much.
-pub fn agree(tangent: &[f64], twin: &[f64]) -> Option<bool> {
+/// distance bends it by as much. So are those of the twin's `round_off`, which do not average out
+/// where the state is large.
+pub fn agree(tangent: &[f64], twin: &[f64], round_off: f64) -> Option<bool> {
     let differences: Vec<f64> = tangent.iter().zip(twin).map(|(a, b)| a - b).collect();
     let error = standard_error(&differences);
     error
         .is_finite()
-        .then(|| mean(&differences).abs() <= 3.0 * error + 1e-6)
+        .then(|| mean(&differences).abs() <= 3.0 * error + 1e-6 + round_off)
 }

@@ -38,5 +38,5 @@ pub use outcome::*;
 pub use poincare::Section;
 pub use point::{CalledOff, investigate, investigate_onward};
 pub use questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
-pub use spectrum::Welch;
+pub use spectrum::{Lines, Welch};
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

@@ -1,6 +1,7 @@
 //! What is known of one operating point after its analyses: the numbers that the result
 //! files hold.
 
+use super::point::CalledOff;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +12,8 @@ pub enum Status {
     Ok,
     /// The cycle budget ran out before the answers settled.
     NotConverged,
+    /// There are answers, and the energy balance says that they are wrong.
+    Inaccurate,
     /// The state left every physical range or became non-finite.
     Diverged,
     /// More events in one mesh cycle than `run.event_limit`.
@@ -25,23 +28,27 @@ impl Status {
         match self {
             Self::Ok => "ok",
             Self::NotConverged => "not_converged",
+            Self::Inaccurate => "inaccurate",
             Self::Diverged => "diverged",
             Self::EventStorm => "event_storm",
             Self::Failed => "failed",
         }
     }
 
-    /// Whether nothing is known of the motion: diverged, event_storm, failed.
+    /// Whether nothing can be relied on of the motion: inaccurate, diverged, event_storm, failed.
     pub fn is_failure(&self) -> bool {
         !matches!(self, Self::Ok | Self::NotConverged)
     }
 }
 
-impl From<Stop> for Status {
-    fn from(stop: Stop) -> Self {
+impl TryFrom<Stop> for Status {
+    type Error = CalledOff;
+
+    fn try_from(stop: Stop) -> Result<Self, CalledOff> {
         match stop {
-            Stop::Diverged { .. } => Self::Diverged,
-            Stop::EventStorm { .. } => Self::EventStorm,
+            Stop::Diverged { .. } | Stop::FarStart { .. } => Ok(Self::Diverged),
+            Stop::EventStorm { .. } => Ok(Self::EventStorm),
+            Stop::CalledOff { .. } => Err(CalledOff),
         }
     }
 }
@@ -49,13 +56,14 @@ impl From<Stop> for Status {
 /// What kind of motion a point settles on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Class {
-    /// In contact throughout: no event in any measured cycle.
-    Locked,
+    /// In contact throughout, without an event in any measured cycle, and settled: repeats after
+    /// this many mesh cycles, or follows what drives it without a period.
+    Locked(Option<u32>),
     /// Repeats after this many mesh cycles, with events.
     Periodic(u32),
-    /// Largest exponent zero within its error, no short period.
+    /// On a torus: neighbours part no faster than in proportion to time, and no short period.
     QuasiPeriodic,
-    /// Largest exponent positive beyond its error.
+    /// Neighbours part exponentially, and go on doing so.
     Chaotic,
     /// None of these within the cycle budget.
     NotConverged,
@@ -65,7 +73,7 @@ impl Class {
     /// The word stored in result files.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Locked => "locked",
+            Self::Locked(_) => "locked",
             Self::Periodic(_) => "periodic",
             Self::QuasiPeriodic => "quasi_periodic",
             Self::Chaotic => "chaotic",
@@ -73,10 +81,10 @@ impl Class {
         }
     }
 
-    /// Period in mesh cycles: 1 for locked motion, k for period k, none otherwise.
+    /// Period in mesh cycles, where the motion has one.
     pub fn period(&self) -> Option<u32> {
         match self {
-            Self::Locked => Some(1),
+            Self::Locked(period) => *period,
             Self::Periodic(k) => Some(*k),
             _ => None,
         }
@@ -218,11 +226,32 @@ pub struct SpectrumLine {
     pub amplitude: f64,
 }
 
+/// How a spectrum was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SpectrumMethod {
+    /// Exact lines of a motion that repeats.
+    Fourier,
+    /// Averaged power of overlapping windows.
+    Welch,
+}
+
+impl SpectrumMethod {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fourier => "fourier",
+            Self::Welch => "welch",
+        }
+    }
+}
+
 /// A spectrum of one signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
     /// `deflection` \[m\], `force` \[N\] or `bearing …` \[N\].
     pub signal: String,
+    /// How they were found.
+    pub method: SpectrumMethod,
     /// Its lines, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
 }
@@ -286,7 +315,7 @@ pub struct PointOutcome {
     pub poincare: Vec<PoincareSample>,
     /// Contact-state changes per measured cycle.
     pub events_per_cycle: Option<f64>,
-    /// Energy imbalance over the audited cycles, relative to the energy turned over.
+    /// Energy imbalance over the audited cycles, relative to the energy turned over and stored.
     pub energy_residual: Option<f64>,
     /// Tangencies met, over the whole simulation.
     pub grazing_count: u64,

@@ -32,7 +32,7 @@ pub struct Questions {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LyapunovQuestion {
     /// Number of exponents, at least 1; a model has twice as many as modes that are not
-    /// neutral, and no more are given.
+    /// neutral.
     pub exponents: usize,
     /// Stop once the standard error of the largest is at most this.
     pub stop_at_stderr: Option<f64>,

@@ -5,16 +5,17 @@
 //!
 //! No motion repeats sooner than what drives it: torque ripple of a shaft order comes back
 //! after as many mesh cycles as the shaft has teeth, of both shafts after their common
-//! multiple.
+//! multiple. The motion's own period is a multiple of that.
 
 use super::norm::EnergyNorm;
 use crate::model::Model;
 
-/// Longest period looked for, in mesh cycles, unless the excitation itself is longer.
-const LONGEST_PERIOD: usize = 32;
+/// Period, in mesh cycles, up to which every one is looked for, and over which a motion is
+/// watched to return; the excitation's where that is longer.
+const SHORT: usize = 32;
 
-/// Longest period of an excitation that is waited for, in mesh cycles.
-const LONGEST_EXCITATION: usize = 1024;
+/// Longest period looked for, and longest of an excitation that is waited for, in mesh cycles.
+const LONGEST: usize = 1024;
 
 /// Turns \[1\] by which a ripple's phase may miss a whole number and still count as repeating.
 const PHASE_TOLERANCE: f64 = 1e-9;
@@ -28,10 +29,15 @@ pub const TOLERANCE: f64 = 1e-10;
 /// to repeats sooner. Points of a genuine orbit lie apart by far more than this.
 const SAME_POINT: f64 = 1e-7;
 
+/// Part of the closest return after a short lag at which one after a longer lag is another
+/// period, not the same motion met again.
+const MUCH_CLOSER: f64 = 1e-3;
+
 /// Strobe states of the last cycles.
 #[derive(Debug, Clone)]
 pub struct Recurrence {
-    longest: usize,
+    /// Every period up to here is looked for, and multiples of the excitation's beyond.
+    short: usize,
     excitation: usize,
     excitation_repeats: bool,
     /// A stretch as long as the longest period, and its image.
@@ -44,20 +50,21 @@ impl Recurrence {
     /// No states yet; how long a period is looked for depends on the model's excitation.
     pub fn new(model: &Model) -> Self {
         let excitation = excitation_period(model);
-        let longest = LONGEST_PERIOD.max(excitation.unwrap_or(1));
         Self {
-            longest,
+            short: SHORT.max(excitation.unwrap_or(1)),
             excitation: excitation.unwrap_or(1),
             excitation_repeats: excitation.is_some(),
-            kept: 2 * longest + 1,
+            kept: 2 * LONGEST + 1,
             states: Vec::new(),
             next: 0,
         }
     }
 
-    /// Longest period looked for, in mesh cycles.
+    /// Longest period looked for among the states at hand, in mesh cycles: twice as long must
+    /// have been watched to see one.
     pub fn longest(&self) -> usize {
-        self.longest
+        let seen = (self.states.len().saturating_sub(1) / 2).min(LONGEST);
+        self.short.max(seen / self.excitation * self.excitation)
     }
 
     /// Period of what drives the motion, in mesh cycles, where it has one worth waiting for.
@@ -87,39 +94,51 @@ impl Recurrence {
         &self.states[(newest - back) % self.kept]
     }
 
-    /// The period of the motion, once it repeats to [`TOLERANCE`] and the store is full.
+    /// The period of the motion, once it repeats to [`TOLERANCE`] over long enough a stretch: as
+    /// many cycles as the longest of the short periods for one of those, a whole period for a
+    /// longer one.
     pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
-        if self.states.len() < self.kept {
+        if self.states.len() < 2 * self.short + 1 {
             return None;
         }
         let repeats = |period: usize, tolerance: f64| {
-            (0..self.longest).all(|back| {
+            (0..self.short.max(period)).all(|back| {
                 norm.distance(self.past(back), self.past(back + period)) <= tolerance * norm.unit()
             })
         };
-        let longest = (1..=self.longest).find(|&period| repeats(period, TOLERANCE))?;
-        (1..=longest)
-            .find(|&period| longest.is_multiple_of(period) && repeats(period, SAME_POINT))
+        let beyond = (self.short / self.excitation + 1..).map(|times| times * self.excitation);
+        let found = (1..=self.short)
+            .chain(beyond.take_while(|&period| period <= self.longest()))
+            .find(|&period| repeats(period, TOLERANCE))?;
+        (1..=found)
+            .find(|&period| found.is_multiple_of(period) && repeats(period, SAME_POINT))
             .map(|period| period as u32)
     }
 
     /// Periods worth a Newton search from the newest state, where any of its returns comes
     /// nearer than `nearest` half gaps: the excitation's own period and twice that, which a
-    /// decaying oscillation hides behind a closer return at a longer lag, then that lag.
+    /// decaying oscillation hides behind a closer return at a longer lag, then that lag, and a
+    /// longer one after which the motion comes back [`MUCH_CLOSER`].
     pub fn candidates(&self, norm: &EnergyNorm, nearest: f64) -> Vec<u32> {
         if !self.excitation_repeats {
             return Vec::new();
         }
-        let known = self.states.len().saturating_sub(1).min(self.longest);
+        let known = self.states.len().saturating_sub(1);
         let apart = |lag: usize| norm.distance(self.past(0), self.past(lag)) / norm.unit();
-        let closest = (1..=known)
+        let closest = (1..=known.min(self.short))
             .filter(|lag| lag.is_multiple_of(self.excitation))
-            .min_by(|a, b| apart(*a).total_cmp(&apart(*b)))
-            .filter(|lag| apart(*lag) <= nearest);
+            .min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
         let Some(closest) = closest else {
             return Vec::new();
         };
-        let mut candidates = vec![self.excitation, 2 * self.excitation, closest];
+        let beyond = (self.short + 1..=known.min(LONGEST))
+            .filter(|lag| lag.is_multiple_of(self.excitation))
+            .find(|lag| apart(*lag) <= MUCH_CLOSER * apart(closest).min(nearest));
+        let mut candidates = Vec::new();
+        if apart(closest) <= nearest {
+            candidates.extend([self.excitation, 2 * self.excitation, closest]);
+        }
+        candidates.extend(beyond);
         candidates.sort_unstable();
         candidates.dedup();
         candidates.into_iter().map(|lag| lag as u32).collect()
@@ -128,7 +147,7 @@ impl Recurrence {
     /// The smallest distance, in units of the half gap, between the newest state and an
     /// earlier one kept.
     pub fn closest_return(&self, norm: &EnergyNorm) -> Option<f64> {
-        (1..self.states.len().min(self.longest + 1))
+        (1..self.states.len().min(self.longest() + 1))
             .map(|back| norm.distance(self.past(0), self.past(back)) / norm.unit())
             .min_by(f64::total_cmp)
     }
@@ -137,7 +156,7 @@ impl Recurrence {
 /// Mesh cycles after which all torque ripple starts anew; none where that takes too long or
 /// never happens. The transmission error repeats every cycle.
 pub(super) fn excitation_period(model: &Model) -> Option<usize> {
-    (1..=LONGEST_EXCITATION).find(|&period| {
+    (1..=LONGEST).find(|&period| {
         model.ripple.iter().all(|ripple| {
             let turns = ripple.turns_per_cycle * period as f64;
             (turns - turns.round()).abs() < PHASE_TOLERANCE

@@ -122,8 +122,12 @@ pub fn trace<K: Kernel, S: TraceSink>(
     );
     let mut none = Tangents::none();
     let mut cycles = 0;
-    let mut stop = None;
-    for marched in 0..question.skip.saturating_add(question.cycles) {
+    let mut stop = kernel.accepts(model, &trajectory).err();
+    let wanted = match stop {
+        None => question.skip.saturating_add(question.cycles),
+        Some(_) => 0,
+    };
+    for marched in 0..wanted {
         let recording = marched >= question.skip;
         let result = if recording {
             watch.0.next = 0;

@@ -4,13 +4,15 @@
 //! cycle (Benettin et al. 1976). It knows nothing of tangents or saltations, so agreement
 //! with them means something.
 
-use super::lyapunov::{CYCLES_PER_AVERAGE, random_direction};
+use super::lyapunov::CYCLES_PER_AVERAGE;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::random::Stream;
 
 /// Distance of the twin, in units of the half gap: far above round-off, far below the gap.
 const DISTANCE: f64 = 1e-7;
+
+/// Round-off of a cycle, relative to the state.
+pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 
 /// A twin of a trajectory.
 #[derive(Debug, Clone)]
@@ -20,23 +22,24 @@ pub struct Twin {
     sum: f64,
     pending: u32,
     averages: Vec<f64>,
+    /// Norm of the largest state met.
+    largest: f64,
 }
 
 impl Twin {
-    /// A twin of `trajectory` in a random direction.
+    /// A twin of `trajectory` in the direction of a tangent. Where neighbours part in proportion
+    /// to time directions turn as slowly, and a twin in another one would differ for as long.
     pub fn new(
         model: &Model,
         norm: &EnergyNorm,
         trajectory: &TrajectoryState,
-        stream: &mut Stream,
+        tangent: &[f64],
     ) -> Self {
-        let mut direction = vec![0.0; trajectory.state.len()];
-        random_direction(norm, stream, &mut direction);
-        let scale = DISTANCE * norm.unit() / norm.length(&direction);
+        let scale = DISTANCE * norm.unit() / norm.length(tangent);
         let state = trajectory
             .state
             .iter()
-            .zip(&direction)
+            .zip(tangent)
             .map(|(x, d)| x + scale * d)
             .collect();
         Self {
@@ -45,6 +48,7 @@ impl Twin {
             sum: 0.0,
             pending: 0,
             averages: Vec::new(),
+            largest: 0.0,
         }
     }
 
@@ -62,6 +66,7 @@ impl Twin {
 
     /// To be called after every marched cycle of both: notes the growth, pulls the twin back.
     pub fn cycle(&mut self, model: &Model, norm: &EnergyNorm, trajectory: &TrajectoryState) {
+        self.largest = self.largest.max(norm.length(&trajectory.state));
         let apart = norm.distance(&self.trajectory.state, &trajectory.state);
         // Trajectories that merged to the last bit have contracted by at least round-off.
         let apart = apart.max(f64::EPSILON * self.distance);
@@ -85,6 +90,11 @@ impl Twin {
             self.sum = 0.0;
             self.pending = 0;
         }
+    }
+
+    /// What round-off of the states may do to the exponent \[1/cycle\].
+    pub fn round_off(&self) -> f64 {
+        ROUND_OFF * self.largest / self.distance
     }
 
     /// Averages of the exponent over successive stretches of ten cycles.

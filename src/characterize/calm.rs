@@ -14,6 +14,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Tangents, Volterra};
 use crate::topology::Topology;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Mesh cycles of a look: a tenth of a millisecond.
@@ -87,7 +88,9 @@ impl<'m> Probe<'m> {
 
 /// Waits, and counts.
 #[derive(Debug)]
-pub struct Calm {
+pub struct Calm<'a> {
+    /// Ends all patience.
+    called_off: &'a AtomicBool,
     /// Best look of so many threads together \[s\].
     best: HashMap<usize, f64>,
     patience: Duration,
@@ -96,10 +99,11 @@ pub struct Calm {
     slowed: usize,
 }
 
-impl Calm {
-    /// Has no patience yet.
-    pub fn new() -> Self {
+impl<'a> Calm<'a> {
+    /// Has no patience yet, and none any more once `called_off` is raised.
+    pub fn new(called_off: &'a AtomicBool) -> Self {
         Self {
+            called_off,
             best: HashMap::new(),
             patience: Duration::ZERO,
             waited: Duration::ZERO,
@@ -138,7 +142,7 @@ impl Calm {
         let mut fast = self.settle(members, &mut look)?;
         let mut measured = vec![measure()?];
         fast &= self.judge(members, look()?);
-        if !fast && self.waited < self.patience {
+        if !fast && self.is_patient() {
             fast = self.settle(members, &mut look)?;
             let begun = Instant::now();
             measured.push(measure()?);
@@ -159,13 +163,17 @@ impl Calm {
         let (begun, before) = (Instant::now(), self.waited);
         loop {
             let fast = self.judge(members, look()?);
-            let over = begun.elapsed() > LONGEST || self.waited >= self.patience;
+            let over = begun.elapsed() > LONGEST || !self.is_patient();
             if fast || over {
                 return Ok(fast);
             }
             std::thread::sleep(PAUSE);
             self.waited = before + begun.elapsed();
         }
+    }
+
+    fn is_patient(&self) -> bool {
+        self.waited < self.patience && !self.called_off.load(Ordering::Relaxed)
     }
 
     /// Whether a look of so many threads was as fast as any.
@@ -193,9 +201,10 @@ mod tests {
 
     #[test]
     fn a_disturbance_is_waited_for_and_then_counted() {
-        let mut calm = Calm::new();
+        let called_off = AtomicBool::new(false);
+        let mut calm = Calm::new(&called_off);
         assert_eq!(calm.slowed(), None);
-        let measured = |calm: &mut Calm, members, times: &[f64]| {
+        let measured = |calm: &mut Calm<'_>, members, times: &[f64]| {
             let mut looks = times.iter().copied();
             let found = calm
                 .between(members, || Ok(looks.next().unwrap()), || Ok(()))
@@ -219,9 +228,13 @@ mod tests {
         // Slowed meanwhile: once more, when it is over.
         assert_eq!(measured(&mut calm, 1, &[1.0, 1.5, 1.5, 1.0, 1.0]), 2);
         assert_eq!(measured(&mut calm, 1, &[1.0, 1.5, 1.0, 1.5]), 2);
+        // Nobody waits for what is called off.
+        called_off.store(true, Ordering::Relaxed);
+        assert_eq!(measured(&mut calm, 1, &[1.5, 1.5]), 1);
+        called_off.store(false, Ordering::Relaxed);
         // Another number of threads has a best time of its own.
         assert_eq!(measured(&mut calm, 2, &[9.0, 9.0]), 1);
-        assert_eq!(calm.slowed(), Some(2.0 / 7.0));
+        assert_eq!(calm.slowed(), Some(3.0 / 8.0));
         let wrong = || Err(Trouble::Wrong { what: "x" });
         assert!(
             calm.between(1, || Ok(1.0), wrong as fn() -> Result<(), _>)

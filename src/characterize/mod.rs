@@ -202,7 +202,7 @@ pub fn characterize(
     let threads = (topology.cores.iter()).flat_map(|core| core.threads.clone());
     let noise = Watch::new(threads.collect());
     let probed = default.probed()?;
-    let (probe, mut calm) = (Probe::new(&probed)?, Calm::new());
+    let (probe, mut calm) = (Probe::new(&probed)?, Calm::new(called_off));
     let mut samples: Vec<Sample> = items.iter().map(|_| Sample::default()).collect();
     let pace = settings.extent.pace();
     let most = settings.extent.rounds();

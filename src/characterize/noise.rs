@@ -53,7 +53,7 @@ impl Watch {
     }
 
     /// What was noticed; `scatter` of all measurements, none where nothing was repeated.
-    pub fn end(&self, scatter: Option<f64>, calm: &Calm) -> Noise {
+    pub fn end(&self, scatter: Option<f64>, calm: &Calm<'_>) -> Noise {
         Noise {
             load: self.load,
             waited: calm.waited().as_secs_f64(),

@@ -1,6 +1,8 @@
 //! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
 
-use super::{BAD_INPUT, answer};
+use super::excitation::{self, Cause};
+use super::{BAD_INPUT, answer, fail, portable};
+use crate::input::{clipped, printable};
 use crate::manifest::{
     self, Carried, CourseSpec, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec,
     SectionSpec, StiffnessSpec, TableSpec,
@@ -9,7 +11,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Arguments of `atlas check`.
@@ -21,6 +23,12 @@ pub struct CheckArgs {
     #[arg(long)]
     pub json: bool,
 }
+
+/// Characters of a line of the summary.
+const MOST_CHARACTERS: usize = 2000;
+
+/// Values of an axis that programs are given.
+const MOST_VALUES: usize = 10_000;
 
 /// Checks a manifest: status 0 when it is sound, 2 when it is not.
 pub fn run(args: &CheckArgs) -> ExitCode {
@@ -44,6 +52,17 @@ pub fn run(args: &CheckArgs) -> ExitCode {
     }
 }
 
+/// The job of a manifest that is to be computed, in a process that computes as the job asks; else
+/// the exit status, after its errors were shown.
+pub fn admit(manifest: &Path) -> Result<Job, ExitCode> {
+    let job = manifest::load(manifest).map_err(|errors| {
+        report(&errors);
+        ExitCode::from(BAD_INPUT)
+    })?;
+    portable::obey(&job).map_err(|message| fail(1, &message))?;
+    Ok(job)
+}
+
 /// Shows the errors of a manifest on standard error, in colour on a terminal.
 pub fn report(errors: &ManifestErrors) {
     let stderr = std::io::stderr();
@@ -52,11 +71,12 @@ pub fn report(errors: &ManifestErrors) {
         true => errors.render_coloured(),
         false => errors.render(),
     };
-    let count = match errors.diagnostics.len() {
+    let count = match errors.count() {
         1 => "1 error".to_owned(),
         count => format!("{count} errors"),
     };
     let name = errors.sources.first().map_or("", |source| &source.name);
+    let name = printable(name);
     let _ = stderr
         .lock()
         .write_all(format!("{text}{name}: {count}; nothing was computed or written\n").as_bytes());
@@ -67,9 +87,9 @@ fn summary(name: &str, job: &Job) -> String {
         .points
         .first()
         .map_or(Vec::new(), |first| describe(job, &first));
-    let mut text = format!("{name}: sound\n\n");
+    let mut text = format!("{}: sound\n\n", printable(name));
     for (head, line) in lines {
-        text += format!("{head:<11} {line}").trim_end();
+        text += format!("{head:<11} {}", clipped(&line, MOST_CHARACTERS)).trim_end();
         text.push('\n');
     }
     text
@@ -97,7 +117,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         lines.push(("order".to_owned(), order(job, carried)));
     }
     for axis in &job.axes {
-        let (low, high) = range(axis.values.iter().copied());
+        let (low, high) = axis.values.ends();
         let unit = match axis.unit.as_str() {
             "1" => "",
             unit => unit,
@@ -129,6 +149,14 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         ),
     ));
     lines.push(("mesh".to_owned(), mesh(job)));
+    let causes: Vec<String> = (excitation::causes(first).into_iter())
+        .map(|cause| cause.text)
+        .collect();
+    let causes = match causes.is_empty() {
+        true => "nothing".to_owned(),
+        false => causes.join(", "),
+    };
+    lines.push(("excited by".to_owned(), causes));
     lines.push((
         "run".to_owned(),
         format!(
@@ -346,7 +374,15 @@ fn job_json(name: &str, job: &Job) -> Value {
     let axes: Vec<Value> = job
         .axes
         .iter()
-        .map(|axis| json!({ "name": axis.name, "unit": axis.unit, "values": axis.values }))
+        .map(|axis| {
+            let values = axis.values.iter().take(MOST_VALUES);
+            json!({
+                "name": axis.name,
+                "unit": axis.unit,
+                "count": axis.values.len(),
+                "values": values.collect::<Vec<_>>(),
+            })
+        })
         .collect();
     let retained = range(
         job.points
@@ -370,6 +406,10 @@ fn job_json(name: &str, job: &Job) -> Value {
             "chain_length": carried.length,
         })),
         "model": first.as_ref().map(|p| p.model.source.kind()),
+        "excited_by": first.as_ref().map(|p| {
+            let causes = excitation::causes(p).into_iter();
+            causes.map(|Cause { value, .. }| value).collect::<Vec<_>>()
+        }),
         "retained_min": retained.0,
         "retained_max": retained.1,
         "kernel": first.as_ref().map(|p| match p.run.kernel {
@@ -383,6 +423,7 @@ fn job_json(name: &str, job: &Job) -> Value {
                 ("poincare", p.analyses.poincare.is_some()),
                 ("nvh", p.analyses.nvh.is_some()),
                 ("multistability", p.analyses.multistability.is_some()),
+                ("orbits", p.analyses.orbits.is_some()),
                 ("horizon", p.analyses.horizon.is_some()),
             ];
             names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()
@@ -411,5 +452,5 @@ fn errors_json(errors: &ManifestErrors) -> Value {
             })
         })
         .collect();
-    json!({ "sound": false, "errors": list })
+    json!({ "sound": false, "errors_found": errors.count(), "errors": list })
 }

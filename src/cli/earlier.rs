@@ -2,7 +2,7 @@
 
 use super::with_causes;
 use crate::manifest::Job;
-use crate::store::{RunRecord, RunState, Shard, StoreError, read_runs};
+use crate::store::{RunRecord, RunState, Shard, read_run, record_paths, run_path, verify};
 use std::path::Path;
 
 /// What a folder holds already of the run that is asked for.
@@ -10,7 +10,7 @@ use std::path::Path;
 pub enum Earlier {
     /// Nothing that counts; points of an interrupted run may be in its journal.
     Nothing,
-    /// All of it.
+    /// All of it, every table as it was written.
     Complete(Box<RunRecord>),
 }
 
@@ -28,14 +28,16 @@ pub fn look(
     if !folder.exists() {
         return Ok(Earlier::Nothing);
     }
-    let records = match read_runs(folder) {
-        Ok(records) => records,
-        Err(StoreError::Foreign { .. }) if fresh => return Ok(Earlier::Nothing),
-        Err(error @ StoreError::Foreign { .. }) => {
-            return Err(format!("{error}, or start over with --fresh"));
+    let own = run_path(folder, shard);
+    let mut records = Vec::new();
+    for path in record_paths(folder).map_err(|error| with_causes(&error))? {
+        match read_run(&path) {
+            Ok(record) => records.push(record),
+            // It is replaced, whatever it says.
+            Err(_) if fresh && path == own => {}
+            Err(error) => return Err(with_causes(&error)),
         }
-        Err(error) => return Err(with_causes(&error)),
-    };
+    }
     let here = folder.display();
     for record in records {
         let replaceable = record.shard == shard;
@@ -64,6 +66,7 @@ pub fn look(
             ));
         }
         if replaceable && record.state == RunState::Complete {
+            verify(folder, &record).map_err(|error| with_causes(&error))?;
             return Ok(Earlier::Complete(Box::new(record)));
         }
     }

@@ -6,7 +6,7 @@ use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
 use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
-use crate::store::Characteristics;
+use crate::store::{Characteristics, write_whole};
 use clap::builder::PossibleValue;
 use clap::{Args, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -209,7 +209,7 @@ fn draw(found: &Characteristics, folder: &Path) -> Result<usize, String> {
         let png = picture.png().map_err(|error| error.to_string())?;
         for (extension, bytes) in [("svg", svg), ("png", png)] {
             let path = folder.join(format!("{}.{extension}", picture.name));
-            fs::write(&path, bytes).map_err(|error| refused(&path, error))?;
+            write_whole(&path, &bytes).map_err(|error| with_causes(&error))?;
         }
     }
     Ok(pictures.len())

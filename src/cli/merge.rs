@@ -1,15 +1,17 @@
 //! `atlas merge DIR… --out DIR`: joins the shards of a job into one set of results.
 
 use super::{BAD_INPUT, answer, fail, with_causes};
-use crate::store::{MergeError, merge};
+use crate::store::{MergeError, merge, mixed};
 use clap::Args;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Arguments of `atlas merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// Folders with the shards of one job, one or several in each; they stay as they are.
+    /// Folders with the shards of one job, one or several in each, or a folder of such folders;
+    /// they stay as they are.
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
     /// Folder for the joined results; new or empty.
@@ -35,6 +37,10 @@ pub fn run(args: &MergeArgs) -> ExitCode {
             return fail(status, &with_causes(&error));
         }
     };
+    if let Some(warning) = mixed(&record.machine.instructions) {
+        // Nothing can be done when standard error is closed.
+        _ = writeln!(std::io::stderr().lock(), "warning: {warning}");
+    }
     if args.json {
         // A record is plain data; it always has a JSON form.
         let json = serde_json::to_string_pretty(&record).unwrap_or_default();

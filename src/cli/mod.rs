@@ -5,11 +5,13 @@ mod activity;
 pub mod check;
 mod earlier;
 mod events;
+mod excitation;
 pub mod machine;
 pub mod merge;
 pub mod plan;
 pub mod plot;
 mod point;
+mod portable;
 mod process;
 mod progress;
 mod retry;
@@ -20,6 +22,8 @@ pub mod trace;
 pub mod verify;
 mod voice;
 
+use crate::input::{printable, printable_but_colours};
+use crate::store::is_decoding;
 use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
 use std::io::{ErrorKind, Write};
@@ -79,6 +83,7 @@ enum Command {
 
 /// Runs the program with the process's own arguments.
 pub fn main() -> ExitCode {
+    hush();
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
@@ -98,12 +103,38 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// A panic in a worker becomes a row with its message, and one in the decoding of a file an error
+/// that names the file: a backtrace beside these would only be noise.
+fn hush() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let worker = std::thread::current()
+            .name()
+            .is_some_and(|name| name.starts_with("atlas-"));
+        if !worker && !is_decoding() {
+            usual(panic);
+        }
+    }));
+}
+
+/// Starts the threads that computations outside a sweep share, one a core. They would start
+/// themselves when first needed, and panic where the system refuses.
+fn start_threads() -> Result<(), String> {
+    let pool = rayon::ThreadPoolBuilder::new().build_global();
+    pool.map_err(|error| {
+        format!(
+            "cannot start worker threads: {error}; raise the limit on threads (`ulimit -u`, or \
+             pids.max of the control group)"
+        )
+    })
+}
+
 /// Prints to standard output and gives the exit status. A closed pipe (`atlas … | head`) is
 /// no error worth a word: its reader has what it wanted.
 fn answer(text: &str, status: ExitCode) -> ExitCode {
     let mut stdout = std::io::stdout().lock();
     match stdout
-        .write_all(text.as_bytes())
+        .write_all(printable_but_colours(text).as_bytes())
         .and_then(|()| stdout.flush())
     {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -116,7 +147,7 @@ fn answer(text: &str, status: ExitCode) -> ExitCode {
 /// Prints one error line and gives the exit status.
 fn fail(status: u8, message: &str) -> ExitCode {
     // Nothing can be done when standard error is closed as well.
-    _ = writeln!(std::io::stderr().lock(), "error: {message}");
+    _ = writeln!(std::io::stderr().lock(), "error: {}", printable(message));
     ExitCode::from(status)
 }
 

@@ -6,7 +6,7 @@ use super::process::Process;
 use super::table::TablesFolder;
 use super::{BAD_INPUT, answer, check, fail, machine, with_causes};
 use crate::characterize::outlook::{Outlook, outlook};
-use crate::manifest::{self, Job};
+use crate::manifest::Job;
 use crate::report::size_text;
 use crate::store::{Characteristics, Shard, StoreError};
 use crate::sweep::build::Parts;
@@ -47,12 +47,9 @@ pub struct PlanArgs {
 
 /// Says what a run will take: status 0, or 2 for bad input.
 pub fn run(args: &PlanArgs) -> ExitCode {
-    let job = match manifest::load(&args.manifest) {
+    let job = match check::admit(&args.manifest) {
         Ok(job) => job,
-        Err(errors) => {
-            check::report(&errors);
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(status) => return status,
     };
     let machines = match Machines::read(args) {
         Ok(machines) => machines,
@@ -148,7 +145,8 @@ impl Machines {
 
     /// What they say of a job that was forecast here; `threads` as asked for.
     fn measured(&self, job: &Job, found: &Forecast, threads: Option<u32>) -> Measured {
-        let modes = job.points.iter().map(|point| point.model.retained).max();
+        let variants = job.points.variants().iter();
+        let modes = variants.map(|variant| variant.model.retained).max();
         let modes = modes.unwrap_or(1);
         let here = (self.here.as_ref()).and_then(|m| outlook(m, modes, found.threads));
         let there = self.there.as_ref().and_then(|machine| {
@@ -233,8 +231,17 @@ fn text(found: &Forecast) -> String {
         );
         lines.push(("", cut));
     }
-    if let Some(memory) = found.memory {
-        lines.push(("memory", format!("about {}", size_text(memory))));
+    if let Some(parts) = &found.memory_parts {
+        lines.push((
+            "memory",
+            format!(
+                "at most about {}: {} to work, {} of points that wait for others, {} of tables",
+                size_text(parts.total()),
+                size_text(parts.work),
+                size_text(parts.waiting),
+                size_text(parts.row_groups),
+            ),
+        ));
     }
     lines.push((
         "disk",

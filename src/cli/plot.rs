@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::{BAD_INPUT, answer, fail, with_causes};
 use crate::report::{Drawn, PlotRequest, What, plot};
+use crate::store::write_whole;
 
 /// Arguments of `atlas plot`.
 #[derive(Debug, Args)]
@@ -140,7 +141,7 @@ fn write(drawn: &Drawn, folder: &Path, format: Format) -> Result<Vec<PathBuf>, S
         }
         for (extension, bytes) in contents {
             let path = folder.join(format!("{}.{extension}", picture.name));
-            fs::write(&path, bytes).map_err(|error| refused(&path, &error))?;
+            write_whole(&path, &bytes).map_err(|error| with_causes(&error))?;
             files.push(path);
         }
     }

@@ -162,7 +162,7 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         });
     }
     let values: Vec<f64> = (job.axes.iter().zip(&typed))
-        .map(|(axis, typed)| typed.map_or(axis.values[0], |(_, value)| value))
+        .map(|(axis, typed)| typed.map_or(axis.values.get(0), |(_, value)| value))
         .collect();
     let spec = job.points.iter().find(|point| {
         let fixed = job.axes.iter().zip(&point.axis_values).zip(&values);
@@ -265,8 +265,8 @@ fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
             }),
         };
     }
-    let near = |on_grid: &&f64| (**on_grid - value).abs() <= NEAR * value.abs();
-    let found = axis.values.iter().find(near).copied();
+    let near = |on_grid: &f64| (on_grid - value).abs() <= NEAR * value.abs();
+    let found = axis.values.iter().find(near);
     found.ok_or_else(|| PointError::NotOnGrid {
         name: axis.name.clone(),
         value: with_unit(number(value), axis),
@@ -309,7 +309,7 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>]) -> String {
         .filter(|(axis, typed)| typed.is_some() || axis.values.len() > 1)
         .map(|(axis, typed)| match typed {
             Some((text, _)) => format!("{}={text}", axis.name),
-            None => format!("{}={}", axis.name, number(axis.values[0])),
+            None => format!("{}={}", axis.name, number(axis.values.get(0))),
         })
         .collect();
     let text = parts.join(",");
@@ -323,12 +323,7 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>]) -> String {
 fn ranged(axis: &Axis) -> String {
     let values = match is_free(axis) && axis.values.len() > 1 {
         true => {
-            let (low, high) = axis
-                .values
-                .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-                    (low.min(value), high.max(value))
-                });
+            let (low, high) = axis.values.ends();
             let span = format!("{} ... {}", number(low), number(high));
             format!("any value; the grid has {}", with_unit(span, axis))
         }
@@ -339,12 +334,7 @@ fn ranged(axis: &Axis) -> String {
 
 /// All values of an axis, or as many as one reads.
 fn listed(axis: &Axis) -> String {
-    let mut shown: Vec<String> = axis
-        .values
-        .iter()
-        .take(LISTED)
-        .map(|v| number(*v))
-        .collect();
+    let mut shown: Vec<String> = axis.values.iter().take(LISTED).map(number).collect();
     if axis.values.len() > LISTED {
         shown.push(format!("and {} more", axis.values.len() - LISTED));
     }

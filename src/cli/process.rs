@@ -1,5 +1,4 @@
-//! What a sweep needs of the process: signals that call it off, silent workers, and the
-//! machine it runs on.
+//! What a sweep needs of the process: signals that call it off, and the machine it runs on.
 
 use super::INTERRUPTED;
 use crate::topology::Topology;
@@ -21,14 +20,13 @@ pub struct Process {
 }
 
 impl Process {
-    /// Watches signals, silences panics of workers and looks at the machine.
+    /// Watches signals and looks at the machine.
     ///
     /// # Errors
     /// Signals cannot be watched.
     pub fn prepare() -> io::Result<Self> {
         let called_off = Arc::new(AtomicBool::new(false));
         watch_signals(&called_off)?;
-        hush_workers();
         let mut warnings = Vec::new();
         let topology = match Topology::current() {
             Ok(topology) => Some(topology),
@@ -56,18 +54,4 @@ fn watch_signals(called_off: &Arc<AtomicBool>) -> io::Result<()> {
     // `ulimit -f`; watched, the write fails and the error is said.
     flag::register(SIGXFSZ, Arc::default())?;
     Ok(())
-}
-
-/// A panic in a worker becomes a row with its message; a backtrace amid the progress bar
-/// would only be noise.
-fn hush_workers() {
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let worker = std::thread::current()
-            .name()
-            .is_some_and(|name| name.starts_with("atlas-"));
-        if !worker {
-            usual(panic);
-        }
-    }));
 }

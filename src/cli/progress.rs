@@ -34,7 +34,6 @@ impl Display {
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} points  {msg}") {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(Duration::from_millis(250));
         Self {
             bar,
             quiet,

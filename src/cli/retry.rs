@@ -10,9 +10,10 @@ use super::run::{RunArgs, failure, status};
 use super::voice::Voice;
 use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
 use crate::manifest::Job;
+use crate::propagate::instructions;
 use crate::store::{
-    Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, Totals, replace, statuses,
-    timestamp, write_run,
+    Exchange, Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, TableRecord, Totals,
+    mixed, remove_stale, replace, statuses, timestamp, write_run,
 };
 use crate::sweep::build::Parts;
 use crate::sweep::{self, Options, Share, SweepError, Watcher};
@@ -22,7 +23,11 @@ use std::process::ExitCode;
 use std::time::{Instant, SystemTime};
 
 /// Statuses that are computed again.
-const FAILURES: [&str; 3] = ["failed", "diverged", "event_storm"];
+const FAILURES: [&str; 4] = ["failed", "diverged", "event_storm", "inaccurate"];
+
+/// Said of results in which a retry exchanges points, until it has done so.
+const AMID: &str = "points are being exchanged for those of a retry; where that was killed, repeat \
+                    it with --retry failed";
 
 /// Computes what failed of the results in `folder`, which `record` describes, again.
 pub fn run(args: &RunArgs, job: &Job, folder: &Path, record: RunRecord) -> ExitCode {
@@ -46,12 +51,16 @@ fn retry(
 ) -> Result<ExitCode, SweepError> {
     // Nobody else may change these results meanwhile.
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
-    let found = failed(folder, args)?;
+    remove_stale(folder)?;
+    let found = failed(folder, args, &record.tables)?;
     let points: BTreeSet<u64> = Share::of_shard(job, args.shard)
         .with(&found)
         .ids()
         .collect();
     let anew = retry_folder(folder, args);
+    if anew.is_symlink() {
+        return Err(StoreError::SymbolicLink { path: anew }.into());
+    }
     let mut voice = Voice::new(args, job, folder);
     let mut text = format!(
         "{} has no failed points: nothing to compute again\n",
@@ -93,7 +102,7 @@ fn retry(
                 return Err(error);
             }
         };
-        if finished.missing > 0 {
+        if finished.written.missing > 0 {
             lock.abandon();
             let status = match finished.gave_up {
                 true => FAILED_POINTS,
@@ -101,15 +110,34 @@ fn retry(
             };
             let text = format!(
                 "interrupted: {} of {} points are missing, {} holds what it held; the same command goes on from here\n",
-                finished.missing,
+                finished.written.missing,
                 finished.points,
                 folder.display()
             );
             return Ok(voice.close(&record, status, &text));
         }
-        replace(folder, args.shard, &points, &anew)?;
+        let exchange = Exchange {
+            folder,
+            shard: args.shard,
+            tables: &record.tables,
+            points: &points,
+            anew: &anew,
+            added: &finished.written.tables,
+        };
+        record.tables = replace(exchange, |tables| {
+            let mut either = record.clone();
+            either.tables.extend(tables.iter().cloned());
+            either.warnings.push(AMID.into());
+            write_run(folder, &either)
+        })?;
         process.warnings.extend(parts.warnings());
         record.warnings.append(&mut process.warnings);
+        let (used, here) = (&mut record.machine.instructions, instructions());
+        if used.iter().all(|name| name != here) {
+            used.push(here.to_owned());
+        }
+        let mixed = mixed(used).filter(|warning| !record.warnings.contains(warning));
+        record.warnings.extend(mixed);
         let retry = RetryRecord {
             started: timestamp(started),
             finished: timestamp(SystemTime::now()),
@@ -128,6 +156,9 @@ fn retry(
         );
         record.retries.push(retry);
     }
+    // Of one that was killed with nothing left to do but to say so.
+    record.warnings.retain(|warning| warning != AMID);
+    latest(&mut record.tables);
     recount(&mut record, folder, args)?;
     write_run(folder, &record)?;
     // Last: until the record is written, the same command has to find it.
@@ -136,9 +167,21 @@ fn retry(
     Ok(voice.close(&record, status(&record), &text))
 }
 
+/// Leaves one table of each name, the one that was to take the place of the others.
+fn latest(tables: &mut Vec<TableRecord>) {
+    let mut names = BTreeSet::new();
+    tables.reverse();
+    tables.retain(|table| names.insert(table.name.clone()));
+    tables.reverse();
+}
+
 /// Points with a status that says nothing of the motion.
-fn failed(folder: &Path, args: &RunArgs) -> Result<BTreeSet<u64>, StoreError> {
-    let mut found = statuses(folder, args.shard)?;
+fn failed(
+    folder: &Path,
+    args: &RunArgs,
+    tables: &[TableRecord],
+) -> Result<BTreeSet<u64>, StoreError> {
+    let mut found = statuses(folder, args.shard, tables)?;
     let failed = FAILURES.into_iter().filter_map(|name| found.remove(name));
     Ok(failed.flatten().collect())
 }
@@ -146,7 +189,7 @@ fn failed(folder: &Path, args: &RunArgs) -> Result<BTreeSet<u64>, StoreError> {
 /// Brings the counts of a record in line with its table; its times stay those of the first
 /// run.
 fn recount(record: &mut RunRecord, folder: &Path, args: &RunArgs) -> Result<(), StoreError> {
-    let found = statuses(folder, args.shard)?;
+    let found = statuses(folder, args.shard, &record.tables)?;
     let count = |name: &str| found.get(name).map_or(0, |points| points.len() as u64);
     record.totals = Totals {
         not_converged: count("not_converged"),

@@ -6,10 +6,10 @@ use super::retry;
 use super::table::TablesFolder;
 use super::voice::Voice;
 use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED, check, fail, with_causes};
-use crate::manifest::{self, Job};
+use crate::manifest::Job;
 use crate::store::{
     ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
-    Shard, StoreError, Totals, timestamp, write_run,
+    Shard, StoreError, Totals, mixed, timestamp, write_run,
 };
 use crate::sweep::build::Parts;
 use crate::sweep::{self, Finished, Options, SweepError, Watcher};
@@ -43,7 +43,7 @@ pub struct RunArgs {
     #[arg(long)]
     pub fresh: bool,
     /// Compute points of finished results again and keep the others: those with status failed,
-    /// diverged or event_storm.
+    /// diverged, event_storm or inaccurate.
     #[arg(long, value_name = "WHAT", conflicts_with = "fresh")]
     pub retry: Option<Retry>,
     /// Call the job off once so many points have failed; the same command goes on.
@@ -96,12 +96,9 @@ pub(super) fn parse_shard(text: &str) -> Result<Shard, String> {
 /// Runs a job: status 0 when done, 2 for bad input, 3 when points failed, 4 where another
 /// process computes the same, 130 when interrupted.
 pub fn run(args: &RunArgs) -> ExitCode {
-    let job = match manifest::load(&args.manifest) {
+    let job = match check::admit(&args.manifest) {
         Ok(job) => job,
-        Err(errors) => {
-            check::report(&errors);
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(status) => return status,
     };
     let folder = args
         .out
@@ -151,6 +148,8 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         Ok(journal) => journal,
         Err(error) => return fail(failure(&error), &with_causes(&error)),
     };
+    let instructions = journal.instructions();
+    warnings.extend(mixed(&instructions));
     let parts = Parts::new(args.tables.store());
     let mut voice = Voice::new(args, job, folder);
     for warning in &warnings {
@@ -188,11 +187,11 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         clock.elapsed().as_secs_f64(),
     );
     totals.not_converged = finished.progress.not_ok - finished.progress.failed;
-    totals.missing = finished.missing;
+    totals.missing = finished.written.missing;
     totals.resumed = finished.progress.resumed;
     let record = RunRecord {
         job: job.name.clone(),
-        state: match finished.missing {
+        state: match finished.written.missing {
             0 => RunState::Complete,
             _ => RunState::Interrupted,
         },
@@ -200,7 +199,10 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         started: timestamp(started),
         finished: timestamp(SystemTime::now()),
         program: ProgramRecord::current(),
-        machine: MachineRecord::current(topology.as_ref()),
+        machine: MachineRecord {
+            instructions,
+            ..MachineRecord::current(topology.as_ref())
+        },
         placement: PlacementRecord {
             threads_asked: args.threads,
             threads: finished.threads as u32,
@@ -218,6 +220,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         }),
         totals,
         shards: Vec::new(),
+        tables: finished.written.tables.clone(),
         retries: Vec::new(),
         warnings,
         manifest_hash: job.hash.clone(),
@@ -291,11 +294,11 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
         }
         RunState::Interrupted if finished.gave_up => format!(
             "\ncalled off, because so many points failed (--max-failures): {} points are missing, the others are in {folder}; the same command goes on from here\n",
-            finished.missing
+            totals.missing
         ),
         RunState::Interrupted => format!(
             "\ninterrupted: {} points are missing, the others are in {folder}; the same command goes on from here\n",
-            finished.missing
+            totals.missing
         ),
     };
     text

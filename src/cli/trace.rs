@@ -2,14 +2,12 @@
 
 use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
-use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail};
+use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail, start_threads};
 use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
-use crate::manifest::{self, Job, KernelSpec, Ladder};
+use crate::manifest::{Job, KernelSpec, Ladder};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
-use crate::store::{
-    KeptKernel, OperatorFetchError, StoreError, TableKind, TraceLabel, TraceWriter, table_path,
-};
+use crate::store::{KeptKernel, StoreError, TableKind, TraceLabel, TraceWriter, table_path};
 use crate::sweep::build::Parts;
 use crate::sweep::{self, build};
 use clap::Args;
@@ -59,12 +57,9 @@ pub struct TraceArgs {
 /// Traces one operating point: status 0 when done, 2 for bad input, 3 where the trajectory
 /// could not be marched to the end.
 pub fn run(args: &TraceArgs) -> ExitCode {
-    let job = match manifest::load(&args.manifest) {
+    let job = match check::admit(&args.manifest) {
         Ok(job) => job,
-        Err(errors) => {
-            check::report(&errors);
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(status) => return status,
     };
     let point = match point::choose(&job, &args.point) {
         Ok(point) => point,
@@ -73,6 +68,9 @@ pub fn run(args: &TraceArgs) -> ExitCode {
             return fail(BAD_INPUT, &lines.join("\nerror: "));
         }
     };
+    if let Err(message) = start_threads() {
+        return fail(1, &message);
+    }
     let parts = Parts::new(args.tables.store());
     let model = match model(&point, &parts) {
         Ok(model) => model,
@@ -140,9 +138,7 @@ enum RecordError {
     #[error(transparent)]
     Store(#[from] StoreError),
     #[error(transparent)]
-    Tables(#[from] DenseError),
-    #[error(transparent)]
-    Kept(#[from] OperatorFetchError),
+    Build(#[from] build::BuildError),
 }
 
 /// Marches, and writes the files as it goes.
@@ -170,22 +166,31 @@ fn record(
         question,
         folder,
     };
+    let unfit = |error: DenseError| build::BuildError::tables(error, model);
+    let kept = |kernel, cells| {
+        let fetched = parts.kernels().get(kernel, model, cells);
+        fetched.map_err(|error| build::BuildError::tables(error, model))
+    };
     Ok(match run.kernel {
         KernelSpec::Volterra { tolerance } => {
             recording.write(&Volterra::new(model, tolerance, limit))?
         }
         KernelSpec::Stepping { steps } => recording.write(&Stepping::new(model, steps, limit))?,
         KernelSpec::Tables { ladder, cells } => match ladder {
-            Ladder::Dyadic => recording.write(&Dyadic::new(model, cells, limit)?)?,
-            Ladder::Hermite => recording.write(&Hermite::new(model, cells, limit)?)?,
+            Ladder::Dyadic => recording.write(&Dyadic::new(model, cells, limit).map_err(unfit)?)?,
+            Ladder::Hermite => {
+                recording.write(&Hermite::new(model, cells, limit).map_err(unfit)?)?
+            }
             Ladder::Spectral { event_grid } => {
-                let tables = parts.kernels().get(KeptKernel::Spectral, model, cells)?;
-                let kernel = Spectral::of_kept(model, cells, limit, event_grid, &*tables)?;
+                let tables = kept(KeptKernel::Spectral, cells)?;
+                let kernel =
+                    Spectral::of_kept(model, cells, limit, event_grid, &*tables).map_err(unfit)?;
                 recording.write(&kernel)?
             }
             Ladder::Fused => {
-                let tables = parts.kernels().get(KeptKernel::Fused, model, cells)?;
-                recording.write(&Fused::of_kept(model, cells, limit, &*tables)?)?
+                let tables = kept(KeptKernel::Fused, cells)?;
+                let kernel = Fused::of_kept(model, cells, limit, &*tables).map_err(unfit)?;
+                recording.write(&kernel)?
             }
         },
     })

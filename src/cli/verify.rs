@@ -1,6 +1,6 @@
 //! `atlas verify`: the validation ladder on this machine.
 
-use super::{answer, fail};
+use super::{answer, fail, start_threads};
 use crate::topology::Machine;
 use crate::verify::{self, CHECKS, Check, Extent, Report, Subjects};
 use clap::Args;
@@ -27,6 +27,9 @@ pub struct VerifyArgs {
 
 /// Carries out the checks: status 0 where every line passes, 1 where one fails.
 pub fn run(args: &VerifyArgs) -> ExitCode {
+    if let Err(message) = start_threads() {
+        return fail(1, &message);
+    }
     let extent = match args.full {
         true => Extent::Full,
         false => Extent::Quick,

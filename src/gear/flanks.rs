@@ -6,12 +6,10 @@
 //! `tan α_w − s/r_b2` of the wheel.
 
 use super::compliance::{BODY_RATIO, RingCompliance, rings};
+use super::pair::NO_BACKLASH;
 use super::{GearError, GearPair, Relief, Tooth};
 use crate::numerics::quadrature::GaussLegendre;
 use std::f64::consts::PI;
-
-/// Backlash below zero by less than this part of a module is round-off of a pair without any.
-const NO_BACKLASH: f64 = 1e-9;
 
 /// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
 /// within 1e-10 (see the test of its convergence).
@@ -130,11 +128,7 @@ impl Flanks {
             return Err(GearError::ContactRatio { contact_ratio });
         }
 
-        let pitch = 2.0 * PI * operating_pitch_radii[0] / f64::from(pair.teeth[0]);
-        let thickness: f64 = (teeth.iter().zip(operating_pitch_radii))
-            .map(|(tooth, radius)| tooth.thickness(radius))
-            .sum();
-        let backlash = (pitch - thickness) * pressure_angle.cos();
+        let backlash = pair.normal_backlash()?;
         if backlash < -NO_BACKLASH * pair.module {
             return Err(GearError::NegativeBacklash {
                 backlash,

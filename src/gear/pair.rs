@@ -1,6 +1,11 @@
 //! The gear pair as its drawing gives it.
 
 use super::{GearError, ToothForm, inverse_involute, involute};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Backlash of less than this part of a module, positive or negative, is round-off of a pair
+/// without any.
+pub(super) const NO_BACKLASH: f64 = 1e-9;
 
 /// An involute spur pair of one module and one pressure angle, without which two gears do not
 /// mesh: a drawing with unlike ones cannot be expressed. Arrays are `[pinion, wheel]`.
@@ -118,6 +123,39 @@ impl GearPair {
             return Ok(self.pitch_radii());
         }
         Ok(self.base_radii().map(|base| base / angle.cos()))
+    }
+
+    /// Normal backlash `j_n = j_t cos α_w` \[m\]: what the flanks are apart along the line of action,
+    /// at both flanks together. `j_t` is the circumferential backlash on the operating pitch
+    /// circles, their pitch less the thickness of both teeth; negative where teeth overlap.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::operating_pressure_angle`].
+    pub fn normal_backlash(&self) -> Result<f64, GearError> {
+        let angle = self.operating_pressure_angle()?;
+        let radii = self.operating_pitch_radii()?;
+        let pitch = 2.0 * PI * radii[0] / f64::from(self.teeth[0]);
+        let thickness = |gear: usize| {
+            let form = &self.form;
+            let reference = self.module
+                * (FRAC_PI_2 + 2.0 * form.profile_shift[gear] * self.pressure_angle.tan())
+                - form.thinning[gear];
+            let half_angle = 0.5 * reference / self.pitch_radii()[gear];
+            2.0 * radii[gear] * (half_angle + involute(self.pressure_angle) - involute(angle))
+        };
+        Ok((pitch - thickness(0) - thickness(1)) * angle.cos())
+    }
+
+    /// The half gap \[m\] that the drawing states, half of the normal backlash; none where
+    /// thinning and centre distance leave no backlash but round-off: such a drawing is nominal.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::operating_pressure_angle`].
+    pub fn drawn_half_gap(&self) -> Result<Option<f64>, GearError> {
+        let backlash = self.normal_backlash()?;
+        Ok((backlash > NO_BACKLASH * self.module).then_some(0.5 * backlash))
     }
 
     /// The pair with bores that the drawing leaves open set to the diameters of its shafts \[m\].

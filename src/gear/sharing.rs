@@ -19,6 +19,7 @@
 //! face (crowning) the error falls with the square of the slice width.
 
 mod contact;
+mod kinks;
 mod ramp;
 
 pub use contact::Contact;
@@ -242,6 +243,11 @@ pub struct LoadSharing {
     ramps: Vec<Ramp>,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
     knots: Vec<f64>,
+    /// Whether every pair lacks the same all along its face.
+    even: bool,
+    /// By how much the line load of each pair exceeds the least at which its contact is
+    /// linearised \[N/m\]; of a linear contact, anything positive.
+    above_least: [f64; MOST_PAIRS],
 }
 
 impl LoadSharing {
@@ -283,6 +289,8 @@ impl LoadSharing {
             pairs: pairs.len(),
             ramps,
             knots,
+            even: (pairs.iter()).all(|pair| pair.gap.windows(2).all(|gap| gap[0] == gap[1])),
+            above_least: [1.0; MOST_PAIRS],
         })
     }
 

@@ -1,10 +1,32 @@
 //! What is wrong with a manifest, where, and what to do: one [`Diagnostic`] a fault, all
-//! faults of a job together in [`ManifestErrors`], rendered with the spot underlined.
+//! faults of a job together in [`ManifestErrors`].
+//!
+//! However bad a text is, what is kept and said of it stays small: so many faults are kept in
+//! full, the others counted, and whatever a fault repeats of the text is clipped.
 
+use super::excerpt::Excerpt;
+use crate::input::{clipped, printable};
 use codespan_reporting::diagnostic as codespan;
-use codespan_reporting::files::SimpleFiles;
 use codespan_reporting::term;
-use std::fmt;
+use std::fmt::{self, Write};
+
+/// Faults kept in full; those beyond are counted.
+const MOST_KEPT: usize = 100;
+
+/// Faults shown to people; programs get all that are kept.
+const MOST_SHOWN: usize = 20;
+
+/// Characters of a sentence: more is text of the file, repeated.
+const MOST_CHARACTERS: usize = 1000;
+
+/// A sentence, clipped.
+fn fit(text: impl Into<String>) -> String {
+    let text = text.into();
+    match clipped(&text, MOST_CHARACTERS) {
+        std::borrow::Cow::Borrowed(_) => text,
+        std::borrow::Cow::Owned(cut) => cut,
+    }
+}
 
 /// A stretch of bytes in one of the files of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -116,8 +138,8 @@ impl Diagnostic {
             span,
             line: 0,
             column: 0,
-            key: key.to_owned(),
-            message,
+            key: fit(key),
+            message: fit(message),
             label: String::new(),
             accepted: None,
             suggestion: None,
@@ -127,28 +149,35 @@ impl Diagnostic {
     }
 
     pub(super) fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = label.into();
+        self.label = fit(label);
         self
     }
 
     pub(super) fn accepted(mut self, accepted: impl Into<String>) -> Self {
-        self.accepted = Some(accepted.into());
+        self.accepted = Some(fit(accepted));
         self
     }
 
     pub(super) fn suggestion(mut self, suggestion: Option<String>) -> Self {
-        self.suggestion = suggestion;
+        self.suggestion = suggestion.map(fit);
         self
     }
 
     pub(super) fn remedy(mut self, remedy: impl Into<String>) -> Self {
-        self.remedy = Some(remedy.into());
+        self.remedy = Some(fit(remedy));
+        self
+    }
+
+    pub(super) fn at_point(mut self, place: &str) -> Self {
+        self.at_point = Some(fit(place));
         self
     }
 
     fn notes(&self) -> Vec<String> {
-        let note =
-            |head: &str, text: &Option<String>| text.as_ref().map(|text| format!("{head}: {text}"));
+        let note = |head: &str, text: &Option<String>| {
+            let text = text.as_ref()?;
+            Some(format!("{head}: {}", printable(text)))
+        };
         [
             note("accepted", &self.accepted),
             note("nearest", &self.suggestion),
@@ -165,7 +194,12 @@ impl Diagnostic {
 #[derive(Debug, Default)]
 pub(super) struct Issues {
     pub sources: Vec<Source>,
+    /// The first faults.
     pub found: Vec<Diagnostic>,
+    /// How many there are beyond those.
+    pub more: usize,
+    /// From where on the text of the last file was not read, for the faults before.
+    pub unread: Option<usize>,
 }
 
 impl Issues {
@@ -176,7 +210,20 @@ impl Issues {
     }
 
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        self.found.push(diagnostic);
+        self.push_with(|| diagnostic);
+    }
+
+    /// Records a fault whose sentences are made only where they are kept.
+    pub fn push_with(&mut self, diagnostic: impl FnOnce() -> Diagnostic) {
+        match self.found.len() < MOST_KEPT {
+            true => self.found.push(diagnostic()),
+            false => self.more += 1,
+        }
+    }
+
+    /// How many faults there are.
+    pub fn count(&self) -> usize {
+        self.found.len() + self.more
     }
 }
 
@@ -185,14 +232,21 @@ impl Issues {
 pub struct ManifestErrors {
     /// The files they stand in; the manifest first.
     pub sources: Vec<Source>,
-    /// The faults.
+    /// The faults, no more of them than anybody reads.
     pub diagnostics: Vec<Diagnostic>,
+    /// How many there are beyond those.
+    pub more: usize,
 }
 
 impl ManifestErrors {
     /// Sorts the faults by place, drops repetitions and fills in lines and columns.
     pub(super) fn new(issues: Issues) -> Self {
-        let Issues { sources, mut found } = issues;
+        let Issues {
+            sources,
+            mut found,
+            more,
+            unread: _,
+        } = issues;
         found.sort_by_key(|d| (d.span.source, d.span.start, d.span.end));
         found.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
         for diagnostic in &mut found {
@@ -204,59 +258,67 @@ impl ManifestErrors {
         Self {
             sources,
             diagnostics: found,
+            more,
         }
     }
 
-    /// The faults as text for people, without colour.
+    /// How many faults there are.
+    pub fn count(&self) -> usize {
+        self.diagnostics.len() + self.more
+    }
+
+    /// The first faults as text for people, without colour, and how many there are beyond.
     pub fn render(&self) -> String {
-        self.render_into(|files, diagnostic, out| {
-            term::emit_to_io_write(out, &term::Config::default(), files, diagnostic)
+        self.render_into(|excerpt, diagnostic, out| {
+            term::emit_to_io_write(out, &term::Config::default(), excerpt, diagnostic)
         })
     }
 
-    /// The faults as text for people, with ANSI colours for a terminal.
+    /// The same with ANSI colours for a terminal.
     pub fn render_coloured(&self) -> String {
-        self.render_into(|files, diagnostic, out| {
+        self.render_into(|excerpt, diagnostic, out| {
             let styles = term::Styles::default();
             let mut writer = term::StylesWriter::new(term::termcolor::Ansi::new(out), &styles);
-            term::emit_to_write_style(&mut writer, &term::Config::default(), files, diagnostic)
+            term::emit_to_write_style(&mut writer, &term::Config::default(), excerpt, diagnostic)
         })
     }
 
     fn render_into(
         &self,
         emit: impl Fn(
-            &SimpleFiles<&str, &str>,
-            &codespan::Diagnostic<usize>,
+            &Excerpt,
+            &codespan::Diagnostic<()>,
             &mut Vec<u8>,
         ) -> Result<(), codespan_reporting::files::Error>,
     ) -> String {
-        let mut files = SimpleFiles::new();
-        for source in &self.sources {
-            files.add(source.name.as_str(), source.text.as_str());
-        }
         let mut text = Vec::new();
-        for diagnostic in &self.diagnostics {
+        for diagnostic in self.diagnostics.iter().take(MOST_SHOWN) {
             let mut shown = codespan::Diagnostic::error()
                 .with_code(diagnostic.kind.code())
-                .with_message(&diagnostic.message)
+                .with_message(printable(&diagnostic.message))
                 .with_notes(diagnostic.notes());
+            let excerpt = Excerpt::of(&self.sources[diagnostic.span.source], diagnostic);
             if diagnostic.line > 0 {
-                let Span { source, start, end } = diagnostic.span;
                 shown = shown.with_labels(vec![
-                    codespan::Label::primary(source, start..end).with_message(&diagnostic.label),
+                    codespan::Label::primary((), excerpt.spot.clone())
+                        .with_message(printable(&diagnostic.label)),
                 ]);
             }
-            if emit(&files, &shown, &mut text).is_err() {
+            if emit(&excerpt, &shown, &mut text).is_err() {
                 // The snippet could not be drawn; the sentence still must be shown.
-                text.extend_from_slice(diagnostic.message.as_bytes());
+                text.extend_from_slice(printable(&diagnostic.message).as_bytes());
                 text.push(b'\n');
             }
             if diagnostic.line == 0 {
                 text.push(b'\n');
             }
         }
-        String::from_utf8_lossy(&text).into_owned()
+        let mut text = String::from_utf8_lossy(&text).into_owned();
+        let hidden = self.count() - self.diagnostics.len().min(MOST_SHOWN);
+        if hidden > 0 {
+            _ = writeln!(text, "… and {hidden} more\n");
+        }
+        text
     }
 }
 

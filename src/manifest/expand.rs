@@ -1,5 +1,9 @@
-//! What the points of a grid are made of: every combination of model-key values is put into the
-//! tree and resolved like text; load and speed vary inside, where nothing needs resolving again.
+//! What the points of a grid are made of: combinations of model-key values are put into the tree
+//! and resolved like text; load and speed vary inside, where nothing needs resolving again.
+//!
+//! Every combination is judged, as long as that takes a fraction of a second. Of more, some are:
+//! the corners of the grid and others evenly between. The range of each key by itself was checked
+//! for all values where they stand; what does not fit together shows when its point is asked for.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
@@ -11,7 +15,8 @@ use super::sections::{Context, resolve};
 use super::spec::PointSpec;
 use super::tree::Node;
 use crate::shaft::ModalStructure;
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -27,7 +32,25 @@ struct Sighting {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Sighting>;
 
-/// Resolves the whole grid, the last model key fastest.
+/// Nodes of the tree that may be resolved, over all combinations that are judged: a tenth of a
+/// second.
+const MOST_NODES: usize = 500_000;
+
+/// Combinations judged of a grid with more, by the size of its text.
+const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
+
+/// Axes whose ends are combined with each other; of more axes only their common ends are.
+const MOST_CORNERED: u32 = 8;
+
+/// Combinations of values of the model keys, the last key fastest, that were judged.
+#[derive(Debug)]
+pub(super) struct Judged {
+    variants: Vec<Variant>,
+    /// Their numbers, where not all were judged.
+    numbers: Option<Vec<usize>>,
+}
+
+/// Resolves the grid, the last model key fastest.
 ///
 /// Every fault is recorded once, with the first combination at which it shows when it
 /// does not show at all of them. Unless `exhaustive` (the grid is too large) only the first
@@ -39,32 +62,45 @@ pub(super) fn expand(
     issues: &mut Issues,
     context: &mut Context,
     hash: &mut JobHash,
-) -> Vec<Variant> {
+) -> Judged {
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
+    let lengths: Vec<usize> = keys.iter().map(|key| key.axis.values.len()).collect();
+    // A grid of an accepted size has countable combinations.
+    let all = match exhaustive {
+        true => lengths.iter().product(),
+        false => 1,
+    };
+    let budget = (MOST_NODES / tree.size()).clamp(*JUDGED.start(), *JUDGED.end());
+    let numbers = (all > budget).then(|| chosen(all, budget, &lengths));
     let mut variants: Vec<Variant> = Vec::new();
     let mut faults = Faults::new();
     let (mut tried, mut faulty) = (0, 0);
-    let mut index = vec![0; keys.len()];
-    loop {
+    for nth in 0..numbers.as_ref().map_or(all, Vec::len) {
+        let index = places(numbers.as_ref().map_or(nth, |chosen| chosen[nth]), &lengths);
         let before = issues.found.len();
+        let counted = issues.count();
         let resolved = substitute(tree, &keys, &index, issues)
             .then(|| resolve(&Section::root(tree, MANIFEST), issues, context))
             .flatten();
         tried += 1;
-        if issues.found.len() > before {
+        if issues.count() > counted {
             faulty += 1;
             sift(issues, before, &mut faults, &keys, &index);
         }
-        if let Some(mut resolved) = resolved.filter(|_| issues.found.is_empty()) {
+        if let Some(mut resolved) = resolved.filter(|_| issues.count() == 0) {
             hash.resolved(&resolved);
             if let Some(last) = variants.last() {
                 resolved.share(last);
             }
             variants.push(resolved);
         }
-        if !exhaustive || faulty >= MAX_FAULTY || !advance(&mut index, &keys) {
+        // With more faults than are kept, those of further combinations tell nobody anything.
+        if faulty >= MAX_FAULTY || issues.more > 0 {
             break;
         }
+    }
+    if numbers.is_some() {
+        hash.in_part(tree);
     }
     for sighting in faults
         .values()
@@ -72,7 +108,34 @@ pub(super) fn expand(
     {
         issues.found[sighting.index].at_point = None;
     }
-    variants
+    Judged { variants, numbers }
+}
+
+/// Which of `all` combinations are judged: the corners, and as many as fit evenly between.
+fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
+    let cornered = lengths
+        .len()
+        .min(budget.ilog2().min(MOST_CORNERED) as usize);
+    let corner = |ends: usize| {
+        (lengths.iter().enumerate()).fold(0, |number, (axis, length)| {
+            let high = ends >> axis.min(cornered - 1) & 1 == 1;
+            number * length + if high { length - 1 } else { 0 }
+        })
+    };
+    let even = (0..budget).map(|i| (i as u128 * all as u128 / budget as u128) as usize);
+    let numbers: BTreeSet<usize> = (0..1 << cornered).map(corner).chain(even).collect();
+    numbers.into_iter().collect()
+}
+
+/// The place on every axis of a combination, the last axis fastest.
+fn places(number: usize, lengths: &[usize]) -> Vec<usize> {
+    let mut rest = number;
+    let mut places = vec![0; lengths.len()];
+    for (place, length) in places.iter_mut().zip(lengths).rev() {
+        *place = rest % length;
+        rest /= length;
+    }
+    places
 }
 
 /// Puts one value of every key axis into the tree; false when one has no place there.
@@ -101,18 +164,6 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut
     fits
 }
 
-/// The next combination, the last key fastest.
-fn advance(index: &mut [usize], keys: &[&GridAxis]) -> bool {
-    for (i, key) in index.iter_mut().zip(keys).rev() {
-        *i += 1;
-        if *i < key.axis.values.len() {
-            return true;
-        }
-        *i = 0;
-    }
-    false
-}
-
 /// Drops faults seen at an earlier combination and says of new ones where they were seen.
 fn sift(
     issues: &mut Issues,
@@ -124,24 +175,27 @@ fn sift(
     let place = keys
         .iter()
         .zip(index)
-        .map(|(key, &i)| format!("{} = {}", key.axis.name, schema::number(key.axis.values[i])))
+        .map(|(key, &i)| {
+            let value = schema::number(key.axis.values.get(i));
+            format!("{} = {value}", key.axis.name)
+        })
         .collect::<Vec<_>>()
         .join(", ");
-    let mut seen_here: Vec<(DiagnosticKind, Span, String)> = Vec::new();
-    for mut diagnostic in issues.found.split_off(before) {
+    let mut seen_here = HashSet::new();
+    for diagnostic in issues.found.split_off(before) {
         let identity = (diagnostic.kind, diagnostic.span, diagnostic.key.clone());
-        if seen_here.contains(&identity) {
+        if !seen_here.insert(identity.clone()) {
             continue;
         }
-        seen_here.push(identity.clone());
         if let Some(sighting) = faults.get_mut(&identity) {
             sighting.combinations += 1;
             continue;
         }
         let own_file = diagnostic.span.source == 0 && diagnostic.kind != DiagnosticKind::Unreadable;
-        if own_file && !keys.is_empty() {
-            diagnostic.at_point = Some(place.clone());
-        }
+        let diagnostic = match own_file && !keys.is_empty() {
+            true => diagnostic.at_point(&place),
+            false => diagnostic,
+        };
         faults.insert(
             identity,
             Sighting {
@@ -153,7 +207,8 @@ fn sift(
     }
 }
 
-/// The text of a job, kept to resolve points that the grid does not have.
+/// The text of a job, kept to resolve combinations that were not judged, and points that the
+/// grid does not have.
 #[derive(Debug, Clone)]
 pub struct Between(Arc<Kept>);
 
@@ -167,7 +222,9 @@ struct Kept {
 
 impl Between {
     /// `axes` has the model keys first, as [`expand`] wants them.
-    pub(super) fn new(tree: Node, axes: Vec<GridAxis>, context: Context) -> Self {
+    pub(super) fn new(mut tree: Node, axes: Vec<GridAxis>, context: Context) -> Self {
+        // The values of the axes stand there: of the grid a point needs the order only.
+        tree.retain("grid", |key| matches!(key, "order" | "along"));
         Self(Arc::new(Kept {
             tree,
             keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),
@@ -179,21 +236,81 @@ impl Between {
     /// Gives a point the mesh and the excitation that its axis values stand for. None where
     /// the manifest would be faulty with these values.
     pub(super) fn resolve(&self, point: &mut PointSpec) -> Option<()> {
+        let resolved = self.combine(&point.axis_values, None).ok()?;
+        point.mesh = resolved.mesh;
+        point.excitation = resolved.excitation;
+        Some(())
+    }
+
+    /// What some values of the model keys stand for, sharing with `like` what is equal; a
+    /// sentence where they make no drive.
+    fn combine(&self, values: &[f64], like: Option<&Variant>) -> Result<Variant, String> {
         let kept = &*self.0;
         let mut tree = kept.tree.clone();
-        for (key, value) in kept.keys.iter().zip(&point.axis_values) {
+        for (key, value) in kept.keys.iter().zip(values) {
             let path: Vec<&str> = key.axis.name.split('.').collect();
-            tree.put(&path, key.sample(*value)).ok()?;
+            if tree.put(&path, key.sample(*value)).is_err() {
+                return Err(format!("`{}` names nothing", key.axis.name));
+            }
         }
         let mut issues = Issues::default();
         let mut context = Context::new(&kept.base_dir);
         context.modal_files.clone_from(&kept.modal_files);
-        let resolved = resolve(&Section::root(&tree, MANIFEST), &mut issues, &mut context)?;
-        if !issues.found.is_empty() {
-            return None;
+        context.last_drive = like.map(|like| like.model.source.clone());
+        let resolved = resolve(&Section::root(&tree, MANIFEST), &mut issues, &mut context);
+        match (resolved, issues.found.first()) {
+            (Some(mut resolved), None) => {
+                if let Some(like) = like {
+                    resolved.share(like);
+                }
+                Ok(resolved)
+            }
+            (_, Some(fault)) => Err(fault.message.clone()),
+            (None, None) => Err("the values do not fit together".to_owned()),
         }
-        point.mesh = resolved.mesh;
-        point.excitation = resolved.excitation;
-        Some(())
+    }
+}
+
+/// All combinations of values of the model keys, the last key fastest: those that were judged,
+/// and the others made when they are asked for.
+#[derive(Debug, Clone)]
+pub(super) struct Expansion {
+    judged: Arc<Judged>,
+    between: Between,
+}
+
+impl Expansion {
+    /// At least one combination was judged, and none has a fault.
+    pub fn new(judged: Judged, between: Between) -> Self {
+        Self {
+            judged: Arc::new(judged),
+            between,
+        }
+    }
+
+    /// Those that were judged.
+    pub fn judged(&self) -> &[Variant] {
+        &self.judged.variants
+    }
+
+    /// A combination, and why its values make no drive, where they do not: then it is another.
+    pub fn get(&self, number: usize) -> (Cow<'_, Variant>, Option<String>) {
+        let judged = &*self.judged;
+        let found = match &judged.numbers {
+            None => Ok(number),
+            Some(numbers) => numbers.binary_search(&number),
+        };
+        let near = match found {
+            Ok(place) => return (Cow::Borrowed(&judged.variants[place]), None),
+            Err(place) => &judged.variants[place.saturating_sub(1)],
+        };
+        let keys = &self.between.0.keys;
+        let lengths: Vec<usize> = keys.iter().map(|key| key.axis.values.len()).collect();
+        let values = keys.iter().zip(places(number, &lengths));
+        let values: Vec<f64> = values.map(|(key, i)| key.axis.values.get(i)).collect();
+        match self.between.combine(&values, Some(near)) {
+            Ok(variant) => (Cow::Owned(variant), None),
+            Err(fault) => (Cow::Borrowed(near), Some(fault)),
+        }
     }
 }

@@ -5,6 +5,7 @@
 
 mod gear;
 mod mesh;
+mod text;
 
 use super::points::Variant;
 use super::spec::{
@@ -34,7 +35,10 @@ impl JobHash {
         for Axis { name, unit, values } in axes {
             hash.text(name);
             hash.text(unit);
-            hash.numbers(values);
+            hash.integer(values.len() as u64);
+            for value in values.iter() {
+                hash.number(value);
+            }
         }
         // Named rather than flagged: jobs of independent points keep the hash they had.
         if let Some(Carried {
@@ -267,9 +271,9 @@ impl JobHash {
             torque_ripple,
         } = excitation;
         // Named rather than flagged: jobs without them keep the hash they had.
-        if *table_harmonics > 0 {
+        if let Some(count) = table_harmonics {
             self.text("table harmonics");
-            self.integer(u64::from(*table_harmonics));
+            self.integer(u64::from(*count));
         }
         self.integer(transmission_error.len() as u64);
         for term in transmission_error {
@@ -306,6 +310,7 @@ impl JobHash {
             settle,
             audit_cycles,
             event_limit,
+            portable,
         } = run;
         self.integer(*transient);
         self.integer(*cycles);
@@ -344,6 +349,10 @@ impl JobHash {
         self.flag(*settle);
         self.integer(*audit_cycles);
         self.integer(u64::from(*event_limit));
+        // Named rather than flagged: jobs that take what the processor has keep their hash.
+        if *portable {
+            self.text("portable");
+        }
     }
 
     fn analyses(&mut self, analyses: &AnalysesSpec) {

@@ -8,7 +8,9 @@
 //! Nothing is computed or written here. A fault never stops the search for others; a
 //! syntax error does, for the text behind it.
 
+mod axis;
 mod diagnostic;
+mod excerpt;
 mod expand;
 mod grid;
 mod hash;
@@ -19,18 +21,22 @@ mod schema;
 mod sections;
 mod spec;
 mod syntax;
+mod text;
 mod tree;
 mod unknown;
 
+pub use axis::AxisValues;
 pub use diagnostic::{Diagnostic, DiagnosticKind, ManifestErrors, Source, Span};
 pub use expand::Between;
 pub use points::{Points, Variant};
 pub use spec::*;
 
 use diagnostic::Issues;
+use expand::Expansion;
 use reader::Section;
 use sections::Context;
 use std::path::Path;
+use text::NoText;
 
 /// Reads a manifest file.
 ///
@@ -39,26 +45,22 @@ use std::path::Path;
 /// Every fault of the manifest and of the modal file it names; an unreadable manifest is
 /// one fault of its own.
 pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
-    let name = path.display().to_string();
-    let base_dir = path.parent().unwrap_or(Path::new(""));
-    match std::fs::read_to_string(path) {
-        Ok(text) => parse(&text, &name, base_dir),
-        Err(error) => {
-            let mut issues = Issues::default();
-            let source = issues.add_source(name.clone(), String::new());
+    let mut issues = Issues::default();
+    match text::read(&mut issues, path, "the manifest") {
+        Ok(source) => judge(issues, source, path.parent().unwrap_or(Path::new(""))),
+        Err(NoText::Reported) => Err(ManifestErrors::new(issues)),
+        Err(NoText::Unreadable(error)) => {
+            let name = path.display().to_string();
+            let message = format!("the manifest `{name}` cannot be read: {error}");
+            let source = issues.add_source(name, String::new());
             let span = Span {
                 source,
                 start: 0,
                 end: 0,
             };
             issues.push(
-                Diagnostic::new(
-                    DiagnosticKind::Unreadable,
-                    span,
-                    "",
-                    format!("the manifest `{name}` cannot be read: {error}"),
-                )
-                .remedy("check the path; a manifest is a text file (UTF-8) in TOML"),
+                Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
+                    .remedy("check the path; a manifest is a text file (UTF-8) in TOML"),
             );
             Err(ManifestErrors::new(issues))
         }
@@ -74,12 +76,19 @@ pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
 pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
     let mut issues = Issues::default();
     let source = issues.add_source(name.to_owned(), text.to_owned());
+    judge(issues, source, base_dir)
+}
+
+/// Judges a manifest that was read and resolves it.
+fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, ManifestErrors> {
     let mut tree = tree::parse(source, &mut issues);
+    let syntax_faults = issues.more;
     let syntax_error = issues
         .found
         .iter()
         .filter(|d| d.kind == DiagnosticKind::Syntax)
         .map(|d| d.span.start)
+        .chain(issues.unread)
         .min();
 
     unknown::check(&mut issues, &tree, schema::MANIFEST);
@@ -87,11 +96,13 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     let head = sections::read_job(&root, &mut issues);
     let axes = grid::read(&root, &mut issues);
 
-    let plain: Vec<&Axis> = axes.sound.iter().map(|axis| &axis.axis).collect();
+    // The values of a grid that is too large are not looked at.
+    let counted = axes.sound.iter().filter(|_| !axes.too_large);
+    let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     let mut context = Context::new(base_dir);
-    let variants = expand::expand(
+    let judged = expand::expand(
         &mut tree,
         &axes.sound,
         !axes.too_large,
@@ -101,7 +112,8 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
     );
 
     if let Some(start) = syntax_error {
-        keep_certain(&mut issues, text, start);
+        keep_certain(&mut issues, source, start);
+        issues.more = syntax_faults;
     }
     // A key that only a faulty axis gives is not missing.
     issues
@@ -109,22 +121,24 @@ pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErr
         .retain(|d| d.kind != DiagnosticKind::MissingKey || !axes.faulty.contains(&d.key));
     drop_echoes(&mut issues);
     match head {
-        Some(head) if issues.found.is_empty() => {
+        Some(head) if issues.count() == 0 => {
             let refined = |variant: &Variant| {
                 let poincare = variant.analyses.poincare;
                 poincare.is_some_and(|asked| asked.refine > 0)
             };
-            let refine = variants.iter().any(refined);
             let plain: Vec<Axis> = axes.sound.iter().map(|axis| axis.axis.clone()).collect();
+            let between = Between::new(tree, axes.sound, context);
+            let variants = Expansion::new(judged, between.clone());
             let points = Points::new(variants, &plain, axes.carried.as_ref());
+            let refine = points.variants().iter().any(refined);
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
-                text: text.to_owned(),
+                text: issues.sources.swap_remove(source).text,
                 hash: hash.finish(),
                 axes: plain,
                 carried: axes.carried,
-                between: refine.then(|| Between::new(tree, axes.sound, context)),
+                between: refine.then_some(between),
                 points,
             })
         }
@@ -158,7 +172,8 @@ fn drop_echoes(issues: &mut Issues) {
 /// After a syntax error the tree is a guess. Syntax errors stay, and so do faults of
 /// values and names on the lines before the first of them; what seems to be missing may
 /// only not have been understood.
-fn keep_certain(issues: &mut Issues, text: &str, first: usize) {
+fn keep_certain(issues: &mut Issues, source: usize, first: usize) {
+    let text = &issues.sources[source].text;
     let line_start = text[..first.min(text.len())]
         .rfind('\n')
         .map_or(0, |newline| newline + 1);

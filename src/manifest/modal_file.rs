@@ -5,9 +5,10 @@ use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::{Section, entries};
 use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
-use super::{tree, unknown};
+use super::text::NoText;
+use super::{text, tree, unknown};
 use crate::shaft::{BearingGain, ModalStructure};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Most modes; the kernels are meant for tens.
@@ -24,9 +25,10 @@ pub(super) fn load(
     if let Some(known) = context.modal_files.get(&path) {
         return known.clone();
     }
-    let structure = match std::fs::read_to_string(&path) {
-        Ok(text) => parse(issues, &path, text).map(Arc::new),
-        Err(error) => {
+    let structure = match text::read(issues, &path, "the modal file") {
+        Ok(source) => parse(issues, source).map(Arc::new),
+        Err(NoText::Reported) => None,
+        Err(NoText::Unreadable(error)) => {
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::Unreadable,
@@ -47,11 +49,10 @@ pub(super) fn load(
     structure
 }
 
-fn parse(issues: &mut Issues, path: &Path, text: String) -> Option<ModalStructure> {
-    let source = issues.add_source(path.display().to_string(), text);
-    let before = issues.found.len();
+fn parse(issues: &mut Issues, source: usize) -> Option<ModalStructure> {
+    let before = issues.count();
     let tree = tree::parse(source, issues);
-    if issues.found.len() > before {
+    if issues.count() > before {
         return None;
     }
     unknown::check(issues, &tree, MODAL_FILE);
@@ -78,6 +79,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let bearings = bearings(root, issues, modes);
     let frequency = frequency?;
     check_frequencies(root, issues, &frequency)?;
+    check_rigid(root, issues, &frequency)?;
     let zeros = vec![0.0; frequency.len()];
     Some(ModalStructure {
         teeth: u32::try_from(teeth?).ok()?,
@@ -184,6 +186,44 @@ fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool
         )),
     );
     false
+}
+
+/// Part of the highest frequency below which one is the round-off of a rigid rotation: a solver
+/// that knows stiffnesses to 1e-16 knows frequencies to 1e-8 of the highest of its own, which the
+/// file may have left out.
+const ROUND_OFF: f64 = 1e-5;
+
+/// A rigid rotation with the frequency that an eigenvalue solver's round-off has given it turns
+/// for thousands of cycles into a quarter: no motion would be seen to repeat.
+fn check_rigid(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {
+    let highest = frequency.last().copied().unwrap_or(0.0);
+    let rigid = |omega: f64| omega > 0.0 && omega < ROUND_OFF * highest;
+    let Some(first) = frequency.iter().position(|omega| rigid(*omega)) else {
+        return Some(());
+    };
+    let count = frequency.iter().filter(|omega| rigid(**omega)).count();
+    let (which, are) = match count {
+        1 => (format!("mode {}", first + 1), "is a rigid rotation"),
+        _ => (
+            format!("modes {} to {}", first + 1, first + count),
+            "are rigid rotations",
+        ),
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of("frequency"),
+            "frequency",
+            format!(
+                "{which} ({} rad/s, {:.0e} of the highest) {are} as round-off of an eigenvalue solver leaves it",
+                schema::number(frequency[first]),
+                frequency[first] / highest
+            ),
+        )
+        .label("nearly, but not 0".to_owned())
+        .remedy("give 0 for rigid rotations; below 1e-5 of the highest frequency no spring is meant"),
+    );
+    None
 }
 
 fn check_frequencies(root: &Section, issues: &mut Issues, frequency: &[f64]) -> Option<()> {

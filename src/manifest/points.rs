@@ -1,9 +1,12 @@
-//! The points of a job, made when they are asked for: a grid of a million points takes no more
-//! memory than its axes.
+//! The points of a job, made when they are asked for: a grid of ten million points takes no more
+//! memory than its axes and the combinations that were judged.
 
+use super::axis::{Ascending, AxisValues};
+use super::expand::Expansion;
 use super::spec::{
     AnalysesSpec, Axis, Carried, Direction, ExcitationSpec, MeshSpec, ModelSpec, PointSpec, RunSpec,
 };
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Everything about a point but its load and speed.
@@ -24,10 +27,10 @@ pub struct Variant {
 /// All points of a job, in `point_id` order.
 #[derive(Debug, Clone)]
 pub struct Points {
-    /// One for each combination of values of the model keys, the last key fastest.
-    variants: Vec<Variant>,
+    /// Combinations of values of the model keys, the last key fastest.
+    variants: Expansion,
     /// Values of every axis: model keys, load, speed.
-    values: Vec<Vec<f64>>,
+    values: Vec<AxisValues>,
     chains: Option<Chains>,
 }
 
@@ -36,7 +39,7 @@ pub struct Points {
 struct Chains {
     directions: Vec<Direction>,
     /// Places on the swept axis from its smallest value to its largest.
-    ascending: Vec<usize>,
+    ascending: Ascending,
     /// Points of the row-major grid between neighbours on the swept axis.
     stride: usize,
 }
@@ -44,16 +47,14 @@ struct Chains {
 impl Points {
     /// The grid of `axes` (model keys, then load, then speed), a variant for each combination of
     /// values of the model keys.
-    pub(super) fn new(variants: Vec<Variant>, axes: &[Axis], carried: Option<&Carried>) -> Self {
-        let values: Vec<Vec<f64>> = axes.iter().map(|axis| axis.values.clone()).collect();
+    pub(super) fn new(variants: Expansion, axes: &[Axis], carried: Option<&Carried>) -> Self {
+        let values: Vec<AxisValues> = axes.iter().map(|axis| axis.values.clone()).collect();
         let chains = carried.map(|carried| {
             let swept = &values[carried.axis];
-            let mut ascending: Vec<usize> = (0..swept.len()).collect();
-            ascending.sort_by(|&a, &b| swept[a].total_cmp(&swept[b]));
             Chains {
                 directions: carried.directions.clone(),
-                ascending,
-                stride: values[carried.axis + 1..].iter().map(Vec::len).product(),
+                ascending: swept.ascending(),
+                stride: product(&values[carried.axis + 1..]),
             }
         });
         Self {
@@ -66,7 +67,7 @@ impl Points {
     /// How many there are.
     pub fn len(&self) -> usize {
         let directions = self.chains.as_ref().map_or(1, |c| c.directions.len());
-        self.values.iter().map(Vec::len).product::<usize>() * directions
+        product(&self.values) * directions
     }
 
     /// Whether there are none.
@@ -74,9 +75,10 @@ impl Points {
         self.len() == 0
     }
 
-    /// What points differ in besides load and speed.
+    /// What points differ in besides load and speed: all of it, or of a grid with very many
+    /// combinations of model keys those that were judged, the ends of all axes among them.
     pub fn variants(&self) -> &[Variant] {
-        &self.variants
+        self.variants.judged()
     }
 
     /// Where a point stands in the row-major grid, and which way its chain marches.
@@ -88,10 +90,9 @@ impl Points {
         }
     }
 
-    /// The variant of a place in the row-major grid.
-    fn variant_of(&self, place: usize) -> &Variant {
-        let inner: usize = self.values[self.keys()..].iter().map(Vec::len).product();
-        &self.variants[place / inner]
+    /// The combination of model keys at a place in the row-major grid.
+    fn combination(&self, place: usize) -> usize {
+        place / product(&self.values[self.keys()..])
     }
 
     /// Axes that are model keys.
@@ -103,8 +104,10 @@ impl Points {
     ///
     /// # Panics
     /// There is none: `id` is not below [`Points::len`].
-    pub fn variant(&self, id: usize) -> &Variant {
-        self.variant_of(self.place(id).0)
+    pub fn variant(&self, id: usize) -> Cow<'_, Variant> {
+        let combination = self.combination(self.place(id).0);
+        let (variant, _fault) = self.variants.get(combination);
+        variant
     }
 
     /// The point with this `point_id`.
@@ -116,17 +119,18 @@ impl Points {
         let mut axis_values = vec![0.0; self.values.len()];
         let mut rest = place;
         for (value, values) in axis_values.iter_mut().zip(&self.values).rev() {
-            *value = values[rest % values.len()];
+            *value = values.get(rest % values.len());
             rest /= values.len();
         }
         let keys = self.keys();
+        let (variant, fault) = self.variants.get(self.combination(place));
         let Variant {
             model,
             mesh,
             excitation,
             run,
             analyses,
-        } = self.variant_of(place).clone();
+        } = variant.into_owned();
         PointSpec {
             point_id: id as u64,
             direction,
@@ -138,6 +142,7 @@ impl Points {
             excitation,
             run,
             analyses,
+            fault,
         }
     }
 
@@ -164,8 +169,8 @@ impl Chains {
         let (others, turn) = (chain / self.directions.len(), chain % self.directions.len());
         let direction = self.directions[turn];
         let index = match direction {
-            Direction::Up => self.ascending[along],
-            Direction::Down => self.ascending[length - 1 - along],
+            Direction::Up => self.ascending.place(along),
+            Direction::Down => self.ascending.place(length - 1 - along),
         };
         let (slower, faster) = (others / self.stride, others % self.stride);
         (
@@ -173,4 +178,9 @@ impl Chains {
             Some(direction),
         )
     }
+}
+
+/// Combinations of the values of some axes.
+fn product(values: &[AxisValues]) -> usize {
+    values.iter().map(AxisValues::len).product()
 }

@@ -5,6 +5,7 @@ mod mesh;
 
 pub use mesh::{CourseSpec, DampingSpec, MeshSpec, StiffnessSpec, TableSpec, TwoLevels};
 
+use super::axis::AxisValues;
 use super::expand::Between;
 use super::points::Points;
 use crate::gear::GearPair;
@@ -35,6 +36,12 @@ pub struct Job {
 }
 
 impl Job {
+    /// Whether results are to have the same bits on every processor.
+    pub fn portable(&self) -> bool {
+        let mut variants = self.points.variants().iter();
+        variants.any(|variant| variant.run.portable)
+    }
+
     /// Points of a chain: each starts where the one before it ended, and all chains are
     /// equally long. 1 where points are independent.
     pub fn chain_length(&self) -> usize {
@@ -96,7 +103,7 @@ pub struct Axis {
     /// SI unit as text, `1` when dimensionless.
     pub unit: String,
     /// Values in SI.
-    pub values: Vec<f64>,
+    pub values: AxisValues,
 }
 
 /// One operating point: a complete description of one simulation. Points share what they
@@ -123,6 +130,9 @@ pub struct PointSpec {
     pub run: Arc<RunSpec>,
     /// What to compute.
     pub analyses: Arc<AnalysesSpec>,
+    /// Why the values of its axes make no drive, where a grid was too large for every
+    /// combination to be judged; everything else is then another point's.
+    pub fault: Option<String>,
 }
 
 /// The structure and its reduction.
@@ -136,6 +146,18 @@ pub struct ModelSpec {
     pub retained: usize,
     /// Whether the modes left out return as residual flexibility.
     pub mta: bool,
+}
+
+impl ModelSpec {
+    /// Modes that are kept and not neutral: half the number of Lyapunov exponents.
+    pub fn felt(&self) -> usize {
+        self.retained
+            - match &self.source {
+                // The rotation of the whole drive.
+                StructureSource::Rigid(_) | StructureSource::Flexible(_) => 1,
+                StructureSource::Modal(structure) => structure.neutral_modes(),
+            }
+    }
 }
 
 /// Where the structure comes from; points with equal structure share one.
@@ -160,6 +182,14 @@ impl StructureSource {
         Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))
     }
 
+    /// Mesh force at load 1 \[N\], where it is known without the drawing: of a modal file.
+    pub fn rated_force(&self) -> Option<f64> {
+        match self {
+            Self::Modal(structure) => Some(structure.rated_force),
+            Self::Rigid(_) | Self::Flexible(_) => None,
+        }
+    }
+
     /// The model kind, as in the manifest.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -175,9 +205,9 @@ impl StructureSource {
 pub struct ExcitationSpec {
     /// `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the mesh phase in cycles.
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
-    /// Harmonics that a mesh table adds: of what flanks under load are short of, its tangent
-    /// error.
-    pub table_harmonics: u32,
+    /// So many harmonics stand for the error that a mesh table finds of its flanks under load;
+    /// none: the error belongs to the law, as it is.
+    pub table_harmonics: Option<u32>,
     /// `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
 }
@@ -233,6 +263,9 @@ pub struct RunSpec {
     pub audit_cycles: u64,
     /// Most events in one mesh cycle before the point ends as `event_storm`.
     pub event_limit: u32,
+    /// Whether only instructions are used that every processor has, so that results have the
+    /// same bits everywhere.
+    pub portable: bool,
 }
 
 /// Kernel and its own settings.
@@ -334,7 +367,7 @@ pub struct OrbitsSpec {
 /// Lyapunov exponents.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LyapunovSpec {
-    /// Number of exponents m, 1 … 2N.
+    /// Number of exponents m, from 1 to twice the modes that are not neutral.
     pub exponents: usize,
     /// Stop once the standard error of the largest exponent is at most this (per cycle).
     pub stop_at_stderr: Option<f64>,

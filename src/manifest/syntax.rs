@@ -7,6 +7,7 @@ use toml::de::Error;
 /// Records the syntax errors of a file.
 pub(super) fn report(source: usize, text: &str, errors: &[Error], issues: &mut Issues) {
     let mut last_line = None;
+    let newlines: Vec<usize> = text.match_indices('\n').map(|(at, _)| at).collect();
     for error in errors {
         let range = error.span().unwrap_or(0..0);
         let span = Span {
@@ -16,28 +17,24 @@ pub(super) fn report(source: usize, text: &str, errors: &[Error], issues: &mut I
         };
         let spot = text.get(range.clone()).unwrap_or_default();
         if error.message() == "duplicate key" {
-            issues.push(duplicate(span, spot));
+            issues.push_with(|| duplicate(span, spot));
             continue;
         }
-        let before = text.get(..range.start).unwrap_or_default();
-        let line = before.matches('\n').count();
+        let line = newlines.partition_point(|&newline| newline < range.start);
         if last_line.replace(line) == Some(line) {
             continue;
         }
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let begins_line = before[line_start..].trim().is_empty();
+        let line_start = line.checked_sub(1).map_or(0, |before| newlines[before] + 1);
+        let before = text.get(line_start..range.start).unwrap_or_default();
+        let begins_line = before.trim().is_empty();
         let unclosed = begins_line && error.message().starts_with("missing comma");
-        let (message, remedy) = words(error.message(), spot, unclosed);
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Syntax,
-                span,
-                "",
-                format!("not valid TOML: {message}"),
-            )
-            .label("here")
-            .remedy(remedy),
-        );
+        issues.push_with(|| {
+            let (message, remedy) = words(error.message(), spot, unclosed);
+            let message = format!("not valid TOML: {message}");
+            Diagnostic::new(DiagnosticKind::Syntax, span, "", message)
+                .label("here")
+                .remedy(remedy)
+        });
         if unclosed {
             return;
         }

@@ -61,6 +61,27 @@ impl Node {
         }
     }
 
+    /// How many values it holds, itself among them.
+    pub fn size(&self) -> usize {
+        1 + match &self.value {
+            Value::Array(items) => items.iter().map(Self::size).sum(),
+            Value::Table(entries) => entries.iter().map(|entry| entry.node.size()).sum(),
+            _ => 0,
+        }
+    }
+
+    /// Drops entries of a table below this one.
+    pub fn retain(&mut self, table: &str, keep: impl Fn(&str) -> bool) {
+        let Value::Table(entries) = &mut self.value else {
+            return;
+        };
+        for entry in entries.iter_mut().filter(|entry| entry.key == table) {
+            if let Value::Table(inner) = &mut entry.node.value {
+                inner.retain(|entry| keep(&entry.key));
+            }
+        }
+    }
+
     /// Puts `node` at a path of keys and array indices, making tables on the way.
     ///
     /// Returns the length of the array that is too short, when one is.
@@ -110,12 +131,36 @@ pub(super) struct ArrayTooShort {
 /// Parses a file already added to `issues`. Every syntax error is recorded; the tree holds
 /// what could be understood.
 pub(super) fn parse(source: usize, issues: &mut Issues) -> Node {
-    let text = issues.sources[source].text.clone();
-    let (table, errors) = DeTable::parse_recoverable(&text);
+    // Taken out while its faults are recorded, and put back.
+    let text = std::mem::take(&mut issues.sources[source].text);
+    let (table, errors) = match DeTable::parse(&text) {
+        Ok(table) => (table, Vec::new()),
+        // Read on as far as one looks: every echo of a fault is kept in hundreds of bytes.
+        Err(error) => {
+            let read = looked_at(&text, &error);
+            issues.unread = (read.len() < text.len()).then_some(read.len());
+            DeTable::parse_recoverable(read)
+        }
+    };
     syntax::report(source, &text, &errors, issues);
     let span = at(source, &table.span());
     let value = convert_table(source, table.into_inner(), issues);
+    issues.sources[source].text = text;
     Node { span, value }
+}
+
+/// Bytes behind the first syntax error that are searched for others.
+const BEHIND: usize = 16_384;
+
+/// The text up to a line somewhat behind its first syntax error.
+fn looked_at<'t>(text: &'t str, first: &toml::de::Error) -> &'t str {
+    let start = first.span().map_or(0, |span| span.end);
+    let far = text.floor_char_boundary(start.saturating_add(BEHIND));
+    let end = text[far..]
+        .find('\n')
+        .map_or(text.len(), |line| far + line + 1);
+    // A line of its own that does not end soon is cut.
+    &text[..text.floor_char_boundary(end.min(far + BEHIND))]
 }
 
 fn at(source: usize, span: &std::ops::Range<usize>) -> Span {

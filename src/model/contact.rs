@@ -44,12 +44,12 @@ impl Contact {
         }
     }
 
-    /// The state of a mesh with deflection δ and rate δ', for half gap b; on a surface the
-    /// rate decides.
-    pub fn classify(deflection: f64, rate: f64, half_gap: f64) -> Self {
-        if deflection > half_gap || (deflection == half_gap && rate > 0.0) {
+    /// The state of a mesh with deflection δ and rate δ', for half gap b and its rate b'; on a
+    /// surface the rates decide.
+    pub fn classify(deflection: f64, rate: f64, [half_gap, opening]: [f64; 2]) -> Self {
+        if deflection > half_gap || (deflection == half_gap && rate > opening) {
             Self::Drive
-        } else if deflection < -half_gap || (deflection == -half_gap && rate < 0.0) {
+        } else if deflection < -half_gap || (deflection == -half_gap && rate < -opening) {
             Self::Coast
         } else {
             Self::Free

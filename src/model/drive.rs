@@ -1,6 +1,6 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
-use super::Stiffness;
+use super::{FlankError, Stiffness};
 
 /// Mesh and excitation of a drive, without its operating point.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +26,8 @@ pub struct Division {
     pub end: f64,
     /// Mesh stiffness over it.
     pub stiffness: Stiffness,
+    /// What loaded flanks lack over it.
+    pub error: FlankError,
     /// Load centroid z_c: where along the face the mesh force acts \[m\].
     pub load_centre: f64,
     /// Friction direction Λ: what μ times the mesh force weighs of the structure's
@@ -41,6 +43,7 @@ impl Division {
         Self {
             end,
             stiffness: Stiffness::constant(stiffness),
+            error: FlankError::NONE,
             load_centre: 0.0,
             friction: [1.0, 0.0],
         }

@@ -5,8 +5,9 @@ use super::{Contact, Model};
 /// Where a trajectory starts.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InitialState {
-    /// Static equilibrium under the mean torques and the mean stiffness, loaded as at the
-    /// start of the mesh cycle, transmission error left out.
+    /// Static equilibrium under the mean torques with the mesh as it is at the start of the
+    /// mesh cycle. The flanks do not move against each other: the rotation goes along with a
+    /// transmission error that changes there.
     Static,
     /// All modal coordinates and velocities zero.
     Rest,
@@ -35,7 +36,11 @@ impl TrajectoryState {
     /// the deflection.
     pub fn new(model: &Model, state: Vec<f64>, cycle: u64) -> Self {
         let (deflection, rate) = model.deflection(&state, 0.0);
-        let contact = Contact::classify(deflection, rate, model.half_gap);
+        let contact = Contact::classify(
+            deflection,
+            rate,
+            model.gap_on(&model.cycle.segments[0], 0.0),
+        );
         Self {
             state,
             contact,
@@ -63,18 +68,20 @@ impl Model {
         TrajectoryState::new(self, state, 0)
     }
 
-    /// Static equilibrium under the mean torques with the mean stiffness. The mesh force is
-    /// the one that the rigid relative rotation asks for, where there is one; otherwise
-    /// the one that stiffness and gap settle on.
+    /// Static equilibrium under the mean torques with the mesh at the start of its cycle. The
+    /// mesh force is the one that the rigid relative rotation asks for, where there is one;
+    /// otherwise the one that stiffness and gap settle on.
     fn static_equilibrium(&self) -> Vec<f64> {
         let n = self.blocks.len();
-        let k = self.cycle.mean_stiffness();
-        let b = self.half_gap;
+        let segment = &self.cycle.segments[0];
+        let k = segment.stiffness_at(0.0);
+        let [b, opening] = self.gap_on(segment, 0.0);
+        let (error, error_rate) = self.transmission_error_at(0.0);
         let rigid = self.relative_rotation();
         let gains = self.first_gains();
         let elastic = |i: usize| self.blocks[i].natural_frequency() > 0.0;
         // Deflection of the elastic modes: δ = free − flexibility F.
-        let mut free = 0.0;
+        let mut free = -error;
         let mut flexibility = 0.0;
         for i in (0..n).filter(|&i| elastic(i)) {
             let unit = self.static_response(i, gains[i].mesh_input);
@@ -101,6 +108,7 @@ impl Model {
             let side = if force < 0.0 { -1.0 } else { 1.0 };
             let deflection = force / k + side * b;
             state[r] = (deflection - (free - flexibility * force)) / gains[r].deflection[0];
+            state[n + r] = (error_rate + side * opening) / gains[r].deflection[0];
         }
         state
     }

@@ -1,6 +1,7 @@
 //! The mesh cycle: segments between the places where stiffness or direction change.
 
-use super::{Division, Stiffness};
+use super::{Division, FlankError, Stiffness};
+use crate::numerics::legendre;
 
 /// A boundary this close to one of equal parts, in parts, lies on it: only rounding put it
 /// elsewhere.
@@ -15,6 +16,8 @@ pub struct Segment {
     pub end: f64,
     /// Mesh stiffness k.
     pub stiffness: Stiffness,
+    /// What loaded flanks lack: it adds to the half gap.
+    pub error: FlankError,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
     /// Where the mesh force acts, among [`super::Model::directions`].
@@ -33,6 +36,19 @@ impl Segment {
             true => self.stiffness.mean(),
             false => self.stiffness.at(self.place(phase)),
         }
+    }
+}
+
+impl Segment {
+    /// What loaded flanks lack at a mesh phase within the segment \[m\], and its derivative by
+    /// the phase \[m\].
+    pub fn error_at(&self, phase: f64) -> [f64; 2] {
+        if self.error.is_none() {
+            return [0.0; 2];
+        }
+        let x = self.place(phase);
+        let slope = legendre::evaluate(&self.error.slope(), x);
+        [self.error.at(x), 2.0 * slope / (self.end - self.start)]
     }
 }
 
@@ -56,6 +72,8 @@ impl MeshCycle {
                 && last.stiffness == stiffness
                 && stiffness.is_constant()
                 && last.direction == direction
+                && last.error.is_none()
+                && division.error.is_none()
             {
                 last.end = end;
                 continue;
@@ -64,6 +82,7 @@ impl MeshCycle {
                 start: segments.last().map_or(0.0, |last| last.end),
                 end,
                 stiffness,
+                error: division.error,
                 damping,
                 direction,
             });
@@ -88,11 +107,22 @@ impl MeshCycle {
         self.period * self.segments[segment].end
     }
 
-    /// Whether the direction changes at the start of a segment: δ may step there, and the
-    /// contact state with it.
+    /// Whether direction or half gap change at the start of a segment: contact may open or close
+    /// there, at a prescribed time.
     pub fn turns(&self, segment: usize) -> bool {
         let before = segment.checked_sub(1).unwrap_or(self.segments.len() - 1);
-        self.segments[segment].direction != self.segments[before].direction
+        let (before, after) = (&self.segments[before], &self.segments[segment]);
+        before.direction != after.direction || !(before.error.is_none() && after.error.is_none())
+    }
+
+    /// Whether such a change is anywhere in the cycle.
+    pub fn ever_turns(&self) -> bool {
+        (0..self.segments.len()).any(|segment| self.turns(segment))
+    }
+
+    /// Whether loaded flanks lack anything.
+    pub fn has_error(&self) -> bool {
+        self.segments.iter().any(|segment| !segment.error.is_none())
     }
 
     /// The fewest equal parts of the cycle on whose boundaries all segments end; none where

@@ -66,7 +66,7 @@ pub struct Model {
     pub load: f64,
     /// Constant inputs of the blocks under rated load.
     pub rated_input: Vec<[f64; 2]>,
-    /// Backlash half gap b \[m\].
+    /// Backlash half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap_on`]).
     pub half_gap: f64,
     /// Harmonics of the static transmission error.
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
@@ -296,6 +296,12 @@ impl Model {
         (deflection, rate)
     }
 
+    /// Half gap \[m\] and its rate \[m/s\] at a time \[s\] within a segment, its ends included.
+    pub fn gap_on(&self, segment: &Segment, time: f64) -> [f64; 2] {
+        let [error, slope] = segment.error_at(time / self.cycle.period);
+        [self.half_gap + error, slope / self.cycle.period]
+    }
+
     /// Mesh force \[N\] for a deflection and its rate in a contact state on a segment, at a
     /// time \[s\] within the mesh cycle.
     pub fn force(
@@ -307,9 +313,9 @@ impl Model {
         rate: f64,
     ) -> f64 {
         if contact.touching() {
-            segment.stiffness_at(time / self.cycle.period)
-                * (deflection - contact.sign() * self.half_gap)
-                + segment.damping * rate
+            let [gap, opening] = self.gap_on(segment, time);
+            segment.stiffness_at(time / self.cycle.period) * (deflection - contact.sign() * gap)
+                + segment.damping * (rate - contact.sign() * opening)
         } else {
             0.0
         }

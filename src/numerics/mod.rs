@@ -3,10 +3,14 @@
 //! random streams.
 
 pub mod arithmetic;
+pub mod bessel;
 pub mod convolution;
 pub mod exponential;
+pub mod fourier;
+pub mod instructions;
 pub mod legendre;
 pub mod linalg;
+mod plain;
 pub mod proportion;
 pub mod quadrature;
 pub mod random;

@@ -34,6 +34,8 @@ pub struct Course<'a, const P: usize> {
     pub crossed: Option<Surface>,
     /// Round-off of the series \[m\].
     pub noise: f64,
+    /// What the half gap has on top, as a series \[m\]; none where it is constant.
+    pub widening: Option<&'a [f64; P]>,
 }
 
 /// The first crossing on `[−1, limit]` of a window.
@@ -50,6 +52,7 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
         contact,
         crossed,
         noise,
+        widening,
     } = course;
     let mut take = |search: Search, surface: Surface| {
         counters.bisections += u64::from(search.bisections);
@@ -60,9 +63,16 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     // Inside it a state's margin is positive.
     let margin = |surface: Surface| {
         let inside = if contact.touching() { 1.0 } else { -1.0 };
-        A::scaled(series, inside * surface.sign(), -inside * half_gap)
+        let mut margin = A::scaled(series, inside * surface.sign(), -inside * half_gap);
+        if let Some(widening) = widening {
+            for n in 0..P {
+                margin[n] -= inside * widening[n];
+            }
+        }
+        margin
     };
     if !contact.touching()
+        && widening.is_none()
         && let Some(surface) = ahead::<P, A>(transforms, course, half_gap)
     {
         let search = exit_of_falling::<P, A>(transforms, &margin(surface), limit);
@@ -136,6 +146,7 @@ mod tests {
             contact,
             crossed,
             noise: 1e-14,
+            widening: None,
         };
         let found = first_crossing::<_, Portable>(t, course, 1.0, 1.0, &mut counters);
         (found, counters)

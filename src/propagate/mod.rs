@@ -9,6 +9,7 @@
 mod counters;
 mod dense;
 pub mod events;
+mod interrupt;
 mod observer;
 pub mod saltation;
 mod stepping;
@@ -20,12 +21,23 @@ pub use dense::{
     Conditioning, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator, PowerJumps, Spectral,
     TableArray, TableSize,
 };
+pub use interrupt::Interruptible;
 pub use observer::{Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
 pub use volterra::{InstructionSet, Volterra};
 
-use crate::model::TrajectoryState;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::instructions::portable;
+
+/// What this process computes with: the name of its instruction set, or `portable` where it keeps
+/// to what every processor has.
+pub fn instructions() -> &'static str {
+    match portable() {
+        true => "portable",
+        false => InstructionSet::best().name(),
+    }
+}
 
 /// Why a trajectory cannot be marched on.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -36,6 +48,17 @@ pub enum Stop {
         /// The mesh cycle.
         cycle: u64,
     },
+    /// The state that the march was to start from is out of range already.
+    #[error(
+        "the start is {half_gaps:.1e} half gaps away, and motion beyond {farthest:.0e} of them \
+         counts as diverged; set a nearer run.initial"
+    )]
+    FarStart {
+        /// Its deflection \[half gaps\].
+        half_gaps: f64,
+        /// The largest that counts as motion.
+        farthest: f64,
+    },
     /// Too many events in one mesh cycle.
     #[error("more than {limit} events in mesh cycle {cycle}")]
     EventStorm {
@@ -44,22 +67,57 @@ pub enum Stop {
         /// The limit that was passed.
         limit: u32,
     },
+    /// Nobody waits for the rest: the trajectory is as good as any.
+    #[error("called off in mesh cycle {cycle}")]
+    CalledOff {
+        /// The mesh cycle.
+        cycle: u64,
+    },
 }
+
+/// Deflections beyond this many half gaps count as divergence.
+const FARTHEST: f64 = 1e9;
 
 /// A propagation kernel for one model.
 pub trait Kernel {
+    /// Deflections beyond this many half gaps count as divergence.
+    const FARTHEST: f64 = FARTHEST;
+
     /// Scratch memory, reused from cycle to cycle.
     type Workspace;
 
     /// A workspace for this kernel.
     fn workspace(&self) -> Self::Workspace;
 
+    /// Whether its errors are of the size of round-off. Of one that approximates by design, an
+    /// energy balance that does not close is no fault.
+    fn exact(&self) -> bool {
+        true
+    }
+
+    /// Whether a trajectory of a model, at the start of a mesh cycle, is within the range of
+    /// this kernel.
+    ///
+    /// # Errors
+    /// [`Stop::FarStart`].
+    fn accepts(&self, model: &Model, start: &TrajectoryState) -> Result<(), Stop> {
+        let half_gaps = model.deflection(&start.state, 0.0).0.abs() / model.half_gap;
+        // Written so that a state that is no number is refused.
+        match half_gaps <= Self::FARTHEST {
+            true => Ok(()),
+            false => Err(Stop::FarStart {
+                half_gaps,
+                farthest: Self::FARTHEST,
+            }),
+        }
+    }
+
     /// Marches one mesh cycle: advances `trajectory` and every tangent, shows windows and
     /// events to `observer`, adds the work done to `counters`.
     ///
     /// # Errors
-    /// [`Stop`] where the trajectory diverges or more than the kernel's limit of events
-    /// falls in this cycle; `trajectory` is then unspecified.
+    /// [`Stop`] where the trajectory diverges, more than the kernel's limit of events
+    /// falls in this cycle, or the observer calls it off; `trajectory` is then unspecified.
     fn march<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,

@@ -41,7 +41,7 @@ pub struct Event {
     pub to: Contact,
     /// Surface crossed.
     pub surface: Surface,
-    /// Deflection rate δ' at the crossing \[m/s\].
+    /// Rate of the deflection against the surface at the crossing, δ' − s b' \[m/s\].
     pub rate: f64,
 }
 
@@ -55,6 +55,11 @@ pub trait Observer {
 
     /// The contact state changed.
     fn event(&mut self, event: &Event);
+
+    /// Whether the march is to end here; asked before every window.
+    fn called_off(&self) -> bool {
+        false
+    }
 }
 
 /// Nobody watches.
@@ -79,6 +84,10 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.0.event(event);
         self.1.event(event);
     }
+
+    fn called_off(&self) -> bool {
+        self.0.called_off() || self.1.called_off()
+    }
 }
 
 impl<O: Observer> Observer for &mut O {
@@ -90,5 +99,9 @@ impl<O: Observer> Observer for &mut O {
 
     fn event(&mut self, event: &Event) {
         (**self).event(event);
+    }
+
+    fn called_off(&self) -> bool {
+        (**self).called_off()
     }
 }

@@ -13,20 +13,25 @@ pub(super) struct Margin {
 }
 
 impl Margin {
-    /// The margin of a deflection and its rate in a contact state, for half gap b.
-    pub fn new(contact: Contact, deflection: f64, rate: f64, half_gap: f64) -> Self {
+    /// The margin of a deflection and its rate in a contact state, for half gap b and its rate.
+    pub fn new(
+        contact: Contact,
+        deflection: f64,
+        rate: f64,
+        [half_gap, opening]: [f64; 2],
+    ) -> Self {
         match contact {
             Contact::Drive => Self {
                 value: deflection - half_gap,
-                rate,
+                rate: rate - opening,
             },
             Contact::Coast => Self {
                 value: -half_gap - deflection,
-                rate: -rate,
+                rate: -rate - opening,
             },
             Contact::Free => Self {
                 value: half_gap - deflection.abs(),
-                rate: -deflection.signum() * rate,
+                rate: opening - deflection.signum() * rate,
             },
         }
     }
@@ -199,7 +204,7 @@ mod tests {
 
     #[test]
     fn margin_is_positive_inside_every_contact_state() {
-        let inside = |contact, deflection| Margin::new(contact, deflection, 0.5, 1.0);
+        let inside = |contact, deflection| Margin::new(contact, deflection, 0.5, [1.0, 0.0]);
         assert_eq!(
             inside(Contact::Drive, 1.5),
             Margin {

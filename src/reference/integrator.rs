@@ -21,7 +21,7 @@ pub struct Crossing {
     pub from: Contact,
     /// Contact state after.
     pub to: Contact,
-    /// Deflection rate δ' at the crossing \[m/s\].
+    /// Rate of the deflection against the surface at the crossing, δ' − s b' \[m/s\].
     pub rate: f64,
 }
 
@@ -185,11 +185,11 @@ impl March<'_> {
         Ok(())
     }
 
-    /// Takes up a new direction: δ steps, and the contact state with it.
+    /// Takes up a new direction and half gap, where the contact state may step.
     fn turn(&mut self, segment: &Segment, time: f64) {
         let model = self.reference.model;
         let (deflection, rate) = model.deflection_on(segment, &self.state.value, time);
-        let target = Contact::classify(deflection, rate, model.half_gap);
+        let target = Contact::classify(deflection, rate, model.gap_on(segment, time));
         while let Some(surface) = self.contact.towards(target) {
             let from = self.contact;
             self.contact = from.across(surface);
@@ -254,13 +254,13 @@ impl March<'_> {
 
         // Half a unit in the last place of a mesh period.
         let resolution = model.period() * 2f64.powi(-54);
-        let (contact, half_gap) = (self.contact, model.half_gap);
+        let contact = self.contact;
         let samples = std::mem::take(&mut self.samples);
         let mut probed = false;
         let found = first_crossing(&samples, resolution, |tau| {
             probed = true;
             let (deflection, rate) = self.advance(segment, left, tau);
-            Margin::new(contact, deflection, rate, half_gap)
+            Margin::new(contact, deflection, rate, model.gap_on(segment, left + tau))
         });
         self.samples = samples;
 
@@ -284,12 +284,13 @@ impl March<'_> {
             Surface::Coast
         };
         let to = contact.across(surface);
+        let [_, opening] = model.gap_on(segment, reached);
         self.crossings.push(Crossing {
             cycle: self.cycle,
             time: reached,
             from: contact,
             to,
-            rate,
+            rate: rate - surface.sign() * opening,
         });
         self.contact = to;
         Ok(Some(reached))
@@ -319,21 +320,23 @@ impl March<'_> {
     fn sample(&mut self, segment: &Segment, left: f64, h: f64, end: (f64, f64)) {
         let model = self.reference.model;
         let n = self.state.value.len();
-        let margin =
-            |(deflection, rate)| Margin::new(self.contact, deflection, rate, model.half_gap);
+        let margin = |tau: f64, (deflection, rate)| {
+            let gap = model.gap_on(segment, left + tau);
+            Margin::new(self.contact, deflection, rate, gap)
+        };
         self.samples.clear();
         self.samples.push((
             0.0,
-            margin(model.deflection_on(segment, &self.state.value, left)),
+            margin(0.0, model.deflection_on(segment, &self.state.value, left)),
         ));
         for (i, c) in self.reference.rule.nodes.iter().enumerate() {
             let stage = &self.work.states[i * n..(i + 1) * n];
             self.samples.push((
                 c * h,
-                margin(model.deflection_on(segment, stage, left + c * h)),
+                margin(c * h, model.deflection_on(segment, stage, left + c * h)),
             ));
         }
-        self.samples.push((h, margin(end)));
+        self.samples.push((h, margin(h, end)));
     }
 }
 

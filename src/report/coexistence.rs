@@ -40,16 +40,9 @@ pub struct Ending {
     pub interval: [f64; 2],
 }
 
-/// Points of `points` with more than one attractor, in `point_id` order; empty where no
-/// probes were asked for.
-pub(super) fn read(folder: &Path, points: &ResultTable) -> Result<Vec<Coexistence>, StoreError> {
-    let counts = points.u64("attractors")?;
-    let several: BTreeSet<Option<u64>> = points
-        .u64("point_id")?
-        .into_iter()
-        .zip(counts)
-        .filter_map(|(id, count)| (count? > 1).then_some(id))
-        .collect();
+/// The endings of points with more than one attractor, in `point_id` order.
+pub(super) fn read(folder: &Path, points: &[PointSummary]) -> Result<Vec<Coexistence>, StoreError> {
+    let several: BTreeSet<Option<u64>> = points.iter().map(|p| Some(p.point_id)).collect();
     if several.is_empty() {
         return Ok(Vec::new());
     }
@@ -104,12 +97,8 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     }
     text.push_str("\nmore than one attractor, shares of the probes with 95 % intervals\n");
     let found = |id| summary.coexisting.iter().find(|point| point.point_id == id);
-    let all = summary.all.iter();
-    let points: Vec<PointSummary> = all
-        .filter(|point| found(point.point_id).is_some())
-        .cloned()
-        .collect();
-    push_table(text, summary, &points, |point| {
+    let points = &summary.coexisting_points;
+    push_table(text, summary, points, points.len(), |point| {
         let endings = found(point.point_id).map_or(&[][..], |point| &point.endings);
         let parts: Vec<String> = endings.iter().map(described).collect();
         parts.join("; ")

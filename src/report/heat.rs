@@ -33,7 +33,7 @@ enum Cell {
 impl Cell {
     fn of(point: &PointSummary) -> Self {
         match (point.status.as_str(), point.class.as_deref()) {
-            ("diverged" | "event_storm" | "failed", _) => Self::Failed,
+            ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
             (_, Some("chaotic")) => Self::Chaotic(point.lambda.unwrap_or(0.0)),
             (_, Some("quasi_periodic")) => Self::QuasiPeriodic,
             (_, Some("locked")) => Self::Locked,
@@ -82,40 +82,73 @@ fn step(lambda: f64, largest: f64) -> usize {
     ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)
 }
 
+/// The cells of the map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Map {
+    cells: Vec<Vec<Cell>>,
+    rows: Bins,
+    columns: Bins,
+    /// Largest exponent met.
+    largest: f64,
+}
+
+impl Map {
+    /// A map without points over some axes; none where there is no axis.
+    pub(super) fn new(axes: &[Axis]) -> Option<Self> {
+        let across = axes.len().min(2).checked_sub(1)?;
+        let down = (across > 0).then(|| &axes[0]);
+        let rows = Bins::new(down.map_or(1, |axis| axis.values.len()), MOST[0]);
+        let columns = Bins::new(axes[across].values.len(), MOST[1]);
+        Some(Self {
+            cells: vec![vec![Cell::Missing; columns.count]; rows.count],
+            rows,
+            columns,
+            largest: 0.0,
+        })
+    }
+
+    /// Enters a point, unless it lies in another slice than the first.
+    pub(super) fn add(&mut self, axes: &[Axis], point: &PointSummary) {
+        let across = axes.len().min(2) - 1;
+        let mut further = axes[across + 1..]
+            .iter()
+            .zip(&point.axis_values[across + 1..]);
+        if further.any(|(axis, value)| axis.values.first() != Some(value)) {
+            return;
+        }
+        let place = |index: usize| position(&axes[index], point.axis_values[index]);
+        let column = self.columns.of(place(across));
+        let row = if across > 0 {
+            self.rows.of(place(0))
+        } else {
+            0
+        };
+        let cell = Cell::of(point);
+        if let Cell::Chaotic(lambda) = cell {
+            self.largest = self.largest.max(lambda);
+        }
+        let there = &mut self.cells[row][column];
+        if cell >= *there {
+            *there = cell;
+        }
+    }
+}
+
 /// The map as text; empty when the grid has no axis or no point.
 pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
-    let Some(across_index) = summary.axes.len().min(2).checked_sub(1) else {
+    let Some(Map {
+        cells,
+        rows,
+        columns,
+        largest,
+    }) = &summary.map
+    else {
         return String::new();
     };
-    if summary.all.is_empty() {
-        return String::new();
-    }
+    let (largest, across_index) = (*largest, summary.axes.len().min(2) - 1);
     let across = &summary.axes[across_index];
     let down = (across_index > 0).then(|| &summary.axes[0]);
     let further = summary.axes.get(2..).unwrap_or_default();
-    let rows = Bins::new(down.map_or(1, |axis| axis.values.len()), MOST[0]);
-    let columns = Bins::new(across.values.len(), MOST[1]);
-
-    let mut cells = vec![vec![Cell::Missing; columns.count]; rows.count];
-    let mut largest = 0.0_f64;
-    for point in &summary.all {
-        let held = further.iter().zip(&point.axis_values[across_index + 1..]);
-        if held
-            .into_iter()
-            .any(|(axis, value)| axis.values.first() != Some(value))
-        {
-            continue;
-        }
-        let column = columns.of(position(across, point.axis_values[across_index]));
-        let row = down.map_or(0, |axis| rows.of(position(axis, point.axis_values[0])));
-        let cell = Cell::of(point);
-        if let Cell::Chaotic(lambda) = cell {
-            largest = largest.max(lambda);
-        }
-        if cell >= cells[row][column] {
-            cells[row][column] = cell;
-        }
-    }
 
     let mut text = String::from("largest Lyapunov exponent");
     if let Some(down) = down {
@@ -145,8 +178,8 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
         }
         text.push_str("|\n");
     }
-    push_ticks(&mut text, across, &columns, width);
-    push_legend(&mut text, &cells, largest, style);
+    push_ticks(&mut text, across, columns, width);
+    push_legend(&mut text, cells, largest, style);
     if rows.size > 1 || columns.size > 1 {
         let size = rows.size * columns.size;
         _ = writeln!(
@@ -162,6 +195,7 @@ fn position(axis: &Axis, value: f64) -> usize {
 }
 
 /// A range of indices cut into equal bins.
+#[derive(Debug, Clone, PartialEq)]
 struct Bins {
     size: usize,
     count: usize,

@@ -1,5 +1,10 @@
 //! What a results folder says, as numbers: counts, classes, the chaotic points, the worst
 //! residual. [`super::render`] turns it into text.
+//!
+//! The points are passed over once, and once more for the map; what is kept of them does not grow
+//! with their number. Pictures need every point, and ask for them.
+
+mod census;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,8 +14,11 @@ use thiserror::Error;
 
 use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
+use super::heat::Map;
 use super::transitions::{self, TransitionSummary};
+use crate::input::printable;
 use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
+use census::{Census, by_id, in_order, livelier, scan};
 
 /// A results folder cannot be summarised.
 #[derive(Debug, Error)]
@@ -27,6 +35,10 @@ pub enum ReportError {
         column: String,
     },
 }
+
+/// Said of tables that nothing vouches for.
+const UNRECORDED: &str = "there is no run.json: whether the tables are whole, and what was \
+                          written, cannot be checked";
 
 /// A results folder in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -61,23 +73,39 @@ pub struct Summary {
     pub carried_along: Option<String>,
     /// Refined changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
-    /// Chaotic points, largest exponent first.
+    /// Points with a largest exponent.
+    pub with_exponent: usize,
+    /// Chaotic points.
+    pub chaotic_points: usize,
+    /// The first of them, largest exponent first.
     pub chaotic: Vec<PointSummary>,
+    /// Points with a twin trajectory.
+    pub with_twin: usize,
     /// Points where twin and tangent disagree.
+    pub twin_disagrees_points: usize,
+    /// The first of them.
     pub twin_disagrees: Vec<PointSummary>,
     /// Points where probes found more than one attractor.
     pub coexisting: Vec<Coexistence>,
+    /// The same as points.
+    #[serde(skip)]
+    pub coexisting_points: Vec<PointSummary>,
     /// Every attractor that probes found, by point and number.
     pub attractors: Vec<Attractor>,
     /// The branch of each of `attractors` along the last axis with more than one value.
     pub branches: Vec<usize>,
     /// Points with any status but ok.
+    pub troubled_points: usize,
+    /// The first of them.
     pub troubled: Vec<PointSummary>,
     /// The point with the largest energy residual, and the residual.
     pub worst_energy: Option<(u64, f64)>,
     /// Warnings of the runs.
     pub warnings: Vec<String>,
-    /// Every point, in `point_id` order.
+    /// The map of the largest exponent.
+    #[serde(skip)]
+    pub map: Option<Map>,
+    /// Every point, in `point_id` order, where they were asked for or attractors follow them.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
@@ -132,72 +160,112 @@ pub struct PointSummary {
 }
 
 impl Summary {
-    /// Reads a results folder.
+    /// Reads a results folder; its points are not kept.
     ///
     /// # Errors
     /// There are no results in the folder, or they cannot be read.
     pub fn read(folder: &Path) -> Result<Self, ReportError> {
-        let table = ResultTable::read(folder, TableKind::Points)?;
+        Self::build(folder, false)
+    }
+
+    /// Reads a results folder with all its points.
+    ///
+    /// # Errors
+    /// As [`Summary::read`].
+    pub fn with_points(folder: &Path) -> Result<Self, ReportError> {
+        Self::build(folder, true)
+    }
+
+    fn build(folder: &Path, keep: bool) -> Result<Self, ReportError> {
+        let head = ResultTable::head(folder, TableKind::Points)?;
         let runs = read_runs(folder)?;
-        let all = read_points(folder, &table)?;
-        let total = |column: Vec<Option<f64>>| column.into_iter().flatten().sum::<f64>();
-        let cycles: u64 = table.u64("cycles")?.into_iter().flatten().sum();
-        let per_cycle = |time: f64| (cycles > 0).then(|| time / cycles as f64);
-        let wall_time =
-            (!runs.is_empty()).then(|| runs.iter().map(|run| run.totals.wall_time).sum());
-        let worst_energy = table
-            .f64("energy_residual")?
-            .into_iter()
-            .zip(&all)
-            .filter_map(|(residual, point)| Some((point.point_id, residual?.abs())))
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let mut chaotic = chosen(&all, |point| point.class.as_deref() == Some("chaotic"));
-        chaotic.sort_by(|a, b| b.lambda.unwrap_or(0.0).total_cmp(&a.lambda.unwrap_or(0.0)));
-        let mut statuses = BTreeMap::new();
-        for point in &all {
-            *statuses.entry(point.status.clone()).or_insert(0) += 1;
-        }
-        let axes = read_axes(&table, &all)?;
         let attractors = branches::read_attractors(folder)?;
+        // Attractors are followed from point to point.
+        let mut census = Census::new(head.axes()?.len(), keep || !attractors.is_empty());
+        scan(folder, &head, |points, extra| {
+            census.take(points, extra);
+        })?;
+        let axes = census.axes(&head)?;
+        let Census {
+            points,
+            statuses,
+            classes,
+            cycles,
+            worker_time,
+            worst_energy,
+            with_exponent,
+            chaotic,
+            with_twin,
+            twin_disagrees,
+            troubled,
+            coexisting,
+            all,
+            ..
+        } = census;
+        let mut map = Map::new(&axes).filter(|_| points > 0);
+        if let Some(map) = &mut map {
+            scan(folder, &head, |points, _| {
+                points.iter().for_each(|point| map.add(&axes, point));
+            })?;
+        }
+        let mut all = all.unwrap_or_default();
+        all.sort_by_key(|point| point.point_id);
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
         let followed = along.map_or_else(
             || (0..attractors.len()).collect(),
             |along| branches::branches(&attractors, &all, &axes, along),
         );
+        let per_cycle = |time: f64| (cycles > 0).then(|| time / cycles as f64);
+        let wall_time =
+            (!runs.is_empty()).then(|| runs.iter().map(|run| run.totals.wall_time).sum());
         let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
+        let shown = |text: &str| printable(text).into_owned();
+        let (chaotic_points, chaotic) = chaotic.finish(livelier);
+        let (twin_disagrees_points, twin_disagrees) = twin_disagrees.finish(by_id);
+        let (troubled_points, troubled) = troubled.finish(by_id);
+        let mut coexisting_points = coexisting;
+        coexisting_points.sort_by_key(|point| point.point_id);
         Ok(Self {
             folder: folder.to_path_buf(),
-            job: runs.first().map(|run| run.job.clone()),
+            job: runs.first().map(|run| shown(&run.job)),
             state: state(&runs),
             shards: runs
                 .first()
                 .and_then(|run| Some([runs.len(), run.shard?.count as usize])),
-            points: all.len(),
-            expected: recorded.max(all.len() as u64),
+            points,
+            expected: recorded.max(points as u64),
             statuses,
-            classes: count_classes(&all),
+            classes: in_order(classes),
             cycles,
             wall_time,
             wall_time_per_cycle: wall_time.and_then(per_cycle),
-            worker_time_per_cycle: per_cycle(total(table.f64("wall_time")?)),
-            carried_along: table.metadata("carried_along").map(str::to_owned),
+            worker_time_per_cycle: per_cycle(worker_time),
+            carried_along: head.metadata("carried_along").map(shown),
             transitions: transitions::read(folder)?,
             axes,
+            with_exponent,
+            chaotic_points,
             chaotic,
-            twin_disagrees: chosen(&all, |point| point.twin_agrees == Some(false)),
-            coexisting: coexistence::read(folder, &table)?,
+            with_twin,
+            twin_disagrees_points,
+            twin_disagrees,
+            coexisting: coexistence::read(folder, &coexisting_points)?,
+            coexisting_points,
             attractors,
             branches: followed,
-            troubled: chosen(&all, |point| point.status != "ok"),
+            troubled_points,
+            troubled,
             worst_energy,
-            warnings: runs.into_iter().flat_map(|run| run.warnings).collect(),
+            warnings: match runs.is_empty() {
+                true => vec![UNRECORDED.to_owned()],
+                false => (runs.iter().flat_map(|run| &run.warnings))
+                    .map(|warning| shown(warning))
+                    .collect(),
+            },
+            map,
             all,
         })
     }
-}
-
-fn chosen(all: &[PointSummary], wanted: impl Fn(&PointSummary) -> bool) -> Vec<PointSummary> {
-    all.iter().filter(|point| wanted(point)).cloned().collect()
 }
 
 /// A split job is complete once every shard is there and complete.
@@ -212,88 +280,4 @@ fn state(runs: &[RunRecord]) -> Option<RunState> {
     } else {
         RunState::Interrupted
     })
-}
-
-fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, ReportError> {
-    let axes: Vec<(String, Vec<Option<f64>>)> = table
-        .axes()?
-        .into_iter()
-        .map(|name| table.f64(&name).map(|values| (name, values)))
-        .collect::<Result<_, _>>()?;
-    let (ids, statuses) = (table.u64("point_id")?, table.text("status")?);
-    let (reasons, classes) = (table.text("reason")?, table.text("class")?);
-    let (periods, agrees) = (table.u64("period")?, table.bool("twin_agrees")?);
-    let (lambda, stderr) = (table.f64("lambda_max")?, table.f64("lambda_stderr")?);
-    let twin = table.f64("lambda_twin")?;
-    let directions = match table.metadata("carried_along") {
-        Some(_) => table.text("direction")?,
-        None => vec![None; table.rows()],
-    };
-    let incomplete = |column: &str| ReportError::Incomplete {
-        folder: folder.to_path_buf(),
-        column: column.to_owned(),
-    };
-    (0..table.rows())
-        .map(|row| {
-            let axis_values = axes
-                .iter()
-                .map(|(name, values)| values[row].ok_or_else(|| incomplete(name)))
-                .collect::<Result<_, _>>()?;
-            Ok(PointSummary {
-                point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
-                axis_values,
-                direction: directions[row].clone(),
-                status: statuses[row].clone().ok_or_else(|| incomplete("status"))?,
-                reason: reasons[row].clone().unwrap_or_default(),
-                class: classes[row].clone(),
-                period: periods[row],
-                lambda: lambda[row],
-                stderr: stderr[row],
-                twin: twin[row],
-                twin_agrees: agrees[row],
-            })
-        })
-        .collect()
-}
-
-fn read_axes(table: &ResultTable, all: &[PointSummary]) -> Result<Vec<Axis>, ReportError> {
-    let units = table.units()?;
-    let axes = table.axes()?.into_iter().enumerate().map(|(index, name)| {
-        let mut values: Vec<f64> = all.iter().map(|point| point.axis_values[index]).collect();
-        values.sort_by(f64::total_cmp);
-        values.dedup();
-        let unit = units.get(&name).cloned().unwrap_or_default();
-        Axis { name, unit, values }
-    });
-    Ok(axes.collect())
-}
-
-/// Counts by class and period, the calmest first.
-fn count_classes(all: &[PointSummary]) -> Vec<ClassCount> {
-    let order = [
-        "locked",
-        "periodic",
-        "quasi_periodic",
-        "chaotic",
-        "not_converged",
-        "none",
-    ];
-    let mut counts: BTreeMap<(usize, Option<u64>), (String, usize)> = BTreeMap::new();
-    for point in all {
-        let class = point.class.clone().unwrap_or_else(|| "none".into());
-        let rank = order
-            .iter()
-            .position(|known| *known == class)
-            .unwrap_or(order.len());
-        let period = point.period.filter(|_| class == "periodic");
-        counts.entry((rank, period)).or_insert((class, 0)).1 += 1;
-    }
-    counts
-        .into_iter()
-        .map(|((_, period), (class, points))| ClassCount {
-            class,
-            period,
-            points,
-        })
-        .collect()
 }

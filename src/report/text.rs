@@ -6,6 +6,7 @@ use super::coexistence;
 use super::heat::heat_map;
 use super::summary::{Axis, PointSummary, Summary};
 use super::transitions;
+use crate::input::printable;
 use crate::store::RunState;
 
 /// Rows of a table before it is cut short.
@@ -46,7 +47,11 @@ pub fn render(summary: &Summary, style: Style) -> String {
 
 fn push_header(text: &mut String, summary: &Summary) {
     let job = summary.job.as_deref().unwrap_or("job unknown");
-    _ = writeln!(text, "{job}  ({})", summary.folder.display());
+    _ = writeln!(
+        text,
+        "{job}  ({})",
+        printable(&summary.folder.display().to_string())
+    );
     let statuses: Vec<String> = summary
         .statuses
         .iter()
@@ -113,7 +118,7 @@ fn push_classes(text: &mut String, summary: &Summary) {
 }
 
 fn push_chaotic(text: &mut String, summary: &Summary) {
-    if summary.all.iter().all(|point| point.lambda.is_none()) {
+    if summary.with_exponent == 0 {
         text.push_str("\nno Lyapunov exponents in these results\n");
         return;
     }
@@ -122,31 +127,32 @@ fn push_chaotic(text: &mut String, summary: &Summary) {
         return;
     }
     text.push_str("\nchaotic points, λ in 1/cycle\n");
-    push_table(text, summary, &summary.chaotic, |point| {
-        let mut cell = exponent(point);
-        if point.twin_agrees == Some(false) {
-            cell.push_str("  twin disagrees");
-        }
-        cell
-    });
+    push_table(
+        text,
+        summary,
+        &summary.chaotic,
+        summary.chaotic_points,
+        |point| {
+            let mut cell = exponent(point);
+            if point.twin_agrees == Some(false) {
+                cell.push_str("  twin disagrees");
+            }
+            cell
+        },
+    );
 }
 
 fn push_twins(text: &mut String, summary: &Summary) {
-    let compared = summary
-        .all
-        .iter()
-        .filter(|point| point.twin_agrees.is_some())
-        .count();
+    let (disagree, compared) = (summary.twin_disagrees_points, summary.with_twin);
     if compared == 0 {
         return;
     }
-    let disagree = summary.twin_disagrees.len();
     _ = writeln!(
         text,
         "\ntwin trajectories: {disagree} of {compared} disagree with the tangents"
     );
     if disagree > 0 {
-        push_table(text, summary, &summary.twin_disagrees, |point| {
+        push_table(text, summary, &summary.twin_disagrees, disagree, |point| {
             let twin = point.twin.map_or_else(|| "none".into(), number);
             format!("{}, twin {twin}", exponent(point))
         });
@@ -167,16 +173,21 @@ fn push_troubled(text: &mut String, summary: &Summary) {
         return;
     }
     text.push_str("\npoints that are not ok\n");
-    push_table(text, summary, &summary.troubled, |point| {
-        format!("{}: {}", point.status, point.reason)
-    });
+    push_table(
+        text,
+        summary,
+        &summary.troubled,
+        summary.troubled_points,
+        |point| format!("{}: {}", point.status, point.reason),
+    );
 }
 
-/// A table of points: id, axis values and one more cell.
+/// A table of the first of `count` points: id, axis values and one more cell.
 pub(super) fn push_table(
     text: &mut String,
     summary: &Summary,
     points: &[PointSummary],
+    count: usize,
     cell: impl Fn(&PointSummary) -> String,
 ) {
     let headings: Vec<String> = summary.axes.iter().map(label).collect();
@@ -199,8 +210,8 @@ pub(super) fn push_table(
         }
         _ = writeln!(text, "  {}", cell(point));
     }
-    if points.len() > MOST_ROWS {
-        _ = writeln!(text, "  … and {} more", points.len() - MOST_ROWS);
+    if count > MOST_ROWS {
+        _ = writeln!(text, "  … and {} more", count - MOST_ROWS);
     }
 }
 

@@ -12,7 +12,7 @@ use crate::store::{ResultTable, StoreError, TableKind};
 /// Rows shown before the list is cut short.
 const MOST_ROWS: usize = 40;
 
-/// A change of class or period between two points of a chain.
+/// A change of class or period, or a jump of the deflection, between two points of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TransitionSummary {
     /// The first point behind it, in marching order.
@@ -23,6 +23,12 @@ pub struct TransitionSummary {
     pub classes: [String; 2],
     /// Their periods, where they have one.
     pub periods: [Option<u64>; 2],
+    /// What changes: `class`, `period` or `deflection`.
+    pub what: String,
+    /// RMS of the deflection before and behind a jump \[m\].
+    pub dte_rms: [Option<f64>; 2],
+    /// Mean deflection before and behind it \[m\].
+    pub dte_mean: [Option<f64>; 2],
     /// Values of the swept axis that bracket it, ascending.
     pub bracket: [f64; 2],
 }
@@ -36,6 +42,14 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> 
     let (ids, directions) = (table.u64("point_id")?, table.text("direction")?);
     let (from, to) = (table.text("from_class")?, table.text("to_class")?);
     let (before, behind) = (table.u64("from_period")?, table.u64("to_period")?);
+    let what = table.text("what")?;
+    let pair = |name: &str| -> Result<_, StoreError> {
+        Ok([
+            table.f64(&format!("from_{name}"))?,
+            table.f64(&format!("to_{name}"))?,
+        ])
+    };
+    let (rms, mean) = (pair("dte_rms")?, pair("dte_mean")?);
     let (lower, upper) = (table.f64("lower")?, table.f64("upper")?);
     let found = (0..table.rows()).filter_map(|row| {
         Some(TransitionSummary {
@@ -43,6 +57,9 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> 
             direction: directions[row].clone()?,
             classes: [from[row].clone()?, to[row].clone()?],
             periods: [before[row], behind[row]],
+            what: what[row].clone()?,
+            dte_rms: rms.each_ref().map(|side| side[row]),
+            dte_mean: mean.each_ref().map(|side| side[row]),
             bracket: [lower[row]?, upper[row]?],
         })
     });
@@ -73,8 +90,10 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
         let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));
         let line = format!(
-            "  {:>6}  {:<5} {from:<16} → {to:<16} {lower} … {upper} {unit}",
-            found.point_id, found.direction
+            "  {:>6}  {:<5} {from:<16} → {to:<16} {lower} … {upper} {unit}{}",
+            found.point_id,
+            found.direction,
+            jump(found)
         );
         _ = writeln!(text, "{}", line.trim_end());
     }
@@ -82,6 +101,24 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         let more = summary.transitions.len() - MOST_ROWS;
         _ = writeln!(text, "  … and {more} more");
     }
+}
+
+/// What jumps, of a jump: the RMS, or the mean where that changes more.
+fn jump(found: &TransitionSummary) -> String {
+    let by = |[before, behind]: [Option<f64>; 2]| Some([before?, behind?]);
+    let (Some(rms), Some(mean)) = (by(found.dte_rms), by(found.dte_mean)) else {
+        return String::new();
+    };
+    let change = |[before, behind]: [f64; 2]| (behind - before).abs();
+    let (name, [before, behind]) = match change(rms) >= change(mean) {
+        true => ("RMS", rms),
+        false => ("mean", mean),
+    };
+    format!(
+        "  {name} of the deflection jumps, {} → {} m",
+        number(before),
+        number(behind)
+    )
 }
 
 fn to_digits(value: f64, digits: usize) -> String {

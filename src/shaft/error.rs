@@ -113,6 +113,21 @@ pub enum ShaftError {
         /// Column, from 0.
         column: usize,
     },
+    /// A matrix that must be symmetric is not.
+    #[error(
+        "the {matrix} matrix is not symmetric: row {row}, column {column} holds {}, its mirror image {}",
+        entries[0], entries[1]
+    )]
+    Asymmetric {
+        /// `mass` or `stiffness`.
+        matrix: &'static str,
+        /// Row below the diagonal, from 0.
+        row: usize,
+        /// Column, from 0.
+        column: usize,
+        /// The entry there and the one above the diagonal.
+        entries: [f64; 2],
+    },
     /// The mass matrix is not positive definite.
     #[error(
         "the mass matrix is not positive definite: some freedom carries no inertia; give it one or constrain it"
@@ -170,11 +185,13 @@ pub enum ShaftError {
     },
     /// A computed mode does not satisfy its equation.
     #[error(
-        "mode {mode} violates its equation by {residual:.1e} of its terms, beyond round-off; are the matrices symmetric?"
+        "mode {mode} of {size} freedoms violates its equation by {residual:.1e} of its terms, beyond round-off: the eigensolver has failed; use fewer elements, or ask for fewer modes"
     )]
     Residual {
         /// Mode, from 1.
         mode: usize,
+        /// Order of the problem.
+        size: usize,
         /// Norm of `K φ − ω² M φ` over that of its terms' moduli, rows scaled by inertia.
         residual: f64,
     },

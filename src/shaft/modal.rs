@@ -62,6 +62,14 @@ impl ModalStructure {
         self.frequency.iter().filter(|&&omega| omega == 0.0).count()
     }
 
+    /// Number of rigid rotations that the mesh does not feel: all but one, the relative rotation,
+    /// into which those that it feels are turned.
+    pub fn neutral_modes(&self) -> usize {
+        let rigid = self.rigid_modes();
+        let felt = self.mesh[..rigid].iter().any(|w| *w != 0.0);
+        rigid - usize::from(felt)
+    }
+
     /// The structure reduced to its `retained` lowest modes.
     ///
     /// With `mta` (modal-truncation augmentation) the modes left out return as their static

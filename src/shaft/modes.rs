@@ -14,11 +14,16 @@
 //! projected stiffness needs no product with K, whose cancellation would hurt again.
 
 use super::error::ShaftError;
-use faer::{Mat, MatRef, Side};
+use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper, symmetric_eigen};
+use faer::{Mat, MatRef};
 
 /// Largest accepted relative residual of a mode. Round-off leaves 1e-16 to 1e-12 of the
-/// moduli summed; asymmetric matrices or a failed solution leave far more.
+/// moduli summed; a failed solution leaves far more.
 const RESIDUAL_BOUND: f64 = 1e-9;
+
+/// Largest difference of two entries that symmetry makes equal, relative to the geometric mean
+/// of the diagonal entries of their row and column: beyond what sums in another order leave.
+const ASYMMETRY_BOUND: f64 = 1e-10;
 
 /// The lowest modes of a structure.
 #[derive(Debug, Clone)]
@@ -34,7 +39,8 @@ impl Modes {
     /// exactly `rigid` are rigid-body motions.
     ///
     /// # Errors
-    /// [`ShaftError::Shape`], [`ShaftError::NonFinite`], [`ShaftError::ModeCount`],
+    /// [`ShaftError::Shape`], [`ShaftError::NonFinite`], [`ShaftError::Asymmetric`],
+    /// [`ShaftError::ModeCount`],
     /// [`ShaftError::MassNotPositiveDefinite`], [`ShaftError::StiffnessIndefinite`],
     /// [`ShaftError::RigidModes`] when the eigenvalues that are zero within round-off are
     /// not `rigid` in number, [`ShaftError::NoConvergence`], [`ShaftError::Residual`].
@@ -52,11 +58,8 @@ impl Modes {
                 available: size,
             });
         }
-        let factor = mass
-            .llt(Side::Lower)
-            .map_err(|_| ShaftError::MassNotPositiveDefinite)?;
-        let lower = factor.L();
-        let (estimate, shape) = dense(lower, stiffness)?;
+        let lower = cholesky(mass).ok_or(ShaftError::MassNotPositiveDefinite)?;
+        let (estimate, shape) = dense(&lower, stiffness)?;
         let largest = estimate[size - 1].max(0.0);
         // Backward error of the dense solution, with room for the constant in O(n eps).
         let dense_error = 8.0 * size as f64 * f64::EPSILON * largest;
@@ -168,6 +171,7 @@ impl Modes {
             if !holds {
                 return Err(ShaftError::Residual {
                     mode: mode + 1,
+                    size,
                     residual: relative,
                 });
             }
@@ -176,7 +180,7 @@ impl Modes {
     }
 }
 
-/// Sizes and finiteness; returns the number of freedoms.
+/// Sizes, finiteness and symmetry; returns the number of freedoms.
 fn check(mass: &Mat<f64>, stiffness: &Mat<f64>) -> Result<usize, ShaftError> {
     let size = mass.nrows();
     if [mass.ncols(), stiffness.nrows(), stiffness.ncols()] != [size; 3] {
@@ -199,21 +203,33 @@ fn check(mass: &Mat<f64>, stiffness: &Mat<f64>) -> Result<usize, ShaftError> {
                 }
             }
         }
+        for column in 0..size {
+            for row in column + 1..size {
+                let (below, above) = (matrix[(row, column)], matrix[(column, row)]);
+                let scale = (matrix[(row, row)].abs() * matrix[(column, column)].abs()).sqrt();
+                if (below - above).abs() > ASYMMETRY_BOUND * scale {
+                    return Err(ShaftError::Asymmetric {
+                        matrix: name,
+                        row,
+                        column,
+                        entries: [below, above],
+                    });
+                }
+            }
+        }
     }
     Ok(size)
 }
 
 /// All eigenvalues, ascending, and M-orthonormal vectors, accurate to round-off of the
 /// largest eigenvalue.
-fn dense(lower: MatRef<'_, f64>, stiffness: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), ShaftError> {
+fn dense(lower: &Mat<f64>, stiffness: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), ShaftError> {
     let mut half = stiffness.clone();
-    lower.solve_lower_triangular_in_place(half.as_mut());
+    solve_lower(lower, &mut half);
     let mut whole = half.transpose().to_owned();
-    lower.solve_lower_triangular_in_place(whole.as_mut());
+    solve_lower(lower, &mut whole);
     let (values, mut vectors) = eigen(&whole)?;
-    lower
-        .transpose()
-        .solve_upper_triangular_in_place(vectors.as_mut());
+    solve_upper(lower, &mut vectors);
     Ok((values, vectors))
 }
 
@@ -227,49 +243,38 @@ fn refine(
 ) -> Result<Modes, ShaftError> {
     let size = mass.nrows();
     let shifted = Mat::from_fn(size, size, |i, j| stiffness[(i, j)] + shift * mass[(i, j)]);
-    let factor = shifted
-        .llt(Side::Lower)
-        .map_err(|_| ShaftError::StiffnessIndefinite {
-            eigenvalue: estimate[0],
-        })?;
+    let lower = cholesky(&shifted).ok_or(ShaftError::StiffnessIndefinite {
+        eigenvalue: estimate[0],
+    })?;
     // Columns scaled by ω² + σ: the solution is then close to the shapes themselves, and the
     // Gram matrix below close to the identity.
-    let inertia = mass * shape;
+    let inertia = product(mass.as_ref(), shape);
     let load = Mat::from_fn(size, estimate.len(), |i, j| {
         inertia[(i, j)] * (estimate[j] + shift)
     });
     let mut solution = load.clone();
-    let lower = factor.L();
-    lower.solve_lower_triangular_in_place(solution.as_mut());
-    lower
-        .transpose()
-        .solve_upper_triangular_in_place(solution.as_mut());
+    solve_lower(&lower, &mut solution);
+    solve_upper(&lower, &mut solution);
 
-    let gram = solution.transpose() * (mass * &solution);
-    let projected = solution.transpose() * &load;
+    let moved = product(mass.as_ref(), solution.as_ref());
+    let gram = product(solution.transpose(), moved.as_ref());
+    let projected = product(solution.transpose(), load.as_ref());
     let projected = Mat::from_fn(estimate.len(), estimate.len(), |i, j| {
         0.5 * (projected[(i, j)] + projected[(j, i)])
     });
-    let gram_factor = gram
-        .llt(Side::Lower)
-        .map_err(|_| ShaftError::NoConvergence { size })?;
-    let (values, vectors) = dense(gram_factor.L(), &projected)?;
+    let gram_factor = cholesky(&gram).ok_or(ShaftError::NoConvergence { size })?;
+    let (values, vectors) = dense(&gram_factor, &projected)?;
     Ok(Modes {
         squared_frequency: values.iter().map(|value| value - shift).collect(),
-        shape: solution * vectors,
+        shape: product(solution.as_ref(), vectors.as_ref()),
     })
 }
 
 /// Eigenvalues, ascending, and orthonormal vectors of a symmetric matrix (lower half read).
 fn eigen(matrix: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), ShaftError> {
-    let solution =
-        matrix
-            .self_adjoint_eigen(Side::Lower)
-            .map_err(|_| ShaftError::NoConvergence {
-                size: matrix.nrows(),
-            })?;
-    let values = solution.S().column_vector().iter().copied().collect();
-    Ok((values, solution.U().to_owned()))
+    symmetric_eigen(matrix).ok_or(ShaftError::NoConvergence {
+        size: matrix.nrows(),
+    })
 }
 
 /// Round-off of the Rayleigh quotient of one mode, from the moduli of what it sums:

@@ -27,6 +27,17 @@ pub struct ChainPart {
     /// The change of motion since the last point that has a verdict, where there is one and
     /// it was to be refined.
     pub transition: Option<Transition>,
+    /// What the next point is held against, where changes are to be refined.
+    pub level: Option<Level>,
+}
+
+/// Mean and RMS of the deflection: what tells two motions of one class and period apart.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// Mean deflection and its standard error, 0 where the motion repeats \[m\].
+    pub mean: [f64; 2],
+    /// RMS about the mean, and its standard error \[m\].
+    pub rms: [f64; 2],
 }
 
 /// The state that a point leaves to the next of its chain. The journal keeps every bit, so
@@ -39,7 +50,8 @@ pub struct ChainEnd {
     pub cycle: u64,
 }
 
-/// A change of class or period between two points of a chain.
+/// A change of class or period, or a jump at constant class and period, between two points of a
+/// chain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Transition {
     /// Motion before it, in marching order.
@@ -50,6 +62,21 @@ pub struct Transition {
     pub bracket: [f64; 2],
     /// Points computed to narrow it.
     pub trials: u32,
+    /// Where class and period stay: the deflection before and behind it.
+    pub jump: Option<[Level; 2]>,
+}
+
+impl Transition {
+    /// The word for what changes.
+    fn what(&self) -> &'static str {
+        if self.jump.is_some() {
+            "deflection"
+        } else if self.from.name() == self.to.name() {
+            "period"
+        } else {
+            "class"
+        }
+    }
 }
 
 /// The word for a direction in result files.
@@ -110,6 +137,10 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
         };
         Column::new(name, &axis.unit, description, Value::F64(Box::new(value)))
     };
+    let level = |name: &str, description: &str, get: fn([Level; 2]) -> f64| {
+        let value = move |row: &TransitionRow| row.transition.jump.map(get);
+        Column::new(name, "m", description, Value::F64(Box::new(value)))
+    };
     Table::new(vec![
         Column::new(
             "point_id",
@@ -126,6 +157,11 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
             "Kind of motion before the change, in marching order",
             |row| row.transition.from.name(),
         ),
+        text(
+            "what",
+            "What changes: class, period, or at constant class and period the deflection, which jumps",
+            |row| row.transition.what(),
+        ),
         period("from_period", "Its period, where it has one", |t| t.from),
         text("to_class", "Kind of motion behind the change", |row| {
             row.transition.to.name()
@@ -137,6 +173,20 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
             f64::min,
         ),
         end("upper", "Larger of the two", f64::max),
+        level(
+            "from_dte_mean",
+            "Mean deflection before a jump; null of other changes",
+            |[before, _]| before.mean[0],
+        ),
+        level("to_dte_mean", "Mean deflection behind it", |[_, behind]| {
+            behind.mean[0]
+        }),
+        level(
+            "from_dte_rms",
+            "RMS of the deflection about its mean before a jump",
+            |[before, _]| before.rms[0],
+        ),
+        level("to_dte_rms", "RMS behind it", |[_, behind]| behind.rms[0]),
         Column::new(
             "trials",
             "1",

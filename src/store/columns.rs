@@ -8,7 +8,7 @@ use super::nvh::nvh_columns;
 use super::table::{Column, Table, Value};
 use crate::analysis::{
     Class, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey, PoincareSample,
-    PointOutcome, SpectrumLine,
+    PointOutcome, SpectrumLine, SpectrumMethod,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -57,6 +57,29 @@ pub struct PointRow {
     pub placement: Placement,
 }
 
+impl PointRow {
+    /// The row without what it adds to other tables.
+    pub fn without_tables(mut self) -> Self {
+        self.outcome.poincare.clear();
+        self.outcome.spectra.clear();
+        if let Some(found) = &mut self.multistability {
+            found.probes.clear();
+            found.attractors.clear();
+            found.cells.clear();
+        }
+        if let Some(found) = &mut self.orbits {
+            found.orbits.clear();
+        }
+        if let Some(found) = &mut self.horizon {
+            found.measures.clear();
+        }
+        if let Some(chain) = &mut self.chain {
+            chain.end = None;
+        }
+        self
+    }
+}
+
 /// A row of `poincare.parquet`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PoincareRow {
@@ -73,6 +96,8 @@ pub struct SpectrumRow {
     pub point_id: u64,
     /// `deflection`, `force` or `bearing …`; one text for all lines.
     pub signal: Arc<str>,
+    /// How the spectrum was found.
+    pub method: SpectrumMethod,
     /// The line.
     pub line: SpectrumLine,
 }
@@ -133,7 +158,7 @@ fn ending_columns() -> Vec<Column<PointRow>> {
         Column::new(
             "status",
             "",
-            "How the work ended: ok, not_converged, diverged, event_storm, failed",
+            "How the work ended: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed",
             Value::Text(Box::new(|row: &PointRow| Some(row.outcome.status.name()))),
         ),
         Column::new(
@@ -258,7 +283,7 @@ fn work_columns() -> Vec<Column<PointRow>> {
         Column::new(
             "energy_residual",
             "1",
-            "Energy imbalance over the audited cycles, relative to the energy turned over",
+            "Energy imbalance over the audited cycles, relative to the energy turned over and stored",
             Value::F64(Box::new(|row: &PointRow| row.outcome.energy_residual)),
         ),
         count(
@@ -362,6 +387,12 @@ pub fn spectra_table() -> Table<SpectrumRow> {
             "",
             "deflection, force, or bearing with shaft, number and direction",
             Value::Text(Box::new(|row: &SpectrumRow| Some(&*row.signal))),
+        ),
+        Column::new(
+            "method",
+            "",
+            "fourier: exact lines of a motion that repeats, at the multiples of its own frequency. welch: averaged power of segments of 64 mesh cycles that overlap by half under a Hann window, of any other motion; a line every 1/64 mesh order (bandwidth 1.5 lines), where a sine half-way between two lines stands 15 % (1.42 dB) too low on both",
+            Value::Text(Box::new(|row: &SpectrumRow| Some(row.method.name()))),
         ),
         Column::new(
             "frequency",

@@ -6,6 +6,48 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use thiserror::Error;
 
+/// How a file differs from what was written.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum Damage {
+    /// There is no such file.
+    #[error("it is gone, and the record of the run names it")]
+    Gone,
+    /// Something else stands in its place.
+    #[error("it is no file")]
+    NoFile,
+    /// No record names it.
+    #[error("no record names it; the run that wrote it has not ended, or was killed")]
+    Unrecorded,
+    /// It was cut, or something was added.
+    #[error("it has {found} bytes, and {written} were written")]
+    Size {
+        /// Bytes that it has.
+        found: u64,
+        /// Bytes that were written.
+        written: u64,
+    },
+    /// It has other bytes.
+    #[error(
+        "its bytes are not those that were written (BLAKE3 {}… instead of {}…)",
+        .found.get(..8).unwrap_or(found), .written.get(..8).unwrap_or(written)
+    )]
+    Changed {
+        /// Their hash, hexadecimal.
+        found: String,
+        /// That of what was written.
+        written: String,
+    },
+    /// A record whose text does not end in its own hash.
+    #[error("its text does not match the checksum at its end")]
+    Unsealed,
+    /// It cannot be decoded, though nothing says that it was changed.
+    #[error("the Parquet library fails on it ({reason})")]
+    Undecodable {
+        /// What the library says.
+        reason: String,
+    },
+}
+
 /// A result file could not be written or read.
 #[derive(Debug, Error)]
 pub enum StoreError {
@@ -16,6 +58,25 @@ pub enum StoreError {
     )]
     DiskFull {
         /// The file being written.
+        path: PathBuf,
+    },
+    /// Space is left on the device, and no file can be added to it.
+    #[error(
+        "the disk that holds `{}` can take no more files (its inodes are used up; `df -i` counts \
+         them): remove files there or choose another folder with --out, then repeat the command",
+        path.display()
+    )]
+    NoInodes {
+        /// The file being written.
+        path: PathBuf,
+    },
+    /// A symbolic link stands where a file of the program's own is wanted.
+    #[error(
+        "`{}` is a symbolic link, which is not followed: remove it, or choose another folder with \
+         --out", path.display()
+    )]
+    SymbolicLink {
+        /// The link.
         path: PathBuf,
     },
     /// The file system or a resource limit forbids a file this large.
@@ -84,6 +145,45 @@ pub enum StoreError {
         path: PathBuf,
         /// What is wrong with it.
         detail: String,
+    },
+    /// The file is not what was written, or is no longer there.
+    #[error(
+        "`{}` is damaged: {damage}; put it back from a copy, or compute it anew with --fresh",
+        path.display()
+    )]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        damage: Damage,
+    },
+    /// A table with a number that no run writes.
+    #[error(
+        "`{}` has {value} in column `{column}`, row {row} counted from 0, where no run writes such \
+         a number; put the file back from a copy, or compute it anew with --fresh", path.display()
+    )]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The row, from 0.
+        row: u64,
+        /// `NaN`, `inf` or `-inf`.
+        value: f64,
+    },
+    /// A table with a point that the job does not have.
+    #[error(
+        "`{}` has rows of point {point_id}, and the job's {points} points are counted from 0; \
+         compute it anew with --fresh", path.display()
+    )]
+    PointBeyond {
+        /// The file.
+        path: PathBuf,
+        /// The point.
+        point_id: u64,
+        /// Points of the job.
+        points: u64,
     },
     /// Another process is at work in the folder.
     #[error(
@@ -186,7 +286,11 @@ impl StoreError {
                 | Self::ForeignJournal { .. }
                 | Self::OtherJob { .. }
                 | Self::OtherProgram { .. }
+                | Self::SymbolicLink { .. }
                 | Self::PointTwice { .. }
+                | Self::PointBeyond { .. }
+                | Self::Damaged { .. }
+                | Self::NotFinite { .. }
                 | Self::AxisNameTaken { .. }
         )
     }
@@ -195,7 +299,11 @@ impl StoreError {
     pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
         let path = path.to_path_buf();
         match source.kind() {
+            io::ErrorKind::StorageFull if lacks_inodes(&path) => Self::NoInodes { path },
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Self::DiskFull { path },
+            _ if source.raw_os_error() == Some(LOOP) && path.is_symlink() => {
+                Self::SymbolicLink { path }
+            }
             io::ErrorKind::FileTooLarge => Self::FileTooLarge { path },
             io::ErrorKind::PermissionDenied => Self::PermissionDenied { path, action },
             io::ErrorKind::ReadOnlyFilesystem => Self::ReadOnly { path },
@@ -228,6 +336,19 @@ impl StoreError {
             },
         }
     }
+}
+
+/// What the system says of a link that is not to be followed.
+const LOOP: i32 = rustix::io::Errno::LOOP.raw_os_error();
+
+/// Whether the file system that holds a path, or would, has space but no inodes left.
+fn lacks_inodes(path: &Path) -> bool {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let found = absolute
+        .ancestors()
+        .find_map(|at| rustix::fs::statvfs(at).ok());
+    // Some file systems count no inodes, and give none as all of them.
+    found.is_some_and(|system| system.f_files > 0 && system.f_favail == 0 && system.f_bavail > 0)
 }
 
 #[cfg(test)]

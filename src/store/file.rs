@@ -20,16 +20,17 @@ use serde::{Deserialize, Serialize};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::StoreError;
+use super::seal::{Hashed, TableRecord};
 use super::table::Table;
 
 /// Version of the column layout, stored as metadata `format`.
 pub(super) const FORMAT: &str = "atlas-results-1";
 /// Rows of a row group. Groups follow from the rows alone, never from timing.
-pub(super) const GROUP_ROWS: usize = 16_384;
+pub const GROUP_ROWS: usize = 16_384;
 /// Rows that are encoded together: they take more memory as they are than encoded.
 const PIECE_ROWS: usize = 1024;
 /// List data of a row group \[bytes\], where rows are long.
-pub(super) const GROUP_BYTES: usize = 16 << 20;
+pub const GROUP_BYTES: usize = 16 << 20;
 
 /// How the name of an unfinished file ends.
 const PARTIAL: &str = ".partial";
@@ -141,7 +142,7 @@ pub(super) fn start_writer<W: Write + Send>(
     path: &Path,
     schema: &Schema,
     metadata: Vec<(String, String)>,
-) -> Result<ArrowWriter<W>, StoreError> {
+) -> Result<ArrowWriter<Hashed<W>>, StoreError> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         // For pages, bounds and places would take more memory than anything else in a long run.
@@ -152,7 +153,7 @@ pub(super) fn start_writer<W: Write + Send>(
     // Twice: pyarrow shows the metadata of the Arrow schema, other readers the file's.
     let schema = Schema::new(schema.fields().clone())
         .with_metadata(metadata.iter().cloned().collect::<Metadata>());
-    let mut writer = ArrowWriter::try_new(sink, Arc::new(schema), Some(properties))
+    let mut writer = ArrowWriter::try_new(Hashed::new(sink), Arc::new(schema), Some(properties))
         .map_err(|source| StoreError::parquet(path, "write", source))?;
     for (key, value) in metadata {
         writer.append_key_value_metadata(KeyValue::new(key, value));
@@ -164,7 +165,7 @@ pub(super) fn start_writer<W: Write + Send>(
 pub(super) struct TableWriter<R, W: Write + Send> {
     table: Table<R>,
     path: PathBuf,
-    writer: ArrowWriter<W>,
+    writer: ArrowWriter<Hashed<W>>,
     /// Rows that are not encoded yet.
     buffer: Vec<R>,
     /// Rows of the group that is not written yet.
@@ -268,6 +269,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
 
 /// A table on its way to its final name.
 pub(super) struct TableFile<R> {
+    folder: PathBuf,
     writer: TableWriter<R, File>,
     temporary: TempPath,
 }
@@ -288,8 +290,11 @@ impl<R: Row> TableFile<R> {
         let stem = shard.map_or_else(String::new, |shard| format!("{}.", shard.stem()));
         let (file, temporary) =
             temporary_file(folder, &format!(".{}.{stem}", kind.file_name()))?.into_parts();
-        let writer = TableWriter::new(file, path, table, metadata)?;
-        Ok(Self { writer, temporary })
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            writer: TableWriter::new(file, path, table, metadata)?,
+            temporary,
+        })
     }
 
     /// Starts a file that is no table of a job.
@@ -300,8 +305,11 @@ impl<R: Row> TableFile<R> {
         metadata: &[(&str, String)],
     ) -> Result<Self, StoreError> {
         let (file, temporary) = temporary_file(folder, &format!(".{name}."))?.into_parts();
-        let writer = TableWriter::new(file, folder.join(name), table, metadata)?;
-        Ok(Self { writer, temporary })
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            writer: TableWriter::new(file, folder.join(name), table, metadata)?,
+            temporary,
+        })
     }
 
     pub(super) fn table(&self) -> &Table<R> {
@@ -312,16 +320,33 @@ impl<R: Row> TableFile<R> {
         self.writer.push(row)
     }
 
-    /// Completes the file and gives it its final name; returns the number of rows.
-    pub(super) fn finish(mut self) -> Result<u64, StoreError> {
+    /// Completes the file and gives it its final name.
+    pub(super) fn finish(mut self) -> Result<TableRecord, StoreError> {
         let rows = self.writer.finish()?;
         let path = &self.writer.path;
         if let Some(parent) = path.parent() {
             create_folder(parent)?;
         }
-        publish(self.writer.writer.inner(), self.temporary, path)?;
-        Ok(rows)
+        let written = self.writer.writer.inner();
+        publish(&written.sink, self.temporary, path)?;
+        Ok(written.record(&self.folder, path, rows))
     }
+}
+
+/// Writes a file whole or not at all. What has its name already, a symbolic link among them, is
+/// replaced and not written through.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut temporary = temporary_file(folder, &format!(".{name}."))?;
+    temporary
+        .write_all(bytes)
+        .map_err(|source| StoreError::io(path, "write", source))?;
+    let (file, temporary) = temporary.into_parts();
+    publish(&file, temporary, path)
 }
 
 /// Creates a folder and its parents.
@@ -350,14 +375,17 @@ pub(super) fn partial_file(folder: &Path, prefix: &str) -> io::Result<NamedTempF
 
 /// Removes unfinished files that a killed process left in `folder`: those that nobody holds
 /// a lock on. What cannot be removed is harmless and stays.
-pub(super) fn remove_stale(folder: &Path) -> Result<(), StoreError> {
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn remove_stale(folder: &Path) -> Result<(), StoreError> {
     let entries = fs::read_dir(folder).map_err(|source| StoreError::io(folder, "read", source))?;
-    for path in entries.flatten().map(|entry| entry.path()) {
-        let name = path
-            .file_name()
-            .and_then(|name| name.to_str())
-            .unwrap_or_default();
-        if !(name.starts_with('.') && name.ends_with(PARTIAL)) {
+    for entry in entries.flatten() {
+        let (path, name) = (entry.path(), entry.file_name());
+        let own =
+            (name.to_str()).is_some_and(|name| name.starts_with('.') && name.ends_with(PARTIAL));
+        // Opening anything but a file may wait for ever.
+        if !own || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
             continue;
         }
         if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {

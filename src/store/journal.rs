@@ -12,18 +12,20 @@
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use rustix::fs::OFlags;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::file::{Shard, create_folder};
 use super::{PointRow, ProgramRecord, StoreError};
+use crate::propagate::instructions;
 
 /// Says what the file is and which version of the encoding it has.
-const MAGIC: &[u8; 8] = b"atlas-j2";
+const MAGIC: &[u8; 8] = b"atlas-j3";
 
 /// Length and checksum in front of a payload.
 const FRAME: usize = 16;
@@ -37,6 +39,8 @@ struct Header {
     job_hash: String,
     shard: Option<Shard>,
     program: ProgramRecord,
+    /// Instructions that its first points were computed with.
+    instructions: String,
 }
 
 /// The journal of a run, open and locked.
@@ -50,6 +54,7 @@ pub struct Journal {
     end: u64,
     last_sync: Instant,
     unsynced: bool,
+    instructions: String,
 }
 
 impl Journal {
@@ -71,6 +76,7 @@ impl Journal {
             job_hash: job_hash.to_owned(),
             shard,
             program: ProgramRecord::current(),
+            instructions: instructions().to_owned(),
         };
         let file = open_locked(&path)?;
         let mut journal = Self {
@@ -80,6 +86,7 @@ impl Journal {
             end: 0,
             last_sync: Instant::now(),
             unsynced: false,
+            instructions: header.instructions.clone(),
         };
         if fresh {
             return journal.begin(&header);
@@ -107,7 +114,8 @@ impl Journal {
                 found: found.program.to_string(),
                 running: header.program.to_string(),
             }),
-            Some((_, length)) => {
+            Some((found, length)) => {
+                journal.instructions = found.instructions;
                 journal.points = MAGIC.len() as u64 + length;
                 journal.end = journal
                     .file
@@ -118,6 +126,16 @@ impl Journal {
             }
             // Killed before the header was on disk: nothing is lost.
             None => journal.begin(&header),
+        }
+    }
+
+    /// Instructions that the points in it were computed with, and those of this process where
+    /// they are others.
+    pub fn instructions(&self) -> Vec<String> {
+        let here = instructions().to_owned();
+        match self.end > self.points && self.instructions != here {
+            true => vec![self.instructions.clone(), here],
+            false => vec![here],
         }
     }
 
@@ -262,6 +280,8 @@ fn open_locked(path: &Path) -> Result<File, StoreError> {
             .write(true)
             .create(true)
             .truncate(false)
+            // A run writes in its folder, not wherever a link there leads.
+            .custom_flags(OFlags::NOFOLLOW.bits() as i32)
             .open(path)
             .map_err(refused)?;
         match file.try_lock() {
@@ -275,7 +295,7 @@ fn open_locked(path: &Path) -> Result<File, StoreError> {
         }
         // Another run may have ended, and removed the file, between opening and locking.
         let own = file.metadata().map_err(refused)?;
-        match fs::metadata(path) {
+        match fs::symlink_metadata(path) {
             Ok(there) if (there.dev(), there.ino()) == (own.dev(), own.ino()) => return Ok(file),
             Ok(_) => {}
             Err(error) if error.kind() == ErrorKind::NotFound => {}

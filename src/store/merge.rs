@@ -9,9 +9,10 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use super::file::{TableKind, create_folder, table_path};
-use super::run::{RunRecord, RunState, ShardRecord, Totals};
-use super::weave::{Source, Woven, weave};
+use super::file::{TableKind, create_folder, remove_stale, table_path};
+use super::run::{RunRecord, RunState, ShardRecord, Totals, mixed};
+use super::seal::Seals;
+use super::weave::{Finished, Source, Woven, weave};
 use super::{StoreError, read_runs, write_run};
 
 /// Why shards cannot be joined.
@@ -58,7 +59,7 @@ pub enum MergeError {
     /// Shards that are not there.
     #[error(
         "of {count} shards these are missing: {}; run them with --shard i/{count}",
-        list(missing)
+        list(missing, missing.len() as u64)
     )]
     Missing {
         /// Number of shards.
@@ -92,10 +93,12 @@ pub enum MergeError {
         wanted: u64,
     },
     /// Points that no shard has.
-    #[error("no shard has these points: {}", list(missing))]
+    #[error("no shard has these points: {}", list(missing, *all))]
     PointsMissing {
-        /// The points.
+        /// The first of them.
         missing: Vec<u64>,
+        /// How many there are.
+        all: u64,
     },
     /// The output folder is in use.
     #[error("`{}` is not empty; choose another folder with --out", folder.display())]
@@ -108,13 +111,15 @@ pub enum MergeError {
     Store(#[from] StoreError),
 }
 
-/// The first of some numbers, and how many there are where that is not all.
-fn list(numbers: &[u64]) -> String {
-    const SHOWN: usize = 8;
-    let shown: Vec<String> = numbers.iter().take(SHOWN).map(u64::to_string).collect();
+/// Most numbers that an error lists.
+const LISTED: usize = 8;
+
+/// The first of so many numbers, and how many there are where that is not all.
+fn list(numbers: &[u64], all: u64) -> String {
+    let shown: Vec<String> = numbers.iter().take(LISTED).map(u64::to_string).collect();
     let mut text = shown.join(", ");
-    if numbers.len() > SHOWN {
-        text += &format!(" … ({} in all)", numbers.len());
+    if all > LISTED as u64 {
+        text += &format!(" … ({all} in all)");
     }
     text
 }
@@ -128,12 +133,15 @@ struct Part {
 }
 
 impl Part {
-    fn table(&self, kind: TableKind) -> PathBuf {
-        table_path(&self.folder, kind, self.record.shard)
+    fn seals(&self) -> Seals<'_> {
+        Seals {
+            folder: &self.folder,
+            tables: &self.record.tables,
+        }
     }
 }
 
-/// Joins the shards in `folders`, each of which may hold one or several, into `out`, which
+/// Joins the shards in `folders`, each of which holds one or several, or folders that do, into `out`, which
 /// does not exist yet or is empty. Gives the record of the whole.
 ///
 /// # Errors
@@ -142,11 +150,12 @@ impl Part {
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
     let parts = parts(folders)?;
     vacant(out)?;
-    let woven = tables(&parts, out)?;
-    for table in woven {
-        table.publish()?;
-    }
-    let record = record(&parts);
+    let woven: Vec<Finished> = (tables(&parts, out)?.into_iter())
+        .map(Woven::finish)
+        .collect::<Result<_, _>>()?;
+    let mut record = record(&parts);
+    record.tables = woven.iter().map(|table| table.record.clone()).collect();
+    woven.into_iter().try_for_each(Finished::publish)?;
     write_run(out, &record)?;
     Ok(record)
 }
@@ -154,17 +163,8 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
 /// The shards of one job, complete and in order.
 fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, MergeError> {
     let mut parts: BTreeMap<u32, Part> = BTreeMap::new();
-    for folder in folders {
-        let records = match folder.is_dir() {
-            true => read_runs(folder)?,
-            false => Vec::new(),
-        };
-        if records.is_empty() {
-            return Err(MergeError::NoRun {
-                folder: folder.clone(),
-            });
-        }
-        for record in records {
+    for given in folders {
+        for (folder, record) in recorded(given)? {
             let shard = record.shard.ok_or_else(|| MergeError::Whole {
                 folder: folder.clone(),
             })?;
@@ -207,6 +207,35 @@ fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, MergeError> {
     }
 }
 
+/// The records of a folder, or else of the folders in it, and where they lie.
+fn recorded(given: &Path) -> Result<Vec<(PathBuf, RunRecord)>, MergeError> {
+    let of = |folder: &Path| -> Result<Vec<(PathBuf, RunRecord)>, StoreError> {
+        let records = read_runs(folder)?.into_iter();
+        Ok(records
+            .map(|record| (folder.to_path_buf(), record))
+            .collect())
+    };
+    let mut found = Vec::new();
+    if given.is_dir() {
+        found = of(given)?;
+        let refused = |error| StoreError::io(given, "read", error);
+        if found.is_empty() {
+            for entry in fs::read_dir(given).map_err(refused)? {
+                let folder = entry.map_err(refused)?.path();
+                if folder.is_dir() {
+                    found.extend(of(&folder)?);
+                }
+            }
+        }
+    }
+    match found.is_empty() {
+        true => Err(MergeError::NoRun {
+            folder: given.to_path_buf(),
+        }),
+        false => Ok(found),
+    }
+}
+
 /// Whether two shards are of one split of one job by one program.
 fn alike(first: &Part, other: &Part) -> Result<(), MergeError> {
     let facts = |part: &Part| {
@@ -228,39 +257,51 @@ fn alike(first: &Part, other: &Part) -> Result<(), MergeError> {
     Ok(())
 }
 
-/// Refuses a folder with anything in it: no result of another job can be overwritten, nor
-/// an input.
+/// Refuses a folder with anything in it, but for what a merge that was killed has left: no result
+/// of another job can be overwritten, nor an input.
 fn vacant(out: &Path) -> Result<(), MergeError> {
     match fs::read_dir(out) {
-        Ok(mut entries) => match entries.next() {
-            None => Ok(()),
-            Some(_) => Err(MergeError::OutputInUse {
-                folder: out.to_path_buf(),
-            }),
-        },
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(create_folder(out)?),
-        Err(error) => Err(StoreError::io(out, "read", error).into()),
+        Ok(_) => {}
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(create_folder(out)?),
+        Err(error) => return Err(StoreError::io(out, "read", error).into()),
+    }
+    remove_stale(out)?;
+    match fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_none()) {
+        true => Ok(()),
+        false => Err(MergeError::OutputInUse {
+            folder: out.to_path_buf(),
+        }),
     }
 }
 
 /// All tables of the job, read to their ends and not yet published; the points are checked.
 fn tables(parts: &[Part], out: &Path) -> Result<Vec<Woven>, MergeError> {
     let none = BTreeSet::new();
+    let points = (parts.iter()).fold(0_u64, |sum, part| {
+        sum.saturating_add(part.record.totals.points)
+    });
     let mut woven = Vec::new();
     for kind in TableKind::OF_A_JOB {
-        let paths: Vec<PathBuf> = parts.iter().map(|part| part.table(kind)).collect();
-        if kind != TableKind::Points && !paths.iter().any(|path| path.exists()) {
-            continue;
-        }
-        let sources: Vec<Source<'_>> = paths
-            .into_iter()
-            .map(|path| Source {
-                path,
+        let sources: Vec<Source<'_>> = (parts.iter())
+            .map(|part| Source {
+                path: table_path(&part.folder, kind, part.record.shard),
+                seals: part.seals(),
                 without: &none,
             })
             .collect();
+        let named = |source: &Source<'_>| source.seals.name(&source.path);
+        if kind != TableKind::Points && !sources.iter().any(named) {
+            continue;
+        }
         let mut census = Census::new(parts.len());
         woven.push(weave(&sources, out, kind, None, |point_id, part, rows| {
+            if point_id >= points {
+                return Err(StoreError::PointBeyond {
+                    path: sources[part].path.clone(),
+                    point_id,
+                    points,
+                });
+            }
             census.count(point_id, part, rows);
             Ok(())
         })?);
@@ -275,7 +316,10 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Woven>, MergeError> {
 struct Census {
     /// The point expected next.
     next: u64,
+    /// The first points that were not met.
     missing: Vec<u64>,
+    /// Points that were met.
+    met: u64,
     /// Rows of each part.
     rows: Vec<u64>,
 }
@@ -285,13 +329,16 @@ impl Census {
         Self {
             next: 0,
             missing: Vec::new(),
+            met: 0,
             rows: vec![0; parts],
         }
     }
 
     fn count(&mut self, point_id: u64, part: usize, rows: u64) {
-        self.missing.extend(self.next..point_id);
+        let open = LISTED - self.missing.len();
+        self.missing.extend((self.next..point_id).take(open));
         self.next = point_id + 1;
+        self.met += 1;
         self.rows[part] += rows;
     }
 
@@ -309,6 +356,7 @@ impl Census {
         match self.missing.is_empty() {
             true => Ok(()),
             false => Err(MergeError::PointsMissing {
+                all: self.next - self.met,
                 missing: self.missing,
             }),
         }
@@ -343,6 +391,16 @@ fn record(parts: &[Part]) -> RunRecord {
             totals: record.totals.clone(),
         }));
     }
+    let used = &mut whole.machine.instructions;
+    for part in parts {
+        let own = part.record.machine.instructions.iter();
+        for name in own {
+            if !used.contains(name) {
+                used.push(name.clone());
+            }
+        }
+    }
+    warnings.extend(mixed(used).filter(|warning| !warnings.contains(warning)));
     whole.forecast = None;
     whole.totals = totals;
     whole.warnings = warnings;
@@ -353,4 +411,42 @@ fn record(parts: &[Part]) -> RunRecord {
     whole.placement.copies_asked = whole.placement.asked.clone();
     whole.placement.copies_obtained = whole.placement.obtained.clone();
     whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::Shard;
+
+    #[test]
+    fn shards_of_unlike_processors_are_joined_with_a_warning() {
+        let part = |index: u32, instructions: &str| {
+            let mut record = crate::store::run::tests::record(Some(Shard { index, count: 2 }));
+            record.machine.instructions = vec![instructions.to_owned()];
+            Part {
+                folder: PathBuf::new(),
+                index,
+                count: 2,
+                record,
+            }
+        };
+        let whole = record(&[part(1, "avx512"), part(2, "baseline")]);
+        assert_eq!(whole.machine.instructions, ["avx512", "baseline"]);
+        let said = whole
+            .warnings
+            .iter()
+            .find(|w| w.contains("different instructions"));
+        assert!(
+            said.is_some_and(|said| said.contains("avx512, baseline")),
+            "{:?}",
+            whole.warnings
+        );
+        let each = whole
+            .shards
+            .iter()
+            .map(|shard| &shard.machine.instructions[0]);
+        assert_eq!(each.collect::<Vec<_>>(), ["avx512", "baseline"]);
+        let whole = record(&[part(1, "avx512"), part(2, "avx2")]);
+        assert!(whole.warnings.iter().all(|w| !w.contains("instructions")));
+    }
 }

@@ -26,12 +26,14 @@ mod horizon;
 mod journal;
 mod merge;
 mod nvh;
+mod open;
 mod orbits;
 mod probes;
 mod read;
 mod reorder;
 mod replace;
 mod run;
+mod seal;
 mod table;
 mod tables;
 mod trace;
@@ -40,7 +42,9 @@ mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
-pub use chains::{ChainColumns, ChainEnd, ChainPart, Transition, TransitionRow, transitions_table};
+pub use chains::{
+    ChainColumns, ChainEnd, ChainPart, Level, Transition, TransitionRow, transitions_table,
+};
 pub use characteristics::{
     ArithmeticRow, BandwidthRow, CacheRecord, Characteristics, Cliff, Description, Figure,
     HugePages, Keyed, LatencyRow, MountainRow, NodeRecord, Noise, OperatorRow, RoofRow, SolverRow,
@@ -50,19 +54,21 @@ pub use columns::{
     AxisColumn, Placement, PoincareRow, PointRow, SpectrumRow, poincare_table, points_table,
     spectra_table,
 };
-pub use error::StoreError;
-pub use file::{Shard, TableKind, table_path};
+pub use error::{Damage, StoreError};
+pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_path, write_whole};
 pub use horizon::{HorizonRow, horizon_table};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
 pub use merge::{MergeError, merge};
+pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use probes::{ProbeRow, probes_table};
-pub use read::{ResultTable, read_runs};
-pub use replace::{replace, statuses};
+pub use read::{ResultTable, read_run, read_runs, record_paths, verify};
+pub use replace::{Exchange, replace, statuses};
 pub use run::{
     ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord,
-    RunState, ShardRecord, Totals, write_run,
+    RunState, ShardRecord, Totals, mixed, run_path, write_run,
 };
+pub use seal::TableRecord;
 pub use table::{Column, Table};
 pub use tables::{
     ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,

@@ -123,9 +123,9 @@ fn stability_columns() -> Vec<Column<OrbitRow>> {
         Column::new(
             "bifurcation",
             "",
-            "What the largest multiplier crosses the unit circle as, where it does: fold (+1), flip (-1), neimark_sacker (a pair)",
+            "What the largest multiplier crosses the unit circle as: fold (+1), flip (-1), neimark_sacker (a pair); null where its modulus is below 0.9",
             Value::Text(Box::new(|row: &OrbitRow| {
-                Some(Bifurcation::name(row.orbit.character.bifurcation))
+                row.orbit.character.bifurcation.map(Bifurcation::name)
             })),
         ),
         number(

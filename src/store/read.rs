@@ -1,7 +1,7 @@
 //! Reads a results folder back: tables by column, and the run records.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -9,10 +9,16 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::DataType;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
-use super::file::{FORMAT, TableKind};
+use super::error::Damage;
+use super::file::TableKind;
+use super::open::TableReader;
+use super::seal::{Seals, TableRecord, is_sealed};
 use super::{RunRecord, StoreError};
+use crate::input::{self, printable};
+
+/// Largest run record read \[bytes\]: a manifest, and a few hundred bytes a shard.
+const MOST_RECORD: u64 = 256 << 20;
 
 /// A table in memory: one file, or all shards in the order of their names.
 #[derive(Debug, Clone)]
@@ -25,21 +31,20 @@ pub struct ResultTable {
 }
 
 impl ResultTable {
-    /// Reads a table of a results folder.
+    /// Reads a table of a results folder. Where the folder has records of runs, every file is what
+    /// they say; without any nothing is known of it.
     ///
     /// # Errors
-    /// The folder or the table does not exist, cannot be read, or is not of this program.
+    /// The folder or the table does not exist, cannot be read, is not of this program, or is not
+    /// what was written.
     pub fn read(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
-        let path = folder.join(kind.file_name());
-        let mut table = Self {
-            path: path.clone(),
-            batches: Vec::new(),
-            metadata: BTreeMap::new(),
-            order: Vec::new(),
-        };
-        for file in parts(folder, &path)? {
-            table.append(&file)?;
-        }
+        let mut table = Self::at(folder, kind);
+        table.walk(folder, None, |table, mut reader| {
+            while let Some(batch) = reader.next()? {
+                table.batches.push(batch);
+            }
+            Ok::<_, StoreError>(())
+        })?;
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
         // A traced trajectory is of one point and stays in order of time.
@@ -50,36 +55,73 @@ impl ResultTable {
         Ok(table)
     }
 
-    fn append(&mut self, path: &Path) -> Result<(), StoreError> {
-        let refused = |source| StoreError::parquet(path, "read", source);
-        let foreign = |detail: String| StoreError::Foreign {
-            path: path.to_path_buf(),
-            detail,
+    /// What a table says of itself, without its rows.
+    ///
+    /// # Errors
+    /// As [`ResultTable::read`].
+    pub fn head(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
+        let mut table = Self::at(folder, kind);
+        table.walk(folder, Some(&[]), |_, _| Ok::<_, StoreError>(()))?;
+        Ok(table)
+    }
+
+    /// Hands over the rows of a table, some thousand at a time and of the named columns only, in
+    /// the order of its files.
+    ///
+    /// # Errors
+    /// As [`ResultTable::read`], or what `each` refuses.
+    pub fn scan<E: From<StoreError>>(
+        folder: &Path,
+        kind: TableKind,
+        columns: &[&str],
+        mut each: impl FnMut(&Self) -> Result<(), E>,
+    ) -> Result<(), E> {
+        Self::at(folder, kind).walk(folder, Some(columns), |part, mut reader| {
+            while let Some(batch) = reader.next()? {
+                part.order = (0..batch.num_rows()).collect();
+                part.batches = vec![batch];
+                each(part)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// A table of a folder of which nothing was read yet.
+    fn at(folder: &Path, kind: TableKind) -> Self {
+        Self {
+            path: folder.join(kind.file_name()),
+            batches: Vec::new(),
+            metadata: BTreeMap::new(),
+            order: Vec::new(),
+        }
+    }
+
+    /// Opens the files of the table one after the other, each held against the records of the
+    /// folder where it has some, and takes up what it says of itself.
+    fn walk<E: From<StoreError>>(
+        &mut self,
+        folder: &Path,
+        columns: Option<&[&str]>,
+        mut each: impl FnMut(&mut Self, TableReader) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let runs = match folder.is_dir() {
+            true => read_runs(folder)?,
+            false => Vec::new(),
         };
-        let file = File::open(path).map_err(|source| StoreError::io(path, "read", source))?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(refused)?;
-        let metadata: BTreeMap<String, String> = builder
-            .metadata()
-            .file_metadata()
-            .key_value_metadata()
-            .into_iter()
-            .flatten()
-            .filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?)))
-            .collect();
-        match metadata.get("format").map(String::as_str) {
-            Some(FORMAT) => {}
-            Some(other) => return Err(foreign(format!("format `{other}`, not `{FORMAT}`"))),
-            None => return Err(foreign("it names no format".into())),
-        }
-        if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
-            return Err(foreign(
-                "its columns differ from those of the other shards".into(),
-            ));
-        }
-        self.metadata = metadata;
-        for batch in builder.build().map_err(refused)? {
-            self.batches
-                .push(batch.map_err(|error| refused(error.into()))?);
+        let tables: Vec<TableRecord> = runs.iter().flat_map(|run| run.tables.clone()).collect();
+        let tables = &tables[..];
+        let seals = (!runs.is_empty()).then_some(Seals { folder, tables });
+        for file in parts(folder, &self.path, seals)? {
+            let reader = TableReader::open(&file, seals, columns)?;
+            let metadata: BTreeMap<String, String> = reader.metadata().iter().cloned().collect();
+            if !self.metadata.is_empty() && metadata.get("units") != self.metadata.get("units") {
+                Err(StoreError::Foreign {
+                    path: file,
+                    detail: "its columns differ from those of the other shards".into(),
+                })?;
+            }
+            self.metadata = metadata;
+            each(self, reader)?;
         }
         Ok(())
     }
@@ -150,14 +192,15 @@ impl ResultTable {
         self.column(name, |array| Some(array.as_boolean_opt()?.iter().collect()))
     }
 
-    /// A column of text, in ascending `point_id`.
+    /// A column of text, fit to be shown, in ascending `point_id`.
     ///
     /// # Errors
     /// No such column, or of another type.
     pub fn text(&self, name: &str) -> Result<Vec<Option<String>>, StoreError> {
         self.column(name, |array| {
             let values = array.as_string_opt::<i32>()?.iter();
-            Some(values.map(|value| value.map(str::to_owned)).collect())
+            let shown = |value: &str| printable(value).into_owned();
+            Some(values.map(|value| value.map(shown)).collect())
         })
     }
 
@@ -208,44 +251,72 @@ impl ResultTable {
 /// The run records of a results folder: `run.json`, or one a shard.
 ///
 /// # Errors
-/// The folder cannot be listed, or a record cannot be read or is not of this program. A
-/// folder without a record gives an empty list.
+/// The folder cannot be listed, or a record cannot be read, is not of this program, or is not what
+/// was written. A folder without a record gives an empty list.
 pub fn read_runs(folder: &Path) -> Result<Vec<RunRecord>, StoreError> {
+    let paths = record_paths(folder)?;
+    paths.iter().map(|path| read_run(path)).collect()
+}
+
+/// Where the run records of a results folder lie.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn record_paths(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
     let is_record = |name: &str| {
         name == "run.json" || (name.starts_with("run.shard-") && name.ends_with(".json"))
     };
-    let mut records = Vec::new();
-    for path in listed(folder, is_record)? {
-        let text =
-            fs::read_to_string(&path).map_err(|source| StoreError::io(&path, "read", source))?;
-        records.push(
-            serde_json::from_str(&text).map_err(|error| StoreError::Foreign {
-                path: path.clone(),
-                detail: error.to_string(),
-            })?,
-        );
-    }
-    Ok(records)
+    listed(folder, is_record)
 }
 
-/// The files that make up a table.
-fn parts(folder: &Path, path: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let missing = || StoreError::Missing {
-        folder: folder.to_path_buf(),
-        missing: path.to_path_buf(),
+/// One run record.
+///
+/// # Errors
+/// It cannot be read, is not of this program, or is not what was written.
+pub fn read_run(path: &Path) -> Result<RunRecord, StoreError> {
+    let text =
+        input::read(path, MOST_RECORD).map_err(|source| StoreError::io(path, "read", source))?;
+    if !is_sealed(&text) {
+        return Err(StoreError::Damaged {
+            path: path.to_path_buf(),
+            damage: Damage::Unsealed,
+        });
+    }
+    serde_json::from_slice(&text).map_err(|error| StoreError::Foreign {
+        path: path.to_path_buf(),
+        detail: error.to_string(),
+    })
+}
+
+/// Holds every table of a run against its record.
+///
+/// # Errors
+/// [`StoreError::Damaged`] where one is gone or not what was written; or it cannot be read.
+pub fn verify(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
+    let tables = &record.tables[..];
+    let seals = Seals { folder, tables };
+    let paths = seals.paths();
+    paths.iter().try_for_each(|path| seals.open(path).map(drop))
+}
+
+/// The files that make up a table: those that are there, and those that were written.
+fn parts(folder: &Path, path: &Path, seals: Option<Seals<'_>>) -> Result<Vec<PathBuf>, StoreError> {
+    let mut parts = match path.metadata() {
+        Ok(metadata) if metadata.is_dir() => listed(path, |name| name.ends_with(".parquet"))?,
+        Ok(_) => vec![path.to_path_buf()],
+        Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
+        Err(source) => return Err(StoreError::io(path, "read", source)),
     };
-    match path.metadata() {
-        Ok(metadata) if metadata.is_dir() => {
-            let parts = listed(path, |name| name.ends_with(".parquet"))?;
-            if parts.is_empty() {
-                Err(missing())
-            } else {
-                Ok(parts)
-            }
-        }
-        Ok(_) => Ok(vec![path.to_path_buf()]),
-        Err(error) if error.kind() == ErrorKind::NotFound => Err(missing()),
-        Err(source) => Err(StoreError::io(path, "read", source)),
+    let written = seals.map(|seals| seals.paths()).unwrap_or_default();
+    parts.extend(written.into_iter().filter(|file| file.starts_with(path)));
+    parts.sort();
+    parts.dedup();
+    match parts.is_empty() {
+        true => Err(StoreError::Missing {
+            folder: folder.to_path_buf(),
+            missing: path.to_path_buf(),
+        }),
+        false => Ok(parts),
     }
 }
 

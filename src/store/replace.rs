@@ -2,43 +2,40 @@
 //! row stays as it is.
 //!
 //! Tables are exchanged one by one, `points.parquet` last. Doing it twice gives the same, so
-//! a command that was killed amid it is simply repeated.
+//! a command that was killed amid it is simply repeated; its record names both tables meanwhile.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::path::Path;
 
 use arrow_array::Array;
 use arrow_array::cast::AsArray;
 use arrow_array::types::UInt64Type;
-use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 
 use super::StoreError;
 use super::file::{Shard, TableKind, table_path};
-use super::weave::{Source, weave};
+use super::open::TableReader;
+use super::seal::{Seals, TableRecord};
+use super::weave::{Finished, Source, Woven, weave};
 
-/// How the points of finished results (of a shard) ended: the points of each status.
+/// How the points of finished results (of a shard) with these tables ended: the points of each
+/// status.
 ///
 /// # Errors
-/// The table cannot be read or is not of this program.
+/// The table cannot be read, is not of this program, or is not what was written.
 pub fn statuses(
     folder: &Path,
     shard: Option<Shard>,
+    tables: &[TableRecord],
 ) -> Result<BTreeMap<String, BTreeSet<u64>>, StoreError> {
     let path = table_path(folder, TableKind::Points, shard);
-    let refused = |source| StoreError::parquet(&path, "read", source);
     let foreign = || StoreError::Foreign {
         path: path.clone(),
         detail: "it has no columns point_id and status".into(),
     };
-    let file = File::open(&path).map_err(|source| StoreError::io(&path, "read", source))?;
-    let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(refused)?;
-    let columns = ProjectionMask::columns(builder.parquet_schema(), ["point_id", "status"]);
-    let reader = builder.with_projection(columns).build().map_err(refused)?;
+    let seals = Some(Seals { folder, tables });
+    let mut reader = TableReader::open(&path, seals, Some(&["point_id", "status"]))?;
     let mut found: BTreeMap<String, BTreeSet<u64>> = BTreeMap::new();
-    for batch in reader {
-        let batch = batch.map_err(|error| refused(error.into()))?;
+    while let Some(batch) = reader.next()? {
         let ids = batch
             .column_by_name("point_id")
             .and_then(|ids| ids.as_primitive_opt::<UInt64Type>())
@@ -56,37 +53,66 @@ pub fn statuses(
     Ok(found)
 }
 
-/// Exchanges `points` in the results in `folder` (of a shard of a job) for those in `anew`, the
-/// results of an undivided run over these points.
+/// Points of finished results, and what is to stand in their place.
+#[derive(Debug, Clone, Copy)]
+pub struct Exchange<'a> {
+    /// The results (of a shard of a job) that change.
+    pub folder: &'a Path,
+    /// Which part of a split job they are.
+    pub shard: Option<Shard>,
+    /// Their tables.
+    pub tables: &'a [TableRecord],
+    /// The points.
+    pub points: &'a BTreeSet<u64>,
+    /// The results of an undivided run over these points.
+    pub anew: &'a Path,
+    /// Its tables.
+    pub added: &'a [TableRecord],
+}
+
+/// Exchanges points, and gives the tables as they are then. Before the first file changes,
+/// `announce` is told of them: a command that is killed on the way leaves some old and some new
+/// ones.
 ///
 /// # Errors
-/// A file cannot be read or written, or the tables have other columns than they had.
+/// A file cannot be read or written, the tables have other columns than they had, or what
+/// `announce` says.
 pub fn replace(
-    folder: &Path,
-    shard: Option<Shard>,
-    points: &BTreeSet<u64>,
-    anew: &Path,
-) -> Result<(), StoreError> {
+    exchange: Exchange<'_>,
+    announce: impl FnOnce(&[TableRecord]) -> Result<(), StoreError>,
+) -> Result<Vec<TableRecord>, StoreError> {
+    let Exchange { folder, shard, .. } = exchange;
     let none = BTreeSet::new();
+    let old = Seals {
+        folder,
+        tables: exchange.tables,
+    };
+    let new = Seals {
+        folder: exchange.anew,
+        tables: exchange.added,
+    };
     let mut woven = Vec::new();
     for kind in TableKind::OF_A_JOB {
         let kept = Source {
             path: table_path(folder, kind, shard),
-            without: points,
+            seals: old,
+            without: exchange.points,
         };
         let added = Source {
-            path: table_path(anew, kind, None),
+            path: table_path(exchange.anew, kind, None),
+            seals: new,
             without: &none,
         };
-        if kind == TableKind::Points || kept.path.exists() || added.path.exists() {
-            woven.push(weave(
-                &[kept, added],
-                folder,
-                kind,
-                shard,
-                |_, _, _| Ok(()),
-            )?);
+        if old.name(&kept.path) || new.name(&added.path) {
+            let sources = [kept, added];
+            woven.push(weave(&sources, folder, kind, shard, |_, _, _| Ok(()))?);
         }
     }
-    woven.into_iter().try_for_each(|table| table.publish())
+    let woven: Vec<Finished> = (woven.into_iter())
+        .map(Woven::finish)
+        .collect::<Result<_, _>>()?;
+    let tables: Vec<TableRecord> = woven.iter().map(|table| table.record.clone()).collect();
+    announce(&tables)?;
+    woven.into_iter().try_for_each(Finished::publish)?;
+    Ok(tables)
 }

@@ -1,13 +1,14 @@
 //! `run.json`: what was run, by which program, on which machine, and how it ended.
 
 use std::fmt;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::file::{Shard, create_folder, publish, temporary_file};
+use super::file::{Shard, create_folder, write_whole};
+use super::seal::{TableRecord, sealed};
+use crate::propagate::instructions;
 use crate::topology::{Machine, Topology};
 
 /// Everything about a run that is not a result.
@@ -39,6 +40,8 @@ pub struct RunRecord {
     /// The shards that it was joined from, where it was.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shards: Vec<ShardRecord>,
+    /// The tables, as they were written; a file of another size or hash is damaged.
+    pub tables: Vec<TableRecord>,
     /// Later runs that computed failed points again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub retries: Vec<RetryRecord>,
@@ -165,6 +168,10 @@ pub struct MachineRecord {
     pub memory: u64,
     /// Instruction sets that kernels can use, widest last.
     pub isa: Vec<String>,
+    /// Instructions that points were computed with: `avx512` and `avx2`, which give the same bits,
+    /// `baseline`, or `portable`, which has the same bits on every processor. Several where a run
+    /// was continued, or shards were joined, across processors.
+    pub instructions: Vec<String>,
     /// Operating system and architecture.
     pub system: String,
 }
@@ -181,9 +188,32 @@ impl MachineRecord {
             numa_nodes: topology.map_or(0, |t| t.numa_nodes.len()),
             memory: machine.memory,
             isa: machine.isa.into_iter().map(str::to_owned).collect(),
+            instructions: vec![instructions().to_owned()],
             system: machine.system,
         }
     }
+}
+
+/// What is to be said where points were computed with several instructions: none where all of
+/// these give the same bits.
+pub fn mixed(instructions: &[String]) -> Option<String> {
+    let kind = |name: &str| {
+        match name {
+            "avx512" | "avx2" => "fused",
+            _ => name,
+        }
+        .to_owned()
+    };
+    let mut kinds = instructions.iter().map(|name| kind(name));
+    let first = kinds.next()?;
+    kinds.any(|other| other != first).then(|| {
+        format!(
+            "points were computed with different instructions ({}), whose results differ by rounding, \
+             and chaotic motion soon by all of itself; run.instructions = \"portable\" gives the same \
+             bits on every processor",
+            instructions.join(", ")
+        )
+    })
 }
 
 /// Threads asked for and obtained, and where they ran.
@@ -215,7 +245,7 @@ pub struct Totals {
     /// Points whose answers did not settle within their cycles (status not_converged).
     #[serde(default)]
     pub not_converged: u64,
-    /// Points that failed, diverged or stormed.
+    /// Points that failed, diverged, stormed or were inaccurate.
     pub failed: u64,
     /// Points not computed (an interrupted run).
     pub missing: u64,
@@ -272,37 +302,32 @@ impl Totals {
 }
 
 /// Where the record of a run (of a shard) lies.
-pub(super) fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
+pub fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
     folder.join(match shard {
         None => "run.json".to_owned(),
         Some(shard) => format!("run.{}.json", shard.stem()),
     })
 }
 
-/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all.
+/// Writes `run.json` (`run.shard-i-of-n.json` for a shard), whole or not at all; its last key,
+/// `blake3`, is the hash of the text before it.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     create_folder(folder)?;
     let path = run_path(folder, record.shard);
-    let mut text = serde_json::to_string_pretty(record)
+    let text = serde_json::to_string_pretty(record)
         .map_err(|error| StoreError::io(&path, "write", error.into()))?;
-    text.push('\n');
-    let mut temporary = temporary_file(folder, ".run.")?;
-    temporary
-        .write_all(text.as_bytes())
-        .map_err(|source| StoreError::io(&path, "write", source))?;
-    let (file, temporary) = temporary.into_parts();
-    publish(&file, temporary, &path)
+    write_whole(&path, sealed(&text).as_bytes())
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::store::read_runs;
 
-    fn record(shard: Option<Shard>) -> RunRecord {
+    pub fn record(shard: Option<Shard>) -> RunRecord {
         RunRecord {
             job: "flex80".into(),
             state: RunState::Interrupted,
@@ -324,6 +349,7 @@ mod tests {
             forecast: None,
             totals: Totals::new(80, 70, 4, 50_000, 2.0),
             shards: Vec::new(),
+            tables: Vec::new(),
             retries: Vec::new(),
             warnings: vec!["binding is not possible here".into()],
             manifest_hash: "0123abcd".into(),
@@ -344,6 +370,29 @@ mod tests {
             1,
             "no temporary file stays"
         );
+    }
+
+    #[test]
+    fn instructions_are_mixed_where_their_bits_differ() {
+        let mixed =
+            |names: &[&str]| mixed(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>());
+        for alike in [
+            &["avx2"][..],
+            &["avx512", "avx2"],
+            &["portable"],
+            &["baseline"],
+            &[],
+        ] {
+            assert_eq!(mixed(alike), None, "{alike:?}");
+        }
+        for unlike in [
+            ["avx2", "baseline"],
+            ["portable", "avx512"],
+            ["baseline", "portable"],
+        ] {
+            let said = mixed(&unlike).unwrap();
+            assert!(unlike.iter().all(|name| said.contains(name)), "{said}");
+        }
     }
 
     #[test]

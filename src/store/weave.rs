@@ -16,48 +16,72 @@ use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
 use arrow_array::{
     Array, ArrayRef, ArrowPrimitiveType, BooleanArray, PrimitiveArray, RecordBatch, StringArray,
 };
-use arrow_schema::{DataType, SchemaRef};
+use arrow_schema::DataType;
 use parquet::arrow::ArrowWriter;
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 use tempfile::TempPath;
 
 use super::StoreError;
 use super::file::{
-    FORMAT, GROUP_BYTES, GROUP_ROWS, Shard, TableKind, create_folder, publish, start_writer,
-    table_path, temporary_file,
+    GROUP_BYTES, GROUP_ROWS, Shard, TableKind, create_folder, publish, start_writer, table_path,
+    temporary_file,
 };
-
-/// What the Parquet library keeps of the schema beside the file's own metadata.
-const ARROW_SCHEMA: &str = "ARROW:schema";
+use super::open::TableReader;
+use super::seal::{Hashed, Seals, TableRecord};
 
 /// A file to take rows from.
 #[derive(Debug)]
 pub(super) struct Source<'a> {
     /// The file.
     pub path: PathBuf,
+    /// What the record of its run says of it.
+    pub seals: Seals<'a>,
     /// Points whose rows stay behind.
     pub without: &'a BTreeSet<u64>,
 }
 
 /// A table brought together, on its way to its final name.
 pub(super) struct Woven {
-    writer: ArrowWriter<File>,
+    folder: PathBuf,
+    writer: ArrowWriter<Hashed<File>>,
     temporary: TempPath,
     path: PathBuf,
+    rows: u64,
+}
+
+/// The same, whole.
+pub(super) struct Finished {
+    woven: Woven,
+    pub record: TableRecord,
 }
 
 impl Woven {
-    /// Completes the file and gives it its final name.
-    pub(super) fn publish(mut self) -> Result<(), StoreError> {
+    /// Completes the file, still under its temporary name.
+    pub(super) fn finish(mut self) -> Result<Finished, StoreError> {
         let refused = |source| StoreError::parquet(&self.path, "write", source);
         self.writer.finish().map_err(refused)?;
         self.writer
             .sync()
             .map_err(|source| StoreError::io(&self.path, "write", source))?;
-        if let Some(parent) = self.path.parent() {
+        let written = self.writer.inner();
+        let record = written.record(&self.folder, &self.path, self.rows);
+        let woven = self;
+        Ok(Finished { woven, record })
+    }
+}
+
+impl Finished {
+    /// Gives the file its final name.
+    pub(super) fn publish(self) -> Result<(), StoreError> {
+        let Woven {
+            writer,
+            temporary,
+            path,
+            ..
+        } = self.woven;
+        if let Some(parent) = path.parent() {
             create_folder(parent)?;
         }
-        publish(self.writer.inner(), self.temporary, &self.path)
+        publish(&writer.inner().sink, temporary, &path)
     }
 }
 
@@ -82,7 +106,8 @@ pub(super) fn weave(
         folder: folder.to_path_buf(),
         missing: table_path(folder, kind, shard),
     })?;
-    if let Some(other) = others.iter().find(|t| t.schema != first.schema) {
+    let schema = first.reader.schema().clone();
+    if let Some(other) = others.iter().find(|t| *t.reader.schema() != schema) {
         let detail = format!(
             "its columns differ from those of `{}`",
             first.source.path.display()
@@ -93,12 +118,14 @@ pub(super) fn weave(
     let path = table_path(folder, kind, shard);
     let (file, temporary) =
         temporary_file(folder, &format!(".{}.", kind.file_name()))?.into_parts();
-    let writer = start_writer(file, &path, &first.schema, first.metadata.clone())?;
+    let writer = start_writer(file, &path, &schema, first.reader.metadata().to_vec())?;
     let mut cloth = Cloth {
         woven: Woven {
+            folder: folder.to_path_buf(),
             writer,
             temporary,
             path,
+            rows: 0,
         },
         picks: Vec::new(),
         rows_in_group: 0,
@@ -167,9 +194,7 @@ fn next_point(
 /// A source being read, a batch at a time.
 struct Thread<'a> {
     source: &'a Source<'a>,
-    schema: SchemaRef,
-    metadata: Vec<(String, String)>,
-    reader: ParquetRecordBatchReader,
+    reader: TableReader,
     batch: RecordBatch,
     /// The next row of the batch.
     row: usize,
@@ -177,33 +202,13 @@ struct Thread<'a> {
 
 impl<'a> Thread<'a> {
     fn open(source: &'a Source<'a>) -> Result<Self, StoreError> {
-        let path = &source.path;
-        let refused = |error| StoreError::parquet(path, "read", error);
-        let file = File::open(path).map_err(|error| StoreError::io(path, "read", error))?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(refused)?;
-        let metadata: Vec<(String, String)> = builder
-            .metadata()
-            .file_metadata()
-            .key_value_metadata()
-            .into_iter()
-            .flatten()
-            .filter(|pair| pair.key != ARROW_SCHEMA)
-            .filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?)))
-            .collect();
-        let schema = builder.schema().clone();
-        let thread = Self {
+        let reader = TableReader::open(&source.path, Some(source.seals), None)?;
+        Ok(Self {
             source,
-            batch: RecordBatch::new_empty(schema.clone()),
-            schema,
-            reader: builder.build().map_err(refused)?,
+            batch: RecordBatch::new_empty(reader.schema().clone()),
+            reader,
             row: 0,
-            metadata,
-        };
-        match thread.metadata.iter().find(|(key, _)| key == "format") {
-            Some((_, format)) if format == FORMAT => Ok(thread),
-            Some((_, format)) => Err(thread.foreign(format!("format `{format}`, not `{FORMAT}`"))),
-            None => Err(thread.foreign("it names no format".into())),
-        }
+        })
     }
 
     /// The point of the batch's next row that is taken; none behind its end.
@@ -225,11 +230,10 @@ impl<'a> Thread<'a> {
 
     /// Goes on to the next batch; false when there is none.
     fn load(&mut self) -> Result<bool, StoreError> {
-        let Some(batch) = self.reader.next() else {
+        let Some(batch) = self.reader.next()? else {
             return Ok(false);
         };
-        self.batch =
-            batch.map_err(|error| StoreError::parquet(&self.source.path, "read", error.into()))?;
+        self.batch = batch;
         self.row = 0;
         Ok(true)
     }
@@ -261,7 +265,7 @@ impl Cloth {
             return Ok(());
         }
         let due = self.is_due();
-        let schema = threads[0].schema.clone();
+        let schema = threads[0].reader.schema().clone();
         let columns = (0..schema.fields().len())
             .map(|column| {
                 let parts: Vec<&dyn Array> = threads
@@ -280,6 +284,7 @@ impl Cloth {
         let writer = &mut self.woven.writer;
         writer.write(&batch).map_err(refused)?;
         self.rows_in_group += self.picks.len();
+        self.woven.rows += self.picks.len() as u64;
         self.picks.clear();
         if due || writer.in_progress_size() >= GROUP_BYTES {
             writer.flush().map_err(refused)?;

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path};
 use super::reorder::Reorder;
 use super::run::run_path;
+use super::seal::TableRecord;
 use super::table::Table;
 use super::{
     AttractorRow, AxisColumn, CellRow, ChainColumns, HorizonRow, OrbitRow, PoincareRow, PointRow,
@@ -89,29 +90,38 @@ pub struct ResultLayout {
     pub shard: Option<Shard>,
 }
 
-/// Rows written by a finished [`ResultWriter`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+impl ResultLayout {
+    /// Tables that are written beside `points.parquet`.
+    pub fn beside(&self) -> usize {
+        let one = [
+            self.poincare,
+            self.spectra,
+            self.orbits,
+            self.basins.is_some(),
+            self.horizon,
+            self.chains
+                .as_ref()
+                .is_some_and(|chains| chains.transitions),
+        ];
+        one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
+    }
+}
+
+/// What a finished [`ResultWriter`] has written.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Written {
-    /// Of `points.parquet`.
-    pub points: u64,
-    /// Of `poincare.parquet`.
-    pub poincare: u64,
-    /// Of `spectra.parquet`.
-    pub spectra: u64,
-    /// Of `probes.parquet`.
-    pub probes: u64,
-    /// Of `orbits.parquet`.
-    pub orbits: u64,
-    /// Of `transitions.parquet`.
-    pub transitions: u64,
-    /// Of `attractors.parquet`.
-    pub attractors: u64,
-    /// Of `basins.parquet`.
-    pub basins: u64,
-    /// Of `horizon.parquet`.
-    pub horizon: u64,
+    /// The tables.
+    pub tables: Vec<TableRecord>,
     /// Points expected that never came (an interrupted run).
     pub missing: u64,
+}
+
+impl Written {
+    /// Rows of a table; 0 where it was not written.
+    pub fn rows(&self, kind: TableKind) -> u64 {
+        let own = |table: &&TableRecord| table.name.starts_with(kind.file_name());
+        self.tables.iter().filter(own).map(|table| table.rows).sum()
+    }
 }
 
 /// Whose results are written.
@@ -255,27 +265,19 @@ impl ResultWriter {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
         self.clear_the_way()?;
-        let transitions = self.transitions.map_or(Ok(0), |own| own.file.finish())?;
-        let orbits = self.orbits.map_or(Ok(0), TableFile::finish)?;
-        let basins = self.basins.map_or(Ok(0), TableFile::finish)?;
-        let attractors = self.attractors.map_or(Ok(0), TableFile::finish)?;
-        let horizon = self.horizon.map_or(Ok(0), TableFile::finish)?;
-        let probes = self.probes.map_or(Ok(0), TableFile::finish)?;
-        let spectra = self.spectra.map_or(Ok(0), TableFile::finish)?;
-        let poincare = self.poincare.map_or(Ok(0), TableFile::finish)?;
-        let points = self.points.finish()?;
-        Ok(Written {
-            points,
-            poincare,
-            spectra,
-            probes,
-            orbits,
-            transitions,
-            attractors,
-            basins,
-            horizon,
-            missing,
-        })
+        let mut tables = Vec::new();
+        if let Some(own) = self.transitions {
+            tables.push(own.file.finish()?);
+        }
+        finish(self.orbits, &mut tables)?;
+        finish(self.basins, &mut tables)?;
+        finish(self.attractors, &mut tables)?;
+        finish(self.horizon, &mut tables)?;
+        finish(self.probes, &mut tables)?;
+        finish(self.spectra, &mut tables)?;
+        finish(self.poincare, &mut tables)?;
+        finish(Some(self.points), &mut tables)?;
+        Ok(Written { tables, missing })
     }
 
     /// Removes the record of an earlier run, which must never stand beside tables that it
@@ -335,10 +337,12 @@ impl ResultWriter {
         if let Some(file) = &mut self.spectra {
             for spectrum in spectra {
                 let signal: Arc<str> = spectrum.signal.into();
+                let method = spectrum.method;
                 for line in spectrum.lines {
                     file.push(SpectrumRow {
                         point_id,
                         signal: Arc::clone(&signal),
+                        method,
                         line,
                     })?;
                 }
@@ -399,6 +403,15 @@ impl ResultWriter {
             row.outcome.reason.push_str(&note);
         }
     }
+}
+
+/// Completes a table where it is written.
+fn finish<R: Row>(
+    file: Option<TableFile<R>>,
+    tables: &mut Vec<TableRecord>,
+) -> Result<(), StoreError> {
+    tables.extend(file.map(TableFile::finish).transpose()?);
+    Ok(())
 }
 
 fn absent(error: &io::Error) -> bool {

@@ -13,13 +13,16 @@ use crate::manifest::{
 use crate::model::{
     Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
 };
-use crate::propagate::{DenseError, Volterra};
+use crate::propagate::Volterra;
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::OperatorFetchError;
 
 /// Why a point's system cannot be built.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
+    /// The values of the point's axes do not go together.
+    #[error("no drive has these values: {0}")]
+    Values(String),
     /// The structure cannot be assembled or solved.
     #[error("the structure cannot be computed: {0}")]
     Structure(#[from] ShaftError),
@@ -29,12 +32,14 @@ pub enum BuildError {
     /// The mesh cannot be computed from the drawing of the gears.
     #[error("the mesh cannot be computed: {0}")]
     Mesh(#[from] MeshError),
-    /// The kernel's tables cannot be built.
-    #[error(transparent)]
-    Tables(#[from] DenseError),
     /// The kernel's tables cannot be come by.
-    #[error(transparent)]
-    Kept(#[from] OperatorFetchError),
+    #[error("{error}{}", advice.as_ref().map_or(String::new(), |advice| format!("; {advice}")))]
+    Tables {
+        /// Why.
+        error: OperatorFetchError,
+        /// Which other kernel there is, where it is the model that tables do not fit.
+        advice: Option<String>,
+    },
     /// There is no such slice of initial states.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),
@@ -74,6 +79,35 @@ pub fn affordable(model: &Model, kernel: &KernelSpec) -> Result<(), BuildError> 
         rate: Volterra::fastest_rate(model),
         period: model.period(),
     })
+}
+
+impl BuildError {
+    /// Of tables that a model does not have, with what is known to fit it.
+    pub fn tables(error: impl Into<OperatorFetchError>, model: &Model) -> Self {
+        let error = error.into();
+        let another = match &error {
+            OperatorFetchError::Dense(dense) => dense.concerns_the_model(),
+            OperatorFetchError::Arrays(_) => false,
+        };
+        Self::Tables {
+            advice: another.then(|| structured_instead(model)),
+            error,
+        }
+    }
+}
+
+/// Whether the structured kernel gets through a mesh cycle that tables do not fit.
+fn structured_instead(model: &Model) -> String {
+    let windows = Volterra::windows_needed(model, f64::EPSILON);
+    match windows <= MOST_WINDOWS {
+        true => format!(
+            "or set run.kernel = \"volterra\", which takes this mesh cycle in {windows:.0} windows"
+        ),
+        false => format!(
+            "run.kernel = \"volterra\" does not fit either: it would take {windows:.0} windows \
+             (at most {MOST_WINDOWS})"
+        ),
+    }
 }
 
 /// The structure of a model specification, reduced to the modes it retains.

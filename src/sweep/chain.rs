@@ -6,16 +6,38 @@
 //! itself would have with a finer grid; one that moves as the near side becomes the near
 //! side. A trial without a verdict (at a bifurcation motions settle ever more slowly) ends the
 //! search with the bracket reached.
+//!
+//! Neighbours of one class and period may still lie on different branches. Where the deflection
+//! changes by much more between them than between those before, the interval is halved as well: a
+//! jump stays as large as it was, a continuous change is halved with it.
 
 use super::build::Parts;
 use super::point::{Answer, Worker, attempt, row};
-use crate::analysis::{CalledOff, Class, PointOutcome, Status};
-use crate::manifest::{Direction, Job, LyapunovSpec, PointSpec, RunSpec};
+use crate::analysis::{CalledOff, Class, NvhErrors, PointOutcome, Status};
+use crate::manifest::{Direction, Job, LyapunovSpec, NvhSpec, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
-use crate::store::{ChainEnd, ChainPart, PointRow, Transition};
+use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
+
+/// Change of the deflection's mean or RMS, relative to the RMS, from which a jump is looked for.
+const NOTABLE: f64 = 0.1;
+
+/// How many times the change before it such a change must be.
+const STANDS_OUT: f64 = 4.0;
+
+/// Part of the change at first that must be left of a jump once it is bracketed.
+const JUMPS: f64 = 0.5;
+
+/// Fewest halvings that tell a jump from a continuous change.
+const FEWEST_HALVINGS: u32 = 3;
+
+/// Standard errors of their difference that two levels may differ by.
+const SIGMAS: f64 = 5.0;
+
+/// Smallest RMS, in half gaps, that a change is held against.
+const SMALLEST_RMS: f64 = 1e-3;
 
 /// What the next point of a chain has to know of those before it.
 #[derive(Debug, Clone, Default)]
@@ -37,6 +59,9 @@ struct Near {
     value: f64,
     class: Class,
     end: ChainEnd,
+    level: Option<Level>,
+    /// Change of the level since the point before, where that was of the same class.
+    step: Option<f64>,
 }
 
 impl Link {
@@ -59,10 +84,15 @@ impl Link {
         if let (Some(carried), Some(class), Some(end)) =
             (&job.carried, verdict(&row.outcome), &self.end)
         {
+            let level = row.chain.as_ref().and_then(|chain| chain.level);
+            let before = self.near.as_ref().filter(|near| near.class == class);
+            let half_gap = job.points.at(row.point_id as usize).mesh.half_gap;
             self.near = Some(Near {
                 value: row.axis_values[carried.axis],
                 class,
                 end: end.clone(),
+                level,
+                step: before.and_then(|near| Some(apart([near.level?, level?], half_gap))),
             });
         }
     }
@@ -119,6 +149,39 @@ pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     outcome.class.filter(|class| *class != Class::NotConverged)
 }
 
+/// Mean and RMS of the deflection of a point that was asked for them.
+fn level(outcome: &PointOutcome) -> Option<Level> {
+    let nvh = outcome.nvh.as_ref()?;
+    let error = |pick: fn(&NvhErrors) -> f64| nvh.stderr.as_ref().map_or(0.0, pick);
+    Some(Level {
+        mean: [nvh.dte_mean, error(|e| e.dte_mean)],
+        rms: [nvh.dte_rms, error(|e| e.dte_rms)],
+    })
+}
+
+/// By how much two levels differ beyond their errors, relative to the larger RMS.
+fn apart([a, b]: [Level; 2], half_gap: f64) -> f64 {
+    let scale = a.rms[0].max(b.rms[0]).max(SMALLEST_RMS * half_gap);
+    let beyond = |a: [f64; 2], b: [f64; 2]| {
+        let errors = a[1].hypot(b[1]);
+        // Errors that are not known are infinite: no difference is beyond them.
+        ((a[0] - b[0]).abs() - SIGMAS * errors).max(0.0)
+    };
+    beyond(a.mean, b.mean).max(beyond(a.rms, b.rms)) / scale
+}
+
+/// The point with its deflection's level asked for.
+fn with_level(point: &PointSpec) -> PointSpec {
+    let mut asked = point.clone();
+    let analyses = Arc::make_mut(&mut asked.analyses);
+    analyses.nvh.get_or_insert(NvhSpec {
+        harmonics: 0,
+        spectrum: false,
+        bearings: false,
+    });
+    asked
+}
+
 /// Computes a point that comes behind `link`.
 ///
 /// # Errors
@@ -132,13 +195,21 @@ pub fn compute(
     called_off: &AtomicBool,
 ) -> Result<PointRow, CalledOff> {
     let clock = Instant::now();
-    let mut answer = attempt(point, link.end.as_ref(), job.seed, parts, called_off)?;
+    let refined = point.direction.is_some() && halvings(point) > 0;
+    let levelled = refined.then(|| with_level(point));
+    let asked = levelled.as_ref().unwrap_or(point);
+    let mut answer = attempt(asked, link.end.as_ref(), job.seed, parts, called_off)?;
+    let level = level(&answer.outcome).filter(|_| refined);
+    if point.analyses.nvh.is_none() {
+        answer.outcome.nvh = None;
+    }
     let mut chain = None;
     if let Some(direction) = point.direction {
         if let Some(trouble) = &link.trouble {
             let how = match trouble {
                 Status::Diverged => "diverged",
                 Status::EventStorm => "ended in an event storm",
+                Status::Inaccurate => "was not followed accurately",
                 Status::Ok | Status::NotConverged | Status::Failed => "failed",
             };
             let note = format!("; started from run.initial, because the point before it {how}");
@@ -152,7 +223,8 @@ pub fn compute(
         };
         chain = Some(Box::new(ChainPart {
             upwards: direction == Direction::Up,
-            transition: search.narrow(link, &mut answer)?,
+            transition: search.narrow(link, &mut answer, level)?,
+            level,
             end: answer.end.take(),
         }));
     }
@@ -160,6 +232,11 @@ pub fn compute(
         chain,
         ..row(point, answer, worker, clock)
     })
+}
+
+/// Halvings asked for where the motion changes.
+fn halvings(point: &PointSpec) -> u32 {
+    point.analyses.poincare.map_or(0, |asked| asked.refine)
 }
 
 /// The search for a change of motion just before a point.
@@ -173,25 +250,44 @@ struct Search<'a> {
 impl Search<'_> {
     /// The change, if there is one and it is to be refined. The work is added to the
     /// point's.
-    fn narrow(&self, link: &Link, answer: &mut Answer) -> Result<Option<Transition>, CalledOff> {
-        let halvings = self.point.analyses.poincare.map_or(0, |asked| asked.refine);
+    fn narrow(
+        &self,
+        link: &Link,
+        answer: &mut Answer,
+        level: Option<Level>,
+    ) -> Result<Option<Transition>, CalledOff> {
+        let halvings = halvings(self.point);
         let (Some(near), Some(to)) = (&link.near, verdict(&answer.outcome)) else {
             return Ok(None);
         };
         let Some(carried) = self.job.carried.as_ref() else {
             return Ok(None);
         };
-        if halvings == 0 || near.class == to {
+        let half_gap = self.point.mesh.half_gap;
+        let change = |near: &Near, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
+        let at_first = change(near, level).filter(|change| {
+            *change > NOTABLE && near.step.is_none_or(|step| *change > STANDS_OUT * step)
+        });
+        if halvings == 0 || near.class == to && at_first.is_none() {
             return Ok(None);
         }
-        let mut near = near.clone();
+        let (mut near, mut far) = (near.clone(), level);
         let mut found = Transition {
             from: near.class,
             to,
             bracket: [near.value, self.point.axis_values[carried.axis]],
             trials: 0,
+            jump: None,
         };
-        let asked = self.trial();
+        // What is left of a change at constant class, and whether that is enough for a jump.
+        let left = |near: &Near, far| change(near, far).unwrap_or(0.0);
+        let jumps = |near: &Near, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
+        let asked = self.trial(near.class == to);
+        let mut halved = 0;
+        let halvings = match near.class == to {
+            true => halvings.max(FEWEST_HALVINGS),
+            false => halvings,
+        };
         for _ in 0..halvings {
             let value = 0.5 * (near.value + found.bracket[1]);
             let Some(between) = self.job.point_between(&asked, value) else {
@@ -206,23 +302,44 @@ impl Search<'_> {
             )?;
             found.trials += 1;
             answer.outcome.cycles += tried.outcome.cycles;
-            match (verdict(&tried.outcome), tried.end) {
-                (Some(class), Some(end)) if class == found.from => {
-                    near = Near { value, class, end };
-                    found.bracket[0] = value;
-                }
-                (Some(class), Some(_)) => {
-                    found.to = class;
-                    found.bracket[1] = value;
-                }
-                _ => break,
+            let here = self::level(&tried.outcome);
+            let (Some(class), Some(end)) = (verdict(&tried.outcome), tried.end) else {
+                break;
+            };
+            let trial = Near {
+                value,
+                class,
+                end,
+                level: here,
+                step: None,
+            };
+            // Of one class on both sides, the side is the one whose level is nearer.
+            let as_before = class == found.from
+                && (found.to != found.from || left(&near, here) <= left(&trial, far));
+            if as_before {
+                near = trial;
+                found.bracket[0] = value;
+            } else {
+                far = here;
+                found.to = class;
+                found.bracket[1] = value;
             }
+            halved += 1;
+            if found.to == found.from && !jumps(&near, far) {
+                return Ok(None);
+            }
+        }
+        if found.to == found.from {
+            if halved < FEWEST_HALVINGS {
+                return Ok(None);
+            }
+            found.jump = near.level.zip(far).map(|(before, behind)| [before, behind]);
         }
         Ok(Some(found))
     }
 
-    /// The point with no more asked of it than its verdict takes.
-    fn trial(&self) -> PointSpec {
+    /// The point with no more asked of it than its verdict takes, and its level.
+    fn trial(&self, levelled: bool) -> PointSpec {
         let mut trial = self.point.clone();
         let analyses = Arc::make_mut(&mut trial.analyses);
         analyses.lyapunov = analyses.lyapunov.map(|asked| LyapunovSpec {
@@ -232,10 +349,15 @@ impl Search<'_> {
         analyses.poincare = None;
         analyses.nvh = None;
         analyses.multistability = None;
+        analyses.orbits = None;
+        analyses.horizon = None;
         trial.run = Arc::new(RunSpec {
             audit_cycles: 0,
             ..(*trial.run).clone()
         });
-        trial
+        match levelled {
+            true => with_level(&trial),
+            false => trial,
+        }
     }
 }

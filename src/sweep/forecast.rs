@@ -11,9 +11,10 @@ use super::build::{Parts, tables_wanted};
 use super::chain::{Link, compute, verdict};
 use super::estimate::{Interval, Load, drawn};
 use super::layout::layout;
+use super::memory::{Memory, Rows};
 use super::outlook::{sample, shared};
 use super::point::Worker;
-use super::queue::{look, work};
+use super::queue::{ahead, work};
 use super::run::{Options, SweepError, start_workers};
 use super::turns::Share;
 use crate::manifest::{AnalysesSpec, Job, LyapunovSpec, PointSpec};
@@ -33,9 +34,6 @@ const CLOSE: f64 = 0.15;
 
 /// Most points that are tried out, a worker.
 const MOST_A_WORKER: usize = 64;
-
-/// Rows of a row group, the most of one table that is in memory at once.
-const GROUP_ROWS: u64 = 16_384;
 
 /// Time between two looks at the clock.
 const LOOK_UP: Duration = Duration::from_millis(20);
@@ -62,8 +60,11 @@ pub struct Forecast {
     pub calibration_time: f64,
     /// Wall time of the run \[s\].
     pub time: Interval,
-    /// Memory \[bytes\]; absent where the system does not tell what the calibration took.
+    /// Most memory that it takes \[bytes\]; absent where the system does not tell what the
+    /// calibration took.
     pub memory: Option<u64>,
+    /// What that is made of.
+    pub memory_parts: Option<Memory>,
     /// Result files \[bytes\].
     pub disk: u64,
     /// The journal, which is there while the run lasts \[bytes\].
@@ -94,7 +95,7 @@ pub fn forecast(
     let load = Load {
         points: all,
         length,
-        work: ids().map(|id| work(job.points.variant(id))).sum(),
+        work: ids().map(|id| work(&job.points.variant(id))).sum(),
         threads,
         shared: shared(job),
     };
@@ -124,14 +125,17 @@ pub fn forecast(
     let (done, waiting) = channel::<()>();
     std::thread::scope(|scope| {
         let over = &calibration.over;
-        scope.spawn(move || {
+        let watch = move || {
             let started = Instant::now();
             while waiting.recv_timeout(LOOK_UP) == Err(RecvTimeoutError::Timeout) {
                 if started.elapsed() >= budget || called_off.load(Ordering::Relaxed) {
                     over.store(true, Ordering::Relaxed);
                 }
             }
-        });
+        };
+        std::thread::Builder::new()
+            .spawn_scoped(scope, watch)
+            .map_err(|error| SweepError::threads(threads + 1, &error))?;
         crew.pool.broadcast(|context| {
             let worker = Worker {
                 index: context.index() as u32,
@@ -145,7 +149,8 @@ pub fn forecast(
             }
         });
         drop(done);
-    });
+        Ok::<_, SweepError>(())
+    })?;
     if called_off.load(Ordering::Relaxed) {
         return Ok(None);
     }
@@ -161,9 +166,18 @@ pub fn forecast(
     // A change may come and go between two neighbours.
     time.high += 2.0 * refining / threads as f64;
     let row_bytes = mean_or_zero(&rows, |row| journal_bytes(row) as f64);
-    let held = (all as u64).min(GROUP_ROWS + (look(threads) * length) as u64);
+    let size_of_rows = Rows {
+        points: all as u64,
+        waiting: ahead(threads, length) as u64,
+        row: row_bytes,
+        own: mean_or_zero(&rows, |row| {
+            journal_bytes(&row.clone().without_tables()) as f64
+        }),
+        beside: layout(job, None).beside(),
+    };
     // Before the memory is looked at, which encoding takes up too.
     let disk = disk(job, all, rows, scratch)?;
+    let memory = peak_memory().map(|peak| Memory::of(peak, size_of_rows));
     Ok(Some(Forecast {
         points: all as u64,
         chain_length: length as u64,
@@ -174,7 +188,8 @@ pub fn forecast(
         cut_short,
         calibration_time,
         time: time.after(prepared * (tables as f64 / known as f64)),
-        memory: peak_memory().map(|peak| peak + held * row_bytes as u64),
+        memory: memory.map(|memory| memory.total()),
+        memory_parts: memory,
         disk,
         journal: (row_bytes * all as f64) as u64,
     }))
@@ -230,7 +245,7 @@ impl Calibration<'_> {
         }
         let clock = Instant::now();
         let row = compute(job, &point, &link, self.parts, worker, over);
-        let ratio = clock.elapsed().as_secs_f64() / work(job.points.variant(id));
+        let ratio = clock.elapsed().as_secs_f64() / work(&job.points.variant(id));
         let mut tried = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
         let row = row.ok();
         tried.push(Tried { id, ratio, row });
@@ -251,7 +266,7 @@ impl Calibration<'_> {
                 return 0.0;
             };
             match a.id / length == b.id / length && from != to {
-                true => f64::from(halvings) * 0.5 * (a.ratio + b.ratio) * work(variant),
+                true => f64::from(halvings) * 0.5 * (a.ratio + b.ratio) * work(&variant),
                 false => 0.0,
             }
         };

@@ -3,11 +3,12 @@
 use super::parts::Near;
 use crate::gear::{
     Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs,
-    MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES, TiltCompliance,
-    loaded_misalignment,
+    MeshTablePiece, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
+    TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CourseSpec, PointSpec, TableSpec};
-use crate::model::{Division, STIFFNESS_TERMS, Stiffness};
+use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
+use crate::numerics::legendre::transforms8;
 use crate::shaft::ModalStructure;
 use crate::store::{MeshFetchError, Origin, TableStore};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -22,8 +23,32 @@ const LONGEST_PIECE: f64 = 0.25;
 /// means over longer pieces would be the largest error of all.
 const LONGEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
+/// How far a course may be from its law, relative.
+const COURSE_TOLERANCE: f64 = 1e-9;
+
+/// The same where segments take means of it: those come out closer by far.
+const MEANS_TOLERANCE: f64 = 1e-6;
+
+/// Phases closer than this, in cycles, are one: only rounding keeps them apart.
+const SAME_PHASE: f64 = 1e-9;
+
 // A piece of a table becomes the stiffness of a segment term by term.
 const _: () = assert!(NODES == STIFFNESS_TERMS);
+
+/// How finely a table follows its law.
+#[derive(Debug, Clone, Copy)]
+struct Resolution {
+    /// Longest piece, in mesh cycles.
+    longest: f64,
+    /// Largest error of its polynomials, relative.
+    tolerance: f64,
+}
+
+/// Of a table of which means are taken.
+const MEANS: Resolution = Resolution {
+    longest: LONGEST_PIECE,
+    tolerance: MEANS_TOLERANCE,
+};
 
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
@@ -58,8 +83,9 @@ pub struct TabledMesh {
     pub divisions: Vec<Division>,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
-    /// Transmission error of the flanks under load: (multiple of the mesh frequency, amplitude
-    /// \[m\], phase \[rad\]).
+    /// Harmonics of the transmission error that stand for the error of the flanks under load where
+    /// the divisions do not have it: (multiple of the mesh frequency, amplitude \[m\], phase
+    /// \[rad\]).
     pub transmission_error: Vec<(u32, f64, f64)>,
     /// How the misalignment under load was found, where shafts tilt.
     pub tilt: Option<MisalignmentReport>,
@@ -146,16 +172,23 @@ impl MeshTables {
             }
         };
         let turning = point.mesh.friction > 0.0 || misalignment != 0.0;
-        let longest = match spec.course {
-            CourseSpec::Continuous if turning => LONGEST_TURNING_PIECE,
-            _ => LONGEST_PIECE,
+        let resolution = match spec.course {
+            CourseSpec::Segments(_) => MEANS,
+            CourseSpec::Continuous => Resolution {
+                longest: if turning {
+                    LONGEST_TURNING_PIECE
+                } else {
+                    LONGEST_PIECE
+                },
+                tolerance: COURSE_TOLERANCE,
+            },
         };
-        let cycle = self.cycle(spec, misalignment, force, longest)?;
+        let cycle = self.cycle(spec, misalignment, force, resolution)?;
+        let harmonics = point.excitation.table_harmonics;
         Ok(TabledMesh {
-            divisions: divisions(&cycle, spec.course),
+            divisions: divisions(&cycle, spec.course, harmonics.is_none()),
             mean_stiffness: cycle.mean_stiffness(),
-            transmission_error: cycle
-                .harmonics(&cycle.tangent_error(), point.excitation.table_harmonics),
+            transmission_error: cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)),
             tilt,
         })
     }
@@ -178,7 +211,7 @@ impl MeshTables {
         let mut fault = None;
         let search = MisalignmentSearch::default();
         let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
-            let inputs = inputs(&spec.gears, misalignment, force, LONGEST_PIECE);
+            let inputs = inputs(&spec.gears, misalignment, force, MEANS);
             match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
                 Ok(table) => table.cycle(0, 0).mean_centre(),
                 Err(error) => {
@@ -208,15 +241,33 @@ impl MeshTables {
         spec: &TableSpec,
         misalignment: f64,
         force: f64,
-        longest: f64,
+        resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let key = format!("{:?} {misalignment:e} {force:e} {longest:e}", spec.gears);
-        let far = || self.common.cycle(&key, spec, misalignment, force, longest);
+        let gears = &spec.gears;
+        let key = format!("{gears:?} {misalignment:e} {force:e} {resolution:?}");
+        let far = || (self.common).cycle(&key, spec, misalignment, force, resolution);
         match &self.near {
             None => far(),
             Some(near) => near.get(key.clone(), far),
         }
     }
+}
+
+/// Largest less smallest error of the loaded flanks \[m\] of a point that takes its stiffness from
+/// the table of `spec`, before the shafts tilt. Nothing is kept.
+///
+/// # Errors
+/// Gears that do not mesh, or a load that cannot be shared.
+pub fn flank_error(point: &PointSpec, spec: &TableSpec) -> Result<f64, MeshError> {
+    let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
+    let force = point.load * rated;
+    let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
+    let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
+    let cycle = table.cycle(0, 0);
+    Ok(match cycle.has_error() {
+        true => cycle.range(&cycle.tangent_error()),
+        false => 0.0,
+    })
 }
 
 impl Common {
@@ -227,12 +278,12 @@ impl Common {
         spec: &TableSpec,
         misalignment: f64,
         force: f64,
-        longest: f64,
+        resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
         if let Some(known) = lock(&self.known).get(key) {
             return Ok(known.clone());
         }
-        let inputs = inputs(&spec.gears, misalignment, force, longest);
+        let inputs = inputs(&spec.gears, misalignment, force, resolution);
         let fetched = self.store.mesh_table(&spec.gears, &inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
@@ -247,33 +298,82 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn inputs(gears: &GearPair, misalignment: f64, force: f64, longest: f64) -> MeshTableInputs {
+fn inputs(
+    gears: &GearPair,
+    misalignment: f64,
+    force: f64,
+    resolution: Resolution,
+) -> MeshTableInputs {
     let mut inputs = MeshTableInputs::of_gears(gears);
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
-    inputs.longest_piece = longest;
+    inputs.longest_piece = resolution.longest;
+    inputs.tolerance = resolution.tolerance;
     inputs
 }
 
-/// The divisions of a cycle: means over equal segments, or pieces as they are.
-fn divisions(cycle: &MeshTableCycle, course: CourseSpec) -> Vec<Division> {
+/// The divisions of a cycle: means over equal segments, or pieces as they are; `with_error` to have
+/// what loaded flanks lack, if anything. It is as it is in either case, and equal segments are cut
+/// where it has its kinks and steps.
+fn divisions(cycle: &MeshTableCycle, course: CourseSpec, with_error: bool) -> Vec<Division> {
+    let with_error = with_error && cycle.has_error();
+    let pieces = cycle.pieces();
     match course {
-        CourseSpec::Segments(count) => (1..)
-            .zip(cycle.segment_means(count as usize))
-            .map(|(number, means)| Division {
-                end: f64::from(number) / f64::from(count),
-                stiffness: Stiffness::constant(means.stiffness),
-                load_centre: means.centre,
-                friction: [means.friction, means.friction_lever],
-            })
-            .collect(),
-        CourseSpec::Continuous => (cycle.pieces().iter())
+        CourseSpec::Segments(count) => {
+            let ends = segment_ends(cycle, count, with_error);
+            (ends.windows(2))
+                .map(|ends| {
+                    let [start, end] = [ends[0], ends[1]];
+                    let means = cycle.means([start, end]);
+                    Division {
+                        end,
+                        stiffness: Stiffness::constant(means.stiffness),
+                        error: match with_error {
+                            true => part_of_error(&pieces, [start, end]),
+                            false => FlankError::NONE,
+                        },
+                        load_centre: means.centre,
+                        friction: [means.friction, means.friction_lever],
+                    }
+                })
+                .collect()
+        }
+        CourseSpec::Continuous => (pieces.iter())
             .map(|piece| Division {
                 end: piece.end,
                 stiffness: Stiffness::series(piece.stiffness),
+                error: match with_error {
+                    true => FlankError::series(piece.tangent_error),
+                    false => FlankError::NONE,
+                },
                 load_centre: piece.centre,
                 friction: [piece.friction, piece.friction_lever],
             })
             .collect(),
     }
+}
+
+/// Ends of equal segments, 0 first, cut where the pieces of the cycle end if `cut`.
+fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
+    let mut ends: Vec<f64> = (0..=count)
+        .map(|number| f64::from(number) / f64::from(count))
+        .collect();
+    if cut {
+        let equal = ends.clone();
+        let apart = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_PHASE);
+        ends.extend(cycle.breaks.iter().filter(apart));
+        ends.sort_by(f64::total_cmp);
+    }
+    ends
+}
+
+/// The tangent error between two phases inside one piece.
+fn part_of_error(pieces: &[MeshTablePiece], [start, end]: [f64; 2]) -> FlankError {
+    let middle = 0.5 * (start + end);
+    let inside = |piece: &&MeshTablePiece| middle < piece.end;
+    let Some(piece) = pieces.iter().find(inside).or(pieces.last()) else {
+        return FlankError::NONE;
+    };
+    let place = |phase: f64| (2.0 * phase - piece.start - piece.end) / (piece.end - piece.start);
+    FlankError::series(transforms8().restrict(&piece.tangent_error, place(start), place(end)))
 }

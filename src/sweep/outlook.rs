@@ -59,7 +59,7 @@ impl<'a> Outlook<'a> {
             let left = taken_over.left(share, place);
             points += left;
             total += (end - left..end)
-                .map(|n| work(job.points.variant(share.id(n))))
+                .map(|n| work(&job.points.variant(share.id(n))))
                 .sum::<f64>();
         }
         let load = Load {
@@ -116,7 +116,7 @@ impl<'a> Outlook<'a> {
         if !wanted || self.ratios.len() >= self.needed {
             return;
         }
-        let work = work(self.job.points.variant(row.point_id as usize));
+        let work = work(&self.job.points.variant(row.point_id as usize));
         self.ratios.push(row.placement.wall_time / work);
         if self.ratios.len() == self.needed {
             let wall_time = self.load.wall_time(&self.ratios);

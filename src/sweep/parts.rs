@@ -181,6 +181,9 @@ impl Parts {
     /// # Errors
     /// A structure, a mesh or a value that is refused.
     pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
+        if let Some(fault) = &point.fault {
+            return Err(BuildError::Values(fault.clone()));
+        }
         model(&*self.structure(&point.model)?, point, &self.meshes)
     }
 

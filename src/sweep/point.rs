@@ -8,7 +8,9 @@ use crate::analysis::{
 };
 use crate::manifest::{KernelSpec, Ladder, PointSpec};
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
+use crate::propagate::{
+    DenseError, Dyadic, Fused, Hermite, Interruptible, Kernel, Spectral, Stepping, Volterra,
+};
 use crate::store::{ChainEnd, KeptKernel, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -127,6 +129,11 @@ fn answer(
         horizon: horizon(point, seed),
     };
     let limit = point.run.event_limit;
+    let unfit = |error: DenseError| BuildError::tables(error, &model);
+    let kept = |kernel, cells| {
+        let fetched = parts.kernels().get(kernel, &model, cells);
+        fetched.map_err(|error| BuildError::tables(error, &model))
+    };
     Ok(match point.run.kernel {
         KernelSpec::Volterra { tolerance } => {
             let kernel = Volterra::new(&model, tolerance, limit);
@@ -138,21 +145,22 @@ fn answer(
         }
         KernelSpec::Tables { ladder, cells } => match ladder {
             Ladder::Dyadic => {
-                let kernel = Dyadic::new(&model, cells, limit)?;
+                let kernel = Dyadic::new(&model, cells, limit).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Hermite => {
-                let kernel = Hermite::new(&model, cells, limit)?;
+                let kernel = Hermite::new(&model, cells, limit).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Spectral { event_grid } => {
-                let tables = parts.kernels().get(KeptKernel::Spectral, &model, cells)?;
-                let kernel = Spectral::of_kept(&model, cells, limit, event_grid, &*tables)?;
+                let tables = kept(KeptKernel::Spectral, cells)?;
+                let kernel =
+                    Spectral::of_kept(&model, cells, limit, event_grid, &*tables).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
             Ladder::Fused => {
-                let tables = parts.kernels().get(KeptKernel::Fused, &model, cells)?;
-                let kernel = Fused::of_kept(&model, cells, limit, &*tables)?;
+                let tables = kept(KeptKernel::Fused, cells)?;
+                let kernel = Fused::of_kept(&model, cells, limit, &*tables).map_err(unfit)?;
                 ask(&model, &kernel, [start, own], &asked, called_off)
             }
         },
@@ -176,6 +184,7 @@ fn ask<K: Kernel + Sync>(
     asked: &Asked,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
+    let kernel = &Interruptible::new(kernel, called_off);
     let mut trajectory = start;
     let mut outcome =
         investigate_onward(model, kernel, &mut trajectory, &asked.questions, called_off)?;
@@ -196,7 +205,7 @@ fn ask<K: Kernel + Sync>(
         }
         _ => None,
     };
-    let chaotic = outcome.class == Some(Class::Chaotic);
+    let chaotic = whole && outcome.class == Some(Class::Chaotic);
     let horizon = match asked.horizon.filter(|_| chaotic) {
         None => None,
         Some(question) => match predictability(model, kernel, &trajectory, &question, called_off) {
@@ -209,6 +218,8 @@ fn ask<K: Kernel + Sync>(
         },
     };
     outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
+    // A march that was cut short may have been taken for one that found nothing.
+    CalledOff::check(called_off)?;
     Ok(Answer {
         outcome,
         multistability,

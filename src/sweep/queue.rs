@@ -36,6 +36,12 @@ pub(super) fn look(workers: usize) -> usize {
     LOOK * workers
 }
 
+/// Rows that may wait in memory for the oldest unfinished point, with so many workers on chains of
+/// such a length.
+pub(super) fn ahead(workers: usize, length: usize) -> usize {
+    AHEAD.max(workers * length)
+}
+
 /// Hands out chains.
 pub(super) struct Queue<'a> {
     job: &'a Job,
@@ -143,7 +149,7 @@ impl<'a> Queue<'a> {
             length,
             row: if regular { row / shards } else { 0 },
             look: look(workers),
-            ahead: AHEAD.max(workers * length) as u64,
+            ahead: ahead(workers, length) as u64,
             known: Mutex::new(known),
         }
     }
@@ -157,7 +163,7 @@ impl<'a> Queue<'a> {
         let end = (place + 1) * self.length;
         let left = known.taken_over.left(&self.share, place);
         (end - left..end)
-            .map(|n| work(self.job.points.variant(self.share.id(n))))
+            .map(|n| work(&self.job.points.variant(self.share.id(n))))
             .sum()
     }
 

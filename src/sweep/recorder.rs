@@ -3,7 +3,7 @@
 
 use super::outlook::{Foretold, Outlook};
 use crate::analysis::Status;
-use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError};
+use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError, Written};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ pub struct Progress {
     pub done: u64,
     /// Of these, with a status other than ok.
     pub not_ok: u64,
-    /// Of these, with status failed, diverged or event_storm.
+    /// Of these, with status failed, diverged, event_storm or inaccurate.
     pub failed: u64,
     /// Of `done`, taken over from an earlier, interrupted run.
     pub resumed: u64,
@@ -100,8 +100,7 @@ pub(super) struct Recorder<'a> {
 /// What was recorded when everything is written.
 pub(super) struct Recorded {
     pub progress: Progress,
-    /// Points that never came.
-    pub missing: u64,
+    pub written: Written,
     /// Whether the sweep was called off for its failed points.
     pub gave_up: bool,
     pub outlook: Option<Foretold>,
@@ -132,8 +131,8 @@ impl Recorder<'_> {
         let written = self.writer.finish()?;
         Ok(Recorded {
             progress: self.progress,
-            missing: written.missing,
             gave_up: gave_up && written.missing > 0,
+            written,
             outlook: self.outlook.foretold(),
         })
     }

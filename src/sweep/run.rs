@@ -9,7 +9,7 @@ use super::queue::{Next, Queue};
 use super::recorder::{Begun, Progress, Recorder, Watcher};
 use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::Job;
-use crate::store::{Journal, ResultWriter, Shard, StoreError};
+use crate::store::{Journal, ResultWriter, Shard, StoreError, Written};
 use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
 use crossbeam_channel::bounded;
 use std::collections::BTreeSet;
@@ -42,8 +42,8 @@ pub struct Finished {
     pub points: u64,
     /// What was done of them.
     pub progress: Progress,
-    /// Points not computed, because the sweep was called off.
-    pub missing: u64,
+    /// The tables, and points not computed because the sweep was called off.
+    pub written: Written,
     /// Worker threads used.
     pub threads: usize,
     /// Where they were to run, in words.
@@ -67,13 +67,26 @@ pub enum SweepError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// Threads cannot be started.
-    #[error("cannot start {threads} worker threads: {reason}; ask for fewer with --threads")]
+    #[error(
+        "cannot start {threads} worker threads: {reason}; ask for fewer with --threads, or raise the \
+         limit on threads (`ulimit -u`, or pids.max of the control group)"
+    )]
     Threads {
         /// How many were asked for.
         threads: usize,
         /// What the system says.
         reason: String,
     },
+}
+
+impl SweepError {
+    /// So many threads cannot be had.
+    pub(super) fn threads(threads: usize, reason: &dyn std::error::Error) -> Self {
+        Self::Threads {
+            threads,
+            reason: reason.to_string(),
+        }
+    }
 }
 
 /// Runs a job and writes its tables to `folder`. Points in the journal are taken over, the
@@ -151,14 +164,17 @@ pub fn run(
             most_failures: options.most_failures,
             called_off,
         };
-        let writing = scope.spawn(move || {
+        let record = move || {
             let recorded = recorder.record_all(&receiver);
             if recorded.is_err() {
                 // Nothing more can be kept: no use in computing on.
                 called_off.store(true, Ordering::Relaxed);
             }
             recorded
-        });
+        };
+        let writing = std::thread::Builder::new()
+            .spawn_scoped(scope, record)
+            .map_err(|error| SweepError::threads(threads + 1, &error))?;
         pool.broadcast(|context| {
             let worker = Worker {
                 index: context.index() as u32,
@@ -200,15 +216,16 @@ pub fn run(
             }
         });
         drop(sender);
-        writing
+        let recorded = writing
             .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        Ok::<_, SweepError>(recorded)
     });
     let recorded = ended?;
     Ok(Finished {
         points,
         progress: recorded.progress,
-        missing: recorded.missing,
+        written: recorded.written,
         threads,
         asked,
         obtained,
@@ -229,8 +246,17 @@ pub(super) struct Crew {
     pub obtained: String,
 }
 
+/// Most workers that are started: some a hardware thread, so that any number can be tried, and no
+/// more. Each holds the workspace of a point, and beyond the caches they only wait for memory and
+/// for each other.
+fn most_workers(hardware_threads: usize) -> usize {
+    const A_HARDWARE_THREAD: usize = 4;
+    const ANYWHERE: usize = 32;
+    (A_HARDWARE_THREAD * hardware_threads).max(ANYWHERE)
+}
+
 /// Starts the workers for these chains: as many as asked for, or one a core, and no more than
-/// there are pieces of work.
+/// there are pieces of work, or than are of any use.
 pub(super) fn start_workers(
     job: &Job,
     share: &Share,
@@ -242,16 +268,15 @@ pub(super) fn start_workers(
     let threads = options
         .threads
         .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)));
+    let most = most_workers(parallelism.map_or(1, usize::from));
+    let threads = threads.min(most);
     let threads = threads.clamp(1, pieces(job, share, threads).max(1));
     let seats = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|i| format!("atlas-{i}"))
         .build()
-        .map_err(|error| SweepError::Threads {
-            threads,
-            reason: error.to_string(),
-        })?;
+        .map_err(|error| SweepError::threads(threads, &error))?;
     let obtained = take_seats(&pool, &seats, topology);
     Ok(Crew {
         pool,

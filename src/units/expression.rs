@@ -84,7 +84,7 @@ const PREFIXES: [(char, i32); 10] = [
 ];
 
 /// Largest power of a factor; more is a slip of the pen.
-const MAX_POWER: i32 = 9;
+const MAX_POWER: u32 = 9;
 
 /// Reads a unit expression without blanks at its ends.
 pub(super) fn parse(text: &str) -> Result<Unit, UnitError> {
@@ -119,10 +119,10 @@ fn multiply(unit: &mut Unit, factor: &str, sign: i32) -> Option<()> {
     let (name, power) = split_power(factor)?;
     let (prefix, symbol) = find(name)?;
     let power = sign * power;
-    unit.ten += power * (prefix + symbol.ten);
+    unit.ten = unit.ten.checked_add(power * (prefix + symbol.ten))?;
     unit.factor *= symbol.factor.powi(power);
     for (total, exponent) in unit.exponents.0.iter_mut().zip(symbol.exponents) {
-        *total += power * exponent;
+        *total = total.checked_add(power * exponent)?;
     }
     Some(())
 }
@@ -138,7 +138,7 @@ fn split_power(factor: &str) -> Option<(&str, i32)> {
     } else {
         (factor, 1)
     };
-    (power != 0 && i32::abs(power) <= MAX_POWER).then_some((name, power))
+    (power != 0 && i32::unsigned_abs(power) <= MAX_POWER).then_some((name, power))
 }
 
 fn find(name: &str) -> Option<(i32, &'static Symbol)> {

@@ -114,6 +114,25 @@ fn texts_that_are_no_quantity_are_told_apart() {
     );
 }
 
+/// Exponents that would wrap round are refused, one by one and in sum.
+#[test]
+fn powers_without_bound_are_no_unit() {
+    let wrapping = "10 um*m^-2147483648*m^-2147483648";
+    let huge = format!("1 m{}", "*Gm^9*Gm^-9".repeat(1000));
+    assert!(parse(wrapping, Dimension::Length).is_err());
+    assert_eq!(parse(&huge, Dimension::Length), Ok(1.0));
+    for text in [
+        "1 m^10",
+        "1 m^-2147483648",
+        "1 m^2147483647",
+        "1 m^99999999999",
+    ] {
+        assert!(parse_any(text).is_err(), "{text}");
+    }
+    let long = format!("1 m{}", "*kN^9".repeat(100_000));
+    assert!(parse_any(&long).is_err());
+}
+
 #[test]
 fn every_dimension_reads_its_own_units() {
     for (dimension, _) in TEXT_FORMS {

@@ -7,8 +7,8 @@ use super::{Trouble, gears};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
-    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, Stiffness,
-    TrajectoryState,
+    Division, Drive, FlankError, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+    Stiffness, TrajectoryState,
 };
 use crate::propagate::Stepping;
 use crate::shaft::{FlexibleDrive, ModalStructure};
@@ -131,6 +131,7 @@ fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
     let division = |piece: &MeshTablePiece| Division {
         end: piece.end,
         stiffness: Stiffness::series(piece.stiffness),
+        error: FlankError::series(piece.tangent_error),
         load_centre: piece.centre,
         friction: [piece.friction, piece.friction_lever],
     };

@@ -46,11 +46,12 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     )])
 }
 
-/// Mean stiffness of that pair without shared bodies, as the other code takes it; laws in use
-/// differ by 5 %, by the lever of the load and the root angle.
+/// Mean stiffness of that pair without shared bodies, as the other code computes it (its rule of
+/// thumb, ε b E/18, gives 4.0966e8 N/m); laws in use differ by 5 %, by the lever of the load and the
+/// root angle.
 pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     const PLACES: u32 = 500;
-    const PUBLISHED: f64 = 4.0966e8;
+    const PUBLISHED: f64 = 3.737e8;
     let flanks = published_pair()?;
     let path = flanks.path();
     let alone = |s: f64| flanks.face_width / flanks.compliance(s).total();
@@ -66,7 +67,7 @@ pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mean = sum / f64::from(PLACES);
     Ok(vec![Line::between(
         format!("mean stiffness of 62/62 teeth, {:.3}e8 N/m", 1e-8 * mean),
-        "4.0966e8 N/m (another code)",
+        "3.737e8 N/m (another code)",
         100.0 * (mean / PUBLISHED - 1.0),
         [-6.0, 6.0],
         "%",

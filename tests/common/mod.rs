@@ -9,6 +9,7 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 pub mod march;
+pub mod motions;
 
 use atlas::model::{Division, Drive, Model, OperatingPoint, RippleInput, RippleShaft};
 use atlas::shaft::ModalStructure;

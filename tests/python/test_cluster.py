@@ -272,3 +272,76 @@ def test_shards_of_another_job_are_refused(place, request, script):
     said, _ = job.communicate(timeout=60)
     assert job.returncode == 2 and "is not empty" in said, said
     assert [p.name for p in folder.iterdir()] == ["split"]
+
+
+@pytest.mark.parametrize("script", [DASK, SLURM], ids=["dask", "slurm"])
+def test_a_damaged_split_is_refused_and_nothing_in_it_is_run(place, script):
+    if script == SLURM and shutil.which("sbatch") is None:
+        pytest.skip("no sbatch here")
+    where = ["--local=1"] if script == DASK else []
+    out = f"damaged for {script.name}"
+    folder = place / f"{out}.shards"
+    folder.mkdir()
+    for content in [
+        b"",
+        b"\n",
+        b"3",
+        b"3\n",
+        b"0123456789abcdef\n",
+        b"0 0123456789abcdef\n",
+        b"100001 0123456789abcdef\n",
+        b"3 0123456789abcdef 4\n",
+        b"a[$(touch pwned)] 0123456789abcdef\n",
+        b"3 x[$(touch pwned)]\n",
+        b"\xff\xfe\x00 3\n",
+    ]:
+        (folder / "split").write_bytes(content)
+        job = start(place, script, out, *where)
+        said, _ = job.communicate(timeout=60)
+        assert job.returncode == 2, (content, said)
+        lines = [line for line in said.splitlines() if "is damaged" in line]
+        assert len(lines) == 1 and f"{folder}/split" in lines[0], (content, said)
+        assert "Traceback" not in said and "remove" in lines[0], (content, said)
+    assert not list(place.rglob("pwned"))
+    assert [p.name for p in folder.iterdir()] == ["split"]
+    # A file where a folder is wanted.
+    for name in [f"{out} 2", f"{out} 3.shards"]:
+        (place / name).write_text("mine")
+        job = start(place, script, name.removesuffix(".shards"), *where)
+        said, _ = job.communicate(timeout=60)
+        assert job.returncode == 2 and "is a file" in said and "Traceback" not in said, said
+        assert (place / name).read_text() == "mine"
+
+
+def test_as_many_shards_as_atlas_takes_are_submitted(place):
+    """In arguments that the system passes on. In the place of sbatch a script keeps them: no
+    daemon as it is delivered would take such an array."""
+    shards = 90_000
+    with tempfile.TemporaryDirectory() as folder:
+        sbatch = Path(folder) / "sbatch"
+        sbatch.write_text(f'#!/bin/sh\nprintf "%s\\n" "$@" >>"{folder}/said"\necho 7\n')
+        sbatch.chmod(0o755)
+        more = {"env": os.environ | {"PATH": f"{folder}:{os.environ['PATH']}"}}
+        out = "very many"
+        # Every other one is finished: the longest list there is.
+        for shard in range(2, 60_000, 2):
+            part = place / f"{out}.shards" / str(shard)
+            part.mkdir(parents=True)
+            (part / f"run.shard-{shard:05}-of-{shards}.json").write_text('{\n  "state": "complete"\n')
+        job = start(place, SLURM, out, f"--shards={shards}", **more)
+        said, _ = job.communicate(timeout=300)
+        assert job.returncode == 0, said
+        assert f"60001 of {shards} shards to compute" in said
+        given = (Path(folder) / "said").read_text().splitlines()
+        assert f"--array=1-{shards}" in given
+        shutil.rmtree(place / f"{out}.shards")
+        (Path(folder) / "said").unlink()
+        for shard in [1, 2, 5, 8]:
+            part = place / f"{out}.shards" / str(shard)
+            part.mkdir(parents=True)
+            (part / f"run.shard-{shard:02}-of-12.json").write_text('{\n  "state": "complete"\n')
+        job = start(place, SLURM, out, "--shards=12", **more)
+        said, _ = job.communicate(timeout=60)
+        assert job.returncode == 0, said
+        given = (Path(folder) / "said").read_text().splitlines()
+        assert "--array=3-4,6-7,9-12" in given

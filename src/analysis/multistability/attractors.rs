@@ -47,12 +47,15 @@ impl<K: Kernel> Field<'_, K> {
             questions,
             self.called_off,
         )?;
-        let recognised = Attractor::of(self.model, self.kernel, self.norm, &found, trajectory);
-        let attractor = recognised.unwrap_or_else(|stop| {
-            found.status = stop.into();
-            found.reason = stop.to_string();
-            None
-        });
+        let recognised = Attractor::of(self.model, self.kernel, &found, trajectory);
+        let attractor = match recognised {
+            Ok(attractor) => attractor,
+            Err(stop) => {
+                found.status = stop.try_into()?;
+                found.reason = stop.to_string();
+                None
+            }
+        };
         // The statistics were drawn from them; thousands of probes may wait for their turn.
         found.poincare = Vec::new();
         Ok(Marched { found, attractor })

@@ -183,7 +183,7 @@ fn slice<K: Kernel + Sync>(
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&cell, (watched, cycles)) in round.iter().zip(marched) {
-            let outcome = cell_outcome(field, plane, cell, watched, cycles, attractors);
+            let outcome = cell_outcome(field, plane, cell, watched, cycles, attractors)?;
             cells.push((cell, outcome));
         }
         attractors.seek_orbits(field);
@@ -199,11 +199,11 @@ fn cell_outcome<K: Kernel>(
     watched: Watched,
     cycles: u64,
     attractors: &mut Attractors,
-) -> CellOutcome {
+) -> Result<CellOutcome, CalledOff> {
     let in_full = matches!(watched, Watched::Open(_));
     let (attractor, status, class, more) = match watched {
         Watched::Captured(id) => (Some(id), Status::Ok, Some(attractors.class(id)), 0),
-        Watched::Stopped(stop) => (None, stop.into(), None, 0),
+        Watched::Stopped(stop) => (None, stop.try_into()?, None, 0),
         Watched::Open(marched) => {
             let Marched { found, attractor } = *marched;
             let id = attractors.admit(field, attractor, &found);
@@ -211,7 +211,7 @@ fn cell_outcome<K: Kernel>(
         }
     };
     let [column, row] = plane.column_row(cell);
-    CellOutcome {
+    Ok(CellOutcome {
         column,
         row,
         place: plane.centre(cell),
@@ -220,7 +220,7 @@ fn cell_outcome<K: Kernel>(
         class,
         in_full,
         cycles: cycles + more,
-    }
+    })
 }
 
 /// Where a probe starts, and how far from the point's own initial state that is.

@@ -15,14 +15,8 @@ use crate::propagate::{Counters, Kernel, Stop, Tangents};
 /// settled orbit, 1e-10 over its decay a cycle.
 const SAME_ORBIT: f64 = 1e-4;
 
-/// Return distance \[half gaps\] of a settled orbit; points of one orbit lie further apart.
-const RETURN: f64 = 1e-6;
-
 /// Exponent per cycle above which nothing damps a motion.
 const NEUTRAL: f64 = 1e-7;
-
-/// Longest orbit in contact throughout, in mesh cycles: that of its excitation.
-const LONGEST_LOCKED: usize = 1024;
 
 /// Standard errors of their difference by which averages of one attractor may differ. With
 /// thousands of comparisons a job, three would split attractors by chance.
@@ -98,7 +92,6 @@ impl Attractor {
     pub fn of<K: Kernel>(
         model: &Model,
         kernel: &K,
-        norm: &EnergyNorm,
         found: &PointOutcome,
         end: TrajectoryState,
     ) -> Result<Option<Self>, Stop> {
@@ -113,7 +106,7 @@ impl Attractor {
         let continuum = (neutral && found.events_per_cycle == Some(0.0)).then_some(end.contact);
         if lyapunov.method == LyapunovMethod::Multipliers {
             let start = end.clone();
-            let mark = Mark::Orbit(start, orbit(kernel, norm, class, end)?);
+            let mark = Mark::Orbit(start, orbit(kernel, class.period().unwrap_or(1), end)?);
             return Ok(Some(Self {
                 class,
                 mark,
@@ -189,14 +182,12 @@ impl Attractor {
 /// Strobe states over one period from `end` on.
 fn orbit<K: Kernel>(
     kernel: &K,
-    norm: &EnergyNorm,
-    class: Class,
+    period: u32,
     mut end: TrajectoryState,
 ) -> Result<Vec<Vec<f64>>, Stop> {
-    let first = end.state.clone();
     let mut workspace = kernel.workspace();
     let mut states = Vec::new();
-    loop {
+    for _ in 0..period {
         states.push(end.state.clone());
         kernel.march(
             &mut end,
@@ -205,15 +196,8 @@ fn orbit<K: Kernel>(
             &mut (),
             &mut Counters::default(),
         )?;
-        let closed = match class {
-            Class::Periodic(period) => states.len() >= period as usize,
-            // Locked motion is of period 1 by name and may follow ripple of a longer one.
-            _ => norm.distance(&end.state, &first) <= RETURN * norm.unit(),
-        };
-        if closed || states.len() == LONGEST_LOCKED {
-            return Ok(states);
-        }
     }
+    Ok(states)
 }
 
 fn same_orbit(norm: &EnergyNorm, a: &[Vec<f64>], b: &[Vec<f64>]) -> bool {

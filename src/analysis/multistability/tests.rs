@@ -122,7 +122,7 @@ fn shares_add_up_to_one_over_all_endings() {
         })
         .collect();
     let attractor = AttractorOutcome {
-        class: Class::Locked,
+        class: Class::Locked(Some(1)),
         lambda: None,
         lambda_stderr: None,
         dte_rms: None,

@@ -1,17 +1,20 @@
 //! Fourier integrals of the deflection at whole mesh orders and at fractions of them.
 //!
-//! `∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt` on windows of the kernel's own length, whose
-//! integrals of P_n (Bessel series of the exponential) are kept. Windows cut short are
-//! integrated by the Gauss rule, all frequencies being powers of one slow exponential.
+//! `∫ δ e^{−iωt} dt = Σ a_n ∫ P_n e^{−iωt} dt`. Of few orders, integrals of P_n are kept for windows
+//! of the kernel's own length; windows cut short are integrated by the Gauss rule, all
+//! frequencies being powers of one slow exponential. Of many, and where an order turns too fast for
+//! the rule, each order takes the same few operations ([`crate::numerics::fourier`]).
 
 use super::rule::{LANES, LONG, Rule};
 use super::stretches::Stretches;
 use crate::analysis::modal_series::TERMS;
 use crate::analysis::recurring::Recurring;
 use crate::numerics::exponential::{Complex, LARGEST_HALF_ARGUMENT, legendre_series, multiply};
+use crate::numerics::fourier::{Stretch, add_lines, line_integrals};
 use crate::numerics::legendre::polynomials;
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::Window;
+use std::slice;
 use std::sync::Arc;
 
 /// Sub-orders looked at, in twelfths of the mesh frequency: 1/4, 1/3, 1/2, 2/3, 3/4.
@@ -88,9 +91,19 @@ impl Fourier {
         }
     }
 
-    /// Half turn \[rad\] of the highest order over a window of the length `tau` \[s\].
+    /// Half turn \[rad\] over a window of the length `tau` \[s\] of the highest frequency that
+    /// nodes may be asked for.
     pub(super) fn half_turn(&self, tau: f64) -> f64 {
-        0.5 * self.frequencies.last().map_or(0.0, |omega| omega * tau)
+        let highest = match self.many() {
+            true => self.frequencies[SUBORDERS - 1],
+            false => self.frequencies.last().copied().unwrap_or(0.0),
+        };
+        0.5 * highest * tau
+    }
+
+    /// Whether orders are too many for nodes and tables.
+    fn many(&self) -> bool {
+        self.frequencies.len() > SUBORDERS + MOST_AT_NODES
     }
 
     /// Adds a window; `at_nodes` is the series at the rule's nodes, and `sums` are those of
@@ -101,41 +114,51 @@ impl Fourier {
         series: &[f64; TERMS],
         rule: &Rule<M>,
         at_nodes: &[f64; M],
-        sums: &mut [Complex],
+        sums: &mut Vec<Complex>,
     ) {
         let tau = window.duration;
-        let turned = self.half_turn(tau);
+        let (many, turned) = (self.many(), self.half_turn(tau));
         let frequencies = &self.frequencies;
-        let known = self.known.find(tau, || table(frequencies, tau));
+        let known = match many {
+            true => None,
+            false => self.known.find(tau, || table(frequencies, tau)),
+        };
+        let whole_at_once = known.is_none() && (many || turned > Rule::<M>::WIDEST_TURN);
+        let (below, whole) = self.values.split_at_mut(SUBORDERS);
         match known {
             Some(known) => integrals(known, series, &mut self.values),
-            // Too many turns for the nodes: the table is worth while even for a cut.
-            None if turned > Rule::<M>::WIDEST_TURN => {
-                integrals(&table(frequencies, tau), series, &mut self.values);
-            }
             None => {
                 let weighted = std::array::from_fn(|j| tau * rule.weights[j] * at_nodes[j]);
                 let slowest = self.mesh_frequency * tau / 12.0;
-                let (below, whole) = self.values.split_at_mut(SUBORDERS);
-                for (chunk, whole) in whole.chunks_mut(MOST_AT_NODES).enumerate() {
-                    let skipped = chunk * MOST_AT_NODES;
-                    sum_nodes(&rule.places, &weighted, slowest, skipped, below, whole);
-                }
+                let whole = match whole_at_once {
+                    true => &mut [],
+                    false => whole,
+                };
+                sum_nodes(&rule.places, &weighted, slowest, below, whole);
             }
         }
-        let (below, whole) = self.values.split_at(SUBORDERS);
         // A twelfth of the mesh frequency has its phase back after twelve cycles.
         let twelfth = turn(self.mesh_frequency / 12.0 * window.start);
         let twelfth = multiply(twelfth, TWELFTH_TURNS[(window.cycle % 12) as usize]);
         let three = multiply(twelfth, multiply(twelfth, twelfth));
         let six = multiply(three, three);
-        let start = multiply(six, six);
-        let mut rotation = start;
-        for (sum, value) in sums.iter_mut().zip(whole) {
-            let value = multiply(rotation, *value);
-            sum.0 += value.0;
-            sum.1 += value.1;
-            rotation = multiply(rotation, start);
+        let (below, whole) = self.values.split_at(SUBORDERS);
+        if whole_at_once {
+            let stretch = Stretch {
+                duration: tau,
+                half_turn: 0.5 * self.mesh_frequency * tau,
+                phase: self.mesh_frequency * (window.start + 0.5 * tau),
+            };
+            add_lines(stretch, slice::from_ref(series), slice::from_mut(sums));
+        } else {
+            let start = multiply(six, six);
+            let mut rotation = start;
+            for (sum, value) in sums.iter_mut().zip(whole) {
+                let value = multiply(rotation, *value);
+                sum.0 += value.0;
+                sum.1 += value.1;
+                rotation = multiply(rotation, start);
+            }
         }
         let four = multiply(three, twelfth);
         let factors = [three, four, six, multiply(four, four), multiply(six, three)];
@@ -163,7 +186,8 @@ fn table(frequencies: &[f64], tau: f64) -> Table {
     frequencies.chunks(LANES).map(eight).collect()
 }
 
-/// Whole orders that are summed at the nodes in one go.
+/// Most whole orders that nodes and tables are used for: beyond, integrals order by order take
+/// less work.
 const MOST_AT_NODES: usize = 32;
 
 /// Complex numbers, one a lane.
@@ -228,14 +252,12 @@ impl Lanes {
 }
 
 /// Writes the sums of `weighted` over the nodes at `places` times `e^{−imθ}`: m the sub-orders' twelfths
-/// (`below`) and 12, 24, … (`whole`, from order `skipped` + 1 on), θ growing from 0 to
-/// `slowest` over the window. The same on every instruction set: nothing is fused.
+/// (`below`) and 12, 24, … (`whole`), θ growing from 0 to `slowest` over the window. The same on every instruction set: nothing is fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn sum_nodes<const M: usize>(
     places: &[f64; M],
     weighted: &[f64; M],
     slowest: f64,
-    skipped: usize,
     below: &mut [Complex],
     whole: &mut [Complex],
 ) {
@@ -258,9 +280,6 @@ fn sum_nodes<const M: usize>(
         }
         let twelve = six.times(six);
         let mut z = twelve;
-        for _ in 0..skipped {
-            z = z.times(twelve);
-        }
         for order in orders.iter_mut().take(whole.len()) {
             order.add(&amounts, z);
             z = z.times(twelve);
@@ -395,15 +414,20 @@ fn turn(phase: f64) -> Complex {
     (cos, -sin)
 }
 
-/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 24; windows longer than the exponential series
-/// allows are integrated by a Gauss rule with enough nodes.
+/// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 24: by the series of the exponential, by a Gauss
+/// rule, and by Bessel functions, the faster it turns.
 fn window_integrals(omega: f64, tau: f64, out: &mut [Complex; TERMS]) {
-    if 0.5 * omega * tau <= LARGEST_HALF_ARGUMENT {
+    let turned = 0.5 * omega * tau;
+    if turned <= LARGEST_HALF_ARGUMENT {
         legendre_series((0.0, -omega), tau, out);
         for (n, value) in out.iter_mut().enumerate() {
             let factor = tau / (2 * n + 1) as f64;
             *value = (factor * value.0, factor * value.1);
         }
+        return;
+    }
+    if turned > Rule::<LONG>::WIDEST_TURN {
+        line_integrals(turned, tau, out);
         return;
     }
     out.fill((0.0, 0.0));

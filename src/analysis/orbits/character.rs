@@ -6,6 +6,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::poincare::turning_points;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
+use crate::numerics::linalg::{norm, product};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use faer::Mat;
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,10 @@ const MOST_ITERATIONS: usize = 200;
 /// Turn of the direction, per iteration, at which it stands still.
 const STILL: f64 = 1e-10;
 
-/// What its leading multiplier crosses the unit circle as, where it does.
+/// Modulus of the leading multiplier from which a stable orbit is near losing its stability.
+const NEAR_THE_CIRCLE: f64 = 0.9;
+
+/// What its leading multiplier crosses the unit circle as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Bifurcation {
     /// At +1: a fold (saddle-node), or a symmetry that breaks.
@@ -40,15 +44,16 @@ impl Bifurcation {
         }
     }
 
-    /// By the leading multiplier (re, im).
-    fn of((re, im): (f64, f64)) -> Self {
-        if im != 0.0 {
+    /// By the leading multiplier (re, im); none of one well inside the unit circle, where a
+    /// complex pair may yet meet on the real axis, and nothing is told by where it stands.
+    fn of((re, im): (f64, f64)) -> Option<Self> {
+        (re.hypot(im) >= NEAR_THE_CIRCLE).then_some(if im != 0.0 {
             Self::NeimarkSacker
         } else if re < 0.0 {
             Self::Flip
         } else {
             Self::Fold
-        }
+        })
     }
 }
 
@@ -57,8 +62,9 @@ impl Bifurcation {
 pub struct Character {
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
-    /// How it gains or loses stability.
-    pub bifurcation: Bifurcation,
+    /// How it gains or loses stability; none where its leading multiplier is well inside the
+    /// unit circle.
+    pub bifurcation: Option<Bifurcation>,
     /// Contact-state changes in a period.
     pub events: u64,
     /// Largest minus smallest δ \[m\].
@@ -85,7 +91,7 @@ pub fn of<K: Kernel>(
     workspace: &mut K::Workspace,
 ) -> Result<(Vec<TrajectoryState>, Character), Stop> {
     let mut counters = Counters::default();
-    let mut extremes = Extremes::new(model.half_gap);
+    let mut extremes = Extremes::new(model);
     let mut points = Vec::with_capacity(orbit.period as usize);
     let mut state = orbit.start.clone();
     for _ in 0..orbit.period {
@@ -132,18 +138,18 @@ pub fn of<K: Kernel>(
 fn strongest(matrix: &Mat<f64>) -> (Vec<f64>, f64) {
     let n = matrix.nrows();
     let mut direction = Mat::from_fn(n, 1, |i, _| 1.0 + 0.1 * (i as f64).sin());
-    direction = &direction * (1.0 / direction.norm_l2());
+    direction = &direction * (1.0 / norm(&direction));
     let mut growth = 0.0;
     for _ in 0..MOST_ITERATIONS {
-        let image = matrix * &direction;
-        growth = image.norm_l2();
-        let back = matrix.transpose() * &image;
-        let length = back.norm_l2();
+        let image = product(matrix.as_ref(), direction.as_ref());
+        growth = norm(&image);
+        let back = product(matrix.transpose(), image.as_ref());
+        let length = norm(&back);
         if length == 0.0 {
             break;
         }
         let next = &back * (1.0 / length);
-        let turned = (&next - &direction).norm_l2();
+        let turned = norm(&(&next - &direction));
         direction = next;
         if turned <= STILL {
             break;
@@ -153,18 +159,18 @@ fn strongest(matrix: &Mat<f64>) -> (Vec<f64>, f64) {
 }
 
 /// Extremes of δ along an orbit.
-struct Extremes {
-    half_gap: f64,
+struct Extremes<'m> {
+    model: &'m Model,
     rising: Option<bool>,
     smallest: f64,
     largest: f64,
     margin: f64,
 }
 
-impl Extremes {
-    fn new(half_gap: f64) -> Self {
+impl<'m> Extremes<'m> {
+    fn new(model: &'m Model) -> Self {
         Self {
-            half_gap,
+            model,
             rising: None,
             smallest: f64::INFINITY,
             largest: f64::NEG_INFINITY,
@@ -173,7 +179,7 @@ impl Extremes {
     }
 }
 
-impl Observer for Extremes {
+impl Observer for Extremes<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
@@ -184,15 +190,40 @@ impl Observer for Extremes {
             self.largest = self.largest.max(value);
         }
         let mut rising = self.rising;
-        turning_points(window, self.half_gap, &mut rising, |x, _| {
+        let half_gap = self.model.half_gap;
+        turning_points(window, half_gap, &mut rising, |x, _| {
             let value = evaluate(&series, x);
             self.smallest = self.smallest.min(value);
             self.largest = self.largest.max(value);
-            let away = (value.abs() - self.half_gap).abs() / self.half_gap;
+            let time = window.start + 0.5 * window.duration * (1.0 + x);
+            let [gap, _] = self.model.gap_on(window.segment, time);
+            let away = (value.abs() - gap).abs() / half_gap;
             self.margin = self.margin.min(away);
         });
         self.rising = rising;
     }
 
     fn event(&mut self, _: &Event) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_multiplier_near_the_circle_or_outside_is_said_to_cross_it() {
+        for (multiplier, crossing) in [
+            ((1.3, 0.0), Some(Bifurcation::Fold)),
+            ((0.95, 0.0), Some(Bifurcation::Fold)),
+            ((-1.29, 0.0), Some(Bifurcation::Flip)),
+            ((-0.91, 0.0), Some(Bifurcation::Flip)),
+            ((0.6, 0.8), Some(Bifurcation::NeimarkSacker)),
+            ((0.5, 0.2), None),
+            ((-0.6, 0.6), None),
+            ((0.4, 0.0), None),
+            ((-0.89, 0.0), None),
+        ] {
+            assert_eq!(Bifurcation::of(multiplier), crossing, "{multiplier:?}");
+        }
+    }
 }

@@ -12,7 +12,7 @@
 use super::floquet::monodromy;
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::linalg::{eigenvalues, solve};
+use crate::numerics::linalg::{eigenvalues, product, solve};
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 use faer::Mat;
 
@@ -191,7 +191,7 @@ pub fn approaches<K: Kernel>(
     let before = offset(&trajectory.state);
     let mut predicted = before.clone();
     for _ in 0..periods as u64 {
-        predicted = &orbit.monodromy * &predicted;
+        predicted = product(orbit.monodromy.as_ref(), predicted.as_ref());
         for _ in 0..orbit.period {
             kernel.march(
                 trajectory,

@@ -7,8 +7,12 @@
 //! ```text
 //! μ = uᴴ (D u) / uᴴ u,       D u = μ u  where the monodromy matrix is right
 //! ```
+//!
+//! Where the orbit contracts they are drawn apart again after any cycle that has brought them
+//! too near to each other, along their own difference; the factors multiply.
 
 use crate::analysis::norm::EnergyNorm;
+use crate::analysis::twin::ROUND_OFF as ROUND_OFF_OF_A_CYCLE;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 
@@ -17,8 +21,15 @@ use crate::propagate::{Counters, Kernel, Stop, Tangents};
 const DISTANCE: f64 = 1e-6;
 
 /// Part of the distance by which twins may miss the eigenvector's image whatever their own
-/// error: round-off of a period, a few 1e-14 half gaps, over the distance.
+/// error: round-off of a period, a few 1e-14 half gaps, over the distance. More where the states
+/// are many half gaps.
 const ROUND_OFF: f64 = 1e-6;
+
+/// Part of their distance at which twins are drawn apart again.
+const TOO_NEAR: f64 = 1e-2;
+
+/// Part of what is left of their distance that round-off may be.
+const MOST_ROUND_OFF: f64 = 1e-2;
 
 /// The leading exponent as twins have it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +44,8 @@ pub struct TwinExponent {
 
 /// The leading exponent of the orbit of `period` mesh cycles through `start`, along the leading
 /// eigenvector of its monodromy matrix, `direction`, of unit norm in energy coordinates as real
-/// and imaginary part.
+/// and imaginary part. None where the orbit contracts so strongly that a cycle leaves twins no
+/// distance but round-off.
 ///
 /// # Errors
 /// [`Stop`] as for any march.
@@ -45,45 +57,37 @@ pub fn leading_exponent<K: Kernel>(
     period: u32,
     direction: &[Vec<f64>; 2],
     workspace: &mut K::Workspace,
-) -> Result<TwinExponent, Stop> {
-    let (weights, felt) = (norm.weights(), norm.felt());
-    let distance = DISTANCE * norm.unit();
-    let mut image = |along: &[f64], side: f64| -> Result<Vec<f64>, Stop> {
-        let mut state = start.state.clone();
-        for (&i, u) in felt.iter().zip(along) {
-            state[i] += side * distance * u / weights[i];
+) -> Result<Option<TwinExponent>, Stop> {
+    let mut twins = Twins::new(model, norm, start, direction.clone());
+    // Nats of growth before the twins were last drawn apart, and what one-sided differences
+    // change of them.
+    let (mut logarithm, mut error) = (0.0, 0.0);
+    // Round-off of all cycles, relative to the distance.
+    let mut round_off = 0.0;
+    for cycle in 1..=period {
+        twins.march(kernel, workspace)?;
+        let [central, forward] = twins.images();
+        let [size, one_sided] = [&central, &forward].map(|image| length(image));
+        let states = norm.length(&twins.orbit.state) / norm.unit();
+        let blurred = ROUND_OFF_OF_A_CYCLE * states / DISTANCE;
+        round_off += blurred;
+        if size.is_nan() || size * MOST_ROUND_OFF < blurred {
+            return Ok(None);
         }
-        let mut twin = TrajectoryState::new(model, state, start.cycle);
-        for _ in 0..period {
-            kernel.march(
-                &mut twin,
-                &mut Tangents::none(),
-                workspace,
-                &mut (),
-                &mut Counters::default(),
-            )?;
-        }
-        Ok(felt.iter().map(|&i| weights[i] * twin.state[i]).collect())
-    };
-    let end = image(&direction[0], 0.0)?;
-    // Images of both parts, from both sides and from one.
-    let mut central = [vec![0.0; felt.len()], vec![0.0; felt.len()]];
-    let mut forward = central.clone();
-    for (part, along) in direction.iter().enumerate() {
-        if along.iter().all(|u| *u == 0.0) {
-            continue;
-        }
-        let (ahead, behind) = (image(along, 1.0)?, image(along, -1.0)?);
-        for i in 0..felt.len() {
-            central[part][i] = (ahead[i] - behind[i]) / (2.0 * distance);
-            forward[part][i] = (ahead[i] - end[i]) / distance;
+        if cycle < period && size < TOO_NEAR {
+            logarithm += size.ln();
+            error += (one_sided / size).ln().abs();
+            let apart = central.map(|part| part.iter().map(|x| x / size).collect());
+            twins = Twins::new(model, norm, &twins.orbit, apart);
         }
     }
+    let [central, forward] = twins.images();
     let multiplier = quotient(direction, &central);
-    let exponent = |(re, im): (f64, f64)| re.hypot(im).ln() / f64::from(period);
-    let error = (exponent(quotient(direction, &forward)) - exponent(multiplier)).abs();
+    let exponent = |(re, im): (f64, f64)| (re.hypot(im).ln() + logarithm) / f64::from(period);
+    let error = (exponent(quotient(direction, &forward)) - exponent(multiplier)).abs()
+        + error / f64::from(period);
     let (re, im) = multiplier;
-    let missed: f64 = (0..felt.len())
+    let missed: f64 = (0..central[0].len())
         .map(|i| {
             let x = re * direction[0][i] - im * direction[1][i];
             let y = re * direction[1][i] + im * direction[0][i];
@@ -91,11 +95,85 @@ pub fn leading_exponent<K: Kernel>(
         })
         .sum::<f64>()
         .sqrt();
-    Ok(TwinExponent {
+    Ok(Some(TwinExponent {
         exponent: exponent(multiplier),
         error,
-        agrees: missed <= ROUND_OFF + 3.0 * error,
-    })
+        agrees: missed <= ROUND_OFF + round_off + 3.0 * error,
+    }))
+}
+
+/// Trajectories to both sides of an orbit, along the real and the imaginary part of a direction.
+struct Twins<'a> {
+    norm: &'a EnergyNorm,
+    orbit: TrajectoryState,
+    /// Ahead and behind, a pair a part; none of a part that is zero.
+    sides: [Option<[TrajectoryState; 2]>; 2],
+}
+
+impl<'a> Twins<'a> {
+    fn new(
+        model: &Model,
+        norm: &'a EnergyNorm,
+        orbit: &TrajectoryState,
+        direction: [Vec<f64>; 2],
+    ) -> Self {
+        let distance = DISTANCE * norm.unit();
+        let (weights, felt) = (norm.weights(), norm.felt());
+        let sides = direction.map(|along| {
+            along.iter().any(|u| *u != 0.0).then(|| {
+                [1.0, -1.0].map(|side| {
+                    let mut state = orbit.state.clone();
+                    for (&i, u) in felt.iter().zip(&along) {
+                        state[i] += side * distance * u / weights[i];
+                    }
+                    TrajectoryState::new(model, state, orbit.cycle)
+                })
+            })
+        });
+        Self {
+            norm,
+            orbit: TrajectoryState::new(model, orbit.state.clone(), orbit.cycle),
+            sides,
+        }
+    }
+
+    /// A cycle of the orbit and of all twins.
+    fn march<K: Kernel>(&mut self, kernel: &K, workspace: &mut K::Workspace) -> Result<(), Stop> {
+        let twins = self.sides.iter_mut().flatten().flatten();
+        for state in twins.chain([&mut self.orbit]) {
+            kernel.march(
+                state,
+                &mut Tangents::none(),
+                workspace,
+                &mut (),
+                &mut Counters::default(),
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Images of both parts in energy coordinates, from both sides and from one.
+    fn images(&self) -> [[Vec<f64>; 2]; 2] {
+        let distance = DISTANCE * self.norm.unit();
+        let (weights, felt) = (self.norm.weights(), self.norm.felt());
+        let apart = |one: &TrajectoryState, other: &TrajectoryState, by: f64| -> Vec<f64> {
+            let apart = |&i: &usize| (weights[i] * one.state[i] - weights[i] * other.state[i]) / by;
+            felt.iter().map(apart).collect()
+        };
+        let image = |from: &dyn Fn(&[TrajectoryState; 2]) -> Vec<f64>| {
+            (self.sides.each_ref())
+                .map(|sides| (sides.as_ref()).map_or_else(|| vec![0.0; felt.len()], from))
+        };
+        [
+            image(&|[ahead, behind]| apart(ahead, behind, 2.0 * distance)),
+            image(&|[ahead, _]| apart(ahead, &self.orbit, distance)),
+        ]
+    }
+}
+
+/// Norm of a complex vector given as parts.
+fn length(parts: &[Vec<f64>; 2]) -> f64 {
+    parts.iter().flatten().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// `uᴴ v` of complex vectors given as parts; u has unit norm.

@@ -8,7 +8,7 @@ use crate::analysis::outcome::NvhOutcome;
 use crate::analysis::poincare::Poincare;
 use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::Recurrence;
-use crate::analysis::spectrum::Welch;
+use crate::analysis::spectrum::{Spectra, Welch};
 use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::Stream;
@@ -27,7 +27,7 @@ pub(super) struct Instruments {
 /// The observers of measured cycles.
 pub(super) struct Watch {
     pub(super) nvh: Option<Nvh>,
-    pub(super) welch: Option<Welch>,
+    pub(super) spectra: Option<Spectra>,
     pub(super) poincare: Poincare,
     pub(super) bearings: Option<BearingForces>,
 }
@@ -59,12 +59,12 @@ impl Observer for Watch {
         if let Some(bearings) = &mut self.bearings {
             bearings.window(window);
         }
-        if let Some(welch) = &mut self.welch {
+        if let Some(spectra) = &mut self.spectra {
             let forces = self
                 .bearings
                 .as_ref()
                 .map_or(&[][..], BearingForces::series);
-            welch.window(window, forces);
+            spectra.window(window, forces);
         }
         self.poincare.window(window);
     }
@@ -86,20 +86,23 @@ impl Instruments {
         trajectory: &TrajectoryState,
     ) -> Self {
         let q = questions;
-        let stream = |probe| Stream::new(q.seed, q.point_id, probe);
-        let modes = model.modes();
+        let growth = q.lyapunov.map(|l| {
+            let count = l.exponents.min(norm.dimension());
+            let mut stream = Stream::new(q.seed, q.point_id, 0);
+            TangentGrowth::new(norm, model.modes(), count, &mut stream)
+        });
+        let wanted = q.lyapunov.is_some_and(|l| l.twin);
+        let twin = growth
+            .as_ref()
+            .filter(|_| wanted)
+            .map(|growth| Twin::new(model, norm, trajectory, growth.leading()));
         Self {
-            growth: q
-                .lyapunov
-                .map(|l| l.exponents.min(norm.dimension()))
-                .map(|count| TangentGrowth::new(norm, modes, count, &mut stream(0))),
-            twin: q
-                .lyapunov
-                .filter(|l| l.twin)
-                .map(|_| Twin::new(model, norm, trajectory, &mut stream(1))),
+            growth,
+            twin,
             watch: Watch {
                 nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
-                welch: (q.nvh.filter(|n| n.spectrum)).map(|n| Welch::new(model, n.bearings)),
+                spectra: (q.nvh.filter(|n| n.spectrum))
+                    .map(|n| Spectra::Welch(Welch::new(model, n.bearings))),
                 bearings: (q.nvh.filter(|n| n.bearings && !model.bearings.is_empty()))
                     .map(|_| BearingForces::new(model)),
                 poincare: Poincare::new(model, q.section, q.poincare_samples),
@@ -121,8 +124,8 @@ impl Instruments {
         if let Some(nvh) = &mut self.watch.nvh {
             nvh.restart();
         }
-        if let Some(welch) = &mut self.watch.welch {
-            welch.restart();
+        if let Some(spectra) = &mut self.watch.spectra {
+            spectra.restart();
         }
         self.watch.poincare.restart();
         if let Some(bearings) = &mut self.watch.bearings {

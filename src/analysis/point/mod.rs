@@ -15,20 +15,21 @@
 mod instruments;
 mod settle;
 
-use super::classify::{Evidence, classify};
-use super::energy::EnergyAudit;
-use super::lyapunov::agree;
+use super::classify::{Evidence, classify, parts_exponentially};
+use super::energy::{EnergyAudit, objection};
+use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use super::norm::EnergyNorm;
 use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::poincare::{Poincare, Section};
 use super::questions::{GrowthNorm, Questions};
 use super::recurrence::Recurrence;
-use super::spectrum::Welch;
+use super::spectrum::Spectra;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use instruments::{Instruments, Watch};
 use settle::{Repeating, Searches, WORTH_A_SEARCH};
+use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The work was called off; nothing is known of the point.
@@ -101,7 +102,7 @@ pub fn investigate_onward<K: Kernel>(
     let outcome = match march.run() {
         Ok(outcome) => Ok(outcome),
         Err(Halt::CalledOff) => Err(CalledOff),
-        Err(Halt::Stop(stop)) => Ok(march.stopped(stop)),
+        Err(Halt::Stop(stop)) => march.stopped(stop),
     };
     *trajectory = march.trajectory;
     outcome
@@ -142,6 +143,7 @@ struct March<'a, K: Kernel> {
 
 impl<K: Kernel> March<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Halt> {
+        self.kernel.accepts(self.model, &self.trajectory)?;
         let mut searches = Searches::new(self.questions.settle);
         if let Some(found) = self.transient(&mut searches)?
             && let Some(outcome) = self.settle(found)?
@@ -310,7 +312,7 @@ impl<K: Kernel> March<'_, K> {
                     &mut instruments.watch,
                     Watch {
                         nvh: None,
-                        welch: None,
+                        spectra: None,
                         poincare: Poincare::new(self.model, Section::default(), 0),
                         bearings: None,
                     },
@@ -337,26 +339,45 @@ impl<K: Kernel> March<'_, K> {
             return false;
         };
         let averages = instruments.averages();
-        let longest = instruments.recurrence.longest() as u64;
-        if averages.len() < 4 * FEWEST_BLOCKS || instruments.measured < longest {
+        if averages.len() < 4 * FEWEST_BLOCKS {
             return false;
         }
         let error = standard_error(averages);
-        error <= target && mean(averages) > 5.0 * error
+        error <= target
+            && mean(averages) > 5.0 * error
+            && parts_exponentially(averages, CYCLES_PER_AVERAGE)
+    }
+
+    /// The slowest mode that turns at all, counted from 1, and the mesh cycles of one of its
+    /// turns, where these are more than so many.
+    fn slow_mode(&self, cycles: u64) -> Option<(usize, f64)> {
+        let turn = |mode: usize| {
+            let frequency = self.model.blocks[mode].natural_frequency();
+            TAU / (frequency * self.model.period())
+        };
+        (0..self.model.modes())
+            .map(|mode| (mode + 1, turn(mode)))
+            .filter(|(_, turn)| turn.is_finite() && *turn > cycles as f64)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The outcome of a motion that did not repeat.
     fn aperiodic(&mut self, mut instruments: Instruments) -> PointOutcome {
         let averages = instruments.averages().to_vec();
+        let events = self.counters.events - instruments.events_before;
         let evidence = Evidence {
             averages: &averages,
+            stretch: CYCLES_PER_AVERAGE,
+            aligned: self.questions.lyapunov.map_or(0, |l| l.align),
             closest_return: instruments.recurrence.closest_return(&self.norm),
             longest_period: instruments.recurrence.longest(),
             excitation_repeats: instruments.recurrence.excitation_repeats(),
-            touched_throughout: self.counters.events == instruments.events_before
-                && self.trajectory.contact.touching(),
+            events,
+            touched_throughout: events == 0 && self.trajectory.contact.touching(),
             target: self.questions.lyapunov.and_then(|l| l.stop_at_stderr),
+            marched: self.counters.cycles,
             measured: instruments.measured,
+            slow_mode: self.slow_mode(instruments.measured),
         };
         let verdict = classify(&evidence);
         let twin = instruments.twin.as_ref();
@@ -366,7 +387,7 @@ impl<K: Kernel> March<'_, K> {
                 stderr: standard_error(&averages),
                 twin: twin.map(|t| mean(t.averages())),
                 twin_stderr: twin.map(|t| standard_error(t.averages())),
-                twin_agrees: twin.and_then(|t| agree(&averages, t.averages())),
+                twin_agrees: twin.and_then(|t| agree(&averages, t.averages(), t.round_off())),
                 method: LyapunovMethod::Tangent,
             })
         });
@@ -388,17 +409,18 @@ impl<K: Kernel> March<'_, K> {
         instruments: &mut Instruments,
     ) -> PointOutcome {
         let events = self.counters.events - instruments.events_before;
+        let (status, reason) = match self.objection() {
+            Some(objection) => (Status::Inaccurate, format!("{objection}; {reason}")),
+            None => (status, reason),
+        };
         PointOutcome {
             status,
             reason,
             class,
             lyapunov: lyapunov.filter(|l| l.stderr.is_finite()),
             nvh: instruments.watch.statistics(),
-            spectra: instruments
-                .watch
-                .welch
-                .as_ref()
-                .map(Welch::spectra)
+            spectra: (instruments.watch.spectra.as_ref())
+                .map(Spectra::spectra)
                 .unwrap_or_default(),
             poincare: instruments.watch.poincare.take(),
             events_per_cycle: (instruments.measured > 0)
@@ -410,13 +432,20 @@ impl<K: Kernel> March<'_, K> {
         }
     }
 
+    /// Why the answers cannot be relied on, where the energy balance says so. A kernel that
+    /// approximates leaves a residual by design.
+    fn objection(&self) -> Option<String> {
+        let residual = self.energy_residual.filter(|_| self.kernel.exact())?;
+        objection(residual)
+    }
+
     /// The outcome of a march that a kernel ended.
-    fn stopped(&self, stop: Stop) -> PointOutcome {
-        PointOutcome {
+    fn stopped(&self, stop: Stop) -> Result<PointOutcome, CalledOff> {
+        Ok(PointOutcome {
             energy_residual: self.energy_residual,
             grazing_count: self.counters.grazings,
             cycles: self.counters.cycles,
-            ..PointOutcome::unanswered(Status::from(stop), stop.to_string())
-        }
+            ..PointOutcome::unanswered(Status::try_from(stop)?, stop.to_string())
+        })
     }
 }

@@ -7,8 +7,8 @@ use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches, shoot, shorte
 use crate::analysis::orbits::twins;
 use crate::analysis::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use crate::analysis::questions::Questions;
-use crate::analysis::recurrence::Recurrence;
-use crate::analysis::spectrum::CYCLES_PER_SEGMENT;
+use crate::analysis::recurrence::{Recurrence, excitation_period};
+use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
 use crate::propagate::{Counters, Kernel, Tangents};
@@ -111,13 +111,12 @@ impl<K: Kernel> March<'_, K> {
             if orbit.spectral_radius() >= 1.0 {
                 continue;
             }
-            // The first candidate is the excitation's own period.
             let orbit = shortest(
                 self.model,
                 self.kernel,
                 &self.norm,
                 orbit,
-                candidates[0],
+                excitation_period(self.model).unwrap_or(1) as u32,
                 &mut self.workspace,
             )?;
             let before = self.counters.cycles;
@@ -203,7 +202,7 @@ impl<K: Kernel> March<'_, K> {
                     false => None,
                 };
                 let twin = match direction {
-                    Some(pair) => Some(twins::leading_exponent(
+                    Some(pair) => twins::leading_exponent(
                         self.model,
                         self.kernel,
                         &self.norm,
@@ -211,7 +210,7 @@ impl<K: Kernel> March<'_, K> {
                         period,
                         &pair.vector,
                         &mut self.workspace,
-                    )?),
+                    )?,
                     None => None,
                 };
                 Some(LyapunovOutcome {
@@ -236,25 +235,25 @@ impl<K: Kernel> March<'_, K> {
         let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
         instruments.restart(&self.counters);
         let k = u64::from(period);
-        let wanted = match instruments.watch.welch {
-            Some(_) => 2 * CYCLES_PER_SEGMENT as u64,
-            None => k,
-        };
-        self.measure(&mut instruments, wanted.div_ceil(k) * k)?;
+        if let Some(asked) = self.questions.nvh.filter(|asked| asked.spectrum) {
+            let lines = Lines::new(self.model, asked.bearings, period);
+            instruments.watch.spectra = Some(Spectra::Lines(lines));
+        }
+        self.measure(&mut instruments, k)?;
         if let Some(nvh) = &mut instruments.watch.nvh {
             nvh.repeats(period);
         }
         let events = self.counters.events - instruments.events_before;
         let class = if events == 0 && self.trajectory.contact.touching() {
-            Class::Locked
+            Class::Locked(Some(period))
         } else {
             Class::Periodic(period)
         };
         let reason = match class {
-            Class::Locked if period == 1 => {
+            Class::Locked(_) if period == 1 => {
                 format!("repeats every cycle and never leaves contact; {how}")
             }
-            Class::Locked => {
+            Class::Locked(_) => {
                 format!("repeats after {period} cycles and never leaves contact; {how}")
             }
             _ => format!(

@@ -13,9 +13,9 @@ use signal_hook::consts::SIGXFSZ;
 use signal_hook::flag;
 
 use super::{NO_ACCESS, TablesFolder};
-use crate::cli::{BAD_INPUT, answer, check, fail, with_causes};
+use crate::cli::{BAD_INPUT, answer, check, fail, start_threads, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
-use crate::manifest::{self, Job, StiffnessSpec, Variant};
+use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
 use crate::sweep::build::Parts;
 use crate::units::{self, Dimension};
@@ -28,7 +28,7 @@ pub struct BuildArgs {
     /// Angles between the flanks, separated by commas, increasing: one table of these and the
     /// torques [default: tables of the loads and misalignments that the points of the manifest
     /// have, or of 0].
-    #[arg(long, value_name = "ANGLE,...", value_delimiter = ',',
+    #[arg(long, value_name = "ANGLE,...", value_delimiter = ',', allow_hyphen_values = true,
         value_parser = |text: &str| quantity(text, Dimension::Angle))]
     misalignment: Vec<f64>,
     /// Torques on the pinion, separated by commas, increasing [default: the rated torque].
@@ -54,13 +54,13 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
 
 /// Builds the tables: status 0 when all are kept, 1 where one cannot be, 2 for bad input.
 pub fn run(args: &BuildArgs) -> ExitCode {
-    let job = match manifest::load(&args.manifest) {
+    let job = match check::admit(&args.manifest) {
         Ok(job) => job,
-        Err(errors) => {
-            check::report(&errors);
-            return ExitCode::from(BAD_INPUT);
-        }
+        Err(status) => return status,
     };
+    if let Err(message) = start_threads() {
+        return fail(1, &message);
+    }
     let by_points = args.misalignment.is_empty() && args.torque.is_empty() && !args.pattern;
     let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
     if by_points && job.points.variants().iter().any(tabled) {
@@ -184,7 +184,10 @@ fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
     if !args.torque.is_empty() {
         inputs.torque.clone_from(&args.torque);
     }
-    let bar = progress_bar(args, "{bar:30} {pos}/{len} mesh phases  ETA {eta}");
+    let bar = progress_bar(
+        args,
+        "{bar:30} {pos}/{len} stretches of the mesh cycle  ETA {eta}",
+    );
     let progress = |_, all: usize| {
         bar.set_length(all as u64);
         bar.inc(1);

@@ -1,12 +1,13 @@
-//! Where the mesh cycle is cut: between the cuts everything is smooth in the mesh phase.
+//! Where the flanks themselves cut the mesh cycle: between the cuts they change smoothly with the
+//! mesh phase. What a load makes of them cuts it further ([`super::pieces`]).
 
 use super::error::MeshTableError;
 use crate::gear::FlankLaw;
 
 /// Cuts closer than this, in cycles, are one: only rounding keeps them apart.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 
-/// Ends of the pieces of the mesh cycle, 0 first and 1 last.
+/// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
 /// The cycle is cut where a pair leaves (one that comes does so at 0), where one passes the
 /// pitch point and where one passes a kink of the law. Stretches between the cuts are divided

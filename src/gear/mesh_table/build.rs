@@ -1,75 +1,67 @@
-//! Fills a mesh table: one phase of the cycle is one piece of parallel work.
+//! Fills a mesh table: one stretch of the cycle is one piece of parallel work.
 
-use super::super::friction::friction_direction;
-use super::super::sharing::{Contact, Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
 use super::breaks::breaks;
-use super::{MeshTable, MeshTableError, MeshTableInputs, NODES};
+use super::law::{Cell, MeshLaw};
+use super::pieces::{Piece, pieces};
+use super::{MeshTable, MeshTableError, MeshTableInputs};
 use crate::gear::FlankLaw;
 use crate::numerics::legendre::transforms8;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What the mesh does at one phase under one load.
-struct Cell {
-    stiffness: f64,
-    centre: f64,
-    transmission_error: f64,
-    friction: f64,
-    friction_lever: f64,
-    contact_fraction: f64,
-    share: [f64; MOST_PAIRS],
-    /// Line load on each slice; empty where it is not asked for.
-    pattern: Vec<f64>,
-}
+/// What rounding leaves of eight nodes' polynomials.
+const FINEST: f64 = 1e-12;
 
 impl MeshTable {
     /// Computes the table of a law, on the threads of the current rayon pool; the bits do not
     /// depend on them.
     ///
-    /// * `progress(done, all)`: called after each of all phases, from any thread.
+    /// * `progress(done, all)`: called after each of all stretches of the cycle between the
+    ///   places that the flanks themselves cut, from any thread.
     ///
     /// # Errors
     /// Inputs outside their ranges, a path shorter than a base pitch, a law that gives
-    /// unphysical values or more than [`MOST_PAIRS`] pairs at once.
+    /// unphysical values or more than [`MOST_PAIRS`](crate::gear::MOST_PAIRS) pairs at once, and
+    /// [`MeshTableError::Unresolved`].
     pub fn build(
         law: &impl FlankLaw,
         inputs: &MeshTableInputs,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, MeshTableError> {
         check(inputs)?;
-        let breaks = breaks(law, inputs.longest_piece)?;
-        let nodes = transforms8().nodes();
-        let phases: Vec<f64> = (breaks.windows(2))
-            .flat_map(|piece| {
-                nodes.map(|x| 0.5 * ((piece[1] - piece[0]) * x + (piece[1] + piece[0])))
-            })
-            .collect();
+        let stretches = breaks(law, inputs.longest_piece)?;
+        let all = stretches.len() - 1;
+        let law = MeshLaw {
+            flanks: law,
+            inputs,
+        };
         let done = AtomicUsize::new(0);
-        let columns: Vec<Result<Vec<Cell>, SharingError>> = phases
-            .par_iter()
-            .map(|&phase| {
-                let cells = cells(law, inputs, phase);
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, phases.len());
-                cells
+        let cut: Vec<Result<Vec<Piece>, MeshTableError>> = stretches
+            .par_windows(2)
+            .map(|ends| {
+                let pieces = pieces(&law, [ends[0], ends[1]]);
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+                pieces
             })
             .collect();
-        // The first phase that failed, whichever thread came first.
-        let columns: Vec<Vec<Cell>> = (columns.into_iter().zip(&phases))
-            .map(|(cells, &phase)| {
-                cells.map_err(|source| MeshTableError::Sharing { phase, source })
-            })
-            .collect::<Result<_, _>>()?;
+        // The first stretch that failed, whichever thread came first.
+        let cut: Vec<Vec<Piece>> = cut.into_iter().collect::<Result<_, _>>()?;
+        let pieces = || cut.iter().flatten();
+        let breaks = [0.0]
+            .into_iter()
+            .chain(pieces().map(|piece| piece.end))
+            .collect();
 
         let cases = inputs.misalignment.len() * inputs.torque.len();
-        let in_order = || (0..cases).flat_map(|case| columns.iter().map(move |c| &c[case]));
+        let columns = || pieces().flat_map(|piece| &piece.nodes);
+        let in_order = || (0..cases).flat_map(|case| columns().map(move |c| &c.cells[case]));
         let gather = |pick: fn(&Cell) -> f64| in_order().map(pick).collect::<Vec<f64>>();
-        debug_assert_eq!(phases.len(), (breaks.len() - 1) * NODES);
         Ok(Self {
             base_radius: inputs.base_radius,
             misalignment: inputs.misalignment.clone(),
             torque: inputs.torque.clone(),
             breaks,
-            node: nodes.to_vec(),
+            node: transforms8().nodes().to_vec(),
             stiffness: gather(|cell| cell.stiffness),
             centre: gather(|cell| cell.centre),
             transmission_error: gather(|cell| cell.transmission_error),
@@ -83,52 +75,6 @@ impl MeshTable {
             slices: inputs.slices,
         })
     }
-}
-
-/// All loads at one phase, misalignment by misalignment.
-fn cells(
-    law: &impl FlankLaw,
-    inputs: &MeshTableInputs,
-    phase: f64,
-) -> Result<Vec<Cell>, SharingError> {
-    let face = Face {
-        width: inputs.face_width,
-        slices: inputs.slices,
-    };
-    let pairs = pairs_at(law, phase, face)?;
-    let pitch_point = law.path().pitch_point;
-    let positions: Vec<f64> = pairs.iter().map(|p| p.position - pitch_point).collect();
-    let mut cells = Vec::with_capacity(inputs.misalignment.len() * inputs.torque.len());
-    for &misalignment in &inputs.misalignment {
-        let mut sharing = LoadSharing::new(&pairs, face, misalignment)?;
-        for &torque in &inputs.torque {
-            let force = torque / inputs.base_radius;
-            if inputs.contact == Contact::LoadDependent {
-                sharing = LoadSharing::under(law, phase, face, misalignment, force)?;
-            }
-            let load = sharing.bear(force);
-            let friction = friction_direction(&positions, &load.share);
-            let pattern = if inputs.pattern {
-                let pairs = sharing.pattern(force);
-                (0..inputs.slices)
-                    .map(|slice| pairs.iter().skip(slice).step_by(inputs.slices).sum())
-                    .collect()
-            } else {
-                Vec::new()
-            };
-            cells.push(Cell {
-                stiffness: load.stiffness,
-                centre: load.centre,
-                transmission_error: load.deflection,
-                friction: friction.direction,
-                friction_lever: friction.lever,
-                contact_fraction: load.contact_fraction,
-                share: load.share,
-                pattern,
-            });
-        }
-    }
-    Ok(cells)
 }
 
 fn check(inputs: &MeshTableInputs) -> Result<(), MeshTableError> {
@@ -163,6 +109,12 @@ fn check(inputs: &MeshTableInputs) -> Result<(), MeshTableError> {
             longest,
             (1e-3..=1.0).contains(&longest),
             "from 0.001 to 1",
+        ),
+        (
+            "tolerance of the table [1]",
+            inputs.tolerance,
+            inputs.tolerance >= FINEST,
+            "at least 1e-12",
         ),
     ] {
         if !valid {

@@ -7,6 +7,9 @@ use crate::numerics::quadrature::GaussLegendre;
 use crate::numerics::roots::sign_changes;
 use std::f64::consts::TAU;
 
+/// A tangent error below this part of the transmission error is round-off of flanks without any.
+const NO_ERROR: f64 = 1e-12;
+
 /// The mesh cycle at one misalignment and torque. Values are `[piece][node]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshTableCycle {
@@ -121,19 +124,29 @@ impl MeshTableCycle {
 
     /// Means over `count` equal segments of the cycle, in order.
     pub fn segment_means(&self, count: usize) -> Vec<SegmentMeans> {
-        let error = self.tangent_error();
         (0..count)
-            .map(|segment| {
-                let ends = [segment, segment + 1].map(|i| i as f64 / count as f64);
-                SegmentMeans {
-                    stiffness: self.mean_between(&self.stiffness, ends),
-                    tangent_error: self.mean_between(&error, ends),
-                    centre: self.mean_between(&self.centre, ends),
-                    friction: self.mean_between(&self.friction, ends),
-                    friction_lever: self.mean_between(&self.friction_lever, ends),
-                }
-            })
+            .map(|segment| self.means([segment, segment + 1].map(|i| i as f64 / count as f64)))
             .collect()
+    }
+
+    /// Means between two mesh phases in \[0, 1\].
+    pub fn means(&self, ends: [f64; 2]) -> SegmentMeans {
+        SegmentMeans {
+            stiffness: self.mean_between(&self.stiffness, ends),
+            tangent_error: self.mean_between(&self.tangent_error(), ends),
+            centre: self.mean_between(&self.centre, ends),
+            friction: self.mean_between(&self.friction, ends),
+            friction_lever: self.mean_between(&self.friction_lever, ends),
+        }
+    }
+
+    /// Whether the flanks have an error under load: `x` and `F/k` differ by more than round-off.
+    pub fn has_error(&self) -> bool {
+        let largest = |values: &[[f64; NODES]]| {
+            let all = values.as_flattened().iter();
+            all.fold(0.0_f64, |most, value| most.max(value.abs()))
+        };
+        largest(&self.tangent_error()) > NO_ERROR * largest(&self.transmission_error)
     }
 
     /// Mean between two mesh phases; the nodes of a part integrate its polynomial exactly.
@@ -153,12 +166,17 @@ impl MeshTableCycle {
 
     /// Largest less smallest loaded transmission error \[m\], jumps between pieces included.
     pub fn peak_to_peak(&self) -> f64 {
+        self.range(&self.transmission_error)
+    }
+
+    /// Largest less smallest of one of this cycle's quantities, jumps between pieces included.
+    pub fn range(&self, values: &[[f64; NODES]]) -> f64 {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut meet = |value: f64| {
             lowest = lowest.min(value);
             highest = highest.max(value);
         };
-        for values in &self.transmission_error {
+        for values in values {
             let series = series(values);
             meet(at_start(&series));
             meet(at_end(&series));

@@ -27,6 +27,20 @@ pub enum MeshTableError {
         /// Length of the path in base pitches.
         contact_ratio: f64,
     },
+    /// A law that polynomials do not follow.
+    #[error(
+        "at mesh phase {phase:.6} the {quantity} of the course is {error:.1e} off its law, more than {tolerance:.0e}, however finely the mesh cycle is cut: something steps or bends there that neither the flanks' kinks nor the load account for; name it among the kinks, or take means over segments, which ask for less (mesh.stiffness = \"table\")"
+    )]
+    Unresolved {
+        /// Which quantity.
+        quantity: &'static str,
+        /// Mesh phase in cycles.
+        phase: f64,
+        /// Its error, relative; infinite where that is not known.
+        error: f64,
+        /// Largest that is accepted.
+        tolerance: f64,
+    },
     /// An axis without values, or with values that do not increase.
     #[error("the {axis} axis must have at least one value and increase; it is {values:?}")]
     Axis {

@@ -2,14 +2,17 @@
 //! error, friction and load shares over mesh phase, misalignment and torque.
 //!
 //! The cycle is cut into pieces inside which all of that is smooth in the mesh phase; each
-//! holds the values at eight Gauss nodes, and between them the polynomial through these. What
-//! a load does to flanks that are partly relieved may still have a kink inside a piece, where
-//! a pair comes into contact: its place moves with the load.
+//! holds the values at eight Gauss nodes, and between them the polynomial through these. Where a
+//! load puts a kink, as where a relieved pair takes it up, a piece ends; and no piece is kept
+//! whose polynomials are not within a tolerance of the law between their nodes. The pieces of a
+//! table are those of all its loads and misalignments together.
 
 mod breaks;
 mod build;
 mod cycle;
 mod error;
+mod law;
+mod pieces;
 
 pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
@@ -33,6 +36,10 @@ pub struct MeshTableInputs {
     pub torque: Vec<f64>,
     /// Longest piece, in mesh cycles.
     pub longest_piece: f64,
+    /// Largest error of a piece's polynomials: of the stiffness relative to itself, of deflections
+    /// to what the load deflects the mesh by, of lengths along the face to its width, of the
+    /// friction lever to the base pitch.
+    pub tolerance: f64,
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern.
     pub slices: usize,
@@ -43,8 +50,8 @@ pub struct MeshTableInputs {
 }
 
 impl MeshTableInputs {
-    /// Aligned gears at rated torque: pieces of at most a twelfth of the cycle, 64 slices, no
-    /// pattern.
+    /// Aligned gears at rated torque: pieces of at most a twelfth of the cycle, within 1e-9 of the
+    /// law, 64 slices, no pattern.
     pub fn of_gears(gears: &GearPair) -> Self {
         Self {
             face_width: gears.face_width,
@@ -52,6 +59,7 @@ impl MeshTableInputs {
             misalignment: vec![0.0],
             torque: vec![gears.rated_torque],
             longest_piece: 1.0 / 12.0,
+            tolerance: 1e-9,
             slices: 64,
             contact: Contact::Linear,
             pattern: false,
@@ -119,7 +127,9 @@ impl MeshTable {
     /// `h²/8` times the second derivative on steps h. Stiffness under misalignment goes with
     /// `√(torque/ε)` while the face is partly loaded; between values a factor r apart it comes
     /// out too small along the torque by up to `1 − 2 r^¼/(1 + r^½)`, 1.5 % for r = 2 and 0.4 %
-    /// for r = √2, and too large along ε by three times as much.
+    /// for r = √2, and too large along ε by three times as much. The kinks of relieved flanks move
+    /// with the load: between values the cycle has those of both neighbours, each in its part. A
+    /// cycle within the tolerance of its law is one of a table with that load and misalignment.
     ///
     /// # Errors
     /// [`MeshTableError::Outside`] beyond the ends of an axis.

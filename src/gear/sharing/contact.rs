@@ -50,19 +50,23 @@ impl LoadSharing {
             for (pair, line_load) in pairs.iter_mut().zip(line_load) {
                 pair.linearise(law, line_load)?;
             }
-            let sharing = Self::new(&pairs, face, misalignment)?;
+            let mut sharing = Self::new(&pairs, face, misalignment)?;
             let (shared, lengths) = sharing.bear_with_lengths(force);
             let settled = |old: f64, new: f64| (new - old).abs() <= SETTLED * old;
-            let next: [f64; MOST_PAIRS] = std::array::from_fn(|pair| {
+            let borne: [f64; MOST_PAIRS] = std::array::from_fn(|pair| {
                 if lengths[pair] > 0.0 {
-                    (shared.share[pair] * force / lengths[pair]).max(least)
+                    shared.share[pair] * force / lengths[pair]
                 } else {
-                    least
+                    0.0
                 }
             });
+            let next = borne.map(|line_load| line_load.max(least));
             let unsettled = (0..pairs.len()).find(|&pair| !settled(line_load[pair], next[pair]));
             match unsettled {
-                None => return Ok(sharing),
+                None => {
+                    sharing.above_least = borne.map(|line_load| line_load - least);
+                    return Ok(sharing);
+                }
                 Some(pair) => moved = pair,
             }
             line_load = next;

@@ -15,6 +15,9 @@ use values::{AxisReader, Spans};
 /// Most points of a grid.
 pub(super) const MAX_POINTS: u64 = 10_000_000;
 
+/// Axes named where there are too many points.
+const MOST_FACTORS: usize = 8;
+
 /// Tables whose keys can be axes.
 const VARIABLE_TABLES: [&str; 6] = ["model", "gear", "shafts", "mesh", "excitation", "run"];
 
@@ -49,7 +52,7 @@ impl GridAxis {
                 Spans::Each(spans) => spans[i],
                 Spans::Whole(span) => *span,
             },
-            value: Value::Sample(self.axis.values[i], self.dimension),
+            value: Value::Sample(self.axis.values.get(i), self.dimension),
         }
     }
 }
@@ -110,29 +113,37 @@ fn size_is_accepted(
     axes: &[GridAxis],
     directions: usize,
 ) -> bool {
-    let points = axes
-        .iter()
-        .map(|axis| axis.axis.values.len() as u64)
-        .try_fold(directions as u64, |total, n| total.checked_mul(n));
+    let lengths = || {
+        let axes = axes.iter().map(|axis| axis.axis.values.len() as u64);
+        axes.chain([directions as u64])
+    };
+    let points = lengths().try_fold(1u64, |total, n| total.checked_mul(n));
     if points.is_some_and(|points| points <= MAX_POINTS) {
         return true;
     }
-    let mut factors: Vec<_> = axes
-        .iter()
+    let shown = axes.iter().take(MOST_FACTORS);
+    let mut factors: Vec<_> = shown
         .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name))
         .collect();
+    if axes.len() > MOST_FACTORS {
+        factors.push(format!("{} more axes", axes.len() - MOST_FACTORS));
+    }
     if directions > 1 {
         factors.push(format!("{directions} directions"));
     }
+    let count = match points {
+        Some(points) => points.to_string(),
+        None => {
+            let tens: f64 = lengths().map(|n| (n as f64).log10()).sum();
+            format!("about 10^{tens:.0}")
+        }
+    };
     issues.push(
         Diagnostic::new(
             DiagnosticKind::GridTooLarge,
             section.span,
             "grid",
-            format!(
-                "the grid has {} points",
-                points.map_or("too many".to_owned(), |p| p.to_string())
-            ),
+            format!("the grid has {count} points"),
         )
         .label(factors.join(" x "))
         .accepted(format!("at most {MAX_POINTS} points"))
@@ -179,52 +190,51 @@ fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static K
     }
     let table = name.split('.').next().unwrap_or_default();
     let spec = schema::find(MANIFEST, name).filter(|_| VARIABLE_TABLES.contains(&table));
-    let fault = Diagnostic::new(
-        DiagnosticKind::UnknownAxis,
-        entry.key_span,
-        path,
-        String::new(),
-    )
-    .accepted("load, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"");
-    let fault = match spec.map(|spec| spec.kind) {
-        Some(Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance) => {
-            return spec;
-        }
-        Some(Kind::List(_)) => Diagnostic {
-            message: format!("`{name}` is a list; an axis varies one number"),
-            remedy: Some(format!("name an element, \"{name}.0\", or a key below it")),
-            ..fault.label("a list")
-        },
+    let kind = spec.map(|spec| spec.kind);
+    let varies = matches!(
+        kind,
+        Some(Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance)
+    );
+    if !varies {
+        issues.push_with(|| no_axis(entry, path, kind));
+    }
+    spec.filter(|_| varies)
+}
+
+/// Why an entry of `[grid]` is no axis.
+fn no_axis(entry: &Entry, path: &str, kind: Option<Kind>) -> Diagnostic {
+    let name = entry.key.as_str();
+    let fault = |message: String| {
+        Diagnostic::new(DiagnosticKind::UnknownAxis, entry.key_span, path, message).accepted(
+            "load, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"",
+        )
+    };
+    match kind {
+        Some(Kind::List(_)) => fault(format!("`{name}` is a list; an axis varies one number"))
+            .label("a list")
+            .remedy(format!("name an element, \"{name}.0\", or a key below it")),
         Some(Kind::Table) if !name.contains('.') => {
             let inner = match &entry.node.value {
                 Value::Table(entries) => entries.first().map(|inner| inner.key.as_str()),
                 _ => None,
             };
             let full = format!("\"{name}.{}\"", inner.unwrap_or("key"));
-            Diagnostic {
-                message: format!("`{name}` is a table, not an axis"),
-                remedy: Some(format!("put the whole key in quotes: {full} = ...")),
-                ..fault.label("a table")
-            }
+            fault(format!("`{name}` is a table, not an axis"))
+                .label("a table")
+                .remedy(format!("put the whole key in quotes: {full} = ..."))
         }
-        Some(_) => Diagnostic {
-            message: format!("`{name}` takes no number, so it cannot be an axis"),
-            remedy: Some("write one manifest for each of its values".to_owned()),
-            ..fault.label("takes no number")
-        },
-        None if schema::find(MANIFEST, name).is_some() => Diagnostic {
-            message: format!("`{name}` cannot be an axis"),
-            remedy: Some(format!("axes are keys of {}", VARIABLE_TABLES.join(", "))),
-            ..fault.label("not a model key")
-        },
-        None => Diagnostic {
-            message: format!("the axis `{name}` names no model key"),
-            suggestion: nearest_axis(name),
-            ..fault.label("unknown")
-        },
-    };
-    issues.push(fault);
-    None
+        Some(_) => fault(format!("`{name}` takes no number, so it cannot be an axis"))
+            .label("takes no number")
+            .remedy("write one manifest for each of its values"),
+        None if schema::find(MANIFEST, name).is_some() => {
+            fault(format!("`{name}` cannot be an axis"))
+                .label("not a model key")
+                .remedy(format!("axes are keys of {}", VARIABLE_TABLES.join(", ")))
+        }
+        None => fault(format!("the axis `{name}` names no model key"))
+            .label("unknown")
+            .suggestion(nearest_axis(name)),
+    }
 }
 
 /// The nearest thing that can be an axis: by its whole name, or by its last part.

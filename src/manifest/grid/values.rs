@@ -1,6 +1,7 @@
 //! The values of one axis: one value, a list, or an even range.
 
 use super::MAX_POINTS;
+use crate::manifest::axis::AxisValues;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::reader::{self, wrong_type};
 use crate::manifest::schema::{self, Bounds, Key, Kind};
@@ -20,6 +21,7 @@ static COUNT: Key = Key {
         max_open: false,
     },
     example: "8",
+    why: "",
 };
 
 /// Where the values of an axis stand.
@@ -39,7 +41,7 @@ pub(super) struct AxisReader<'a> {
 
 impl AxisReader<'_> {
     /// The values in SI and where they stand; `None` when anything is wrong, reported.
-    pub fn read(&mut self, issues: &mut Issues, node: &Node) -> Option<(Vec<f64>, Spans)> {
+    pub fn read(&mut self, issues: &mut Issues, node: &Node) -> Option<(AxisValues, Spans)> {
         match &node.value {
             Value::Table(entries) => self.table(issues, node, entries),
             Value::Array(_) => {
@@ -48,13 +50,13 @@ impl AxisReader<'_> {
             }
             _ => {
                 let value = self.value(issues, node, self.path)?;
-                Some((vec![value], Spans::Whole(node.span)))
+                Some((AxisValues::each(vec![value]), Spans::Whole(node.span)))
             }
         }
     }
 
-    /// One value in SI. Load and speed are checked for their range here, model keys when
-    /// the point is resolved.
+    /// One value in SI, in the range of its own key; whether it fits the others shows when a
+    /// point is resolved.
     fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
         match self.spec.kind {
             Kind::Axis(_) => reader::quantity(issues, node, path, self.spec),
@@ -88,7 +90,8 @@ impl AxisReader<'_> {
                     return None;
                 }
                 let value = reader::quantity_unbounded(issues, node, path, dimension, self.spec)?;
-                if value.is_finite() {
+                // A damping coefficient has no range, only a damping ratio has.
+                if value.is_finite() && dimension == Dimension::Damping {
                     return Some(value);
                 }
                 reader::in_range(issues, node, path, value, dimension, self.spec)
@@ -101,7 +104,7 @@ impl AxisReader<'_> {
         issues: &mut Issues,
         node: &Node,
         entries: &[Entry],
-    ) -> Option<(Vec<f64>, Spans)> {
+    ) -> Option<(AxisValues, Spans)> {
         let mut sound = true;
         for entry in entries
             .iter()
@@ -146,7 +149,7 @@ impl AxisReader<'_> {
             .map(|values| (values, Spans::Whole(node.span)))
     }
 
-    fn list(&mut self, issues: &mut Issues, node: &Node) -> Option<(Vec<f64>, Spans)> {
+    fn list(&mut self, issues: &mut Issues, node: &Node) -> Option<(AxisValues, Spans)> {
         let path = format!("{}.values", self.path);
         let Value::Array(items) = &node.value else {
             issues.push(
@@ -201,10 +204,10 @@ impl AxisReader<'_> {
             return None;
         }
         let spans = items.iter().map(|item| item.span).collect();
-        Some((values, Spans::Each(spans)))
+        Some((AxisValues::each(values), Spans::Each(spans)))
     }
 
-    fn range(&mut self, issues: &mut Issues, node: &Node) -> Option<Vec<f64>> {
+    fn range(&mut self, issues: &mut Issues, node: &Node) -> Option<AxisValues> {
         let path_of = |key: &str| format!("{}.{key}", self.path);
         for key in ["from", "to", "count"] {
             if node.entry(key).is_none() {
@@ -264,7 +267,8 @@ impl AxisReader<'_> {
                 "use spacing = \"linear\", or ends greater than 0",
             );
         }
-        Some(samples(from, to, count, logarithmic))
+        let count = usize::try_from(count).ok()?;
+        Some(AxisValues::even(from, to, count, logarithmic))
     }
 
     fn logarithmic(&self, issues: &mut Issues, node: &Node) -> Option<bool> {
@@ -282,6 +286,7 @@ impl AxisReader<'_> {
             kind: Kind::Choice(&["linear", "log"]),
             bounds: COUNT.bounds,
             example: "\"log\"",
+            why: "",
         };
         match &entry.node.value {
             Value::Text(text) => issues.push(
@@ -303,30 +308,6 @@ impl AxisReader<'_> {
     }
 }
 
-/// `count` values from end to end; both ends are exact.
-fn samples(from: f64, to: f64, count: u64, logarithmic: bool) -> Vec<f64> {
-    if count == 1 {
-        return vec![from];
-    }
-    let last = count - 1;
-    (0..count)
-        .map(|i| {
-            if i == 0 {
-                return from;
-            }
-            if i == last {
-                return to;
-            }
-            let (i, last) = (i as f64, last as f64);
-            if logarithmic {
-                from * (to / from).powf(i / last)
-            } else {
-                ((last - i) * from + i * to) / last
-            }
-        })
-        .collect()
-}
-
 fn wrong_axis(issues: &mut Issues, node: &Node, path: &str, spec: &'static Key) {
     let example = match spec.kind {
         Kind::Axis(_) => spec.example.to_owned(),
@@ -344,24 +325,4 @@ fn wrong_axis(issues: &mut Issues, node: &Node, path: &str, spec: &'static Key) 
             "one value, {{ values = [...] }}, or {{ from, to, count, spacing }}; for example {example}"
         )),
     );
-}
-
-#[cfg(test)]
-mod tests {
-    use super::samples;
-
-    #[test]
-    fn ends_are_exact_and_steps_even() {
-        let linear = samples(0.05, 0.30, 6, false);
-        assert_eq!((linear[0], linear[5]), (0.05, 0.30));
-        for (value, wanted) in linear.iter().zip([0.05, 0.10, 0.15, 0.20, 0.25, 0.30]) {
-            assert!((value - wanted).abs() < 1e-16, "{value} {wanted}");
-        }
-        let whole = samples(600.0, 1500.0, 10, false);
-        assert_eq!(whole[3], 900.0);
-        let log = samples(5e-6, 5e-5, 3, true);
-        assert_eq!((log[0], log[2]), (5e-6, 5e-5));
-        assert!((log[1] / (5e-6 * 10f64.sqrt()) - 1.0).abs() < 1e-15);
-        assert_eq!(samples(3.0, 3.0, 1, true), [3.0]);
-    }
 }

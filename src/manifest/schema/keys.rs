@@ -32,6 +32,13 @@ const fn key(path: &'static str, kind: Kind, bounds: Bounds, example: &'static s
         kind,
         bounds,
         example,
+        why: "",
+    }
+}
+
+impl Key {
+    const fn because(self, why: &'static str) -> Self {
+        Self { why, ..self }
     }
 }
 
@@ -174,6 +181,8 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     quantity("shafts.<shaft>.pedestals.mass.*", Mass, POSITIVE, r#""3 kg""#),
     table("mesh"),
     quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#),
+    quantity("mesh.normal_backlash", Length, POSITIVE, r#""30 um""#),
+    quantity("mesh.circumferential_backlash", Length, POSITIVE, r#""32 um""#),
     key("mesh.stiffness", Choice(&["table", "piecewise", "continuous", "constant"]), ANY, r#""piecewise""#),
     quantity("mesh.mean_stiffness", Stiffness, POSITIVE, r#""4e8 N/m""#),
     quantity("mesh.contact_ratio", Ratio, bounds(1.0, true, 2.0, false), "1.6"),
@@ -208,9 +217,10 @@ pub(in crate::manifest) static MANIFEST: &[Key] = &[
     integer("run.cycles", 1.0, MANY, "800"),
     key("run.kernel", Choice(&["volterra", "stepping", "dyadic", "hermite", "spectral", "fused"]), ANY, r#""volterra""#),
     key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), r#""roundoff""#),
-    integer("run.steps", 16.0, 1e8, "4096"),
+    integer("run.steps", 16.0, 1e6, "4096").because("each is kept: 60 bytes of every point at work"),
     integer("run.cells", 1.0, 1e4, "60"),
     integer("run.event_grid", 1.0, MANY, "6000"),
+    key("run.instructions", Choice(&["auto", "portable"]), ANY, r#""auto""#),
     key("run.initial", Kind::Initial, ANY, r#""static""#),
     key("run.initial.displacement", List("numbers in m sqrt(kg), one a retained mode"), ANY, "[0.0, 1e-6]"),
     quantity("run.initial.displacement.*", ModalDisplacement, ANY, "1e-6"),

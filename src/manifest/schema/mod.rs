@@ -18,6 +18,8 @@ pub(in crate::manifest) struct Key {
     pub bounds: Bounds,
     /// A value as it would stand in the file.
     pub example: &'static str,
+    /// Why the range ends where it does, where that is not plain.
+    pub why: &'static str,
 }
 
 /// What a key takes.
@@ -133,8 +135,15 @@ pub(in crate::manifest) fn children(schema: &'static [Key], path: &str) -> Vec<&
     names
 }
 
+/// Longest name \[bytes\] that may be a misspelt one.
+const LONGEST_MISSPELT: usize = 120;
+
 /// The nearest of some names, if any is near enough to be meant.
 pub(in crate::manifest) fn nearest<'n>(name: &str, known: &[&'n str]) -> Option<&'n str> {
+    // The work grows with the length, and no known name is half as long.
+    if name.len() > LONGEST_MISSPELT {
+        return None;
+    }
     let folded = name.to_lowercase().replace('-', "_");
     known
         .iter()
@@ -180,10 +189,16 @@ impl Key {
             Kind::Integer if self.bounds.max >= MANY => {
                 format!("a whole number, at least {}; for example {example}", self.bounds.min)
             }
-            Kind::Integer => format!(
-                "a whole number from {} to {}; for example {example}",
-                self.bounds.min, self.bounds.max
-            ),
+            Kind::Integer => {
+                let why = match self.why {
+                    "" => String::new(),
+                    why => format!(" ({why})"),
+                };
+                format!(
+                    "a whole number from {} to {}{why}; for example {example}",
+                    self.bounds.min, self.bounds.max
+                )
+            }
             Kind::Boolean => "true or false".to_owned(),
             Kind::Text => format!("a text in quotes; for example {example}"),
             Kind::Choice(choices) => choices

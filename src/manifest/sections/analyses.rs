@@ -5,8 +5,8 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{
-    AnalysesSpec, HorizonSpec, LyapunovSpec, MultistabilitySpec, NvhSpec, PoincareSpec, RunSpec,
-    SectionSpec, SliceSpec,
+    AnalysesSpec, HorizonSpec, LyapunovSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec,
+    RunSpec, SectionSpec, SliceSpec,
 };
 
 const DEFAULT_EXPONENTS: usize = 1;
@@ -24,13 +24,14 @@ const DEFAULT_AVERAGES: u64 = 400;
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
-    retained: Option<usize>,
+    model: Option<&ModelSpec>,
     run: Option<&RunSpec>,
     carried: bool,
 ) -> Option<AnalysesSpec> {
+    let retained = model.map(|model| model.retained);
     let cycles = run.map(|run| run.cycles);
     let lyapunov = optional(section, issues, "lyapunov", |table, issues| {
-        lyapunov(table, issues, retained)
+        lyapunov(table, issues, model)
     });
     let poincare = optional(section, issues, "poincare", |table, issues| {
         poincare(table, issues, cycles, carried)
@@ -88,7 +89,11 @@ fn optional<T>(
     }
 }
 
-fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<LyapunovSpec> {
+fn lyapunov(
+    table: &Section,
+    issues: &mut Issues,
+    model: Option<&ModelSpec>,
+) -> Option<LyapunovSpec> {
     let exponents = table.count_or(issues, "exponents", DEFAULT_EXPONENTS);
     let stop_at_stderr = if table.has("stop_at_stderr") {
         table.quantity(issues, "stop_at_stderr").map(Some)
@@ -99,20 +104,29 @@ fn lyapunov(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Op
     let twin = table.boolean_or(issues, "twin", true);
     let norm = table.choice(issues, "norm", Some("energy"), &[]);
     let exponents = exponents?;
-    if let Some(retained) = retained.filter(|retained| exponents > 2 * retained) {
-        let most = 2 * retained;
+    if let Some(model) = model.filter(|model| exponents > 2 * model.felt()) {
+        let (retained, most) = (model.retained, 2 * model.felt());
+        let neutral = match retained - model.felt() {
+            0 => "",
+            1 => " (the neutral rotation has none)",
+            _ => " (neutral rotations have none)",
+        };
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Inconsistent,
                 table.span_of("exponents"),
                 "analyses.lyapunov.exponents",
                 format!(
-                    "there are no {exponents} exponents: {retained} retained modes have {most}"
+                    "there are no {exponents} exponents: {retained} retained modes have {most}{neutral}"
                 ),
             )
             .label(format!("at most {most}"))
             .accepted(format!(
-                "a whole number from 1 to {most}, twice the retained modes"
+                "a whole number from 1 to {most}, twice the retained modes{}",
+                match neutral.is_empty() {
+                    true => "",
+                    false => " that are not neutral",
+                }
             )),
         );
         return None;

@@ -32,9 +32,15 @@ pub(super) fn read(
             "remove it, or set mesh.stiffness = \"table\"",
         );
     }
-    let table_harmonics = section.integer_or(issues, "table_harmonics", 0);
+    let table_harmonics = match section.has("table_harmonics") {
+        // The schema bounds it far below the range of u32.
+        true => u32::try_from(section.integer(issues, "table_harmonics")?)
+            .ok()
+            .map(Some),
+        false => Some(None),
+    };
     Some(ExcitationSpec {
-        table_harmonics: u32::try_from(table_harmonics?).ok()?,
+        table_harmonics: table_harmonics?,
         transmission_error: errors??,
         torque_ripple: ripples??,
     })

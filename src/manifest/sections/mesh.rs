@@ -1,5 +1,6 @@
 //! `[mesh]`: backlash, stiffness over the mesh cycle, misalignment, contact damping, friction.
 
+use super::backlash::{self, Surroundings};
 use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
@@ -32,13 +33,14 @@ pub(super) fn wants_gears(section: &Section) -> bool {
     }
 }
 
-/// Reads the table; `gears` is the drawing with its bores, where the model has one.
+/// Reads the table.
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
-    gears: Option<&GearPair>,
+    drive: Surroundings<'_>,
 ) -> Option<MeshSpec> {
-    let half_gap = section.quantity(issues, "half_gap");
+    let gears = drive.gears;
+    let half_gap = backlash::read(section, issues, drive);
     let choice = section.choice(issues, "stiffness", None, &[]);
     let stiffness = if wants_gears(section) {
         table(section, issues, gears)
@@ -59,9 +61,11 @@ pub(super) fn read(
     let friction = section.quantity_or(issues, "friction", 0.0);
     let damping = contact_damping(section, issues);
     let misalignment = section.quantity_or(issues, "misalignment", 0.0);
+    let (half_gap, stiffness) = (half_gap?, stiffness?);
+    backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
-        half_gap: half_gap?,
-        stiffness: stiffness?,
+        half_gap,
+        stiffness,
         damping: damping?,
         friction: friction?,
         misalignment: misalignment?,

@@ -2,6 +2,7 @@
 //! structure, then mesh, excitation, run and analyses.
 
 mod analyses;
+mod backlash;
 mod excitation;
 mod gear;
 mod job;
@@ -22,6 +23,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use backlash::Surroundings;
 pub(super) use job::read as read_job;
 
 impl Variant {
@@ -74,7 +76,12 @@ pub(super) fn resolve(
     let mesh = root.required_child(issues, "mesh").and_then(|section| {
         // A modal file has no drawing of its own; what it would be needed for brings it in.
         let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
-        mesh::read(&section, issues, gears.as_ref())
+        let drive = Surroundings {
+            gears: gears.as_ref(),
+            faulty_drawing: gears.is_none() && root.has("gear"),
+            rated_force: model.as_ref().and_then(|model| model.source.rated_force()),
+        };
+        mesh::read(&section, issues, drive)
     });
     let source = model.as_ref().map(|model| &model.source);
     let excitation = match root.child(issues, "excitation") {
@@ -87,7 +94,7 @@ pub(super) fn resolve(
     let analyses = match root.child(issues, "analyses") {
         Child::Present(section) => {
             let carried = is_carried(root);
-            analyses::read(&section, issues, retained, run.as_ref(), carried)
+            analyses::read(&section, issues, model.as_ref(), run.as_ref(), carried)
         }
         Child::Absent => Some(AnalysesSpec::default()),
         Child::Invalid => None,

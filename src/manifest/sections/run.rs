@@ -30,6 +30,7 @@ pub(super) fn read(
     let transient = section.integer_or(issues, "transient", DEFAULT_TRANSIENT);
     let cycles = section.integer_or(issues, "cycles", DEFAULT_CYCLES);
     let kernel = kernel(&section, issues);
+    let portable = portable(&section, issues, kernel.as_ref());
     let initial = initial(&section, issues, retained);
     let settle = section.boolean_or(issues, "settle", true);
     let event_limit = section.integer_or(issues, "event_limit", DEFAULT_EVENT_LIMIT);
@@ -59,7 +60,30 @@ pub(super) fn read(
         settle: settle?,
         audit_cycles,
         event_limit: u32::try_from(event_limit?).ok()?,
+        portable: portable?,
     })
+}
+
+/// `instructions`: what the processor has, or what every processor has.
+fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelSpec>) -> Option<bool> {
+    let portable = section.choice(issues, "instructions", Some("auto"), &[])? == "portable";
+    if let (true, Some(KernelSpec::Tables { ladder, .. })) = (portable, kernel) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Unavailable,
+                section.span_of("instructions"),
+                "run.instructions",
+                format!(
+                    "the tables of kernel = \"{}\" are not the same on every processor",
+                    ladder.name()
+                ),
+            )
+            .label("not with this kernel")
+            .remedy("set kernel = \"volterra\" or \"stepping\", or instructions = \"auto\""),
+        );
+        return None;
+    }
+    Some(portable)
 }
 
 fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {

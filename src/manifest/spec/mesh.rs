@@ -36,6 +36,18 @@ pub enum StiffnessSpec {
     Table(Arc<TableSpec>),
 }
 
+impl StiffnessSpec {
+    /// Mean over the mesh cycle \[N/m\]; of a table it is known when the table is made.
+    pub fn mean(&self) -> Option<f64> {
+        match self {
+            Self::Constant(value) => Some(*value),
+            Self::Piecewise(values) => Some(values.iter().sum::<f64>() / values.len() as f64),
+            Self::Continuous(levels) => Some(levels.mean()),
+            Self::Table(_) => None,
+        }
+    }
+}
+
 /// Stiffness, load centroid and friction from a mesh table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableSpec {

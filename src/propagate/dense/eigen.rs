@@ -1,6 +1,7 @@
 //! Eigenvectors of a group of blocks: fast ones as waves, the slow ones as a subspace.
 
 use super::DenseError;
+use super::cluster::{Pair, separate};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, c64};
 
@@ -14,29 +15,34 @@ pub struct Eigen {
     pub slow: Vec<Vec<f64>>,
 }
 
+/// The fast eigenvalues of a matrix with imaginary parts of at least zero, with their vectors.
+fn fast(a: &Mat<f64>, slow_rate: f64) -> Option<Vec<Pair>> {
+    let size = a.nrows();
+    let found = a.eigen().ok()?;
+    let values = found.S().column_vector();
+    let mut pairs: Vec<Pair> = (0..size)
+        .filter(|&j| values[j].norm() >= slow_rate && values[j].im >= 0.0)
+        .map(|j| (values[j], (0..size).map(|i| found.U()[(i, j)]).collect()))
+        .collect();
+    separate(a.as_ref(), &mut pairs);
+    Some(pairs)
+}
+
 /// Waves and slow subspace of a matrix.
 pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, DenseError> {
     let failed = DenseError::Defective {
         condition: f64::INFINITY,
+        error: f64::INFINITY,
     };
     let size = a.nrows();
-    let right = a.eigen().map_err(|_| failed)?;
-    let values = right.S().column_vector();
     let mut found = Eigen {
         waves: Vec::new(),
         columns: Vec::new(),
         slow: Vec::new(),
     };
-    for j in 0..size {
-        let value = values[j];
-        if value.norm() < slow_rate || value.im < 0.0 {
-            continue;
-        }
-        let length = (0..size)
-            .map(|i| right.U()[(i, j)].norm_sqr())
-            .sum::<f64>()
-            .sqrt();
-        let vector = |i: usize| right.U()[(i, j)] / length;
+    for (value, vector) in fast(a, slow_rate).ok_or(failed)? {
+        let length = vector.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
+        let vector = |i: usize| vector[i] / length;
         found.waves.push((value.re, value.im));
         found.columns.push(match value.im > 0.0 {
             true => [
@@ -46,39 +52,35 @@ pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, DenseError> {
             false => [(0..size).map(|i| vector(i).re).collect(), vec![0.0; size]],
         });
     }
-    let fast = found
+    let count = found
         .waves
         .iter()
         .map(|wave| if wave.1 > 0.0 { 2 } else { 1 })
         .sum::<usize>();
-    if fast == size {
+    if count == size {
         return Ok(found);
     }
-    if fast == 0 {
+    if count == 0 {
         found.slow = (0..size)
             .map(|i| (0..size).map(|j| f64::from(u8::from(i == j))).collect())
             .collect();
         return Ok(found);
     }
     // What the fast left eigenvectors do not see is slow.
-    let left = a.transpose().to_owned().eigen().map_err(|_| failed)?;
-    let values = left.S().column_vector();
     let mut seen: Vec<Vec<f64>> = Vec::new();
-    for j in 0..size {
-        let value = values[j];
-        if value.norm() < slow_rate || value.im < 0.0 {
-            continue;
-        }
-        seen.push((0..size).map(|i| left.U()[(i, j)].re).collect());
+    for (value, vector) in fast(&a.transpose().to_owned(), slow_rate).ok_or(failed)? {
+        seen.push(vector.iter().map(|v| v.re).collect());
         if value.im > 0.0 {
-            seen.push((0..size).map(|i| left.U()[(i, j)].im).collect());
+            seen.push(vector.iter().map(|v| v.im).collect());
         }
     }
-    if seen.len() != fast {
+    if seen.len() != count {
         return Err(failed);
     }
-    let q = Mat::from_fn(size, fast, |i, j| seen[j][i]).qr().compute_Q();
-    found.slow = (fast..size)
+    let q = Mat::from_fn(size, count, |i, j| seen[j][i])
+        .qr()
+        .compute_Q();
+    found.slow = (count..size)
         .map(|j| (0..size).map(|i| q[(i, j)]).collect())
         .collect();
     Ok(found)

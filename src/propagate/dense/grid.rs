@@ -58,6 +58,9 @@ impl Grid {
     /// Stiffness that varies within a segment, or more cells than tables should have.
     pub fn new(model: &Model, cells: u32, reach: f64) -> Result<Self, DenseError> {
         let cycle = &model.cycle;
+        if cycle.has_error() {
+            return Err(DenseError::FlankError);
+        }
         if !cycle.segments.iter().all(|s| s.stiffness.is_constant()) {
             return Err(DenseError::VaryingStiffness);
         }

@@ -28,6 +28,10 @@ impl<M: Method> Kernel for Dense<'_, M> {
         self.course.workspace(self.tables.scratch(&self.course))
     }
 
+    fn exact(&self) -> bool {
+        self.course.event_grid.is_none()
+    }
+
     fn march<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,

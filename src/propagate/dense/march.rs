@@ -10,10 +10,7 @@ use super::exits::{Margin, Sight};
 use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
 use crate::model::{Contact, Surface, TrajectoryState};
-use crate::propagate::{Counters, Event, Observer, Stop, Tangents, saltation};
-
-/// Deflections beyond this many half gaps count as divergence.
-const FARTHEST: f64 = 1e9;
+use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
 
 /// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
@@ -152,6 +149,9 @@ impl Course<'_> {
         let mut contact = trajectory.contact;
         let mut events = 0;
         while clock.cell < self.grid.cells.len() {
+            if observer.called_off() {
+                return Err(Stop::CalledOff { cycle: clock.cycle });
+            }
             self.step(
                 method,
                 &mut clock,
@@ -349,7 +349,11 @@ impl Course<'_> {
     fn reclassified(&self, clock: &Clock, contact: Contact, z: &[f64]) -> Option<Surface> {
         let generator = self.generator(clock.cell, contact);
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
-        contact.towards(Contact::classify(deflection, rate, self.model.half_gap))
+        contact.towards(Contact::classify(
+            deflection,
+            rate,
+            [self.model.half_gap, 0.0],
+        ))
     }
 
     fn switch<O: Observer>(

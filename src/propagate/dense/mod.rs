@@ -15,6 +15,7 @@
 //! limits as every other kernel.
 
 mod basis;
+mod cluster;
 mod course;
 mod dyadic;
 mod eigen;
@@ -47,25 +48,33 @@ pub use spectral::{Conditioning, Spectral};
 /// Why a table kernel cannot be built for a model.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum DenseError {
+    /// Loaded flanks have an error.
+    #[error(
+        "kernels of tables do not follow the error of loaded flanks; use kernel = \"volterra\", or give excitation.table_harmonics, its harmonics, or 0 to leave it out"
+    )]
+    FlankError,
     /// Stiffness varies within a segment.
     #[error(
         "the mesh stiffness varies within its segments, which tables of matrix exponentials cannot \
-         follow; set `stiffness = \"piecewise\"`, or run.kernel = \"volterra\""
+         follow; set `stiffness = \"piecewise\"`"
     )]
     VaryingStiffness,
     /// The eigenvectors of a segment are too nearly parallel.
     #[error(
-        "the eigenvectors of a mesh segment are nearly parallel (condition number {condition:.1e}); \
-         set run.kernel = \"volterra\", which needs none"
+        "the eigenvectors of a mesh segment are nearly parallel: a propagator rebuilt from them is \
+         off by {error:.1e} of its largest entry, at most 1e-11 is let pass (condition number \
+         {condition:.1e}); the contact may be critically damped"
     )]
     Defective {
         /// Condition number of their basis.
         condition: f64,
+        /// Error of a propagator rebuilt from them, relative to its largest entry.
+        error: f64,
     },
     /// An undamped mode in resonance with a harmonic.
     #[error(
         "an undamped mode is in resonance with the harmonic at {frequency:.6e} rad/s; \
-         give it damping, or set run.kernel = \"volterra\""
+         give it damping"
     )]
     Resonance {
         /// Angular frequency of the harmonic \[rad/s\].
@@ -82,12 +91,19 @@ pub enum DenseError {
     },
     /// A cycle would take more cells than tables should have.
     #[error(
-        "one mesh cycle would take {cells:.0} table steps; raise the speed, or set run.kernel = \"volterra\""
+        "one mesh cycle would take {cells:.0} table steps; raise the speed or leave out high modes"
     )]
     TooManyCells {
         /// How many.
         cells: f64,
     },
+}
+
+impl DenseError {
+    /// Whether it is the model that these tables do not fit, so that another kernel may.
+    pub fn concerns_the_model(&self) -> bool {
+        !matches!(self, Self::Kept { .. })
+    }
 }
 
 /// Size of a kernel's tables.

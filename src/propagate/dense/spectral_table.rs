@@ -97,6 +97,7 @@ impl<'t> Table<'t> {
             condition: basis.condition,
             reconstruction: basis.reconstruction(&propagator, duration, layout.modes, grid.rate),
         };
+        conditioning.check()?;
         let flat = |power: &Mat<f64>| {
             (0..slow * slow)
                 .map(|i| power[(i / slow, i % slow)])
@@ -193,6 +194,13 @@ impl<'t> Table<'t> {
         if slow < 2 || !(1..=POWERS + 1).contains(&terms) || !(1..=POWERS + 1).contains(&powers) {
             return Err(DenseError::Kept { name: EXTENTS });
         }
+        let conditioning = Conditioning {
+            segment: class.segment,
+            touching,
+            condition: kept.number("condition")?,
+            reconstruction: kept.number("reconstruction")?,
+        };
+        conditioning.check()?;
         let length = 2 * lanes + slow;
         let mut operator = |name, rows, columns| {
             let numbers = kept.take(name, numbers_of(rows, columns))?;
@@ -212,12 +220,7 @@ impl<'t> Table<'t> {
             powers: (0..powers)
                 .map(|_| Ok(kept.take("slow_powers", slow * slow)?.to_vec()))
                 .collect::<Result<_, DenseError>>()?,
-            conditioning: Conditioning {
-                segment: class.segment,
-                touching,
-                condition: kept.number("condition")?,
-                reconstruction: kept.number("reconstruction")?,
-            },
+            conditioning,
             ..Self::empty(generator)
         };
         Ok(table.completed(class.duration))

@@ -20,9 +20,6 @@ use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::{Contact, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
 use rotation::Rotation;
 
-/// A deflection of so many half gaps is no longer a gear mesh.
-const RANGE: f64 = 1e6;
-
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
 
@@ -33,6 +30,8 @@ pub struct Stepping {
     half_gap: f64,
     steps: usize,
     event_limit: u32,
+    /// Whether direction or half gap change anywhere in the cycle.
+    turns: bool,
     /// Step h \[s\].
     step: f64,
     half: Rotation,
@@ -80,6 +79,8 @@ struct Sight {
     time: f64,
     deflection: f64,
     rate: f64,
+    /// Half gap \[m\] and its rate \[m/s\].
+    gap: [f64; 2],
 }
 
 impl Stepping {
@@ -151,6 +152,7 @@ impl Stepping {
             .collect();
         Self {
             half_gap: model.half_gap,
+            turns: cycle.ever_turns(),
             steps,
             event_limit,
             step,
@@ -182,15 +184,18 @@ impl Stepping {
     fn sight(&self, state: &[f64], j: usize, index: usize) -> Sight {
         let direction = self.direction(j);
         let [error, error_rate] = self.transmission_error[index];
+        let phase = index as f64 / (2 * self.steps) as f64;
+        let [lack, slope] = self.segment(j).error_at(phase);
         Sight {
             time: 0.5 * self.step * index as f64,
             deflection: dot(&direction.deflection, state) - error,
             rate: dot(&direction.rate, state) - error_rate,
+            gap: [self.half_gap + lack, slope / self.cycle.period],
         }
     }
 
-    /// The mesh at the start of step `j`. Where the direction changes δ steps, and the contact
-    /// state with it: at a prescribed time, so that tangents go on as they are.
+    /// The mesh at the start of step `j`. Where direction or half gap change the contact state may
+    /// step: at a prescribed time, so that tangents go on as they are.
     fn turn<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -222,20 +227,21 @@ impl Stepping {
         observer: &mut O,
     ) -> Result<(), Stop> {
         let (direction, damping) = (self.direction(j), self.segment(j).damping);
-        let target = Contact::classify(after.deflection, after.rate, self.half_gap);
+        let target = Contact::classify(after.deflection, after.rate, after.gap);
         while trajectory.contact != target {
             let from = trajectory.contact;
             let Some(surface) = from.towards(target) else {
                 break;
             };
             let to = from.across(surface);
-            let level = surface.sign() * self.half_gap;
-            let change = after.deflection - before.deflection;
+            let [level, goal] = [before, after].map(|sight| surface.sign() * sight.gap[0]);
+            let change = (after.deflection - before.deflection) - (goal - level);
             let fraction = if change == 0.0 {
                 1.0
             } else {
                 ((level - before.deflection) / change).clamp(0.0, 1.0)
             };
+            let rate = |sight: Sight| sight.rate - surface.sign() * sight.gap[1];
             *events += 1;
             if *events > self.event_limit {
                 return Err(Stop::EventStorm {
@@ -249,7 +255,7 @@ impl Stepping {
                 from,
                 to,
                 surface,
-                rate: before.rate + fraction * (after.rate - before.rate),
+                rate: rate(before) + fraction * (rate(after) - rate(before)),
             });
             // I ∓ c g w: minus on entry, plus on release.
             let jump = if to.touching() { damping } else { -damping };
@@ -276,7 +282,8 @@ impl Stepping {
         let (k, c) = (middle.stiffness, self.segment(j).damping);
         let contact = trajectory.contact;
         if contact.touching() {
-            let force = k * (sight.deflection - contact.sign() * self.half_gap) + c * sight.rate;
+            let [gap, opening] = sight.gap.map(|value| contact.sign() * value);
+            let force = k * (sight.deflection - gap) + c * (sight.rate - opening);
             let push = -middle.impulse * force;
             add_scaled(&mut trajectory.state, push, &direction.mesh_input);
             for index in 0..tangents.count() {
@@ -308,14 +315,19 @@ impl Stepping {
     ) {
         let (segment, stiffness) = (self.segment(j), self.middles[j].stiffness);
         let contact = trajectory.contact;
-        let deflection = hermite(left, right, self.step);
+        let motion = [left, right].map(|sight| [sight.deflection, sight.rate]);
+        let deflection = hermite(motion[0], motion[1], self.step);
         let mut force = [0.0; 4];
         if contact.touching() {
             let rate = derivative(deflection, self.step);
             for i in 0..4 {
                 force[i] = stiffness * deflection[i] + segment.damping * rate[i];
             }
-            force[0] -= stiffness * contact.sign() * self.half_gap;
+            let gap = hermite(left.gap, right.gap, self.step);
+            let opening = derivative(gap, self.step);
+            for i in 0..4 {
+                force[i] -= contact.sign() * (stiffness * gap[i] + segment.damping * opening[i]);
+            }
         }
         let (first, second) = start.split_at(start.len() / 2);
         observer.window(&Window {
@@ -342,6 +354,8 @@ pub struct SteppingWorkspace {
 }
 
 impl Kernel for Stepping {
+    const FARTHEST: f64 = 1e6;
+
     type Workspace = SteppingWorkspace;
 
     fn workspace(&self) -> SteppingWorkspace {
@@ -349,6 +363,10 @@ impl Kernel for Stepping {
             start: vec![0.0; self.directions[0].deflection.len()],
             turned: vec![[0.0; 2]; self.ripple.len()],
         }
+    }
+
+    fn exact(&self) -> bool {
+        false
     }
 
     fn march<O: Observer>(
@@ -367,7 +385,11 @@ impl Kernel for Stepping {
         let mut last = self.sight(&trajectory.state, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
-            if self.directions.len() > 1 {
+            if observer.called_off() {
+                let cycle = trajectory.cycle;
+                return Err(Stop::CalledOff { cycle });
+            }
+            if self.turns {
                 if j > 0 {
                     let end = self.sight(&trajectory.state, j - 1, 2 * j);
                     self.follow(
@@ -414,7 +436,7 @@ impl Kernel for Stepping {
         // The contact state that goes into the next cycle is that of the state itself.
         let end = self.sight(&trajectory.state, self.steps - 1, 2 * self.steps);
         let reach = end.deflection.abs() + end.rate.abs() * self.step;
-        if reach.is_nan() || reach > RANGE * self.half_gap {
+        if reach.is_nan() || reach > Self::FARTHEST * self.half_gap {
             return Err(Stop::Diverged {
                 cycle: trajectory.cycle,
             });
@@ -436,12 +458,11 @@ impl Kernel for Stepping {
     }
 }
 
-/// Legendre coefficients of the cubic through δ and δ' at both ends of a window.
+/// Legendre coefficients of the cubic through a value and its rate at both ends of a window.
 ///
 /// From `p(±1) = a₀ ± a₁ + a₂ ± a₃` and `p'(±1) = a₁ ± 3 a₂ + 6 a₃`.
-fn hermite(left: Sight, right: Sight, duration: f64) -> [f64; 4] {
-    let (p, q) = (left.deflection, right.deflection);
-    let (s, t) = (0.5 * duration * left.rate, 0.5 * duration * right.rate);
+fn hermite([p, left]: [f64; 2], [q, right]: [f64; 2], duration: f64) -> [f64; 4] {
+    let (s, t) = (0.5 * duration * left, 0.5 * duration * right);
     let a2 = (t - s) / 6.0;
     let a3 = (0.5 * (s + t) - 0.5 * (q - p)) / 5.0;
     [0.5 * (p + q) - a2, 0.5 * (q - p) - a3, a2, a3]

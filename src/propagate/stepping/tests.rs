@@ -89,13 +89,8 @@ fn steps_are_rounded_up_to_the_segment_boundaries() {
 
 #[test]
 fn cubic_reproduces_values_and_rates_at_both_ends() {
-    let sight = |deflection, rate| Sight {
-        time: 0.0,
-        deflection,
-        rate,
-    };
     let duration = 0.4;
-    let a = hermite(sight(1.3, -0.7), sight(2.1, 5.0), duration);
+    let a = hermite([1.3, -0.7], [2.1, 5.0], duration);
     let r = derivative(a, duration);
     let ends = |a: [f64; 4]| (a[0] - a[1] + a[2] - a[3], a.iter().sum::<f64>());
     let close = |x: f64, y: f64| assert!((x - y).abs() < 1e-14, "{x} {y}");
@@ -164,7 +159,7 @@ fn watching_does_not_change_the_trajectory() {
     }
     assert_eq!(record.events.last().unwrap().to, seen.contact);
     let (deflection, rate) = model.deflection(&seen.state, 0.0);
-    let own = Contact::classify(deflection, rate, model.half_gap);
+    let own = Contact::classify(deflection, rate, [model.half_gap, 0.0]);
     assert_eq!(own, seen.contact);
 }
 

@@ -30,8 +30,9 @@ pub struct Grid {
     pub segment_of_cell: Vec<usize>,
     /// First cell after each segment.
     pub segment_end_cell: Vec<usize>,
-    /// First cell after each segment and those behind it that have its direction.
-    pub direction_end_cell: Vec<usize>,
+    /// First cell after each segment and those behind it that free flight does not feel: of the
+    /// same direction and half gap.
+    pub flight_end_cell: Vec<usize>,
     /// The distinct lengths of cells Δ \[s\].
     pub lengths: Vec<f64>,
     /// Which of them a segment has.
@@ -50,7 +51,7 @@ impl Grid {
             time: Vec::new(),
             segment_of_cell: Vec::new(),
             segment_end_cell: Vec::new(),
-            direction_end_cell: Vec::new(),
+            flight_end_cell: Vec::new(),
             lengths,
             length_of_segment,
         };
@@ -62,10 +63,10 @@ impl Grid {
             grid.segment_end_cell.push(grid.segment_of_cell.len());
         }
         grid.time.push(cycle.period);
-        grid.direction_end_cell = grid.segment_end_cell.clone();
+        grid.flight_end_cell = grid.segment_end_cell.clone();
         for index in (1..cells.len()).rev() {
-            if cycle.segments[index].direction == cycle.segments[index - 1].direction {
-                grid.direction_end_cell[index - 1] = grid.direction_end_cell[index];
+            if !cycle.turns(index) {
+                grid.flight_end_cell[index - 1] = grid.flight_end_cell[index];
             }
         }
         grid

@@ -19,9 +19,10 @@ pub use window::{Solution, Windows};
 
 use super::TERMS;
 use super::feedback::Closed;
-use super::tables::{BlockChunk, Row, Series};
+use super::tables::{BlockChunk, Lack, Row, Series};
 use super::varying::{Factors, Nodal};
 use crate::model::STIFFNESS_TERMS;
+use crate::numerics::instructions::portable;
 use crate::propagate::Counters;
 use crate::propagate::events::{Course, Crossing};
 
@@ -71,15 +72,18 @@ impl InstructionSet {
         sets
     }
 
-    /// The fastest set this machine has.
+    /// The fastest set this machine has, as far as the process may take it.
     pub fn best() -> Self {
+        if portable() {
+            return Self::PORTABLE;
+        }
         Self::available().last().copied().unwrap_or(Self::PORTABLE)
     }
 
     /// Its usual name.
     pub fn name(self) -> &'static str {
         match self.0 {
-            Level::Portable => "portable",
+            Level::Portable => "baseline",
             #[cfg(target_arch = "x86_64")]
             Level::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
@@ -119,12 +123,14 @@ macro_rules! for_each_set {
 for_each_set! {
     /// Deflection of a full window, and in contact the force of every column. The columns are
     /// the trajectory and its tangents, one after the other; `inputs` drive the trajectory, and
-    /// the side's gap s b [m] comes with the contact. `rows` are those of the blocks and inputs.
+    /// the side's gap s b [m] comes with the contact, and with it what the flanks lack on that side,
+    /// s e [m], if anything: the deflection is then found without it, δ − s e. `rows` are those of
+    /// the blocks and inputs.
     fn solve(
         rows: &[Row],
         inputs: &[f64],
         columns: &[f64],
-        contact: Option<(Closed<'_>, f64)>,
+        contact: Option<(Closed<'_>, f64, Option<&Lack>)>,
         forces: &mut [Row],
         out: &mut Solution,
     ) = solve_body

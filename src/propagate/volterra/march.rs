@@ -7,7 +7,7 @@
 
 use super::feedback::Closed;
 use super::lanes;
-use super::tables::{Closure, Series};
+use super::tables::{Closure, Lack, Series};
 use super::varying::{Factors, Nodal};
 use super::workspace::Workspace;
 use super::{TERMS, Volterra};
@@ -15,9 +15,6 @@ use crate::model::{Contact, Surface, TrajectoryState};
 use crate::numerics::legendre;
 use crate::propagate::events::Course;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
-
-/// Deflections beyond this many half gaps count as divergence.
-const FARTHEST: f64 = 1e9;
 
 /// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
 const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
@@ -61,6 +58,9 @@ impl Kernel for Volterra<'_> {
         let mut contact = trajectory.contact;
         let mut events = 0;
         while clock.aligned != Some(cells) {
+            if observer.called_off() {
+                return Err(Stop::CalledOff { cycle: clock.cycle });
+            }
             let before = contact;
             self.step(&mut clock, &mut contact, workspace, observer, counters)?;
             if contact != before {
@@ -97,12 +97,11 @@ impl Volterra<'_> {
         let stop_cell = if contact.touching() {
             grid.segment_end_cell[segment]
         } else {
-            grid.direction_end_cell[segment]
+            grid.flight_end_cell[segment]
         };
         let stop = grid.time[stop_cell];
         if clock.aligned.is_none() && clock.time >= stop {
-            clock.time = stop;
-            clock.aligned = Some(stop_cell);
+            self.align(clock, stop_cell);
             return Ok(());
         }
         let fits = clock.aligned.is_some() || clock.time + table.delta <= stop;
@@ -116,6 +115,12 @@ impl Volterra<'_> {
         if contact.touching() {
             self.close(clock, segment, &mut workspace.factors, counters);
         }
+        let lack = (self.tables).lack(self.model, segment, clock.time, clock.aligned);
+        // In contact it is found with the force, on the side that touches; a free flight has it on
+        // both sides.
+        let touching = contact.touching();
+        let own = (lack.filter(|_| touching)).map(|lack| lack.map(|a| contact.sign() * a));
+        let widening = (lack.filter(|_| !touching)).map(|lack| padded(&lack));
         let gap = contact.sign() * self.model.half_gap;
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = self.closed(clock, segment, *contact, factors);
@@ -124,13 +129,13 @@ impl Volterra<'_> {
             &table.rows,
             inputs,
             columns,
-            closed.map(|closed| (closed, gap)),
+            closed.map(|closed| (closed, gap, own.as_ref())),
             forces,
             solution,
         );
         counters.windows += 1;
         let solution = &workspace.solution;
-        let farthest = FARTHEST * self.model.half_gap;
+        let farthest = Self::FARTHEST * self.model.half_gap;
         let bound = solution.deflection[0].abs() + solution.variation;
         // The series may run far beyond an event that ends the window long before; where the
         // window starts is where the trajectory is.
@@ -142,7 +147,10 @@ impl Volterra<'_> {
         }
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
         let crossed = clock.crossed.take();
-        let bound = solution.variation + noise;
+        let mut bound = solution.variation + noise;
+        if let Some(widening) = &widening {
+            bound += legendre::variation(widening) - widening[0];
+        }
         if crossed.is_none()
             && contact.clearance(solution.deflection[0], self.model.half_gap) > bound
         {
@@ -153,17 +161,23 @@ impl Volterra<'_> {
                 contact: *contact,
                 crossed,
                 noise,
+                widening: widening.as_ref(),
             };
             let (set, half_gap) = (self.instructions, self.model.half_gap);
             let crossing = lanes::first_crossing(set, course, half_gap, limit, counters);
             if let Some(c) = crossing {
-                let series = solution.deflection;
+                // Against the surface, which moves where the half gap does.
+                let mut series = solution.deflection;
+                for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
+                    *term -= c.surface.sign() * a;
+                }
                 let [deflection, slope, _] =
                     legendre::evaluate_with_derivatives::<_, false>(&series, c.x);
                 // A start beyond the surface (a trajectory given in the wrong contact state)
                 // is no root that may be divided out.
                 let beyond = deflection - c.surface.sign() * self.model.half_gap;
                 let on_surface = c.x > -1.0 || beyond.abs() <= noise;
+                workspace.solution.restore(own.as_ref());
                 if c.x > -1.0 {
                     self.move_to_cut(c.x, clock, segment, *contact, workspace, observer, counters);
                     clock.aligned = None;
@@ -187,16 +201,28 @@ impl Volterra<'_> {
                 return Ok(());
             }
         }
+        workspace.solution.restore(own.as_ref());
         if fits {
             self.move_full(clock, segment, *contact, workspace, observer, counters);
         } else {
             self.move_to_cut(
                 limit, clock, segment, *contact, workspace, observer, counters,
             );
-            clock.time = stop;
-            clock.aligned = Some(stop_cell);
+            self.align(clock, stop_cell);
         }
         Ok(())
+    }
+
+    /// Takes up the cell grid again at a breakpoint. Beyond a change of the half gap or of the
+    /// direction nothing stands on a surface any more.
+    fn align(&self, clock: &mut Clock, cell: usize) {
+        let grid = &self.tables.grid;
+        clock.time = grid.time[cell];
+        clock.aligned = Some(cell);
+        let segment = grid.segment_of_cell.get(cell).copied().unwrap_or(0);
+        if self.model.cycle.turns(segment) {
+            clock.crossed = None;
+        }
     }
 
     /// Writes the inputs' values at the clock.
@@ -377,4 +403,11 @@ impl Volterra<'_> {
         let blocks = &self.tables.blocks[segment.direction];
         lanes::salt(self.instructions, blocks, damping, workspace.tangents_mut());
     }
+}
+
+/// A short series as one of a window.
+fn padded(lack: &Lack) -> Series {
+    let mut out = [0.0; TERMS];
+    out[..lack.len()].copy_from_slice(lack);
+    out
 }

@@ -6,8 +6,8 @@ use super::grid::Grid;
 use super::lanes::{self, InstructionSet, LANES, Lanes};
 use super::varying::{Factors, Nodal};
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{Block, MeshGain, Model, Segment, Stiffness};
-use crate::numerics::legendre::transforms24;
+use crate::model::{Block, MeshGain, Model, STIFFNESS_TERMS, Segment, Stiffness};
+use crate::numerics::legendre::{transforms8, transforms24};
 
 /// A series on a window.
 pub type Series = [f64; TERMS];
@@ -82,6 +82,20 @@ pub struct Tables {
     feedback_of_cell: Vec<usize>,
     /// (cos, sin) of the transmission error's harmonics at the start of every cell.
     pub cell_phases: Vec<f64>,
+    /// What loaded flanks lack on every cell \[m\]; empty where they lack nothing anywhere.
+    lacks: Vec<Lack>,
+}
+
+/// What loaded flanks lack over a window \[m\]: the first terms of its series, all others being
+/// zero.
+pub type Lack = [f64; STIFFNESS_TERMS];
+
+/// What loaded flanks lack over a window of length `delta` \[s\] that starts at `time` \[s\] in a
+/// segment.
+fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
+    let place = |time: f64| segment.place(time / model.period());
+    let series = segment.error.coefficients();
+    transforms8().restrict(series, place(time), place(time + delta))
 }
 
 impl Tables {
@@ -122,7 +136,18 @@ impl Tables {
                 })
             })
             .collect();
+        let lacks = match model.cycle.has_error() {
+            true => (0..grid.cells())
+                .map(|cell| {
+                    let index = grid.segment_of_cell[cell];
+                    let segment = &model.cycle.segments[index];
+                    lack(model, segment, grid.time[cell], grid.delta(index))
+                })
+                .collect(),
+            false => Vec::new(),
+        };
         Self {
+            lacks,
             layout,
             windows,
             blocks: (model.directions.iter())
@@ -141,6 +166,28 @@ impl Tables {
     /// The tables of windows that start in a mesh segment.
     pub fn window(&self, segment: usize) -> &WindowTable {
         &self.windows[self.window_of_segment[segment]]
+    }
+
+    /// What loaded flanks lack on the window that starts at a time \[s\] in a segment, the start
+    /// of a cell where one is given; none where they lack nothing in the whole cycle.
+    #[inline]
+    pub fn lack(
+        &self,
+        model: &Model,
+        segment: usize,
+        time: f64,
+        cell: Option<usize>,
+    ) -> Option<Lack> {
+        if self.lacks.is_empty() {
+            return None;
+        }
+        Some(match cell {
+            Some(cell) => self.lacks[cell],
+            None => {
+                let delta = self.window(segment).delta;
+                lack(model, &model.cycle.segments[segment], time, delta)
+            }
+        })
     }
 
     /// The solution operator of the window that is a cell.

@@ -1,11 +1,11 @@
 //! The trajectory to about 30 digits: how large are the errors of everything else?
 //!
-//! Between breakpoints and events the system is linear, its stiffness a polynomial (mostly a
-//! constant) and its inputs harmonic, so its Taylor series follows from itself. With `u = t/h` on a step of length h,
+//! Between breakpoints and events the system is linear, its stiffness and its half gap are
+//! polynomials (mostly constants) and its inputs harmonic, so its Taylor series follows from itself. With `u = t/h` on a step of length h,
 //!
 //! ```text
 //! x(u) = Σ X_j u^j,   X_{j+1} = h/(j+1) (A X_j − g F_j + s_j)
-//! F_j  = Σ_m k_m (δ_{j−m} − s b [j = m]) + c δ'_j
+//! F_j  = Σ_m k_m (δ_{j−m} − s b_{j−m}) + c (δ'_j − s b'_j)
 //! ```
 //!
 //! in numbers of two doubles each. Steps are a radian of the fastest rate, so that the terms
@@ -22,7 +22,7 @@ pub use double_double::DoubleDouble;
 use super::ReferenceError;
 use super::integrator::{CROSSING_LIMIT, fastest_rate};
 use crate::model::{Contact, Model, Segment, Surface, TrajectoryState};
-use series::{Instant, Structure};
+use series::{Instant, StepSeries, Structure};
 
 /// Terms of the series on a step: X₀ … X₃₀.
 const ORDER: usize = 30;
@@ -185,13 +185,14 @@ impl March<'_> {
         Ok(())
     }
 
-    /// Takes up a new direction: δ steps, and the contact state with it.
+    /// Takes up a new direction and half gap, where the contact state may step.
     fn turn(&mut self, segment: &Segment, time: DoubleDouble) {
         let Extended {
             model, structure, ..
         } = self.extended;
         let deflection = structure.deflection(model, segment, time, &self.state);
-        let target = Contact::classify(deflection.value(), 0.0, model.half_gap);
+        let gap = model.gap_on(segment, time.value());
+        let target = Contact::classify(deflection.value(), 0.0, gap);
         while let Some(surface) = self.contact.towards(target) {
             let from = self.contact;
             self.contact = from.across(surface);
@@ -230,7 +231,7 @@ impl March<'_> {
         if !series.deflection.iter().all(|d| d.value().is_finite()) {
             return Err(ReferenceError::NonFinite { cycle: self.cycle });
         }
-        let Some((place, surface)) = self.first_event(&series.deflection)? else {
+        let Some((place, surface)) = self.first_event(&series)? else {
             self.state = series.state_at(DoubleDouble::ONE);
             self.crossed = None;
             return Ok(None);
@@ -252,22 +253,22 @@ impl March<'_> {
     /// The first place of a step where its contact state ends, and through which surface.
     fn first_event(
         &self,
-        deflection: &[DoubleDouble],
+        series: &StepSeries,
     ) -> Result<Option<(DoubleDouble, Surface)>, ReferenceError> {
-        // Margin: side·δ + offset, positive inside the contact state.
+        // Margin: side·δ + outside·b, positive inside the contact state.
         let half_gap = self.extended.model.half_gap;
         let margins: &[(Surface, f64, f64)] = match self.contact {
-            Contact::Drive => &[(Surface::Drive, 1.0, -half_gap)],
-            Contact::Coast => &[(Surface::Coast, -1.0, -half_gap)],
-            Contact::Free => &[
-                (Surface::Drive, -1.0, half_gap),
-                (Surface::Coast, 1.0, half_gap),
-            ],
+            Contact::Drive => &[(Surface::Drive, 1.0, -1.0)],
+            Contact::Coast => &[(Surface::Coast, -1.0, -1.0)],
+            Contact::Free => &[(Surface::Drive, -1.0, 1.0), (Surface::Coast, 1.0, 1.0)],
         };
         let mut first: Option<(DoubleDouble, Surface)> = None;
-        for &(surface, side, offset) in margins {
-            let mut margin: Vec<_> = deflection.iter().map(|&d| d * side).collect();
-            margin[0] += DoubleDouble::exact(offset);
+        for &(surface, side, outside) in margins {
+            let mut margin: Vec<_> = series.deflection.iter().map(|&d| d * side).collect();
+            margin[0] += DoubleDouble::exact(outside * half_gap);
+            for (margin, &lack) in margin.iter_mut().zip(&series.lack) {
+                *margin += lack * outside;
+            }
             if self.crossed == Some(surface) {
                 // The event's own zero is divided out.
                 margin.remove(0);

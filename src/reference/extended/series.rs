@@ -2,7 +2,7 @@
 
 use super::DoubleDouble;
 use super::root::evaluate;
-use crate::model::{Block, Contact, MeshGain, Model, Segment};
+use crate::model::{Block, Contact, MeshGain, Model, STIFFNESS_TERMS, Segment};
 
 /// A model's blocks in extended precision, one list a direction of the mesh force.
 #[derive(Debug, Clone)]
@@ -35,6 +35,8 @@ pub(super) struct StepSeries {
     states: Vec<Vec<DoubleDouble>>,
     /// Of δ \[m\].
     pub deflection: Vec<DoubleDouble>,
+    /// Of what loaded flanks lack \[m\]; only as long as it is not zero.
+    pub lack: Vec<DoubleDouble>,
 }
 
 impl StepSeries {
@@ -108,8 +110,13 @@ impl Structure {
 
         let touching = instant.contact.touching();
         let c = instant.segment.damping;
-        let stiffness = stiffness(model, instant, length);
-        let offset = DoubleDouble::product(instant.contact.sign(), model.half_gap);
+        let segment = instant.segment;
+        let stiffness = on_step(model, instant, length, segment.stiffness.coefficients());
+        // The half gap: what flanks lack, and the backlash as its constant.
+        let lack = on_step(model, instant, length, segment.error.coefficients());
+        let mut gap = lack.clone();
+        gap[0] += DoubleDouble::exact(model.half_gap);
+        let side = instant.contact.sign();
         let mut states: Vec<Vec<_>> = state.iter().map(|&x| vec![x]).collect();
         let mut deflection = Vec::with_capacity(order + 1);
         for j in 0..=order {
@@ -132,12 +139,15 @@ impl Structure {
             }
             let mut force = DoubleDouble::ZERO;
             if touching {
+                if let Some(&next) = gap.get(j + 1) {
+                    rate += next * (-side * (j + 1) as f64) / length;
+                }
                 force = rate * c;
                 for (m, &k) in stiffness.iter().enumerate().take(j + 1) {
-                    let compression = match j - m {
-                        0 => deflection[0] - offset,
-                        before => deflection[before],
-                    };
+                    let mut compression = deflection[j - m];
+                    if let Some(&gap) = gap.get(j - m) {
+                        compression += gap * -side;
+                    }
                     force += compression * k;
                 }
             }
@@ -163,16 +173,24 @@ impl Structure {
                 }
             }
         }
-        StepSeries { states, deflection }
+        StepSeries {
+            states,
+            deflection,
+            lack,
+        }
     }
 }
 
-/// Coefficients of the segment's stiffness on the step, as many as it has: with
+/// Coefficients on the step of a Legendre series over the segment, as many as it has: with
 /// `x = x₀ + σ u` the place within the segment, the derivatives of `Σ a P` at x₀ by Legendre's
 /// recurrence, differentiated.
-fn stiffness(model: &Model, instant: &Instant<'_>, length: DoubleDouble) -> Vec<DoubleDouble> {
+fn on_step(
+    model: &Model,
+    instant: &Instant<'_>,
+    length: DoubleDouble,
+    series: &[f64; STIFFNESS_TERMS],
+) -> Vec<DoubleDouble> {
     let segment = instant.segment;
-    let series = segment.stiffness.coefficients();
     let terms = series.iter().rposition(|&a| a != 0.0).map_or(1, |n| n + 1);
     let one = DoubleDouble::ONE;
     let (start, end) = (

@@ -17,6 +17,18 @@ const PREFIXES: [(f64, &str); 7] = [
     (1e9, "G"),
 ];
 
+/// Values further from zero are drawn here: sums and quotients of what is drawn stay finite.
+const LARGEST: f64 = 1e290;
+
+/// A range of which the larger end is smaller is drawn as zero.
+const SMALLEST: f64 = 1e-290;
+
+/// Width of a range over the larger of its ends, below which ticks could not be told apart.
+const NARROWEST: f64 = 1e-9;
+
+/// Largest fraction of a panel's side by which a place lies beyond it.
+const BEYOND: f64 = 20.0;
+
 /// A range of values along one side of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
@@ -32,8 +44,9 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    /// A linear axis over `low..=high`.
-    pub fn linear(name: &str, unit: &str, [low, high]: [f64; 2]) -> Self {
+    /// A linear axis over `low..=high`, or room around them where they are one value or none.
+    pub fn linear(name: &str, unit: &str, range: [f64; 2]) -> Self {
+        let [low, high] = padded(ordered(range), 0.0);
         let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
         Self {
             label: format!("{name} [{shown}]"),
@@ -45,16 +58,20 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis over `low..=high`, both positive.
+    /// A logarithmic axis over `low..=high`, both positive; over some decades where they are not.
     pub fn logarithmic(name: &str, unit: &str, range: [f64; 2]) -> Self {
+        let [low, high] = positive(range);
         Self {
+            low,
+            high,
             logarithmic: true,
-            ..Self::linear(name, unit, range)
+            ..Self::linear(name, unit, [low, high])
         }
     }
 
     /// A logarithmic axis of numbers of bytes over `low..=high`, both positive.
-    pub fn bytes(name: &str, [low, high]: [f64; 2]) -> Self {
+    pub fn bytes(name: &str, range: [f64; 2]) -> Self {
+        let [low, high] = positive(range);
         Self {
             label: name.to_owned(),
             low,
@@ -81,13 +98,15 @@ impl Axis {
         Self::linear(name, unit, padded(range(values.iter().copied()), 0.02))
     }
 
-    /// Position of a value: 0 at the low end, 1 at the high end.
+    /// Position of a value: 0 at the low end, 1 at the high end; of one far beyond, where
+    /// nothing is seen of it. NaN of what is no number.
     pub fn fraction(&self, value: f64) -> f64 {
-        if self.logarithmic {
+        let fraction = if self.logarithmic {
             (value / self.low).ln() / (self.high / self.low).ln()
         } else {
             (value - self.low) / (self.high - self.low)
-        }
+        };
+        fraction.clamp(-BEYOND, 1.0 + BEYOND)
     }
 
     /// Values with their texts, about `wanted` of them.
@@ -175,7 +194,7 @@ pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     if largest <= 0.0 || !largest.is_finite() {
         return (1.0, readable);
     }
-    if PREFIXABLE.contains(&unit) {
+    if PREFIXABLE.contains(&unit) && (1e-12..1e15).contains(&largest) {
         let fitting = PREFIXES
             .iter()
             .rev()
@@ -186,7 +205,8 @@ pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     if (1e-3..1e5).contains(&largest) {
         return (1.0, readable);
     }
-    let exponent = 3 * (largest.log10() / 3.0).floor() as i32;
+    // Of the smallest numbers the power itself would not fit.
+    let exponent = 3 * (largest.log10() / 3.0).floor().clamp(-100.0, 100.0) as i32;
     let power = power_of_ten(exponent);
     let shown = match unit {
         "" | "1" => power,
@@ -228,10 +248,32 @@ fn nice_step(step: f64) -> f64 {
     mantissa.unwrap_or(10.0) * power
 }
 
+/// The ends of a range in order, as far out as is drawn; `[0, 1]` where one is no number.
+fn ordered([low, high]: [f64; 2]) -> [f64; 2] {
+    if low.is_nan() || high.is_nan() {
+        return [0.0, 1.0];
+    }
+    let [low, high] = [low.min(high), low.max(high)];
+    [low, high].map(|end| end.clamp(-LARGEST, LARGEST))
+}
+
+/// The same of a range that is positive and spans something.
+fn positive(range: [f64; 2]) -> [f64; 2] {
+    let [low, high] = ordered(range);
+    let high = if high > SMALLEST { high } else { 1.0 };
+    // What lies six decades lower is not seen beside it on any axis that came to nothing.
+    let low = if low > SMALLEST { low } else { 1e-6 * high };
+    match low < high * (1.0 - NARROWEST) {
+        true => [low, high],
+        false => [0.5 * high, 2.0 * high].map(|end| end.min(LARGEST)),
+    }
+}
+
 /// Smallest and largest of some values; `[0, 1]` of none.
 pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let bounds = values
         .filter(|value| value.is_finite())
+        .map(|value| value.clamp(-LARGEST, LARGEST))
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
             [low.min(value), high.max(value)]
         });
@@ -246,11 +288,11 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 pub(super) fn padded([low, high]: [f64; 2], margin: f64) -> [f64; 2] {
     let width = high - low;
     let magnitude = low.abs().max(high.abs());
-    if width > 1e-9 * magnitude {
+    if width > NARROWEST * magnitude && magnitude > SMALLEST {
         return [low - margin * width, high + margin * width];
     }
     // One value: as much room around it as it is large.
-    let room = if magnitude > 0.0 {
+    let room = if magnitude > SMALLEST {
         0.5 * magnitude
     } else {
         1.0
@@ -314,9 +356,59 @@ mod tests {
         assert!((axis.fraction(10.0) - 0.5).abs() < 1e-12);
     }
 
+    /// Whatever the range, ticks are few and places finite: they are counted, so that a loop
+    /// without end shows as too many.
+    #[test]
+    fn ticks_of_extreme_ranges_are_few_and_inside() {
+        let ends = [
+            f64::NAN,
+            f64::NEG_INFINITY,
+            f64::MIN,
+            -1e300,
+            -1.0,
+            -5e-324,
+            0.0,
+            5e-324,
+            2.3e-308,
+            1e-20,
+            1.0,
+            1.0 + f64::EPSILON,
+            1e17,
+            1e300,
+            f64::MAX,
+            f64::INFINITY,
+        ];
+        for low in ends {
+            for high in ends {
+                for unit in ["1", "m", "rad/s"] {
+                    let axes = [
+                        Axis::linear("a", unit, [low, high]),
+                        Axis::logarithmic("a", unit, [low, high]),
+                        Axis::bytes("a", [low, high]),
+                        Axis::for_grid("a", unit, &[low, low, high]),
+                        Axis::linear("a", unit, padded(range([low, high].into_iter()), 0.05)),
+                    ];
+                    for axis in axes {
+                        let ticks = axis.ticks(5);
+                        assert!(ticks.len() <= 64, "{axis:?}: {} ticks", ticks.len());
+                        for (value, text) in ticks {
+                            let place = axis.fraction(value);
+                            assert!((-0.01..=1.01).contains(&place), "{axis:?}: {value}");
+                            assert!(text.chars().count() < 30, "{axis:?}: {text}");
+                        }
+                        for value in ends.into_iter().filter(|v| !v.is_nan()) {
+                            let place = axis.fraction(value);
+                            assert!(place.is_nan() || place.abs() <= 21.0, "{axis:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_range_is_never_empty() {
-        for range in [[0.0, 0.0], [3.0, 3.0], [-1e-30, -1e-30]] {
+        for range in [[0.0, 0.0], [3.0, 3.0], [-1e-30, -1e-30], [5e-324, 5e-324]] {
             let [low, high] = padded(range, 0.05);
             assert!(low < range[0] && range[0] < high);
         }

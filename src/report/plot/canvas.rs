@@ -1,6 +1,8 @@
 //! A picture as shapes in pixels, x to the right and y down, before it becomes SVG or PNG:
 //! both show the same because both are drawn from this list.
 
+use crate::input::{clipped, printable};
+
 /// A place on the canvas \[px\].
 pub(super) type Place = [f64; 2];
 
@@ -23,6 +25,18 @@ pub(super) const RED: Colour = Colour(0xc8, 0x3c, 0x00);
 const WIDTH: f64 = 960.0;
 /// Height of most pictures \[px\].
 const HEIGHT: f64 = 600.0;
+
+/// Coordinates further out are not seen on any picture \[px\].
+const FARTHEST: f64 = 1e4;
+
+/// Most characters of a text: more is a number or a name gone wrong.
+const MOST_CHARACTERS: usize = 300;
+
+/// A place no further out than anything is seen; none where a coordinate is no number.
+fn bounded([x, y]: Place) -> Option<Place> {
+    let far = |coordinate: f64| coordinate.clamp(-FARTHEST, FARTHEST);
+    (!x.is_nan() && !y.is_nan()).then(|| [far(x), far(y)])
+}
 
 /// Which end of a text is at its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,10 +106,12 @@ impl Canvas {
         [WIDTH, self.height]
     }
 
+    /// A line through some places; it is broken where one is nowhere.
     pub fn line(&mut self, points: &[Place], colour: Colour, width: f64) {
-        if points.len() > 1 {
+        let places: Vec<Option<Place>> = points.iter().copied().map(bounded).collect();
+        for part in places.split(Option::is_none).filter(|part| part.len() > 1) {
             self.shapes.push(Shape::Line {
-                points: points.to_vec(),
+                points: part.iter().copied().flatten().collect(),
                 colour,
                 width,
             });
@@ -105,6 +121,9 @@ impl Canvas {
     /// A straight dashed line.
     pub fn dashes(&mut self, from: Place, to: Place, colour: Colour, width: f64) {
         const DASH: f64 = 6.0;
+        let (Some(from), Some(to)) = (bounded(from), bounded(to)) else {
+            return;
+        };
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
         let count = (length / (2.0 * DASH)).ceil().max(1.0);
         let along = |t: f64| {
@@ -121,14 +140,16 @@ impl Canvas {
     }
 
     pub fn rectangle(&mut self, from: Place, to: Place, colour: Colour) {
-        self.shapes.push(Shape::Rectangle { from, to, colour });
+        if let (Some(from), Some(to)) = (bounded(from), bounded(to)) {
+            self.shapes.push(Shape::Rectangle { from, to, colour });
+        }
     }
 
     pub fn polygon(&mut self, points: &[Place], colour: Colour) {
-        self.shapes.push(Shape::Polygon {
-            points: points.to_vec(),
-            colour,
-        });
+        let points: Vec<Place> = points.iter().copied().filter_map(bounded).collect();
+        if points.len() > 2 {
+            self.shapes.push(Shape::Polygon { points, colour });
+        }
     }
 
     pub fn outline(&mut self, from: Place, to: Place, colour: Colour, width: f64) {
@@ -137,11 +158,13 @@ impl Canvas {
     }
 
     pub fn disc(&mut self, centre: Place, radius: f64, colour: Colour) {
-        self.shapes.push(Shape::Disc {
-            centre,
-            radius,
-            colour,
-        });
+        if let Some(centre) = bounded(centre) {
+            self.shapes.push(Shape::Disc {
+                centre,
+                radius,
+                colour,
+            });
+        }
     }
 
     pub fn text(&mut self, at: Place, text: &str, size: f64, colour: Colour, anchor: Anchor) {
@@ -169,9 +192,12 @@ impl Canvas {
         anchor: Anchor,
         upwards: bool,
     ) {
+        let Some(at) = bounded(at) else {
+            return;
+        };
         self.shapes.push(Shape::Text {
             at,
-            text: text.to_owned(),
+            text: printable(&clipped(text, MOST_CHARACTERS)).into_owned(),
             size,
             colour,
             anchor,

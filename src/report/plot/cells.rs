@@ -14,6 +14,8 @@ const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
 /// Where keys and colour bars start.
 pub(super) const MARGIN: f64 = RIGHT + 24.0;
+/// Most cells of a map.
+const MOST_CELLS: usize = 1 << 20;
 pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 
 /// The axes of a map: the first two that vary.
@@ -23,11 +25,15 @@ pub(super) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    /// None where fewer vary.
+    /// None where fewer vary, or a map would have more cells than pixels.
     pub fn new(results: &'a Results) -> Option<Self> {
         let axis = |index: usize| (index, &results.summary.axes[index]);
+        let cells = |slow: usize, fast: usize| {
+            let [slow, fast] = [slow, fast].map(|index| axis(index).1.values.len());
+            slow.saturating_mul(fast)
+        };
         match results.varied()[..] {
-            [slow, fast, ..] => Some(Self {
+            [slow, fast, ..] if cells(slow, fast) <= MOST_CELLS => Some(Self {
                 across: axis(fast),
                 up: axis(slow),
             }),

@@ -28,6 +28,8 @@ const SVG_SIZE_PER_EM: f64 = 1.24;
 const SVG_SCALE: f64 = 10.0;
 /// Pixels of a PNG a pixel of the canvas.
 pub(super) const PNG_SCALE: usize = 2;
+/// How far beyond the picture shapes reach \[px\].
+const ASIDE: f64 = 100.0;
 /// Drawn pixels averaged into one of a PNG, each way.
 const OVERSAMPLING: usize = 2;
 
@@ -145,12 +147,10 @@ fn draw<B: DrawingBackend>(
     if !font_is_ready() {
         return Err(PlotError::drawing("the built-in font cannot be read"));
     }
-    let whole = |place: Place| {
-        (
-            (place[0] * scale).round() as i32,
-            (place[1] * scale).round() as i32,
-        )
-    };
+    // The bitmap backend visits every pixel of a shape, those beyond the picture as well.
+    let size = canvas.size();
+    let near = |place: f64, size: f64| (place.clamp(-ASIDE, size + ASIDE) * scale).round() as i32;
+    let whole = |place: Place| (near(place[0], size[0]), near(place[1], size[1]));
     let white = RGBColor(255, 255, 255);
     backend
         .draw_rect((0, 0), whole(canvas.size()), &white, true)

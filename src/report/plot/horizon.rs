@@ -221,7 +221,10 @@ fn averages(canvas: &mut Canvas, found: &Found) {
             continue;
         };
         let share = 100.0 * spread / mean.abs();
-        let text = format!("{name}: {share:.1} % of {mean:.0} N over {n} cycles");
+        let text = format!(
+            "{name}: {share:.1} % of {} N over {n} cycles",
+            number(*mean)
+        );
         let at = [panel.right - 10.0, line];
         canvas.text(at, &text, TICK_SIZE, colour, Anchor::End);
         line += 18.0;

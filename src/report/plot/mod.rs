@@ -31,7 +31,7 @@ mod trace;
 
 use std::path::Path;
 
-use crate::store::TableKind;
+use crate::store::{TableKind, record_paths};
 use canvas::Canvas;
 use mesh::MeshCurves;
 use recording::Recording;
@@ -125,8 +125,14 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// `name` may hold names of axes, which go into the name of a file.
     fn new(name: String, canvas: Canvas) -> Self {
-        Self { name, canvas }
+        let fits = |c: char| !c.is_control() && c != '/';
+        let name = name.chars().map(|c| if fits(c) { c } else { '_' });
+        Self {
+            name: name.collect(),
+            canvas,
+        }
     }
 
     /// The picture as an SVG document, 960 pixels wide.
@@ -241,7 +247,9 @@ impl Source {
             });
         }
         let holds = |kind: TableKind| path.join(kind.file_name()).exists();
-        let has_results = holds(TableKind::Points);
+        // Where a record is, there were tables.
+        let recorded = record_paths(path).is_ok_and(|records| !records.is_empty());
+        let has_results = recorded || holds(TableKind::Points);
         let has_trace = holds(TableKind::Trace);
         if !has_results && !has_trace {
             return Err(PlotError::Nothing {

@@ -22,7 +22,7 @@ pub(super) enum Motion {
 impl Motion {
     pub fn of(point: &PointSummary) -> Self {
         match (point.status.as_str(), point.class.as_deref()) {
-            ("diverged" | "event_storm" | "failed", _) => Self::Failed,
+            ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
             (_, Some("chaotic")) => Self::Chaotic,
             (_, Some("quasi_periodic")) => Self::QuasiPeriodic,
             (_, Some("locked")) => Self::Locked,

@@ -95,7 +95,7 @@ impl Recording {
             let cycles = |row: Option<&f64>| row.copied().unwrap_or(0.0) - self.time[0];
             parts.push(format!(
                 "the first {} of {} mesh cycles",
-                number(cycles(self.time.get(rows - 1)).round()),
+                number(cycles(rows.checked_sub(1).map(|row| &self.time[row])).round()),
                 number(cycles(self.time.last()).round())
             ));
         }

@@ -8,7 +8,7 @@ use super::What;
 use super::error::PlotError;
 use crate::report::text::number;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
-use crate::store::{ResultTable, RunState, StoreError, TableKind};
+use crate::store::{ResultTable, RunState, StoreError, TableKind, read_runs, verify};
 
 /// Most slices drawn of one kind of picture.
 pub(super) const MOST_SLICES: usize = 24;
@@ -37,7 +37,12 @@ pub(super) struct Slice<'a> {
 
 impl Results {
     pub fn read(folder: &Path) -> Result<Self, PlotError> {
-        let summary = Summary::read(folder)?;
+        // Which pictures there are follows from the tables: one that is gone must not be taken for
+        // one that was never asked for.
+        for run in read_runs(folder)? {
+            verify(folder, &run)?;
+        }
+        let summary = Summary::with_points(folder)?;
         let table = ResultTable::read(folder, TableKind::Points)?;
         let name = folder.file_name().map(|name| name.to_string_lossy());
         let job = summary.job.clone().or(name.map(Into::into));

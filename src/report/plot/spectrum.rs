@@ -26,7 +26,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     })?;
     let ids = table.u64("point_id")?;
     let (signals, orders) = (table.text("signal")?, table.f64("order")?);
-    let amplitudes = table.f64("amplitude")?;
+    let (amplitudes, methods) = (table.f64("amplitude")?, table.text("method")?);
     let has_lines = |id: u64| ids.binary_search(&Some(id)).is_ok();
     let point = match request.point {
         Some(id) => results.point(id)?,
@@ -44,8 +44,10 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         let reason = format!("point {} has no spectrum", point.point_id);
         return Err(unfit(reason));
     }
+    let start = ids.partition_point(|id| *id < Some(point.point_id));
+    // Between exact lines there is nothing; averaged power is a curve.
+    let exact = methods[start].as_deref() == Some("fourier");
     let lines = |signal: &str| -> Vec<[f64; 2]> {
-        let start = ids.partition_point(|id| *id < Some(point.point_id));
         let end = ids.partition_point(|id| *id <= Some(point.point_id));
         (start..end)
             .filter(|&row| signals[row].as_deref() == Some(signal))
@@ -72,6 +74,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             &name,
             unit_of(&units, signal),
             &lines(signal),
+            exact,
             last,
         );
     }
@@ -97,6 +100,7 @@ fn panel(
     name: &str,
     unit: &str,
     lines: &[[f64; 2]],
+    exact: bool,
     last: bool,
 ) {
     let orders = range(lines.iter().map(|[order, _]| *order))[1].min(MOST_ORDERS);
@@ -124,8 +128,18 @@ fn panel(
         .iter()
         .map(|[order, amplitude]| panel.at(*order, amplitude.max(low)))
         .collect();
-    canvas.line(&path, BLUE, 1.2);
-    let mut peaks: Vec<[f64; 2]> = tones(&shown).collect();
+    let mut peaks: Vec<[f64; 2]> = match exact {
+        true => {
+            for [across, up] in path {
+                canvas.line(&[[across, bottom], [across, up]], BLUE, 1.2);
+            }
+            shown.into_iter().filter(|line| line[1] > low).collect()
+        }
+        false => {
+            canvas.line(&path, BLUE, 1.2);
+            tones(&shown).collect()
+        }
+    };
     peaks.sort_by(|a, b| b[1].total_cmp(&a[1]));
     let mut named: Vec<Place> = Vec::new();
     for [order, amplitude] in peaks {

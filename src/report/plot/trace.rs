@@ -158,7 +158,7 @@ fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usiz
             match (inside, start) {
                 (true, None) => start = Some(sample),
                 (false, Some(from)) => {
-                    let end = recording.time[sample.min(rows - 1)];
+                    let end = recording.time[sample.min(rows.saturating_sub(1))];
                     let [left, right] = [recording.time[from], end].map(|t| panel.x(t));
                     canvas.rectangle([left, high + 2.0], [right, low - 2.0], *colour);
                     start = None;

@@ -7,7 +7,7 @@ use crate::analysis::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Stat
 use crate::report::ReportError;
 use crate::store::{
     AxisColumn, MachineRecord, Placement, PlacementRecord, PointRow, ProgramRecord, ResultLayout,
-    ResultWriter, RunRecord, StoreError, Totals, write_run,
+    ResultWriter, RunRecord, StoreError, Totals, Written, write_run,
 };
 use crate::topology::Topology;
 
@@ -39,7 +39,7 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
 fn kind(point_id: u64) -> PointOutcome {
     let (ok, lambda) = (Status::Ok, point_id as f64 / 10.0);
     match point_id % 8 {
-        0 => outcome(ok, Some(Class::Locked), Some(-0.5)),
+        0 => outcome(ok, Some(Class::Locked(Some(1))), Some(-0.5)),
         1 => outcome(ok, Some(Class::Periodic(1)), Some(-0.1)),
         2 => outcome(ok, Some(Class::Periodic(12)), Some(-0.05)),
         3 => outcome(ok, Some(Class::QuasiPeriodic), Some(0.0)),
@@ -55,7 +55,12 @@ const AXES: [(&str, &str, f64); 3] = [
     ("mesh.half_gap", "m", 5e-6),
 ];
 
-fn write(folder: &Path, lengths: &[usize], missing: &[u64], outcome: impl Fn(u64) -> PointOutcome) {
+fn write(
+    folder: &Path,
+    lengths: &[usize],
+    missing: &[u64],
+    outcome: impl Fn(u64) -> PointOutcome,
+) -> Written {
     let axes = AXES[..lengths.len()]
         .iter()
         .map(|&(name, unit, _)| AxisColumn {
@@ -97,10 +102,10 @@ fn write(folder: &Path, lengths: &[usize], missing: &[u64], outcome: impl Fn(u64
             })
             .unwrap();
     }
-    writer.finish().unwrap();
+    writer.finish().unwrap()
 }
 
-fn record(folder: &Path, state: RunState, points: u64, computed: u64) {
+fn record(folder: &Path, written: &Written, state: RunState, points: u64, computed: u64) {
     let record = RunRecord {
         job: "demo".into(),
         state,
@@ -122,6 +127,7 @@ fn record(folder: &Path, state: RunState, points: u64, computed: u64) {
         forecast: None,
         totals: Totals::new(points, computed, 0, 1000 * computed, 0.5),
         shards: Vec::new(),
+        tables: written.tables.clone(),
         retries: Vec::new(),
         warnings: vec!["the machine was busy".into()],
         manifest_hash: "00".into(),
@@ -139,7 +145,7 @@ fn shown(folder: &Path) -> String {
 #[test]
 fn two_axes_with_every_kind_of_point() {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), &[2, 8], &[], |point_id| {
+    let written = write(folder.path(), &[2, 8], &[], |point_id| {
         let mut outcome = kind(point_id);
         if let Some(found) = &mut outcome.lyapunov {
             found.twin = Some(0.5);
@@ -148,17 +154,17 @@ fn two_axes_with_every_kind_of_point() {
         outcome.energy_residual = Some(1e-13 * (1 + point_id) as f64);
         outcome
     });
-    record(folder.path(), RunState::Complete, 16, 16);
+    record(folder.path(), &written, RunState::Complete, 16, 16);
     insta::assert_snapshot!(shown(folder.path()));
 }
 
 #[test]
 fn one_axis_interrupted() {
     let folder = tempfile::tempdir().unwrap();
-    write(folder.path(), &[10], &[3, 4], |_| {
+    let written = write(folder.path(), &[10], &[3, 4], |_| {
         outcome(Status::Ok, Some(Class::Chaotic), Some(0.8))
     });
-    record(folder.path(), RunState::Interrupted, 10, 8);
+    record(folder.path(), &written, RunState::Interrupted, 10, 8);
     insta::assert_snapshot!(shown(folder.path()));
 }
 
@@ -169,7 +175,7 @@ fn three_axes_show_the_first_slice() {
     write(folder.path(), &[2, 3, 4], &[], |point_id| {
         match point_id % 4 {
             0 => outcome(Status::Ok, Some(Class::Chaotic), Some(1.0)),
-            _ => outcome(Status::Ok, Some(Class::Locked), Some(-1.0)),
+            _ => outcome(Status::Ok, Some(Class::Locked(Some(1))), Some(-1.0)),
         }
     });
     let text = shown(folder.path());

@@ -127,6 +127,28 @@ fn modes_of_either_count_agree_and_the_rest_returns_as_flexibility() {
     }
 }
 
+/// Frequencies fall towards their limit as elements are added, past the size (252 freedoms for
+/// two shafts) at which the eigensolver begins to divide the matrix.
+#[test]
+fn any_number_of_elements_is_solved() {
+    let modes = |elements| {
+        let drive = FlexibleDrive {
+            elements,
+            ..drive()
+        };
+        drive.modes(30, 30, false).unwrap()
+    };
+    let mut coarser = modes([5, 7, 8]);
+    for elements in [[6, 7, 8], [6, 10, 14], [15, 15, 15]] {
+        let finer = modes(elements);
+        for mode in RIGID_MODES..30 {
+            let off = finer.frequency[mode] / coarser.frequency[mode] - 1.0;
+            assert!((-0.01..=1e-9).contains(&off), "{elements:?} {mode} {off:e}");
+        }
+        coarser = finer;
+    }
+}
+
 #[test]
 fn signs_are_settled_and_repeatable() {
     let structure = drive().modes(40, 40, false).unwrap();

@@ -4,7 +4,7 @@ use super::*;
 use crate::analysis::{
     AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
     MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    Spectrum, SpectrumLine, Status,
+    Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
@@ -38,6 +38,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             spectra: ["deflection", "force"]
                 .map(|signal| Spectrum {
                     signal: signal.to_owned(),
+                    method: SpectrumMethod::Fourier,
                     lines: vec![SpectrumLine {
                         frequency: number(0),
                         order: number(1),
@@ -91,7 +92,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 place: [number(6), number(7)],
                 attractor: None,
                 status: Status::EventStorm,
-                class: Some(Class::Locked),
+                class: Some(Class::Locked(Some(1))),
                 in_full: true,
                 cycles: u64::MAX,
             }],
@@ -255,6 +256,7 @@ fn another_job_shard_or_program_is_refused_and_kept() {
         job_hash: HASH.into(),
         shard: None,
         program: ProgramRecord::current(),
+        instructions: instructions().to_owned(),
     };
     header.program.commit = Some("another".into());
     let mut other = MAGIC.to_vec();
@@ -297,4 +299,35 @@ fn only_an_empty_journal_is_abandoned() {
     // Not looked into yet, but not empty either.
     open(folder.path()).abandon();
     assert_eq!(ids(&mut open(folder.path())), [0]);
+}
+
+/// A journal says what its points were computed with, and what the process that goes on with it
+/// computes with, where that is something else.
+#[test]
+fn a_journal_knows_the_instructions_of_its_points() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = journal_path(folder.path(), None);
+    let header = Header {
+        job_hash: HASH.into(),
+        shard: None,
+        program: ProgramRecord::current(),
+        instructions: "another".into(),
+    };
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(record(&header, &path).unwrap());
+    fs::write(&path, &bytes).unwrap();
+    let here = instructions().to_owned();
+    assert_eq!(
+        open(folder.path()).instructions(),
+        [here.clone()],
+        "no point yet"
+    );
+    bytes.extend(record(&row(0, &[1.0]), &path).unwrap());
+    fs::write(&path, &bytes).unwrap();
+    let both = ["another".to_owned(), here.clone()];
+    assert_eq!(open(folder.path()).instructions(), both);
+    // Begun anew, they are those of this process.
+    drop(Journal::open(folder.path(), HASH, None, true).unwrap());
+    open(folder.path()).append(&row(0, &[1.0])).unwrap();
+    assert_eq!(open(folder.path()).instructions(), [here]);
 }

@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::propagate::{DenseError, Dyadic, Fused, KeptTables, Spectral, TableArray};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
-const METHOD: &str = "atlas kernel tables 1";
+const METHOD: &str = "atlas kernel tables 2";
 
 /// Name of the array that holds the size \[bytes\] of the dyadic kernel's tables of the same
 /// model.

@@ -113,7 +113,7 @@ fn a_window_in_contact_feeds_the_mesh_back() {
             let mut found = Solution::ZERO;
             found.deflection = [f64::NAN; TERMS];
             let mut forces = vec![Row([f64::NAN; TERMS]); count];
-            let contact = Some((Closed::Table(&mesh), gap));
+            let contact = Some((Closed::Table(&mesh), gap, None));
             let columns = &all[..count * length];
             solve(
                 set,
@@ -470,7 +470,7 @@ fn factors_solve_a_window_whose_stiffness_varies() {
         factorise(set, &nodal, &stiffness, &places, damping, &mut factors);
         for count in COLUMNS {
             let (mut found, mut forces) = (Solution::ZERO, vec![Row::ZERO; count]);
-            let contact = Some((Closed::Factors(&nodal, &factors), gap));
+            let contact = Some((Closed::Factors(&nodal, &factors), gap, None));
             let columns = &columns[..count * length];
             solve(
                 set,
@@ -517,6 +517,7 @@ fn every_set_finds_the_same_crossing() {
             contact: Contact::Free,
             crossed: None,
             noise: 1e-14,
+            widening: None,
         };
         let found = first_crossing(set, course, 1.0, 1.0, &mut counters);
         let surface = found.map(|c| c.surface);

@@ -6,7 +6,7 @@ use super::vector::Vector;
 use super::{LANES, Lanes};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::feedback::{Closed, Feedback};
-use crate::propagate::volterra::tables::{Row, Series};
+use crate::propagate::volterra::tables::{Lack, Row, Series};
 
 /// Deflection on a window.
 #[derive(Debug, Clone)]
@@ -27,6 +27,13 @@ impl Solution {
         variation: 0.0,
         size: 0.0,
     };
+
+    /// Puts back what the flanks lack on the side that touches: from δ − s e to δ.
+    pub fn restore(&mut self, lack: Option<&Lack>) {
+        for (term, a) in self.deflection.iter_mut().zip(lack.into_iter().flatten()) {
+            *term += a;
+        }
+    }
 }
 
 /// D, E and the inputs' responses for all chunks of blocks, chunk after chunk: D row by row
@@ -125,13 +132,18 @@ pub(super) fn solve_body<V: Vector>(
     rows: &[Row],
     inputs: &[f64],
     columns: &[f64],
-    contact: Option<(Closed<'_>, f64)>,
+    contact: Option<(Closed<'_>, f64, Option<&Lack>)>,
     forces: &mut [Row],
     out: &mut Solution,
 ) {
     let (rows, of_inputs) = rows.split_at(rows.len() - inputs.len());
-    let [driven] = combine::<V, 1>(of_inputs, &[inputs]);
-    if let Some((closed, gap)) = contact {
+    let [mut driven] = combine::<V, 1>(of_inputs, &[inputs]);
+    if let Some((closed, gap, lack)) = contact {
+        if let Some(lack) = lack {
+            for n in 0..lack.len() {
+                driven.0[n] -= lack[n];
+            }
+        }
         in_batches!(V, forces.len(), |first| solve_batch(
             rows,
             &columns[first * rows.len()..],

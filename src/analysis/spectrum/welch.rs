@@ -1,26 +1,30 @@
-//! Which frequencies does the motion hold? Welch spectra of deflection, force and bearing
-//! forces.
+//! Welch spectra of a motion that does not repeat.
 //!
 //! The windows' polynomials are read at [`SAMPLES_PER_CYCLE`] instants a mesh cycle.
 //! Segments of [`CYCLES_PER_SEGMENT`] mesh cycles, overlapping by half, carry a Hann window;
 //! their power is averaged (Welch 1967). A line's amplitude is the peak value of the sine
-//! that would give it.
+//! that would give it, where the sine lies on the line. Between two lines, 1/64 mesh order apart,
+//! the window shows less of it, at most 15 % (1.42 dB) less half-way (scalloping loss), and a sine
+//! is seen on the lines on both sides of it. Broad-band motion is that of a band of 1.5 lines.
 
-use super::modal_series::Series;
-use super::outcome::{Spectrum, SpectrumLine};
+use super::{HIGHEST_ORDER, signals};
+use crate::analysis::modal_series::Series;
+use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
 use crate::model::Model;
+use crate::numerics::instructions::portable;
 use crate::numerics::legendre::evaluate;
+use crate::numerics::linalg;
 use crate::propagate::Window;
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Samples a mesh cycle: lines up to mesh order 32.
-pub const SAMPLES_PER_CYCLE: usize = 64;
+/// Samples a mesh cycle.
+const SAMPLES_PER_CYCLE: usize = 2 * HIGHEST_ORDER;
 
 /// Mesh cycles in a segment: lines every 1/64 mesh order.
-pub const CYCLES_PER_SEGMENT: usize = 64;
+const CYCLES_PER_SEGMENT: usize = 64;
 
 /// Samples in a segment.
 const SEGMENT: usize = SAMPLES_PER_CYCLE * CYCLES_PER_SEGMENT;
@@ -44,9 +48,9 @@ struct Signal {
 }
 
 impl Signal {
-    fn new(name: &str) -> Self {
+    fn new(name: String) -> Self {
         Self {
-            name: name.to_owned(),
+            name,
             samples: Vec::with_capacity(SEGMENT),
             power: vec![0.0; SEGMENT / 2 + 1],
             segments: 0,
@@ -54,17 +58,27 @@ impl Signal {
     }
 }
 
+/// The transform of a segment. None where its length is not that of the plan, which is the only
+/// way this can fail.
+fn transformed(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
+    if portable() {
+        // The planner chooses by the processor.
+        let terms = linalg::transform(&input).into_iter();
+        return Some(terms.map(|(re, im)| Complex64::new(re, im)).collect());
+    }
+    let mut output = vec![Complex64::default(); SEGMENT / 2 + 1];
+    plan.process(&mut input, &mut output).ok()?;
+    Some(output)
+}
+
 impl Welch {
     /// Spectra of deflection and force of a model, and of its bearing forces where `bearings`.
     pub fn new(model: &Model, bearings: bool) -> Self {
-        let mut signals = vec![Signal::new("deflection"), Signal::new("force")];
-        for bearing in model.bearings.iter().filter(|_| bearings) {
-            signals.push(Signal::new(&format!("bearing {}", bearing.name)));
-        }
+        let signals = signals(model, bearings).into_iter();
         Self {
             period: model.period(),
             next_sample: 0,
-            signals,
+            signals: signals.map(Signal::new).collect(),
             transform: RealFftPlanner::new().plan_fft_forward(SEGMENT),
             hann: (0..SEGMENT)
                 .map(|i| 0.5 - 0.5 * (TAU * i as f64 / SEGMENT as f64).cos())
@@ -105,15 +119,13 @@ impl Welch {
     fn transform_segments(&mut self) {
         for signal in &mut self.signals {
             let mean = signal.samples.iter().sum::<f64>() / SEGMENT as f64;
-            let mut input: Vec<f64> = signal
+            let input: Vec<f64> = signal
                 .samples
                 .iter()
                 .zip(&self.hann)
                 .map(|(s, w)| w * (s - mean))
                 .collect();
-            let mut output = vec![Complex64::default(); SEGMENT / 2 + 1];
-            // Lengths match the plan, which is the only way this can fail.
-            if self.transform.process(&mut input, &mut output).is_ok() {
+            if let Some(output) = transformed(&*self.transform, input) {
                 for (p, c) in signal.power.iter_mut().zip(&output) {
                     *p += c.norm_sqr();
                 }
@@ -139,6 +151,7 @@ impl Welch {
             .filter(|s| s.segments > 0)
             .map(|signal| Spectrum {
                 signal: signal.name.clone(),
+                method: SpectrumMethod::Welch,
                 lines: signal
                     .power
                     .iter()
@@ -198,6 +211,7 @@ mod tests {
             start: 0.0,
             end: 1.0,
             stiffness: crate::model::Stiffness::constant(1.0),
+            error: crate::model::FlankError::NONE,
             damping: 0.0,
             direction: 0,
         };

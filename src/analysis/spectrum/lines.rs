@@ -1,0 +1,213 @@
+//! Fourier lines of a motion that repeats after k mesh cycles: all there is, at the multiples of
+//! 1/k of the mesh frequency.
+//!
+//! Each line is the exact integral `2/T |∫ f e^{−iωt} dt|` of the windows' series over whole
+//! periods; nothing is sampled, and nothing leaks from one line into another.
+
+use super::{HIGHEST_ORDER, signals};
+use crate::analysis::modal_series::{Series, padded};
+use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
+use crate::model::Model;
+use crate::numerics::exponential::Complex;
+use crate::numerics::fourier::{Stretch, add_lines};
+use crate::propagate::Window;
+use std::f64::consts::TAU;
+
+/// Most lines of a signal; of a long period the highest orders are left out.
+const MOST_LINES: usize = 8192;
+
+/// Accumulates the lines while whole periods are marched.
+pub struct Lines {
+    /// Mesh period \[s\].
+    mesh_period: f64,
+    /// Mesh cycles after which the motion repeats.
+    repeats: u32,
+    names: Vec<String>,
+    /// First and present mesh cycle; none before any window.
+    cycles: Option<[u64; 2]>,
+    /// The present window's signals.
+    series: Vec<Series>,
+    /// `∫ f e^{−iωt} dt` of every signal, from the lowest frequency on.
+    sums: Vec<Vec<Complex>>,
+}
+
+impl Lines {
+    /// Lines of deflection and force of a model, and of its bearing forces where `bearings`, whose
+    /// motion repeats after so many mesh cycles.
+    pub fn new(model: &Model, bearings: bool, repeats: u32) -> Self {
+        let names = signals(model, bearings);
+        let count = (HIGHEST_ORDER * repeats as usize).min(MOST_LINES);
+        Self {
+            mesh_period: model.period(),
+            repeats,
+            cycles: None,
+            series: Vec::with_capacity(names.len()),
+            sums: vec![vec![(0.0, 0.0); count]; names.len()],
+            names,
+        }
+    }
+
+    /// Forgets everything accumulated.
+    pub fn restart(&mut self) {
+        self.cycles = None;
+        for sums in &mut self.sums {
+            sums.fill((0.0, 0.0));
+        }
+    }
+
+    /// Takes a window in, with the series of its bearing forces.
+    pub fn window(&mut self, window: &Window<'_>, bearings: &[Series]) {
+        let first = self.cycles.map_or(window.cycle, |[first, _]| first);
+        self.cycles = Some([first, window.cycle]);
+        self.series.clear();
+        (self.series).extend([padded(window.deflection), padded(window.force)]);
+        self.series.extend_from_slice(bearings);
+        let slowest = TAU / (f64::from(self.repeats) * self.mesh_period);
+        let cycle = (window.cycle - first) % u64::from(self.repeats);
+        let stretch = Stretch {
+            duration: window.duration,
+            half_turn: 0.5 * slowest * window.duration,
+            phase: slowest
+                * (cycle as f64 * self.mesh_period + window.start + 0.5 * window.duration),
+        };
+        add_lines(stretch, &self.series, &mut self.sums);
+    }
+
+    /// The spectra, whole periods having been marched; none before any window.
+    pub fn spectra(&self) -> Vec<Spectrum> {
+        let Some([first, present]) = self.cycles else {
+            return Vec::new();
+        };
+        let time = (present - first + 1) as f64 * self.mesh_period;
+        let spectrum = |(name, sums): (&String, &Vec<Complex>)| Spectrum {
+            signal: name.clone(),
+            method: SpectrumMethod::Fourier,
+            lines: (sums.iter().zip(1_u32..))
+                .map(|((re, im), m)| {
+                    let order = f64::from(m) / f64::from(self.repeats);
+                    SpectrumLine {
+                        frequency: order / self.mesh_period,
+                        order,
+                        amplitude: 2.0 * re.hypot(*im) / time,
+                    }
+                })
+                .collect(),
+        };
+        self.names.iter().zip(&self.sums).map(spectrum).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::modal_series::cosine_series;
+    use crate::model::{Contact, Division, Drive, FlankError, OperatingPoint, Segment, Stiffness};
+    use crate::shaft::{BearingGain, ModalStructure};
+
+    fn model() -> Model {
+        let structure = ModalStructure {
+            teeth: 1,
+            wheel_teeth: None,
+            rated_force: 1.0,
+            frequency: vec![1.0],
+            damping: vec![0.0],
+            mesh: vec![1.0],
+            mesh_tilt: vec![0.0],
+            torque: vec![1.0],
+            pinion_torque: None,
+            wheel_torque: None,
+            friction: vec![0.0],
+            friction_lever: vec![0.0],
+            residual_flexibility: 0.0,
+            bearings: vec![BearingGain {
+                name: "pinion 1 across".into(),
+                gain: vec![1.0],
+            }],
+        };
+        let drive = Drive {
+            half_gap: 1.0,
+            mesh: Division::levels(&[1.0], &[]),
+            damping: 0.0,
+            friction: 0.0,
+            transmission_error: Vec::new(),
+            torque_ripple: Vec::new(),
+        };
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: TAU,
+        };
+        Model::new(&structure, &drive, point).unwrap()
+    }
+
+    /// A motion of period 3, shown from its second cycle on over two periods: every signal has its
+    /// own lines, and nothing on the others.
+    #[test]
+    fn every_sine_is_one_line() {
+        let model = model();
+        let mut lines = Lines::new(&model, true, 3);
+        let segment = Segment {
+            start: 0.0,
+            end: 1.0,
+            stiffness: Stiffness::constant(1.0),
+            error: FlankError::NONE,
+            damping: 0.0,
+            direction: 0,
+        };
+        // Order, amplitude and phase of deflection, force and bearing force.
+        let signals = [
+            [(2.0 / 3.0, 0.3, 0.1), (1.0, 0.02, 2.0)],
+            [(1.0 / 3.0, 40.0, 0.7), (7.0 / 3.0, 1.0, 0.0)],
+            [(5.0 / 3.0, 6.0, 1.1), (4.0 / 3.0, 0.5, 0.3)],
+        ];
+        let places = [0.0, 0.13, 0.2, 0.21, 0.45, 0.68, 0.9, 1.0];
+        for cycle in 1..7 {
+            for ends in places.windows(2) {
+                let tau = ends[1] - ends[0];
+                let series = signals.map(|sines| {
+                    let mut sum = [0.0; 24];
+                    for (order, amplitude, phase) in sines {
+                        let turned = TAU * order * (cycle as f64 + ends[0]) + phase;
+                        let sine = cosine_series(TAU * order, turned, tau);
+                        for (sum, a) in sum.iter_mut().zip(sine) {
+                            *sum += amplitude * a;
+                        }
+                    }
+                    sum
+                });
+                let window = Window {
+                    cycle,
+                    start: ends[0],
+                    duration: tau,
+                    segment: &segment,
+                    contact: Contact::Free,
+                    deflection: &series[0],
+                    force: &series[1],
+                    first: &[],
+                    second: &[],
+                };
+                lines.window(&window, &series[2..]);
+            }
+        }
+        let spectra = lines.spectra();
+        let names: Vec<&str> = spectra.iter().map(|s| s.signal.as_str()).collect();
+        assert_eq!(names, ["deflection", "force", "bearing pinion 1 across"]);
+        for (spectrum, sines) in spectra.iter().zip(signals) {
+            assert_eq!(spectrum.lines.len(), 3 * HIGHEST_ORDER);
+            for (m, line) in (1..).zip(&spectrum.lines) {
+                assert_eq!(
+                    (line.order, line.frequency),
+                    (f64::from(m) / 3.0, line.order)
+                );
+                let own = sines.iter().find(|(order, _, _)| *order == line.order);
+                let exact = own.map_or(0.0, |(_, amplitude, _)| *amplitude);
+                let error = (line.amplitude - exact).abs() / sines[0].1;
+                assert!(
+                    error < 4e-15,
+                    "{} {}: {error:e}",
+                    spectrum.signal,
+                    line.order
+                );
+            }
+        }
+    }
+}

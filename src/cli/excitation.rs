@@ -1,0 +1,93 @@
+//! What excites the drive of a manifest, for `atlas check`.
+
+use crate::manifest::{PointSpec, ShaftName, StiffnessSpec};
+use crate::sweep::flank_error;
+use serde_json::{Value, json};
+
+/// One cause of vibration.
+pub struct Cause {
+    /// For people.
+    pub text: String,
+    /// For programs.
+    pub value: Value,
+}
+
+/// What excites a point, in the order of the manifest's tables. What was left out on purpose is
+/// among it, and says so.
+pub fn causes(point: &PointSpec) -> Vec<Cause> {
+    let mut causes: Vec<Cause> = Vec::new();
+    let mut push = |text: String, value: Value| causes.push(Cause { text, value });
+    let varies = match &point.mesh.stiffness {
+        StiffnessSpec::Constant(_) => false,
+        StiffnessSpec::Piecewise(values) => values.iter().any(|value| *value != values[0]),
+        StiffnessSpec::Continuous(levels) => levels.divisions().0.len() > 1,
+        StiffnessSpec::Table(_) => true,
+    };
+    if varies {
+        push(
+            "stiffness variation of the mesh".to_owned(),
+            json!({ "cause": "stiffness" }),
+        );
+    }
+    if let StiffnessSpec::Table(spec) = &point.mesh.stiffness {
+        // Gears without a table are reported when they are asked for; here there is no figure.
+        let range = flank_error(point, spec).unwrap_or(f64::NAN);
+        let size = format!("{:.3} um peak to peak at load {}", 1e6 * range, point.load);
+        let harmonics = point.excitation.table_harmonics;
+        let value = json!({
+            "cause": "flank_error",
+            "peak_to_peak": range,
+            "load": point.load,
+            "table_harmonics": harmonics,
+        });
+        match harmonics {
+            _ if range == 0.0 => {}
+            None => push(format!("error of the loaded flanks ({size})"), value),
+            Some(0) => push(
+                format!(
+                    "without the error of the loaded flanks ({size}): excitation.table_harmonics = 0 leaves it out"
+                ),
+                value,
+            ),
+            Some(count) => push(
+                format!("the error of the loaded flanks ({size}), cut off after {count} harmonics"),
+                value,
+            ),
+        }
+    }
+    let errors = &point.excitation.transmission_error;
+    if !errors.is_empty() {
+        let amplitudes: Vec<f64> = errors.iter().map(|term| term.amplitude).collect();
+        let sizes: Vec<String> = (amplitudes.iter())
+            .map(|amplitude| format!("{:.3} um", 1e6 * amplitude))
+            .collect();
+        push(
+            format!(
+                "{} imposed harmonic{} of transmission error ({})",
+                errors.len(),
+                if errors.len() == 1 { "" } else { "s" },
+                sizes.join(", ")
+            ),
+            json!({ "cause": "transmission_error", "amplitudes": amplitudes }),
+        );
+    }
+    for ripple in &point.excitation.torque_ripple {
+        let shaft = match ripple.shaft {
+            ShaftName::Pinion => "pinion",
+            ShaftName::Wheel => "wheel",
+        };
+        push(
+            format!(
+                "torque ripple on the {shaft} shaft (order {}, {} N*m)",
+                ripple.order, ripple.amplitude
+            ),
+            json!({
+                "cause": "torque_ripple",
+                "shaft": shaft,
+                "order": ripple.order,
+                "amplitude": ripple.amplitude,
+            }),
+        );
+    }
+    causes
+}

@@ -1,0 +1,41 @@
+//! Where the law of a load has kinks: how far it is from the next.
+//!
+//! Under a given force everything about a mesh is smooth in the mesh phase as long as the same
+//! parts of the same pairs are in contact. A pair takes up load at one end of its face, is in
+//! contact all along it later, and changes places with another in the order of joining: each
+//! happens where a difference of two lengths changes its sign.
+
+use super::LoadSharing;
+
+/// A margin of what decides nothing here.
+const FAR: f64 = 1.0;
+
+impl LoadSharing {
+    /// Lengths \[m\] (line loads \[N/m\] last) whose signs, zero among the positive, say which
+    /// formula bears the load at an approach: while none changes its sign, the law is smooth.
+    /// Their number depends on pairs and slices only.
+    pub fn margins(&self, approach: f64) -> Vec<f64> {
+        let mut margins = Vec::new();
+        // Where no gap varies across the face but by misalignment, the slices continue each other.
+        let slices = if self.even { self.face.slices } else { 1 };
+        for zone in self.ramps.chunks(slices * self.pairs) {
+            let of = |pair: usize| {
+                let own = zone.iter().filter(move |ramp| ramp.pair == pair);
+                own.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], ramp| {
+                    [low.min(ramp.low), high.max(ramp.high)]
+                })
+            };
+            let reach: Vec<[f64; 2]> = (0..self.pairs).map(of).collect();
+            margins.extend(reach.iter().flat_map(|ends| ends.map(|end| approach - end)));
+            let partly = |[low, high]: [f64; 2]| approach >= low && approach < high;
+            for (one, a) in reach.iter().enumerate() {
+                for b in &reach[one + 1..] {
+                    let matters = partly(*a) || partly(*b);
+                    margins.push(if matters { a[0] - b[0] } else { FAR });
+                }
+            }
+        }
+        margins.extend(&self.above_least[..self.pairs]);
+        margins
+    }
+}

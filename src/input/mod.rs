@@ -1,0 +1,8 @@
+//! What others wrote: read only where it is a file and of a size that can be judged, and made fit
+//! for a terminal before it is repeated there.
+
+mod file;
+mod printable;
+
+pub use file::{open, read};
+pub use printable::{clipped, printable, printable_but_colours};

@@ -1,0 +1,88 @@
+//! Text of files and names of files as they may be shown: a terminal obeys control characters,
+//! and some characters turn the order of others about.
+
+use std::borrow::Cow;
+
+/// Whether a terminal shows the character, rather than obeying it.
+fn shows(c: char) -> bool {
+    let turns =
+        matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    matches!(c, '\n' | '\t') || !(c.is_control() || turns)
+}
+
+/// The text with every control character but line feeds and tabs written as `\u{1b}`.
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if text.chars().all(shows) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match shows(c) {
+            true => out.push(c),
+            false => out.extend(c.escape_unicode()),
+        }
+    }
+    Cow::Owned(out)
+}
+
+/// The same but for the colours of a text of our own, `ESC [ ... m`.
+pub fn printable_but_colours(text: &str) -> Cow<'_, str> {
+    if !text.contains('\u{1b}') {
+        return printable(text);
+    }
+    let mut out = String::with_capacity(text.len());
+    for (i, part) in text.split('\u{1b}').enumerate() {
+        let inside = |c: char| c.is_ascii_digit() || c == ';';
+        let colour = part.strip_prefix('[').and_then(|rest| {
+            let end = rest.find(|c| !inside(c))?;
+            rest[end..].starts_with('m').then_some(())
+        });
+        if i > 0 {
+            out.push_str(if colour.is_some() {
+                "\u{1b}"
+            } else {
+                "\\u{1b}"
+            });
+        }
+        out += &printable(part);
+    }
+    Cow::Owned(out)
+}
+
+/// The text itself where it has at most `most` characters; else its beginning with `…`.
+pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        None => Cow::Borrowed(text),
+        Some((end, _)) => Cow::Owned(format!("{}…", &text[..end])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_obeys_is_written_out() {
+        assert_eq!(printable("δ = 1 µm\n\tb"), "δ = 1 µm\n\tb");
+        assert_eq!(
+            printable("\u{1b}]0;pwn\u{7}\r\u{9b}31m\u{202e}x"),
+            r"\u{1b}]0;pwn\u{7}\u{d}\u{9b}31m\u{202e}x"
+        );
+    }
+
+    #[test]
+    fn colours_of_our_own_stay() {
+        let coloured = "\u{1b}[48;5;54m@\u{1b}[0m";
+        assert_eq!(printable_but_colours(coloured), coloured);
+        assert_eq!(
+            printable_but_colours("\u{1b}[2J\u{1b}]0;x\u{7}"),
+            r"\u{1b}[2J\u{1b}]0;x\u{7}"
+        );
+    }
+
+    #[test]
+    fn long_text_is_cut_between_characters() {
+        assert_eq!(clipped("µµµ", 3), "µµµ");
+        assert_eq!(clipped("µµµµ", 3), "µµµ…");
+    }
+}

@@ -1,0 +1,152 @@
+//! The half gap of `[mesh]`: given, or what the drawing of the gears leaves.
+
+use crate::gear::GearPair;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::spec::StiffnessSpec;
+
+/// The keys that give it; one is enough.
+const KEYS: [&str; 3] = ["half_gap", "normal_backlash", "circumferential_backlash"];
+
+/// Relative difference from the drawing that is taken for rounding of the number written down.
+const ROUNDED: f64 = 0.01;
+
+/// A half gap is less than this part of the base pitch: a tooth and its space have one half each.
+const OF_BASE_PITCH: f64 = 0.25;
+
+/// Where no drawing gives a scale: a half gap is less than so many times the deflection of the
+/// mesh under the rated force. Drives have 1 to 1000.
+const OF_DEFLECTION: f64 = 1e5;
+
+/// What the half gap is held against.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surroundings<'a> {
+    /// The drawing, its bores known.
+    pub gears: Option<&'a GearPair>,
+    /// There is a drawing, but with faults, which have been reported.
+    pub faulty_drawing: bool,
+    /// Mesh force at load 1 \[N\], of a structure without a drawing.
+    pub rated_force: Option<f64>,
+}
+
+/// The half gap \[m\] of the one key that gives it, or of the drawing.
+pub(super) fn read(section: &Section, issues: &mut Issues, drive: Surroundings<'_>) -> Option<f64> {
+    let drawn = drive.gears.and_then(|gears| gears.drawn_half_gap().ok()?);
+    let given: Vec<&str> = KEYS.into_iter().filter(|key| section.has(key)).collect();
+    let Some((&key, others)) = given.split_first() else {
+        if drawn.is_none() && !drive.faulty_drawing {
+            section.missing(issues, KEYS[0]);
+        }
+        return drawn;
+    };
+    for other in others {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of(other),
+                &section.path_of(other),
+                format!("`mesh.{key}` and `mesh.{other}` both give the backlash"),
+            )
+            .label("given twice")
+            .remedy("keep one of them"),
+        );
+    }
+    let value = section.quantity(issues, key)?;
+    let half_gap = match key {
+        "half_gap" => value,
+        "normal_backlash" => 0.5 * value,
+        _ => 0.5 * value * along_line_of_action(section, issues, key, drive)?,
+    };
+    match drawn {
+        Some(drawn) if (half_gap - drawn).abs() > ROUNDED * drawn => {
+            contradiction(section, issues, key, half_gap, drawn);
+            None
+        }
+        _ => others.is_empty().then_some(half_gap),
+    }
+}
+
+/// The normal backlash per circumferential one, `cos α_w`.
+fn along_line_of_action(
+    section: &Section,
+    issues: &mut Issues,
+    key: &str,
+    drive: Surroundings<'_>,
+) -> Option<f64> {
+    if let Some(gears) = drive.gears {
+        return gears.operating_pressure_angle().ok().map(f64::cos);
+    }
+    if !drive.faulty_drawing {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of(key),
+                &section.path_of(key),
+                format!("`mesh.{key}` needs the operating pressure angle, and there is no [gear]"),
+            )
+            .label("on which circle?")
+            .remedy("give mesh.normal_backlash, along the line of action"),
+        );
+    }
+    None
+}
+
+fn contradiction(section: &Section, issues: &mut Issues, key: &str, half_gap: f64, drawn: f64) {
+    let microns = |metres: f64| format!("{:.4} um", 1e6 * metres);
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            section.span_of(key),
+            &section.path_of(key),
+            format!(
+                "`mesh.{key}` makes a half gap of {}, but thinning and centre distance of [gear] leave a normal backlash of {}, a half gap of {}",
+                microns(half_gap),
+                microns(2.0 * drawn),
+                microns(drawn)
+            ),
+        )
+        .label("contradicts the drawing")
+        .remedy(format!(
+            "remove mesh.{key} to have the half gap of the drawing, or mend gear.thinning and gear.centre_distance"
+        )),
+    );
+}
+
+/// A half gap must be one that teeth can have; mostly it is metres that were meant as microns.
+pub(super) fn check_scale(
+    section: &Section,
+    issues: &mut Issues,
+    drive: Surroundings<'_>,
+    half_gap: f64,
+    stiffness: &StiffnessSpec,
+) -> Option<()> {
+    let (most, what) = match (drive.gears, drive.rated_force, stiffness.mean()) {
+        (Some(gears), ..) => {
+            let pitch = 2.0 * std::f64::consts::PI * gears.base_radii()[0];
+            let most = OF_BASE_PITCH * pitch / f64::from(gears.teeth[0]);
+            (most, "a quarter of the base pitch of [gear]".to_owned())
+        }
+        (None, Some(force), Some(mean)) => {
+            let most = OF_DEFLECTION * force / mean;
+            let what = format!("{OF_DEFLECTION:e} times what the rated force deflects the mesh");
+            (most, what)
+        }
+        _ => return Some(()),
+    };
+    if half_gap < most {
+        return Some(());
+    }
+    let key = KEYS.into_iter().find(|key| section.has(key));
+    let key = key.unwrap_or(KEYS[0]);
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            section.span_of(key),
+            &section.path_of(key),
+            format!("a half gap of {half_gap} m is out of range: {what} is {most:.3e} m"),
+        )
+        .label(format!("the half gap must be less than {most:.3e} m"))
+        .remedy("a bare number is in metres; write the unit, as in \"15 um\""),
+    );
+    None
+}

@@ -1,0 +1,43 @@
+//! The text of a manifest or a modal file: of a regular file, in UTF-8, and not endless.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use crate::input;
+use std::io;
+use std::path::Path;
+
+/// Largest file read \[bytes\]: hundreds of times the longest list that anybody has typed, and
+/// judged in seconds.
+const MOST_BYTES: u64 = 16 << 20;
+
+/// Why a text cannot be had.
+pub(super) enum NoText {
+    /// Its file cannot be read.
+    Unreadable(io::Error),
+    /// It is not UTF-8; reported at the spot.
+    Reported,
+}
+
+/// Reads a text and adds it to the sources. `what` names it in a sentence, `the manifest`.
+pub(super) fn read(issues: &mut Issues, path: &Path, what: &str) -> Result<usize, NoText> {
+    let bytes = input::read(path, MOST_BYTES).map_err(NoText::Unreadable)?;
+    let name = path.display().to_string();
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok(issues.add_source(name, text)),
+        Err(error) => {
+            let start = error.utf8_error().valid_up_to();
+            let byte = error.as_bytes()[start];
+            // Up to the spot it is the text of the file; the spot is where the mark stands.
+            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+            let end = start + char::REPLACEMENT_CHARACTER.len_utf8();
+            let source = issues.add_source(name, text);
+            let span = Span { source, start, end };
+            let message = format!("{what} is not UTF-8: the byte 0x{byte:02x} begins no character");
+            issues.push(
+                Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
+                    .label("here")
+                    .remedy("save the file in UTF-8; in Latin-1 `µ` is this byte alone: write \"um\" for \"µm\""),
+            );
+            Err(NoText::Reported)
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! What loaded flanks are short of over a segment.
+
+use super::STIFFNESS_TERMS;
+use crate::numerics::legendre;
+
+/// Error e of the loaded flanks \[m\] over a segment: relief, misalignment and deviations as they
+/// act under the mean load. A Legendre series in x ∈ \[−1, 1\], from the segment's start to its
+/// end. The flanks lack so much on either side: it adds to the half gap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlankError {
+    series: [f64; STIFFNESS_TERMS],
+}
+
+impl FlankError {
+    /// Flanks that lack nothing.
+    pub const NONE: Self = Self {
+        series: [0.0; STIFFNESS_TERMS],
+    };
+
+    /// The error with these Legendre coefficients \[m\].
+    pub const fn series(series: [f64; STIFFNESS_TERMS]) -> Self {
+        Self { series }
+    }
+
+    /// Its Legendre coefficients \[m\].
+    pub fn coefficients(&self) -> &[f64; STIFFNESS_TERMS] {
+        &self.series
+    }
+
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        *self == Self::NONE
+    }
+
+    /// Its value \[m\] at x ∈ \[−1, 1\].
+    pub fn at(&self, x: f64) -> f64 {
+        legendre::evaluate(&self.series, x)
+    }
+
+    /// The series of its derivative by x \[m\].
+    pub fn slope(&self) -> [f64; STIFFNESS_TERMS] {
+        legendre::derivative(&self.series)
+    }
+}

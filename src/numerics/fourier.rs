@@ -1,0 +1,199 @@
+//! Fourier integrals of a window's Legendre series at the multiples of one frequency.
+//!
+//! With `κ = ω τ/2` and θ the phase `ω t` at the middle of the window,
+//!
+//! ```text
+//! ∫ Σ a_n P_n e^{−imωt} dt = τ e^{−imθ} Σ (−i)ⁿ a_n j_n(m κ)       (A&S 10.1.14)
+//! ```
+//!
+//! The work for each multiple is the same, however fast it turns.
+
+use super::bessel::{LANES, Lanes, ORDERS, spherical_bessel};
+use super::exponential::{Complex, multiply};
+
+/// Sixteens of multiples after which turns are taken from sine and cosine again: what one
+/// multiplication loses of them adds up.
+const MOST_TURNED: usize = 8;
+
+/// A window, as the slowest of the frequencies sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch {
+    /// Length τ \[s\].
+    pub duration: f64,
+    /// κ, half the turn over the window, at most π \[rad\].
+    pub half_turn: f64,
+    /// θ, the phase at its middle \[rad\].
+    pub phase: f64,
+}
+
+/// Adds to every `sums[s][m − 1]` the integral of `series[s]` at m times the slowest
+/// frequency. The same on every instruction set: nothing is fused.
+#[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Complex>]) {
+    let count = sums.iter().map(Vec::len).max().unwrap_or(0);
+    let mut halves = Turning::new(stretch.half_turn);
+    let mut places = Turning::new(stretch.phase);
+    let mut bessel = [[0.0; LANES]; ORDERS];
+    for first in (0..count).step_by(LANES) {
+        let mut x = [0.0; LANES];
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = stretch.half_turn * (first + i + 1) as f64;
+        }
+        let (cos, sin) = halves.next();
+        spherical_bessel(&x, &sin, &cos, &mut bessel);
+        let (cos, sin) = places.next();
+        for (a, sums) in series.iter().zip(&mut *sums) {
+            let [re, im] = about_the_middle(a, &bessel);
+            for (i, sum) in sums.iter_mut().skip(first).take(LANES).enumerate() {
+                sum.0 += stretch.duration * (re[i] * cos[i] + im[i] * sin[i]);
+                sum.1 += stretch.duration * (im[i] * cos[i] - re[i] * sin[i]);
+            }
+        }
+    }
+}
+
+/// Writes `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt = τ e^{−iκ} (−i)ⁿ j_n(κ)` for every n, κ = ωτ/2 being the
+/// half turn.
+pub fn line_integrals(half_turn: f64, duration: f64, out: &mut [Complex; ORDERS]) {
+    let (sin, cos) = half_turn.sin_cos();
+    let mut bessel = [[0.0; LANES]; ORDERS];
+    spherical_bessel(
+        &[half_turn; LANES],
+        &[sin; LANES],
+        &[cos; LANES],
+        &mut bessel,
+    );
+    // τ e^{−iκ} (−i)ⁿ, from n = 0 on.
+    let mut factor = (duration * cos, -duration * sin);
+    for (value, j) in out.iter_mut().zip(&bessel) {
+        *value = (factor.0 * j[0], factor.1 * j[0]);
+        factor = (factor.1, -factor.0);
+    }
+}
+
+/// `Σ (−i)ⁿ a_n j_n`, real and imaginary parts.
+#[inline(always)]
+fn about_the_middle(a: &[f64; ORDERS], bessel: &[Lanes; ORDERS]) -> [Lanes; 2] {
+    let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
+    for n in (0..ORDERS).step_by(4) {
+        for i in 0..LANES {
+            re[i] += a[n] * bessel[n][i] - a[n + 2] * bessel[n + 2][i];
+            im[i] += a[n + 3] * bessel[n + 3][i] - a[n + 1] * bessel[n + 1][i];
+        }
+    }
+    [re, im]
+}
+
+/// Cosines and sines of the multiples of an angle, sixteen after sixteen.
+struct Turning {
+    angle: f64,
+    /// Multiples 1 … 16.
+    low: [Complex; LANES],
+    /// Sixteens given.
+    given: usize,
+    now: [Complex; LANES],
+}
+
+impl Turning {
+    #[inline(always)]
+    fn new(angle: f64) -> Self {
+        let mut low = [(1.0, 0.0); LANES];
+        for (i, turn) in low.iter_mut().enumerate() {
+            *turn = unit(angle * (i + 1) as f64);
+        }
+        Self {
+            angle,
+            low,
+            given: 0,
+            now: low,
+        }
+    }
+
+    #[inline(always)]
+    fn next(&mut self) -> (Lanes, Lanes) {
+        if self.given > 0 {
+            let (from, turn) = match self.given % MOST_TURNED {
+                0 => (self.low, unit(self.angle * (self.given * LANES) as f64)),
+                _ => (self.now, self.low[LANES - 1]),
+            };
+            for i in 0..LANES {
+                self.now[i] = multiply(from[i], turn);
+            }
+        }
+        self.given += 1;
+        (self.now.map(|turn| turn.0), self.now.map(|turn| turn.1))
+    }
+}
+
+/// `e^{iφ}`.
+fn unit(angle: f64) -> Complex {
+    let (sin, cos) = angle.sin_cos();
+    (cos, sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::legendre::evaluate;
+    use crate::numerics::quadrature::GaussLegendre;
+
+    /// Twenty times the slowest frequency is a frequency of its own.
+    #[test]
+    fn one_frequency_is_one_of_the_multiples() {
+        for half_turn in [0.3, 5.0, 9.0, 23.0, 24.0, 61.0] {
+            let mut found = [(0.0, 0.0); ORDERS];
+            line_integrals(half_turn, 0.3, &mut found);
+            let stretch = Stretch {
+                duration: 0.3,
+                half_turn: half_turn / 20.0,
+                phase: half_turn / 20.0,
+            };
+            for (n, value) in found.into_iter().enumerate() {
+                let series: [f64; ORDERS] = std::array::from_fn(|i| f64::from(u8::from(i == n)));
+                let mut sums = vec![vec![(0.0, 0.0); 20]];
+                add_lines(stretch, &[series], &mut sums);
+                let error = (sums[0][19].0 - value.0).hypot(sums[0][19].1 - value.1);
+                assert!(error < 1e-15, "{n} at {half_turn}: {error:e}");
+            }
+        }
+    }
+
+    /// A thousand multiples of turns from next to nothing to a whole cycle, against a Gauss rule
+    /// with enough nodes for the fastest.
+    #[test]
+    fn all_multiples_agree_with_quadrature() {
+        let series: [[f64; ORDERS]; 2] = [0.5_f64, 0.9]
+            .map(|ratio| std::array::from_fn(|n| ratio.powi(n as i32) * (1.3 * n as f64).cos()));
+        for half_turn in [1e-6, 4e-3, 0.05, 0.4, 1.1, std::f64::consts::PI] {
+            let stretch = Stretch {
+                duration: 0.7,
+                half_turn,
+                phase: 2.0 + half_turn,
+            };
+            let mut sums = vec![vec![(1.0, 2.0); 1000], vec![(0.0, 0.0); 1001]];
+            add_lines(stretch, &series, &mut sums);
+            for m in (1..=1000).step_by(173).chain([2, 3, 8, 9, 128, 129, 1000]) {
+                let rule = GaussLegendre::new(60 + (m as f64 * half_turn) as usize);
+                for (s, (series, start)) in series.iter().zip([(1.0, 2.0), (0.0, 0.0)]).enumerate()
+                {
+                    let mut exact = start;
+                    for (x, w) in rule.nodes.iter().zip(&rule.weights) {
+                        let turn = m as f64 * (stretch.phase + half_turn * x);
+                        let value = 0.5 * stretch.duration * w * evaluate(series, *x);
+                        exact.0 += value * turn.cos();
+                        exact.1 -= value * turn.sin();
+                    }
+                    let found = sums[s][m - 1];
+                    let error = (found.0 - exact.0).hypot(found.1 - exact.1);
+                    // The phases themselves are known to so much of their turns.
+                    let unsure = 8e-16 * m as f64 * stretch.phase / (1.0 + m as f64 * half_turn);
+                    let bound = 2e-14 + unsure;
+                    assert!(
+                        error < bound,
+                        "{half_turn} × {m}: {error:e} above {bound:e}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,266 @@
+//! Dense algebra in plain loops, whose sums have one order on every processor: what
+//! [`super::linalg`] takes where a process keeps to portable instructions. The library that it
+//! takes otherwise chooses vectors, fused multiply-adds and block sizes by the processor.
+
+mod general;
+mod symmetric;
+
+pub use general::eigenvalues;
+pub use symmetric::symmetric_eigen;
+
+use faer::{Mat, MatRef};
+
+/// Steps of an iteration for one eigenvalue before it is given up.
+const MOST_STEPS: usize = 60;
+
+/// `A B`.
+pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+    let mut out = Mat::zeros(a.nrows(), b.ncols());
+    for j in 0..b.ncols() {
+        for k in 0..a.ncols() {
+            let factor = b[(k, j)];
+            for i in 0..a.nrows() {
+                out[(i, j)] += a[(i, k)] * factor;
+            }
+        }
+    }
+    out
+}
+
+/// A matrix as `P A = L U`, rows swapped so that every pivot is the largest of its column.
+#[derive(Debug)]
+pub struct Lu {
+    factors: Mat<f64>,
+    rows: Vec<usize>,
+}
+
+impl Lu {
+    /// Factorises a square matrix.
+    pub fn new(matrix: Mat<f64>) -> Self {
+        let (n, mut a) = (matrix.nrows(), matrix);
+        let mut rows: Vec<usize> = (0..n).collect();
+        for k in 0..n {
+            let mut pivot = k;
+            for i in k + 1..n {
+                if a[(i, k)].abs() > a[(pivot, k)].abs() {
+                    pivot = i;
+                }
+            }
+            if pivot != k {
+                rows.swap(k, pivot);
+                for j in 0..n {
+                    let kept = a[(k, j)];
+                    a[(k, j)] = a[(pivot, j)];
+                    a[(pivot, j)] = kept;
+                }
+            }
+            for i in k + 1..n {
+                a[(i, k)] /= a[(k, k)];
+            }
+            for j in k + 1..n {
+                let factor = a[(k, j)];
+                for i in k + 1..n {
+                    a[(i, j)] -= a[(i, k)] * factor;
+                }
+            }
+        }
+        Self { factors: a, rows }
+    }
+
+    /// Solution of `A x = b`.
+    pub fn solve(&self, b: &[f64]) -> Vec<f64> {
+        let (n, a) = (b.len(), &self.factors);
+        let mut x: Vec<f64> = self.rows.iter().map(|&row| b[row]).collect();
+        for k in 0..n {
+            for i in k + 1..n {
+                x[i] -= a[(i, k)] * x[k];
+            }
+        }
+        for k in (0..n).rev() {
+            x[k] /= a[(k, k)];
+            for i in 0..k {
+                x[i] -= a[(i, k)] * x[k];
+            }
+        }
+        x
+    }
+}
+
+/// The lower triangle of `A = L Lᵀ`; none where A is not positive definite.
+pub fn cholesky(matrix: &Mat<f64>) -> Option<Mat<f64>> {
+    let n = matrix.nrows();
+    let mut lower: Mat<f64> = Mat::zeros(n, n);
+    for j in 0..n {
+        for i in j..n {
+            let mut sum = matrix[(i, j)];
+            for k in 0..j {
+                sum -= lower[(i, k)] * lower[(j, k)];
+            }
+            lower[(i, j)] = match i == j {
+                // Written so that NaN fails.
+                true if sum > 0.0 => sum.sqrt(),
+                true => return None,
+                false => sum / lower[(j, j)],
+            };
+        }
+    }
+    Some(lower)
+}
+
+/// `X = L⁻¹ B` in place of B.
+pub fn solve_lower(lower: &Mat<f64>, b: &mut Mat<f64>) {
+    for column in 0..b.ncols() {
+        for k in 0..lower.nrows() {
+            b[(k, column)] /= lower[(k, k)];
+            let x = b[(k, column)];
+            for i in k + 1..lower.nrows() {
+                b[(i, column)] -= lower[(i, k)] * x;
+            }
+        }
+    }
+}
+
+/// `X = L⁻ᵀ B` in place of B.
+pub fn solve_upper(lower: &Mat<f64>, b: &mut Mat<f64>) {
+    for column in 0..b.ncols() {
+        for k in (0..lower.nrows()).rev() {
+            let mut sum = b[(k, column)];
+            for i in k + 1..lower.nrows() {
+                sum -= lower[(i, k)] * b[(i, column)];
+            }
+            b[(k, column)] = sum / lower[(k, k)];
+        }
+    }
+}
+
+/// The discrete Fourier transform of real values, a power of two of them: the terms up to half
+/// their number, as (re, im).
+pub fn transform(values: &[f64]) -> Vec<(f64, f64)> {
+    let n = values.len();
+    assert!(n.is_power_of_two(), "{n} values");
+    let bits = n.trailing_zeros();
+    let place = |i: usize| i.reverse_bits().unbounded_shr(usize::BITS - bits);
+    let mut z: Vec<(f64, f64)> = (0..n).map(|i| (values[place(i)], 0.0)).collect();
+    let mut half = 1;
+    while half < n {
+        for k in 0..half {
+            let (sin, cos) = (-std::f64::consts::PI * k as f64 / half as f64).sin_cos();
+            for i in (k..n).step_by(2 * half) {
+                let (a, b) = (z[i], z[i + half]);
+                let turned = (b.0 * cos - b.1 * sin, b.0 * sin + b.1 * cos);
+                z[i] = (a.0 + turned.0, a.1 + turned.1);
+                z[i + half] = (a.0 - turned.0, a.1 - turned.1);
+            }
+        }
+        half *= 2;
+    }
+    z.truncate(n / 2 + 1);
+    z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::linalg;
+    use crate::numerics::random::Stream;
+
+    fn random(n: usize, number: u64) -> Mat<f64> {
+        let mut stream = Stream::new(11, number, 0);
+        Mat::from_fn(n, n, |_, _| stream.normal())
+    }
+
+    fn symmetric(n: usize, number: u64) -> Mat<f64> {
+        let a = random(n, number);
+        Mat::from_fn(n, n, |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
+    }
+
+    #[test]
+    fn factors_solve_what_they_were_made_of() {
+        for n in [1, 2, 7, 40] {
+            let a = random(n, 1);
+            let b: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
+            let x = Lu::new(a.clone()).solve(&b);
+            let x = Mat::from_fn(n, 1, |i, _| x[i]);
+            let back = product(a.as_ref(), x.as_ref());
+            for i in 0..n {
+                assert!((back[(i, 0)] - b[i]).abs() < 1e-12, "{n}");
+            }
+            let definite = product(a.as_ref(), a.transpose());
+            let lower = cholesky(&definite).unwrap();
+            let mut whole = definite.clone();
+            solve_lower(&lower, &mut whole);
+            solve_upper(&lower, &mut whole);
+            for i in 0..n {
+                for j in 0..n {
+                    let identity = f64::from(u8::from(i == j));
+                    assert!((whole[(i, j)] - identity).abs() < 1e-8, "{n}");
+                }
+            }
+            let indefinite = Mat::from_fn(n, n, |i, j| -definite[(i, j)]);
+            assert!(cholesky(&indefinite).is_none());
+        }
+    }
+
+    #[test]
+    fn symmetric_matrices_are_rebuilt_from_their_eigenvectors() {
+        for n in [1, 2, 3, 24, 70] {
+            for a in [symmetric(n, 2), Mat::identity(n, n), Mat::zeros(n, n)] {
+                let (values, v) = symmetric_eigen(&a).unwrap();
+                assert!(values.is_sorted());
+                let scaled = Mat::from_fn(n, n, |i, j| v[(i, j)] * values[j]);
+                let back = product(scaled.as_ref(), v.transpose());
+                let unit = product(v.transpose(), v.as_ref());
+                for i in 0..n {
+                    for j in 0..n {
+                        assert!((back[(i, j)] - a[(i, j)]).abs() < 1e-13 * n as f64, "{n}");
+                        let identity = f64::from(u8::from(i == j));
+                        assert!((unit[(i, j)] - identity).abs() < 1e-14 * n as f64, "{n}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn eigenvalues_are_those_of_the_library() {
+        let rotation = Mat::from_fn(4, 4, |i, j| {
+            [
+                [0.0, -1.0, 0.0, 0.0],
+                [1.0, 0.0, 0.0, 0.0],
+                [0.0, 0.0, 0.0, -1.0],
+                [0.0, 0.0, 1.0, 0.0],
+            ][i][j]
+        });
+        let cases = [1, 2, 3, 4, 12, 50].map(|n| random(n, 3));
+        for a in cases
+            .into_iter()
+            .chain([rotation, Mat::identity(5, 5), Mat::zeros(3, 3)])
+        {
+            let mut known = linalg::eigenvalues(a.as_ref()).unwrap();
+            let found = eigenvalues(a.as_ref()).unwrap();
+            assert_eq!(known.len(), found.len());
+            for (re, im) in found {
+                let far = |v: &(f64, f64)| (v.0 - re).hypot(v.1 - im);
+                let nearest = (0..known.len())
+                    .min_by(|&a, &b| far(&known[a]).total_cmp(&far(&known[b])))
+                    .unwrap();
+                assert!(far(&known.swap_remove(nearest)) < 1e-12, "{re} {im}");
+            }
+        }
+        assert!(eigenvalues(Mat::from_fn(2, 2, |_, _| f64::NAN).as_ref()).is_none());
+    }
+
+    #[test]
+    fn the_transform_is_its_sum() {
+        let values: Vec<f64> = (0..16).map(|i| (0.3 * i as f64).sin() + 0.1).collect();
+        for (k, (re, im)) in transform(&values).into_iter().enumerate() {
+            let mut sum = (0.0, 0.0);
+            for (i, value) in values.iter().enumerate() {
+                let (sin, cos) = (-std::f64::consts::TAU * (k * i) as f64 / 16.0).sin_cos();
+                sum = (sum.0 + value * cos, sum.1 + value * sin);
+            }
+            assert!((sum.0 - re).hypot(sum.1 - im) < 1e-13, "{k}");
+        }
+        assert_eq!(transform(&[2.0]), [(2.0, 0.0)]);
+    }
+}

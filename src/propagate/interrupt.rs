@@ -1,0 +1,71 @@
+//! Marches that end soon after they are called off, in the midst of a cycle.
+
+use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use crate::model::TrajectoryState;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A kernel that looks at a flag before every window, and stops once it is raised. What it marches
+/// keeps its bits.
+#[derive(Debug, Clone, Copy)]
+pub struct Interruptible<'a, K> {
+    kernel: &'a K,
+    called_off: &'a AtomicBool,
+}
+
+impl<'a, K: Kernel> Interruptible<'a, K> {
+    /// The kernel, with the flag that ends its marches.
+    pub fn new(kernel: &'a K, called_off: &'a AtomicBool) -> Self {
+        Self { kernel, called_off }
+    }
+}
+
+impl<K: Kernel> Kernel for Interruptible<'_, K> {
+    const FARTHEST: f64 = K::FARTHEST;
+
+    type Workspace = K::Workspace;
+
+    fn workspace(&self) -> K::Workspace {
+        self.kernel.workspace()
+    }
+
+    fn exact(&self) -> bool {
+        self.kernel.exact()
+    }
+
+    fn march<O: Observer>(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        workspace: &mut K::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let mut attentive = Attentive {
+            observer,
+            called_off: self.called_off,
+        };
+        (self.kernel).march(trajectory, tangents, workspace, &mut attentive, counters)
+    }
+}
+
+/// An observer that knows of the flag.
+struct Attentive<'a, O> {
+    observer: &'a mut O,
+    called_off: &'a AtomicBool,
+}
+
+impl<O: Observer> Observer for Attentive<'_, O> {
+    const WINDOWS: bool = O::WINDOWS;
+
+    fn window(&mut self, window: &Window<'_>) {
+        self.observer.window(window);
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.observer.event(event);
+    }
+
+    fn called_off(&self) -> bool {
+        self.called_off.load(Ordering::Relaxed) || self.observer.called_off()
+    }
+}

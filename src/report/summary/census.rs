@@ -1,0 +1,319 @@
+//! One pass over the points of a results folder: what is kept of them does not grow with their
+//! number, unless all are asked for.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::{Axis, ClassCount, PointSummary, ReportError};
+use crate::input::printable;
+use crate::store::{ResultTable, TableKind};
+
+/// Points listed of each kind; the others are counted.
+const MOST_LISTED: usize = 1000;
+
+/// In the order of their numbers.
+pub(super) fn by_id(a: &PointSummary, b: &PointSummary) -> Ordering {
+    a.point_id.cmp(&b.point_id)
+}
+
+/// The larger exponent first.
+pub(super) fn livelier(a: &PointSummary, b: &PointSummary) -> Ordering {
+    let lambda = |point: &PointSummary| point.lambda.unwrap_or(0.0);
+    lambda(b).total_cmp(&lambda(a)).then(by_id(a, b))
+}
+
+/// What a census takes of a point beside its summary.
+pub(super) struct Extra {
+    cycles: u64,
+    wall_time: f64,
+    energy_residual: Option<f64>,
+    attractors: u64,
+}
+
+/// Passes over all points, some thousand at a time.
+pub(super) fn scan(
+    folder: &Path,
+    head: &ResultTable,
+    mut each: impl FnMut(Vec<PointSummary>, Vec<Extra>),
+) -> Result<(), ReportError> {
+    let axes = head.axes()?;
+    let columns = axes.iter().map(String::as_str).chain(COLUMNS);
+    let columns: Vec<&str> = columns.collect();
+    ResultTable::scan(folder, TableKind::Points, &columns, |part| {
+        let points = read_points(folder, part)?;
+        let (cycles, time) = (part.u64("cycles")?, part.f64("wall_time")?);
+        let (residual, attractors) = (part.f64("energy_residual")?, part.u64("attractors")?);
+        let extra = (0..points.len()).map(|row| Extra {
+            cycles: cycles[row].unwrap_or_default(),
+            wall_time: time[row].unwrap_or_default(),
+            energy_residual: residual[row],
+            attractors: attractors[row].unwrap_or_default(),
+        });
+        each(points, extra.collect());
+        Ok(())
+    })
+}
+
+/// Columns of points.parquet that a summary reads, the axes aside.
+const COLUMNS: [&str; 14] = [
+    "point_id",
+    "direction",
+    "status",
+    "reason",
+    "class",
+    "period",
+    "lambda_max",
+    "lambda_stderr",
+    "lambda_twin",
+    "twin_agrees",
+    "cycles",
+    "wall_time",
+    "energy_residual",
+    "attractors",
+];
+
+/// The first points in some order, and how many there are.
+#[derive(Default)]
+pub(super) struct Leading {
+    count: usize,
+    kept: Vec<PointSummary>,
+    /// None where all are kept.
+    most: Option<usize>,
+}
+
+impl Leading {
+    pub(super) fn new(most: Option<usize>) -> Self {
+        Self {
+            most,
+            ..Self::default()
+        }
+    }
+
+    fn add(
+        &mut self,
+        point: &PointSummary,
+        order: impl Fn(&PointSummary, &PointSummary) -> Ordering,
+    ) {
+        self.count += 1;
+        self.kept.push(point.clone());
+        if let Some(most) = self.most
+            && self.kept.len() >= 2 * most
+        {
+            self.kept.sort_by(order);
+            self.kept.truncate(most);
+        }
+    }
+
+    pub(super) fn finish(
+        mut self,
+        order: impl Fn(&PointSummary, &PointSummary) -> Ordering,
+    ) -> (usize, Vec<PointSummary>) {
+        self.kept.sort_by(order);
+        self.kept.truncate(self.most.unwrap_or(usize::MAX));
+        (self.count, self.kept)
+    }
+}
+
+/// What is known of the points passed over so far.
+pub(super) struct Census {
+    pub(super) points: usize,
+    pub(super) statuses: BTreeMap<String, usize>,
+    pub(super) classes: Classes,
+    pub(super) cycles: u64,
+    pub(super) worker_time: f64,
+    pub(super) worst_energy: Option<(u64, f64)>,
+    pub(super) with_exponent: usize,
+    pub(super) chaotic: Leading,
+    pub(super) with_twin: usize,
+    pub(super) twin_disagrees: Leading,
+    pub(super) troubled: Leading,
+    pub(super) coexisting: Vec<PointSummary>,
+    /// Values met on each axis.
+    values: Vec<Values>,
+    pub(super) all: Option<Vec<PointSummary>>,
+}
+
+impl Census {
+    pub(super) fn new(axes: usize, keep: bool) -> Self {
+        let most = (!keep).then_some(MOST_LISTED);
+        Self {
+            points: 0,
+            statuses: BTreeMap::new(),
+            classes: Classes::new(),
+            cycles: 0,
+            worker_time: 0.0,
+            worst_energy: None,
+            with_exponent: 0,
+            chaotic: Leading::new(most),
+            with_twin: 0,
+            twin_disagrees: Leading::new(most),
+            troubled: Leading::new(most),
+            coexisting: Vec::new(),
+            values: (0..axes).map(|_| Values::default()).collect(),
+            all: keep.then(Vec::new),
+        }
+    }
+
+    pub(super) fn take(&mut self, points: Vec<PointSummary>, extra: Vec<Extra>) {
+        for (point, extra) in points.iter().zip(extra) {
+            self.points += 1;
+            self.cycles = self.cycles.saturating_add(extra.cycles);
+            self.worker_time += extra.wall_time;
+            if let Some(residual) = extra.energy_residual.map(f64::abs)
+                && self.worst_energy.is_none_or(|(_, worst)| residual >= worst)
+            {
+                self.worst_energy = Some((point.point_id, residual));
+            }
+            *self.statuses.entry(point.status.clone()).or_insert(0) += 1;
+            count_class(&mut self.classes, point);
+            self.with_exponent += usize::from(point.lambda.is_some());
+            self.with_twin += usize::from(point.twin_agrees.is_some());
+            if point.class.as_deref() == Some("chaotic") {
+                self.chaotic.add(point, livelier);
+            }
+            if point.twin_agrees == Some(false) {
+                self.twin_disagrees.add(point, by_id);
+            }
+            if point.status != "ok" {
+                self.troubled.add(point, by_id);
+            }
+            if extra.attractors > 1 {
+                self.coexisting.push(point.clone());
+            }
+            for (values, value) in self.values.iter_mut().zip(&point.axis_values) {
+                values.add(*value);
+            }
+        }
+        if let Some(all) = &mut self.all {
+            all.extend(points);
+        }
+    }
+
+    /// The axes, with the values met.
+    pub(super) fn axes(&mut self, head: &ResultTable) -> Result<Vec<Axis>, ReportError> {
+        let units = head.units()?;
+        let values = self.values.drain(..);
+        let axes = head
+            .axes()?
+            .into_iter()
+            .zip(values)
+            .map(|(name, values)| Axis {
+                unit: units
+                    .get(&name)
+                    .map_or("".into(), |unit| printable(unit))
+                    .into_owned(),
+                name: printable(&name).into_owned(),
+                values: values.finish(),
+            });
+        Ok(axes.collect())
+    }
+}
+
+/// Different values, of many that are mostly alike.
+#[derive(Default)]
+struct Values {
+    met: Vec<f64>,
+    /// How many of them are known to differ.
+    sorted: usize,
+}
+
+impl Values {
+    fn add(&mut self, value: f64) {
+        if self.met.last() == Some(&value) {
+            return;
+        }
+        self.met.push(value);
+        if self.met.len() > 2 * self.sorted + 65_536 {
+            self.tidy();
+        }
+    }
+
+    fn tidy(&mut self) {
+        self.met.sort_by(f64::total_cmp);
+        self.met.dedup();
+        self.sorted = self.met.len();
+    }
+
+    pub(super) fn finish(mut self) -> Vec<f64> {
+        self.tidy();
+        self.met
+    }
+}
+
+fn read_points(folder: &Path, table: &ResultTable) -> Result<Vec<PointSummary>, ReportError> {
+    let axes: Vec<(String, Vec<Option<f64>>)> = table
+        .axes()?
+        .into_iter()
+        .map(|name| table.f64(&name).map(|values| (name, values)))
+        .collect::<Result<_, _>>()?;
+    let (ids, statuses) = (table.u64("point_id")?, table.text("status")?);
+    let (reasons, classes) = (table.text("reason")?, table.text("class")?);
+    let (periods, agrees) = (table.u64("period")?, table.bool("twin_agrees")?);
+    let (lambda, stderr) = (table.f64("lambda_max")?, table.f64("lambda_stderr")?);
+    let twin = table.f64("lambda_twin")?;
+    let directions = match table.metadata("carried_along") {
+        Some(_) => table.text("direction")?,
+        None => vec![None; table.rows()],
+    };
+    let incomplete = |column: &str| ReportError::Incomplete {
+        folder: folder.to_path_buf(),
+        column: column.to_owned(),
+    };
+    (0..table.rows())
+        .map(|row| {
+            let axis_values = axes
+                .iter()
+                .map(|(name, values)| {
+                    let value = values[row].filter(|value| value.is_finite());
+                    value.ok_or_else(|| incomplete(name))
+                })
+                .collect::<Result<_, _>>()?;
+            Ok(PointSummary {
+                point_id: ids[row].ok_or_else(|| incomplete("point_id"))?,
+                axis_values,
+                direction: directions[row].clone(),
+                status: statuses[row].clone().ok_or_else(|| incomplete("status"))?,
+                reason: reasons[row].clone().unwrap_or_default(),
+                class: classes[row].clone(),
+                period: periods[row],
+                lambda: lambda[row],
+                stderr: stderr[row],
+                twin: twin[row],
+                twin_agrees: agrees[row],
+            })
+        })
+        .collect()
+}
+
+/// Points by rank of their class and by period, with the class's name.
+pub(super) type Classes = BTreeMap<(usize, Option<u64>), (String, usize)>;
+
+/// Classes, the calmest first.
+const CALMEST_FIRST: [&str; 6] = [
+    "locked",
+    "periodic",
+    "quasi_periodic",
+    "chaotic",
+    "not_converged",
+    "none",
+];
+
+fn count_class(counts: &mut Classes, point: &PointSummary) {
+    let class = point.class.clone().unwrap_or_else(|| "none".into());
+    let known = CALMEST_FIRST.iter().position(|known| *known == class);
+    let period = point.period.filter(|_| class == "periodic");
+    let rank = known.unwrap_or(CALMEST_FIRST.len());
+    counts.entry((rank, period)).or_insert((class, 0)).1 += 1;
+}
+
+pub(super) fn in_order(counts: Classes) -> Vec<ClassCount> {
+    let counts = counts.into_iter();
+    counts
+        .map(|((_, period), (class, points))| ClassCount {
+            class,
+            period,
+            points,
+        })
+        .collect()
+}

@@ -1,0 +1,180 @@
+//! The tables of a results folder as record batches: every file that is read comes through here,
+//! is held against the record of its run first, and gives finite numbers only.
+
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use arrow_array::cast::AsArray;
+use arrow_array::types::Float64Type;
+use arrow_array::{Array, RecordBatch};
+use arrow_schema::{DataType, SchemaRef};
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+
+use super::StoreError;
+use super::error::Damage;
+use super::file::FORMAT;
+use super::seal::Seals;
+use crate::input;
+
+/// Rows of a batch where columns are chosen.
+const ROWS_AT_A_TIME: usize = 8192;
+
+/// What the Parquet library keeps of the schema beside the file's own metadata.
+const ARROW_SCHEMA: &str = "ARROW:schema";
+
+/// A table's file being read, a batch at a time.
+pub(super) struct TableReader {
+    path: PathBuf,
+    schema: SchemaRef,
+    metadata: Vec<(String, String)>,
+    batches: ParquetRecordBatchReader,
+    /// Rows of the batches before the next.
+    rows: u64,
+}
+
+impl TableReader {
+    /// Opens a file, checked against `seals` where the folder has a record; of its columns only
+    /// those named, where some are.
+    pub(super) fn open(
+        path: &Path,
+        seals: Option<Seals<'_>>,
+        columns: Option<&[&str]>,
+    ) -> Result<Self, StoreError> {
+        let file = match seals {
+            Some(seals) => seals.open(path)?,
+            None => input::open(path).map_err(|source| StoreError::io(path, "read", source))?,
+        };
+        let refused = |source| StoreError::parquet(path, "read", source);
+        let builder =
+            decoding(path, || ParquetRecordBatchReaderBuilder::try_new(file))?.map_err(refused)?;
+        let metadata: Vec<(String, String)> = builder
+            .metadata()
+            .file_metadata()
+            .key_value_metadata()
+            .into_iter()
+            .flatten()
+            .filter(|pair| pair.key != ARROW_SCHEMA)
+            .filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?)))
+            .collect();
+        let foreign = |detail: String| StoreError::Foreign {
+            path: path.to_path_buf(),
+            detail,
+        };
+        let format = metadata.iter().find(|(key, _)| key == "format");
+        match format.map(|(_, format)| format.as_str()) {
+            Some(FORMAT) => {}
+            Some(other) => return Err(foreign(format!("format `{other}`, not `{FORMAT}`"))),
+            None => return Err(foreign("it names no format".into())),
+        }
+        let schema = builder.schema().clone();
+        let batches = decoding(path, || match columns {
+            None => builder.build(),
+            Some(names) => {
+                // By place: a name with a dot (`mesh.half_gap`) would be taken for a path.
+                let fields = schema.fields().iter().enumerate();
+                let wanted = fields.filter(|(_, field)| names.contains(&field.name().as_str()));
+                let places = wanted.map(|(place, _)| place);
+                let mask = ProjectionMask::roots(builder.parquet_schema(), places);
+                let builder = builder.with_projection(mask);
+                builder.with_batch_size(ROWS_AT_A_TIME).build()
+            }
+        })?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            schema,
+            metadata,
+            batches: batches.map_err(refused)?,
+            rows: 0,
+        })
+    }
+
+    /// All columns of the file.
+    pub(super) fn schema(&self) -> &SchemaRef {
+        &self.schema
+    }
+
+    /// What the file says of itself.
+    pub(super) fn metadata(&self) -> &[(String, String)] {
+        &self.metadata
+    }
+
+    /// The next rows; none behind the last.
+    pub(super) fn next(&mut self) -> Result<Option<RecordBatch>, StoreError> {
+        let Some(batch) = decoding(&self.path, || self.batches.next())? else {
+            return Ok(None);
+        };
+        let batch = batch.map_err(|error| StoreError::parquet(&self.path, "read", error.into()))?;
+        self.refuse_what_is_not_finite(&batch)?;
+        self.rows += batch.num_rows() as u64;
+        Ok(Some(batch))
+    }
+
+    /// What is not finite is written as a null: another hand wrote such a number.
+    fn refuse_what_is_not_finite(&self, batch: &RecordBatch) -> Result<(), StoreError> {
+        for (field, array) in batch.schema_ref().fields().iter().zip(batch.columns()) {
+            let found = match field.data_type() {
+                DataType::Float64 => not_finite(array.as_ref()),
+                DataType::List(_) => array.as_list_opt::<i32>().and_then(|lists| {
+                    let each = |list: usize| Some((list, not_finite(&lists.value(list))?.1));
+                    let suspect = not_finite(lists.values()).is_some();
+                    let valid = |&list: &usize| suspect && lists.is_valid(list);
+                    (0..lists.len()).filter(valid).find_map(each)
+                }),
+                _ => None,
+            };
+            if let Some((row, value)) = found {
+                return Err(StoreError::NotFinite {
+                    path: self.path.clone(),
+                    column: field.name().clone(),
+                    row: self.rows + row as u64,
+                    value,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The first number of an array that is not finite, and where it stands.
+fn not_finite(array: &dyn Array) -> Option<(usize, f64)> {
+    let values = array.as_primitive_opt::<Float64Type>()?;
+    let found = values.iter().enumerate();
+    found
+        .filter_map(|(row, value)| Some((row, value?)))
+        .find(|(_, value)| !value.is_finite())
+}
+
+thread_local! {
+    static DECODING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether this thread decodes a file right now: a panic then becomes an error that names the
+/// file, and needs no other words.
+pub fn is_decoding() -> bool {
+    DECODING.get()
+}
+
+/// Calls the Parquet library, which panics at some files that it should refuse. Where the bytes
+/// are those that a run wrote this cannot be; a folder without a record has only this.
+fn decoding<T>(path: &Path, call: impl FnOnce() -> T) -> Result<T, StoreError> {
+    DECODING.set(true);
+    let found = catch_unwind(AssertUnwindSafe(call));
+    DECODING.set(false);
+    found.map_err(|panic| {
+        let text = (panic.downcast_ref::<String>().map(String::as_str))
+            .or_else(|| panic.downcast_ref::<&str>().copied());
+        let reason = text
+            .unwrap_or("without a word")
+            .lines()
+            .next()
+            .unwrap_or_default();
+        StoreError::Damaged {
+            path: path.to_path_buf(),
+            damage: Damage::Undecodable {
+                reason: reason.to_owned(),
+            },
+        }
+    })
+}

@@ -1,0 +1,167 @@
+//! Random drives whose kind of motion is known without an exponent: integrable, linear, or
+//! contracting under a forcing without a period.
+
+use super::march::march;
+use super::structure;
+use atlas::analysis::EnergyNorm;
+use atlas::model::{
+    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+};
+use atlas::numerics::random::Stream;
+use atlas::propagate::Volterra;
+use atlas::shaft::ModalStructure;
+
+/// Why a planted motion is regular.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// One undamped mode between constant springs, nothing shaken: energy is conserved, and a
+    /// system of one degree that conserves its energy is integrable.
+    Integrable,
+    /// As [`Kind::Integrable`], beside undamped modes that the mesh does not feel.
+    Beside,
+    /// Undamped modes in lasting contact with a constant stiffness, shaken by the transmission
+    /// error: linear.
+    Linear,
+    /// Damped modes in lasting contact under ripple without a period: linear.
+    Rippled,
+    /// Modes in lasting contact with a stiffness of several levels: linear with periodic
+    /// coefficients.
+    Parametric,
+    /// A damped drive that rattles under ripple without a period.
+    Torus,
+}
+
+impl Kind {
+    pub const ALL: [Self; 6] = [
+        Self::Integrable,
+        Self::Beside,
+        Self::Linear,
+        Self::Rippled,
+        Self::Parametric,
+        Self::Torus,
+    ];
+}
+
+/// A drive that is set in motion.
+pub struct Planted {
+    pub model: Model,
+    pub start: TrajectoryState,
+}
+
+/// Shares of a turn a mesh cycle that are far from every fraction.
+const IRRATIONAL: [f64; 4] = [
+    std::f64::consts::SQRT_2,
+    1.618_033_988_749_895,
+    2.236_067_977_499_79,
+    0.318_309_886_183_790_7,
+];
+
+/// The drive of a seed.
+pub fn planted(kind: Kind, seed: u64) -> Planted {
+    let mut stream = Stream::new(seed, kind as u64, 77);
+    let mut between = |low: f64, high: f64| low + (high - low) * stream.uniform();
+    let decades = |between: &mut dyn FnMut(f64, f64) -> f64, low: f64, high: f64| {
+        10f64.powf(between(low.log10(), high.log10()))
+    };
+    let half_gap = decades(&mut between, 1e-6, 1e-4);
+    let mut point = OperatingPoint {
+        load: decades(&mut between, 3e-3, 0.5),
+        speed: decades(&mut between, 50.0, 2000.0),
+    };
+    let rippled = matches!(kind, Kind::Rippled | Kind::Torus);
+    let lasting = matches!(kind, Kind::Linear | Kind::Rippled | Kind::Parametric);
+    let felt = match kind {
+        Kind::Linear | Kind::Rippled | Kind::Parametric => 1 + (between(0.0, 4.0) as usize),
+        _ => 1,
+    };
+    let unfelt = match kind {
+        Kind::Beside => 1 + (between(0.0, 3.0) as usize),
+        _ => 0,
+    };
+    let mut frequency: Vec<f64> = (0..felt + unfelt)
+        .map(|_| decades(&mut between, 300.0, 20_000.0))
+        .collect();
+    if between(0.0, 1.0) < 0.3 {
+        frequency[0] = 0.0;
+    }
+    let mesh: Vec<f64> = (0..felt + unfelt)
+        .map(|mode| match mode < felt {
+            true => between(0.4, 1.5),
+            false => 0.0,
+        })
+        .collect();
+    let ratio = match rippled {
+        true => between(0.005, 0.05),
+        false => 0.0,
+    };
+    let levels = match kind {
+        Kind::Parametric => 2 + (between(0.0, 5.0) as usize),
+        Kind::Torus => 2,
+        _ => 1,
+    };
+    let mean = decades(&mut between, 3e7, 1e9);
+    let stiffness: Vec<f64> = (0..levels).map(|_| mean * between(0.7, 1.3)).collect();
+    let structure = ModalStructure {
+        pinion_torque: Some(mesh.iter().map(|w| 20.0 * w).collect()),
+        ..structure(&frequency, ratio, &mesh, &vec![1.0; felt + unfelt])
+    };
+    if lasting {
+        // Load enough for contact to last.
+        point.load = between(1.0, 3.0);
+    }
+    let drive = Drive {
+        half_gap,
+        mesh: Division::levels(&stiffness, &[]),
+        damping: match kind {
+            Kind::Rippled => between(200.0, 2000.0),
+            Kind::Torus => between(800.0, 4000.0),
+            _ => 0.0,
+        },
+        friction: 0.0,
+        transmission_error: match kind {
+            Kind::Linear => vec![(1, 0.1e-6 * between(0.0, 1.0), between(0.0, 6.0))],
+            Kind::Torus => vec![(1, between(1e-6, 5e-6), 0.0)],
+            _ => Vec::new(),
+        },
+        torque_ripple: match rippled {
+            true => vec![RippleInput {
+                shaft: RippleShaft::Pinion,
+                order: IRRATIONAL[between(0.0, 4.0) as usize],
+                amplitude: match lasting {
+                    true => between(0.1, 2.0),
+                    false => between(0.5, 4.0),
+                },
+                phase: between(0.0, 6.0),
+            }],
+            false => Vec::new(),
+        },
+    };
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let mut start = model.start(&InitialState::Static);
+    let norm = EnergyNorm::new(&model);
+    // A kick of so many half gaps.
+    let kick = norm.unit()
+        * match lasting {
+            true => 0.02,
+            false => decades(&mut between, 0.3, 300.0),
+        };
+    for &i in &norm.felt() {
+        start.state[i] += kick * between(-1.0, 1.0) / norm.weights()[i];
+    }
+    let start = TrajectoryState::new(&model, start.state, 0);
+    Planted { model, start }
+}
+
+/// Whether two motions of a drive from far apart become one, within 1e-9 half gaps: what
+/// drives them then says all about either.
+pub fn contracts(model: &Model, start: &TrajectoryState, cycles: u64) -> bool {
+    let norm = EnergyNorm::new(model);
+    let kernel = Volterra::new(model, f64::EPSILON, 10_000);
+    let mut other = start.state.clone();
+    for &i in &norm.felt() {
+        other[i] += norm.unit() / norm.weights()[i];
+    }
+    let other = TrajectoryState::new(model, other, start.cycle);
+    let [one, two] = [start, &other].map(|from| march(&kernel, from, cycles));
+    norm.distance(&one.state, &two.state) <= 1e-9 * norm.unit()
+}

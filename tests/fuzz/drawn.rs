@@ -1,0 +1,291 @@
+//! Random modal drives, and the manifests that describe them.
+
+use atlas::model::{Division, Drive, InitialState, OperatingPoint, RippleInput, RippleShaft};
+use atlas::numerics::random::Stream;
+use atlas::shaft::ModalStructure;
+use std::fmt::Write;
+
+/// A drive at an operating point, with where it starts.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    pub structure: ModalStructure,
+    pub drive: Drive,
+    pub point: OperatingPoint,
+    pub start: InitialState,
+    /// Ends and stiffness of the mesh divisions, as a manifest has them.
+    mesh: String,
+}
+
+struct Dice(Stream);
+
+impl Dice {
+    fn chance(&mut self, share: f64) -> bool {
+        self.0.uniform() < share
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.0.uniform()
+    }
+
+    /// Uniform over decades.
+    fn decades(&mut self, low: f64, high: f64) -> f64 {
+        10f64.powf(self.between(low, high))
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.0.uniform() * count as f64) as usize
+    }
+
+    fn pick<T: Copy>(&mut self, all: &[T]) -> T {
+        all[self.below(all.len())]
+    }
+}
+
+impl Drawn {
+    /// The drive of a number under a seed.
+    pub fn new(seed: u64, number: u64) -> Self {
+        let mut dice = Dice(Stream::new(seed, number, 0));
+        let n = 1 + dice.below(8);
+        let rigid = match n {
+            1 => usize::from(dice.chance(0.7)),
+            _ => dice.pick(&[0, 1, 1, 1, 1, 2]),
+        };
+        let mut frequency = vec![0.0; rigid];
+        let mut damping = vec![0.0; rigid];
+        while frequency.len() < n {
+            let last = frequency.last().copied().unwrap_or(0.0);
+            if last > 0.0 && dice.chance(0.3) {
+                // A repeated mode, or one that is nearly so.
+                let exponent = -dice.between(3.0, 16.0);
+                let apart = dice.pick(&[0.0, 10f64.powf(exponent)]);
+                frequency.push(last * (1.0 + apart));
+                damping.push(damping[damping.len() - 1]);
+                continue;
+            }
+            frequency.push(dice.decades(2.3, 4.6));
+            let share = dice.decades(-4.0, -0.3);
+            let short = dice.decades(-10.0, -1.0);
+            damping.push(match dice.below(10) {
+                0 => 0.0,
+                1 => 1.0 - short,
+                2..5 => share,
+                _ => 0.01,
+            });
+        }
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by(|&a, &b| frequency[a].total_cmp(&frequency[b]));
+        let frequency: Vec<f64> = order.iter().map(|&i| frequency[i]).collect();
+        let damping = order.iter().map(|&i| damping[i]).collect();
+        let participation = |dice: &mut Dice| -> Vec<f64> {
+            (0..n)
+                .map(|_| match dice.below(10) {
+                    0 => 0.0,
+                    1 => dice.decades(-9.0, -2.0),
+                    2 => 4.0 * dice.0.normal(),
+                    _ => 0.6 * dice.0.normal(),
+                })
+                .collect()
+        };
+        let mut mesh = participation(&mut dice);
+        mesh[0] = dice.between(0.3, 1.5);
+        let mut torque = match dice.chance(0.5) {
+            true => mesh.clone(),
+            false => participation(&mut dice),
+        };
+        // What turns freely is held by the mesh alone: the load presses on it, or on nothing.
+        for i in 0..rigid {
+            torque[i] = mesh[i];
+        }
+        let rubs = dice.chance(0.25);
+        let friction = match rubs {
+            true => (0..n)
+                .map(|i| {
+                    if i < rigid {
+                        0.0
+                    } else {
+                        0.5 * dice.0.normal()
+                    }
+                })
+                .collect(),
+            false => vec![0.0; n],
+        };
+        let rippled = dice.chance(0.3);
+        let pinion_torque = rippled.then(|| mesh.iter().map(|w| 20.0 * w).collect::<Vec<_>>());
+        let stiffness = dice.decades(7.3, 9.2);
+        let (divisions, text) = Self::mesh(&mut dice, stiffness);
+        let inertia: f64 = mesh.iter().map(|w| w * w).sum();
+        let critical = 2.0 * (stiffness / inertia).sqrt();
+        let ratio = match dice.below(10) {
+            0 => 0.0,
+            1 => 1.0 + dice.decades(-12.0, -0.5) * dice.pick(&[-1.0, 1.0]),
+            2 => dice.between(1.0, 5.0),
+            3..6 => dice.decades(-3.0, -0.3),
+            _ => 0.05,
+        };
+        let half_gap = dice.decades(-6.0, -4.0);
+        let errors = dice.below(4);
+        let transmission_error = (1..=errors)
+            .map(|harmonic| {
+                let amplitude = half_gap * dice.decades(-2.0, 0.3) / harmonic as f64;
+                (harmonic as u32, amplitude, dice.between(-3.0, 3.0))
+            })
+            .collect();
+        let torque_ripple = match rippled {
+            true => vec![RippleInput {
+                shaft: RippleShaft::Pinion,
+                order: dice.pick(&[1.0, 2.0, 20.0, 1.5]),
+                amplitude: dice.decades(-1.0, 1.0),
+                phase: dice.between(-3.0, 3.0),
+            }],
+            false => Vec::new(),
+        };
+        // Mesh frequencies within two decades of that of the closed mesh.
+        let closed = (stiffness * inertia).sqrt();
+        let speed = closed * dice.decades(-1.3, 0.7) / 20.0;
+        let point = OperatingPoint {
+            load: match dice.below(12) {
+                0 => 0.0,
+                1 => dice.decades(-8.0, -3.0),
+                _ => dice.decades(-2.0, 0.3),
+            },
+            speed,
+        };
+        let start = match dice.chance(0.6) {
+            true => InitialState::Static,
+            false => InitialState::Modal {
+                displacement: (0..n)
+                    .map(|_| half_gap * dice.0.normal() / inertia.sqrt())
+                    .collect(),
+                velocity: (0..n)
+                    .map(|_| closed * half_gap * dice.0.normal() / inertia.sqrt())
+                    .collect(),
+            },
+        };
+        Self {
+            structure: ModalStructure {
+                teeth: 20,
+                wheel_teeth: None,
+                rated_force: 1330.0,
+                frequency,
+                damping,
+                mesh_tilt: vec![0.0; n],
+                mesh,
+                torque,
+                pinion_torque,
+                wheel_torque: None,
+                friction,
+                friction_lever: vec![0.0; n],
+                residual_flexibility: 0.0,
+                bearings: Vec::new(),
+            },
+            drive: Drive {
+                half_gap,
+                mesh: divisions,
+                damping: ratio * critical,
+                friction: if rubs { dice.between(0.0, 0.1) } else { 0.0 },
+                transmission_error,
+                torque_ripple,
+            },
+            point,
+            start,
+            mesh: text,
+        }
+    }
+
+    /// One level, two, or a list of them.
+    fn mesh(dice: &mut Dice, stiffness: f64) -> (Vec<Division>, String) {
+        let levels: Vec<f64> = match dice.below(4) {
+            0 => {
+                return (
+                    Division::levels(&[stiffness], &[]),
+                    format!("stiffness = \"constant\"\nmean_stiffness = {stiffness:e}\n"),
+                );
+            }
+            1 => (0..5).map(|_| stiffness * dice.between(0.6, 1.4)).collect(),
+            _ => {
+                let low = stiffness * dice.between(0.5, 0.95);
+                [[stiffness; 3].as_slice(), &[low; 2]].concat()
+            }
+        };
+        let list: Vec<String> = levels.iter().map(|k| format!("{k:e}")).collect();
+        let text = format!(
+            "stiffness = \"piecewise\"\nvalues = [{}]\n",
+            list.join(", ")
+        );
+        (Division::levels(&levels, &[]), text)
+    }
+
+    /// Its manifest, and the modal file that the manifest names.
+    pub fn manifest(&self, name: &str, kernel: &str) -> [String; 2] {
+        let list = |values: &[f64]| {
+            let all: Vec<String> = values.iter().map(|v| format!("{v:e}")).collect();
+            format!("[{}]", all.join(", "))
+        };
+        let Self {
+            structure: s,
+            drive: d,
+            point,
+            ..
+        } = self;
+        let mut modal = format!("teeth = {}\nrated_force = {:e}\n", s.teeth, s.rated_force);
+        let columns = [
+            ("frequency", Some(&s.frequency)),
+            ("damping", Some(&s.damping)),
+            ("mesh", Some(&s.mesh)),
+            ("torque", Some(&s.torque)),
+            ("friction", Some(&s.friction)),
+            ("pinion_torque", s.pinion_torque.as_ref()),
+        ];
+        for (key, column) in columns {
+            if let Some(column) = column {
+                let _ = writeln!(modal, "{key} = {}", list(column));
+            }
+        }
+        let errors: Vec<String> = (d.transmission_error.iter())
+            .map(|(h, a, p)| format!("{{ harmonic = {h}, amplitude = {a:e}, phase = {p:e} }}"))
+            .collect();
+        let ripples: Vec<String> = (d.torque_ripple.iter())
+            .map(|r| {
+                format!(
+                    "{{ shaft = \"pinion\", order = {}, amplitude = {:e}, phase = {:e} }}",
+                    r.order, r.amplitude, r.phase
+                )
+            })
+            .collect();
+        let start = match &self.start {
+            InitialState::Modal {
+                displacement,
+                velocity,
+            } => format!(
+                "{{ displacement = {}, velocity = {} }}",
+                list(displacement),
+                list(velocity)
+            ),
+            InitialState::Static | InitialState::Rest => "\"static\"".to_owned(),
+        };
+        let manifest = format!(
+            "[job]\nname = \"{name}\"\n[model]\nkind = \"modal\"\nfile = \"{name}.modal.toml\"\n\
+             [mesh]\nhalf_gap = {:e}\nfriction = {:e}\ncontact_damping = \"{:e} N*s/m\"\n{}\
+             [excitation]\ntransmission_error = [{}]\ntorque_ripple = [{}]\n\
+             [grid]\nload = {:e}\nspeed = {:e}\n\
+             [run]\ntransient = {}\ncycles = {}\ncells = {}\nkernel = \"{kernel}\"\ninitial = {start}\n\
+             [analyses]\nlyapunov = {{}}\nnvh = {{}}\n",
+            d.half_gap,
+            d.friction,
+            d.damping,
+            self.mesh,
+            errors.join(", "),
+            ripples.join(", "),
+            point.load,
+            point.speed,
+            super::TRANSIENT,
+            super::CYCLES,
+            super::CELLS,
+        );
+        let manifest = match kernel {
+            "volterra" => manifest.replace(&format!("cells = {}\n", super::CELLS), ""),
+            _ => manifest,
+        };
+        [manifest, modal]
+    }
+}

@@ -1,0 +1,506 @@
+//! Random modal drives: is any row with status `ok` wrong?
+//!
+//! A drive has one to eight modes, repeated ones, nearly repeated ones and rigid rotations among
+//! them, undamped to nearly critically damped, felt by the mesh not at all or strongly; a mesh of
+//! one level, two, or five, damped not at all, nearly critically or beyond; gaps, errors, ripple,
+//! friction, speeds and loads over decades. `volterra`, `spectral` and `fused` answer it. Of
+//! every row:
+//!
+//! | rule | what is checked |
+//! |---|---|
+//! | `panic` | the program does not panic |
+//! | `finite` | every number of a row is finite |
+//! | `shares` | shares of drive contact, flight and coast contact lie in [0, 1] and add up to 1 |
+//! | `energy` | the energy balance closes to 1e-9, where forces act |
+//! | `kind` | locked motion has no event and touches; chaos and flights have events |
+//! | `balance` | where the motion repeats and a rotation is free, the mean force is the load's, to 1e-8 of the largest force |
+//! | `state` | single cycles, from the start and from the row's end, end where `volterra` ends, to 1e-11 times what a cycle magnifies, with as many events where none is a tangency |
+//! | `tangent` | a tangent carried along does so too |
+//! | `reference` | the same of `volterra` against the reference integrator |
+//! | `onward` | where the motion repeats, `volterra`, given the row's end, gives the row again: class, period, λ (to 1e-6, and to what round-off of 1e-14 makes of a small multiplier), RMS deflection (to 1e-6) |
+//!
+//! Motion that does not repeat may change after its record, and neighbouring trajectories settle
+//! on different motions: its rows are held to the first seven rules, and those that `volterra`
+//! answers otherwise from their end are counted. Rows with another status are answers, and are
+//! counted by it.
+//!
+//! `scripts/fuzz-drives 1000` asks for any number of drives.
+
+#![allow(clippy::unwrap_used)]
+
+mod common;
+#[path = "fuzz/drawn.rs"]
+mod drawn;
+
+use atlas::analysis::{
+    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Status,
+    investigate_onward,
+};
+use atlas::model::{Model, TrajectoryState};
+use atlas::propagate::{Counters, Fused, Kernel, Spectral, Tangents, Volterra};
+use atlas::reference::Reference;
+use common::march::{Events, volterra};
+use common::state_difference;
+use drawn::Drawn;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+const TRANSIENT: u64 = 100;
+const CYCLES: u64 = 400;
+const CELLS: u32 = 30;
+const EVENT_LIMIT: u32 = 1000;
+
+/// Steps of the reference integrator in a cycle that are waited for.
+const AFFORDABLE: f64 = 3000.0;
+
+/// A rule that a row breaks, and how.
+#[derive(Debug)]
+struct Fault {
+    kernel: &'static str,
+    rule: &'static str,
+    how: String,
+}
+
+/// What became of some drives.
+#[derive(Debug, Default)]
+struct Tally {
+    /// Rows by kernel and status.
+    rows: BTreeMap<(&'static str, String), u64>,
+    /// Rows of motion that changed after its record.
+    later: u64,
+    /// Cycles compared, by what with.
+    compared: BTreeMap<&'static str, u64>,
+    /// Largest difference over what was allowed, by what with.
+    worst: BTreeMap<&'static str, f64>,
+    faults: Vec<(u64, Fault)>,
+}
+
+fn questions() -> Questions {
+    Questions {
+        seed: 1,
+        point_id: 0,
+        transient: TRANSIENT,
+        cycles: CYCLES,
+        settle: true,
+        audit_cycles: 20,
+        lyapunov: Some(LyapunovQuestion {
+            exponents: 1,
+            stop_at_stderr: None,
+            align: 50,
+            twin: false,
+            norm: Default::default(),
+        }),
+        poincare_samples: 0,
+        section: Section::default(),
+        nvh: Some(NvhQuestion {
+            harmonics: 3,
+            spectrum: false,
+            bearings: false,
+        }),
+    }
+}
+
+fn investigate<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    start: &TrajectoryState,
+) -> (PointOutcome, TrajectoryState) {
+    let mut trajectory = start.clone();
+    let found = investigate_onward(
+        model,
+        kernel,
+        &mut trajectory,
+        &questions(),
+        &AtomicBool::new(false),
+    );
+    (found.unwrap(), trajectory)
+}
+
+/// What one drive is put to.
+struct Trial<'a> {
+    model: &'a Model,
+    start: TrajectoryState,
+    tally: &'a mut Tally,
+    faults: Vec<Fault>,
+}
+
+impl Trial<'_> {
+    fn fault(&mut self, kernel: &'static str, rule: &'static str, how: String) {
+        self.faults.push(Fault { kernel, rule, how });
+    }
+
+    /// A kernel's row, against all rules.
+    fn put<K: Kernel>(&mut self, name: &'static str, kernel: &K) {
+        let (row, end) = investigate(self.model, kernel, &self.start);
+        let key = (name, row.status.name().to_owned());
+        *self.tally.rows.entry(key).or_default() += 1;
+        if row.status != Status::Ok {
+            return;
+        }
+        self.plain(name, &row);
+        self.balance(name, &row);
+        let start = self.start.clone();
+        self.cycles(name, kernel, start, 3);
+        self.cycles(name, kernel, end.clone(), 2);
+        self.onward(name, &row, &end);
+    }
+
+    /// What holds of any row.
+    fn plain(&mut self, name: &'static str, row: &PointOutcome) {
+        let nvh = row.nvh.as_ref().unwrap();
+        let lambda = row.lyapunov.as_ref();
+        let numbers = [
+            nvh.dte_mean,
+            nvh.dte_rms,
+            nvh.dte_pp,
+            nvh.force_mean,
+            nvh.force_std,
+            nvh.force_peak,
+            nvh.impact_rate,
+            nvh.impact_velocity,
+            row.energy_residual.unwrap_or(0.0),
+            row.events_per_cycle.unwrap_or(0.0),
+        ];
+        let all = (numbers.iter().chain(&nvh.fractions).chain(&nvh.harmonics))
+            .chain(lambda.iter().flat_map(|l| &l.exponents))
+            .chain(lambda.iter().map(|l| &l.stderr));
+        if let Some(bad) = all.into_iter().find(|x| !x.is_finite()) {
+            self.fault(name, "finite", format!("{bad} in {row:?}"));
+        }
+        let shares = nvh.fractions;
+        let sum: f64 = shares.iter().sum();
+        let inside = shares.iter().all(|s| (-1e-9..=1.0 + 1e-9).contains(s));
+        if (sum - 1.0).abs() > 1e-9 || !inside {
+            self.fault(name, "shares", format!("{shares:?}"));
+        }
+        // What lies still turns no energy over.
+        let acts = nvh.force_peak > 0.0 && nvh.dte_rms > 1e-3 * self.model.half_gap;
+        if let Some(residual) = row.energy_residual.filter(|r| acts && *r > 1e-9) {
+            let how = format!("{residual:e}, {:?}, {shares:?}", row.class);
+            self.fault(name, "energy", how);
+        }
+        let events = row.events_per_cycle.unwrap_or(0.0);
+        let [drive, free, coast] = shares;
+        let strange = match row.class {
+            Some(Class::Locked(_)) => events > 0.0 || free > 1e-9 || drive * coast > 1e-9,
+            Some(Class::Chaotic) => events == 0.0,
+            _ => free > 1e-9 && free < 1.0 - 1e-9 && events == 0.0,
+        };
+        if strange {
+            let how = format!("{:?}, {events} events a cycle, {shares:?}", row.class);
+            self.fault(name, "kind", how);
+        }
+    }
+
+    /// Mean force of motion that repeats.
+    fn balance(&mut self, name: &'static str, row: &PointOutcome) {
+        let repeats = matches!(row.class, Some(Class::Locked(Some(_)) | Class::Periodic(_)));
+        let Some(free) = self.model.relative_rotation().filter(|_| repeats) else {
+            return;
+        };
+        let pushed = self.model.first_gains()[free].mesh_input[1];
+        let expected = self.model.blocks[free].static_input[1] / pushed;
+        let nvh = row.nvh.as_ref().unwrap();
+        let off = (nvh.force_mean - expected).abs();
+        if off > 1e-8 * nvh.force_peak.max(expected.abs()) + 1e-9 {
+            let how = format!("mean force {} N of {expected} N", nvh.force_mean);
+            self.fault(name, "balance", how);
+        }
+    }
+
+    /// Single cycles of a kernel along the trajectory of the structured one.
+    fn cycles<K: Kernel>(
+        &mut self,
+        name: &'static str,
+        kernel: &K,
+        mut start: TrajectoryState,
+        count: u64,
+    ) {
+        let model = self.model;
+        let exact = volterra(model);
+        for _ in 0..count {
+            let Some(end) = cycle(&exact, &start) else {
+                return;
+            };
+            let moved: Vec<f64> = start.state.iter().map(|x| x * (1.0 + 1e-9)).collect();
+            let beside = TrajectoryState {
+                state: moved,
+                ..start.clone()
+            };
+            if let Some(beside) = cycle(&exact, &beside).filter(|b| b.events == end.events) {
+                let gain = 1e9 * state_difference(model, &beside.end.state, &end.end.state);
+                let allowed = 1e-11 * gain.max(1.0);
+                if gain < 1e3 {
+                    if name == "volterra" {
+                        self.reference(&start, &end, allowed);
+                    } else {
+                        match cycle(kernel, &start) {
+                            None => self.fault(name, "state", "stopped".into()),
+                            Some(own) => {
+                                let off = state_difference(model, &own.end.state, &end.end.state);
+                                let touches = own.grazings + end.grazings > 0;
+                                let counts = [own.events, end.events];
+                                self.compare(name, "state", off / allowed, counts, touches);
+                                let off = tangent_difference(&own.tangent, &end.tangent);
+                                let whole = own.events == end.events;
+                                if whole && (off.is_nan() || off > 1e-8) {
+                                    self.fault(name, "tangent", format!("{off:.1e}"));
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+            start = end.end;
+        }
+    }
+
+    /// A cycle of the structured kernel against the reference integrator.
+    fn reference(&mut self, start: &TrajectoryState, end: &Cycle, allowed: f64) {
+        let model = self.model;
+        if Volterra::fastest_rate(model) * model.period() > AFFORDABLE {
+            return;
+        }
+        // A touch within the last digit is no comparison.
+        if let Ok(passage) = Reference::new(model).march(start, 1) {
+            let off = state_difference(model, &end.end.state, &passage.end.state);
+            let counts = [end.events, passage.crossings.len()];
+            let touches = end.grazings > 0;
+            self.compare("volterra", "reference", off / allowed, counts, touches);
+        }
+    }
+
+    fn compare(
+        &mut self,
+        name: &'static str,
+        rule: &'static str,
+        off: f64,
+        events: [usize; 2],
+        touches: bool,
+    ) {
+        *self.tally.compared.entry(name).or_default() += 1;
+        let worst = self.tally.worst.entry(name).or_default();
+        *worst = worst.max(off);
+        if (events[0] != events[1] && !touches) || off.is_nan() || off > 1.0 {
+            let how = format!("{off:.1e} of what is allowed, events {events:?}");
+            self.fault(name, rule, how);
+        }
+    }
+
+    /// The row again, from its end.
+    fn onward(&mut self, name: &'static str, row: &PointOutcome, end: &TrajectoryState) {
+        let exact = Volterra::new(self.model, f64::EPSILON, EVENT_LIMIT);
+        let (again, _) = investigate(self.model, &exact, end);
+        let same = again.status == Status::Ok && again.class == row.class;
+        if !matches!(row.class, Some(Class::Locked(Some(_)) | Class::Periodic(_))) {
+            self.tally.later += u64::from(!same);
+            return;
+        }
+        if !same {
+            let how = format!(
+                "{:?} ({}), then {:?} ({})",
+                row.class, row.reason, again.class, again.reason
+            );
+            self.fault(name, "onward", how);
+            return;
+        }
+        let rms = [row, &again].map(|r| r.nvh.as_ref().unwrap().dte_rms);
+        if (rms[0] - rms[1]).abs() > 1e-6 * (rms[0] + self.model.half_gap) {
+            self.fault(name, "onward", format!("RMS deflections {rms:?} m"));
+        }
+        let [Some(one), Some(two)] = [&row.lyapunov, &again.lyapunov] else {
+            return;
+        };
+        let lambda = [one, two].map(|l| l.exponents[0]);
+        let allowed = 1e-6 * (1.0 + lambda[0].abs()) + 1e-14 * (-lambda[0].min(lambda[1])).exp();
+        if (lambda[0] - lambda[1]).abs() > allowed {
+            let how = format!("λ {lambda:?}, {allowed:.1e} allowed, {:?}", row.class);
+            self.fault(name, "onward", how);
+        }
+    }
+}
+
+/// What a cycle leaves.
+struct Cycle {
+    end: TrajectoryState,
+    tangent: Vec<f64>,
+    events: usize,
+    grazings: u64,
+}
+
+/// A cycle of a kernel, with one tangent; none where the march stops.
+fn cycle<K: Kernel>(kernel: &K, start: &TrajectoryState) -> Option<Cycle> {
+    let (mut end, mut events) = (start.clone(), Events::default());
+    let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
+    let mut tangents = Tangents::zeros(start.state.len() / 2, 1);
+    for (i, x) in tangents.vector_mut(0).iter_mut().enumerate() {
+        *x = (1.0 + i as f64).sin();
+    }
+    let marched = kernel.march(
+        &mut end,
+        &mut tangents,
+        &mut workspace,
+        &mut events,
+        &mut counters,
+    );
+    marched.ok()?;
+    Some(Cycle {
+        end,
+        tangent: tangents.vector(0).to_vec(),
+        events: events.0.len(),
+        grazings: counters.grazings,
+    })
+}
+
+/// Largest difference of two tangents, first and second components each against their largest,
+/// or a thousandth of the entries that they started with, where a cycle has shrunk them.
+fn tangent_difference(a: &[f64], b: &[f64]) -> f64 {
+    let half = b.len() / 2;
+    let part = |range: std::ops::Range<usize>| {
+        let size = range.clone().map(|i| b[i].abs()).fold(1e-3, f64::max);
+        let off = range.map(|i| (a[i] - b[i]).abs());
+        off.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most }) / size
+    };
+    part(0..half).max(part(half..b.len()))
+}
+
+/// Puts one drive to all kernels; gives the rules it breaks.
+fn put(drawn: &Drawn, tally: &mut Tally) -> Vec<Fault> {
+    let model = match Model::new(&drawn.structure, &drawn.drive, drawn.point) {
+        Ok(model) => model,
+        Err(_) => {
+            *tally.rows.entry(("model", "refused".into())).or_default() += 1;
+            return Vec::new();
+        }
+    };
+    let mut trial = Trial {
+        start: model.start(&drawn.start),
+        model: &model,
+        tally,
+        faults: Vec::new(),
+    };
+    let guarded = |trial: &mut Trial<'_>, name: &'static str, put: &dyn Fn(&mut Trial<'_>)| {
+        if let Err(panic) = catch_unwind(AssertUnwindSafe(|| put(trial))) {
+            let text = panic.downcast_ref::<String>().cloned();
+            trial.fault(name, "panic", text.unwrap_or_else(|| "no message".into()));
+        }
+    };
+    guarded(&mut trial, "volterra", &|trial| {
+        trial.put(
+            "volterra",
+            &Volterra::new(&model, f64::EPSILON, EVENT_LIMIT),
+        );
+    });
+    guarded(
+        &mut trial,
+        "spectral",
+        &|trial| match Spectral::new(&model, CELLS, EVENT_LIMIT, None) {
+            Ok(kernel) => trial.put("spectral", &kernel),
+            Err(_) => refuse(trial, "spectral"),
+        },
+    );
+    guarded(
+        &mut trial,
+        "fused",
+        &|trial| match Fused::new(&model, CELLS, EVENT_LIMIT) {
+            Ok(kernel) => trial.put("fused", &kernel),
+            Err(_) => refuse(trial, "fused"),
+        },
+    );
+    trial.faults
+}
+
+fn refuse(trial: &mut Trial<'_>, name: &'static str) {
+    *trial.tally.rows.entry((name, "failed".into())).or_default() += 1;
+}
+
+/// Puts drives `from` … to the test; `told` hears of every one and of how long it took.
+fn fuzz(
+    seed: u64,
+    numbers: std::ops::Range<u64>,
+    folder: &Path,
+    told: &dyn Fn(u64, f64, usize),
+) -> Tally {
+    let mut tally = Tally::default();
+    for number in numbers {
+        let clock = Instant::now();
+        let drawn = Drawn::new(seed, number);
+        let faults = put(&drawn, &mut tally);
+        told(number, clock.elapsed().as_secs_f64(), faults.len());
+        for fault in &faults {
+            std::fs::create_dir_all(folder).unwrap();
+            let name = format!("drive-{seed}-{number}-{}", fault.kernel);
+            let [manifest, modal] = drawn.manifest(&name, fault.kernel);
+            let about = format!("# breaks `{}`: {}\n", fault.rule, fault.how);
+            std::fs::write(folder.join(format!("{name}.toml")), about + &manifest).unwrap();
+            std::fs::write(folder.join(format!("{name}.modal.toml")), modal).unwrap();
+        }
+        tally.faults.extend(faults.into_iter().map(|f| (number, f)));
+    }
+    tally
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("target/tmp/fuzz-drives")
+}
+
+#[test]
+fn no_row_of_a_random_drive_is_wrong() {
+    let tally = fuzz(1, 0..30, &folder(), &|_, _, _| {});
+    assert!(tally.faults.is_empty(), "{:#?}", tally.faults);
+    // The rules were put to something.
+    for kernel in ["volterra", "spectral", "fused"] {
+        let answered = tally.rows.get(&(kernel, "ok".into()));
+        assert!(answered.is_some_and(|count| *count >= 15), "{tally:#?}");
+        let compared = tally.compared.get(kernel);
+        assert!(compared.is_some_and(|count| *count >= 40), "{tally:#?}");
+    }
+}
+
+/// Asked for by `scripts/fuzz-drives`: ATLAS_FUZZ_DRIVES of them, from number ATLAS_FUZZ_FIRST on,
+/// of seed ATLAS_FUZZ_SEED; manifests of wrong rows go to ATLAS_FUZZ_OUT.
+#[test]
+#[ignore = "as long as asked for"]
+#[allow(clippy::print_stdout)]
+fn as_many_drives_as_asked_for() {
+    let number = |name: &str, default: u64| {
+        std::env::var(name).map_or(default, |text| text.parse().unwrap())
+    };
+    let seed = number("ATLAS_FUZZ_SEED", 1);
+    let first = number("ATLAS_FUZZ_FIRST", 0);
+    let count = number("ATLAS_FUZZ_DRIVES", 1000);
+    let folder = std::env::var("ATLAS_FUZZ_OUT").map_or_else(|_| folder(), PathBuf::from);
+    let clock = Instant::now();
+    let tally = fuzz(
+        seed,
+        first..first + count,
+        &folder,
+        &|number, seconds, faults| {
+            println!("drive {number}: {seconds:.2} s, {faults} rules broken");
+        },
+    );
+    for (drive, Fault { kernel, rule, how }) in &tally.faults {
+        println!("WRONG drive {drive} {kernel} {rule}: {how}");
+    }
+    let seconds = clock.elapsed().as_secs_f64();
+    println!("{count} drives of seed {seed} in {seconds:.0} s");
+    for ((kernel, status), rows) in &tally.rows {
+        println!("rows {kernel} {status}: {rows}");
+    }
+    println!("rows of motion that changed later: {}", tally.later);
+    for (kernel, cycles) in &tally.compared {
+        let worst = tally.worst[kernel];
+        println!(
+            "cycles compared {kernel}: {cycles}, largest difference {worst:.1e} of the allowed"
+        );
+    }
+    let wrong = tally.faults.len();
+    assert!(
+        wrong == 0,
+        "{wrong} rules broken; manifests in {}",
+        folder.display()
+    );
+}
