@@ -13,7 +13,7 @@ use atlas::numerics::legendre::evaluate;
 use atlas::propagate::{Dyadic, Event, Observer, Window};
 use atlas::reference::{Extended, Reference};
 use atlas::sweep::build::Parts;
-use common::march::{Events, march, march_with, volterra};
+use common::march::{Events, march, march_with, mean_equilibrium, volterra};
 use common::{relative_difference, state_difference};
 use std::path::Path;
 use std::process::Command;
@@ -111,10 +111,11 @@ fn static_deflection_is_that_of_shared_load() {
                 1e6 * span,
                 off / span
             );
-            let bound = if name.contains("segments") {
-                0.06
-            } else {
-                0.02
+            // Means of the stiffness over a sixtieth of the cycle are a staircase.
+            let bound = match name {
+                "segments" => 0.03,
+                "misaligned segments" => 0.25,
+                _ => 1e-9,
             };
             assert!(
                 off < bound * span,
@@ -226,13 +227,13 @@ fn kernels_follow_the_error_to_round_off() {
 fn segments_converge_to_the_relieved_course() {
     let parts = common::parts();
     let edited = job(&[COURSE[0], COURSE[1], FRICTIONLESS]);
-    let course = model(&parts, &edited, 0.1, 1200.0);
-    let start = march(&volterra(&course), &course.start(&InitialState::Static), 60);
+    let course = model(&parts, &edited, 0.3, 1200.0);
+    let start = march(&volterra(&course), &mean_equilibrium(&course), 60);
     let exact = march(&volterra(&course), &start, 1);
     let errors = ["60", "240", "960"].map(|count| {
         let count = format!("segments = {count}");
         let segments = job(&[("segments = 60", &count), FRICTIONLESS]);
-        let model = model(&parts, &segments, 0.1, 1200.0);
+        let model = model(&parts, &segments, 0.3, 1200.0);
         let start = TrajectoryState::new(&model, start.state.clone(), start.cycle);
         relative_difference(&march(&volterra(&model), &start, 1).state, &exact.state)
     });

@@ -582,6 +582,12 @@ fn the_hash_sees_a_modal_file_by_its_content() {
     }
 }
 
+/// The manifest with its half gap left to the drawing.
+fn without_half_gap(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.starts_with("half_gap"));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
 #[test]
 fn the_default_drive_hash_sees_every_field() {
     let text = std::fs::read_to_string(
@@ -603,6 +609,8 @@ fn the_default_drive_hash_sees_every_field() {
         ("[gear]", "[gear]\nrack.tip_radius = 0.3"),
         ("[gear]", "[gear]\nthinning = \"30 um\""),
         ("[gear]", "[gear]\nthinning = [\"30 um\", 0]"),
+        // The same half gap as the one before.
+        ("[gear]", "[gear]\nthinning = [0, \"30 um\"]"),
         ("[gear]", "[gear]\ncentre_distance = \"100.1 mm\""),
         ("[gear]", "[gear]\ntip_diameter = [\"88 mm\", \"128 mm\"]"),
         ("[gear]", "[gear]\nbore = [\"88 mm\", \"128 mm\"]"),
@@ -643,10 +651,12 @@ fn the_default_drive_hash_sees_every_field() {
         ("single_pair_drop = 0.25", "single_pair_drop = 0.2"),
         ("segments = 60", "segments = 120"),
     ] {
-        assert!(
-            seen.insert(job(&with(&text, from, to)).hash),
-            "{to} is not seen"
-        );
+        let changed = with(&text, from, to);
+        let changed = match to.contains("thinning") || to.contains("centre_distance") {
+            true => without_half_gap(&changed),
+            false => changed,
+        };
+        assert!(seen.insert(job(&changed).hash), "{to} is not seen");
     }
 }
 
@@ -661,7 +671,7 @@ fn a_drawing_may_say_more_of_its_teeth() {
         other => panic!("not a flexible drive but {}", other.kind()),
     };
     assert_eq!(gears(&text).form, ToothForm::default());
-    let full = gears(&with(
+    let full = gears(&without_half_gap(&with(
         &text,
         "[gear]",
         r#"[gear]
@@ -675,7 +685,7 @@ root_relief = { amount = "5 um", length = ["2 mm", "1 mm"] }
 bore = "30 mm"
 young_modulus = ["206 GPa", "115 GPa"]
 poisson_ratio = [0.28, 0.25]"#,
-    ));
+    )));
     let relief = |amount, length| Relief { amount, length };
     let material = |young_modulus, poisson_ratio| Material {
         young_modulus,

@@ -332,8 +332,8 @@ fn back_flanks_lack_as_much() {
     let mirrored: Vec<f64> = start.state.iter().map(|x| -x).collect();
     let mirrored = TrajectoryState::new(&back, mirrored, start.cycle);
     assert_eq!(mirrored.contact.sign(), -start.contact.sign());
-    let (end, counters) = march_with(&volterra(&front), &start, 3, &mut ());
-    let turned: Vec<f64> = (march(&volterra(&back), &mirrored, 3).state.iter())
+    let (end, counters) = march_with(&volterra(&front), &start, 8, &mut ());
+    let turned: Vec<f64> = (march(&volterra(&back), &mirrored, 8).state.iter())
         .map(|x| -x)
         .collect();
     assert!(counters.events > 4);

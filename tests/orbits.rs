@@ -5,10 +5,10 @@
 mod common;
 
 use atlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
-use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::model::{Model, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents};
 use atlas::reference::Reference;
-use common::march::volterra;
+use common::march::{mean_equilibrium, volterra};
 use common::relative_difference;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
@@ -19,10 +19,10 @@ fn one_degree(load: f64, speed: f64) -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-/// A survey from where the static state has got to after some cycles, and where it started.
+/// A survey from where the equilibrium of the mean stiffness has got to after some cycles, and where it started.
 fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, TrajectoryState) {
     let kernel = volterra(model);
-    let mut trajectory = model.start(&InitialState::Static);
+    let mut trajectory = mean_equilibrium(model);
     let mut workspace = kernel.workspace();
     for _ in 0..after {
         kernel

@@ -12,10 +12,10 @@ use atlas::analysis::{
     SliceQuestion, probe_basins,
 };
 use atlas::model::{
-    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+    Division, Drive, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
 };
 use atlas::reference::Reference;
-use common::march::{march, march_with, volterra};
+use common::march::{march, march_with, mean_equilibrium, volterra};
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
 
@@ -61,7 +61,7 @@ fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQ
 }
 
 fn ask(model: &Model, question: &MultistabilityQuestion) -> MultistabilityOutcome {
-    let start = model.start(&InitialState::Static);
+    let start = mean_equilibrium(model);
     let called_off = AtomicBool::new(false);
     probe_basins(model, &volterra(model), &start, question, &called_off).unwrap()
 }
@@ -90,7 +90,7 @@ fn is_called(model: &Model, class: Class) {
 fn is_called_near_equilibrium(model: &Model, class: Class) {
     let norm = EnergyNorm::new(model);
     for seed in 0..SEEDS {
-        let mut start = model.start(&InitialState::Static);
+        let mut start = mean_equilibrium(model);
         let (sin, cos) = (seed as f64).sin_cos();
         start.state[0] += 1e-2 * norm.unit() * cos / norm.weights()[0];
         start.state[1] += 1e-2 * norm.unit() * sin / norm.weights()[1];
@@ -110,7 +110,7 @@ fn is_called_near_equilibrium(model: &Model, class: Class) {
 /// Strobe states of the reference integrator after a transient.
 fn brute(model: &Model, transient: u64, cycles: u64) -> Vec<Vec<f64>> {
     let reference = Reference::new(model);
-    let start = model.start(&InitialState::Static);
+    let start = mean_equilibrium(model);
     let mut at = reference.march(&start, transient).unwrap().end;
     (0..cycles)
         .map(|_| {
@@ -236,7 +236,7 @@ fn brute_shares(model: &Model, decades: f64) -> Vec<((u64, bool), f64)> {
     const ENERGIES: usize = 40;
     const DIRECTIONS: usize = 30;
     let norm = EnergyNorm::new(model);
-    let start = model.start(&InitialState::Static);
+    let start = mean_equilibrium(model);
     let kernel = volterra(model);
     let mut counts: Vec<((u64, bool), usize)> = Vec::new();
     for energy in 0..ENERGIES {

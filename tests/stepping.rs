@@ -5,9 +5,10 @@
 
 mod common;
 
-use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::model::{Model, TrajectoryState};
 use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
 use atlas::reference::Reference;
+use common::march::mean_equilibrium;
 use common::{drives, relative_difference};
 
 /// Marches whole cycles without tangents.
@@ -73,7 +74,7 @@ fn observed_order(ladder: &[(u32, f64)]) -> f64 {
 fn order_is_two_while_contact_lasts() {
     for (name, case) in drives() {
         let model = constant_contact(case);
-        let start = model.start(&InitialState::Static);
+        let start = mean_equilibrium(&model);
         let exact = Reference::new(&model).march(&start, 3).unwrap();
         assert!(exact.crossings.is_empty(), "{name} leaves contact");
         let ladder: Vec<_> = [480, 960, 1920, 3840]
@@ -100,7 +101,7 @@ fn order_is_one_through_rattle() {
     for (name, case) in drives() {
         let model = common::model(&case);
         let reference = Reference::new(&model);
-        let mut start = march(&model, &model.start(&InitialState::Static), 2000, 40);
+        let mut start = march(&model, &mean_equilibrium(&model), 2000, 40);
         let mut ladder = [480, 960, 1920, 3840, 7680, 15360].map(|steps| (steps, 0.0));
         let mut errors = 0.0;
         for _ in 0..CYCLES {
@@ -148,7 +149,7 @@ impl Observer for Events {
 fn events_are_those_of_the_reference() {
     for (name, case) in drives() {
         let model = common::model(&case);
-        let start = march(&model, &model.start(&InitialState::Static), 2000, 40);
+        let start = march(&model, &mean_equilibrium(&model), 2000, 40);
         let exact = Reference::new(&model).march(&start, 2).unwrap();
         let mut seen = Events::default();
         march_with(&model, &start, 20_000, 2, &mut Tangents::none(), &mut seen);
@@ -183,7 +184,7 @@ fn tangents_are_the_differences_in_constant_contact() {
     ] {
         let model = constant_contact(case);
         let n = model.modes();
-        let start = model.start(&InitialState::Static);
+        let start = mean_equilibrium(&model);
         let scale = [1e-8, 1e-4];
         let mut tangents = columns(&model, scale);
         let base = march_with(&model, &start, 600, 2, &mut tangents, &mut ());
@@ -215,7 +216,7 @@ fn tangents_converge_to_those_of_the_flow_through_impacts() {
     ] {
         let model = common::model(&case);
         let n = model.modes();
-        let start = march(&model, &model.start(&InitialState::Static), 2000, 40);
+        let start = march(&model, &mean_equilibrium(&model), 2000, 40);
         let reference = Reference::new(&model);
         let crossings = reference.march(&start, 1).unwrap().crossings.len();
         assert!(crossings >= 1, "{name} has no impact");

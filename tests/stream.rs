@@ -39,6 +39,13 @@ fn ids(events: &[Value]) -> BTreeSet<u64> {
     ids
 }
 
+/// The record of a run but for what its file says of its own text.
+fn kept(place: &Place) -> serde_json::Value {
+    let mut record = place.record("r");
+    assert!(record.as_object_mut().unwrap().remove("blake3").is_some());
+    record
+}
+
 #[test]
 fn a_run_is_told_from_start_to_finish() {
     let place = Place::new(OSCILLATOR);
@@ -71,7 +78,7 @@ fn a_run_is_told_from_start_to_finish() {
     let finished = events.last().unwrap();
     assert_eq!(finished["event"], "finished");
     assert_eq!(finished["exit_status"], 0);
-    assert_eq!(finished["record"], place.record("r"));
+    assert_eq!(finished["record"], kept(&place));
     assert_eq!(
         (of(&events, "started").len(), of(&events, "finished").len()),
         (1, 1)
@@ -82,7 +89,7 @@ fn a_run_is_told_from_start_to_finish() {
         let again = self::events(&stdout(&place.run("r", arguments)));
         assert_eq!(again.len(), 1, "{again:?}");
         assert_eq!(again[0]["event"], "finished");
-        assert_eq!(again[0]["record"], place.record("r"));
+        assert_eq!(again[0]["record"], kept(&place));
     }
 }
 

@@ -373,6 +373,7 @@ order = "sweep-up"
 transient = 300
 cycles = 3000
 audit_cycles = 0
+initial = {{ displacement = [1.2], velocity = [0.0] }}
 
 [analyses]
 poincare = {{ samples = 4, refine = 6 }}

@@ -9,7 +9,7 @@ use atlas::manifest::{self, Job};
 use atlas::model::{InitialState, Model};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::sweep::build::Parts;
-use common::march::{ROUND_OFF, march, volterra};
+use common::march::{ROUND_OFF, march, mean_equilibrium, volterra};
 use common::relative_difference;
 use std::path::Path;
 
@@ -100,7 +100,7 @@ fn segments_converge_to_the_course() {
     for (friction, floor) in [(FRICTIONLESS, 1e-4), (RUBBING, 1e-3)] {
         let edited = job(&[COURSE[0], COURSE[1], friction]);
         let course = model(&parts, &edited, 0.05, 1200.0);
-        let start = march(&volterra(&course), &course.start(&InitialState::Static), 60);
+        let start = march(&volterra(&course), &mean_equilibrium(&course), 60);
         let exact = march(&volterra(&course), &start, 1);
         let errors = ["60", "120", "240", "480", "960"].map(|count| {
             let count = format!("segments = {count}");
@@ -129,7 +129,7 @@ fn segments_converge_to_the_course_of_relieved_flanks() {
         let edited = job(&[COURSE[0], COURSE[1], friction, RELIEVED]);
         for load in [0.05, 0.175, 0.3] {
             let course = model(&parts, &edited, load, 1200.0);
-            let start = march(&volterra(&course), &course.start(&InitialState::Static), 60);
+            let start = march(&volterra(&course), &mean_equilibrium(&course), 60);
             let exact = march(&volterra(&course), &start, 1);
             let errors = ["60", "240", "960", "3840"].map(|count| {
                 let count = format!("segments = {count}");

@@ -6,10 +6,10 @@
 mod common;
 
 use atlas::analysis::EnergyAudit;
-use atlas::model::{Division, InitialState, Model, TrajectoryState};
+use atlas::model::{Division, Model, TrajectoryState};
 use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
 use atlas::reference::{Passage, Reference};
-use common::march::{Events, ROUND_OFF, march, march_with, settled, volterra};
+use common::march::{Events, ROUND_OFF, march, march_with, mean_equilibrium, settled, volterra};
 use common::{drives, relative_difference, state_difference};
 
 /// How two marches of one stretch differ.
@@ -107,7 +107,7 @@ fn constant_contact_is_exact_over_many_cycles() {
         }
         case.2.load = 1.0;
         let model = common::model(&case);
-        let start = model.start(&InitialState::Static);
+        let start = mean_equilibrium(&model);
         let exact = Reference::new(&model).march(&start, 20).unwrap();
         let found = compare(&model, &volterra(&model), &start, &exact).unwrap();
         println!("{name}: {found:?}");
@@ -202,7 +202,7 @@ fn marching_is_repeatable_to_the_bit() {
 fn work_of_a_fixed_case_is_known() {
     let model = common::model(&common::six_modes());
     let kernel = Volterra::with_instructions(&model, ROUND_OFF, 100, InstructionSet::PORTABLE);
-    let start = model.start(&InitialState::Static);
+    let start = mean_equilibrium(&model);
     let (_, counters) = march_with(&kernel, &start, 6, &mut ());
     insta::assert_debug_snapshot!(counters, @r"
     Counters {
@@ -333,7 +333,7 @@ fn small_steps_converge_to_it() {
             .for_each(|r| r.amplitude *= 0.1);
         quiet.2.load = 1.0;
         let model = common::model(&quiet);
-        let start = model.start(&InitialState::Static);
+        let start = mean_equilibrium(&model);
         let end = march(&volterra(&model), &start, 3);
         let ladder = [960, 1920, 3840].map(|steps| {
             let small = march(&Stepping::new(&model, steps, 100), &start, 3);
@@ -428,7 +428,7 @@ mod random_drives {
             let point = OperatingPoint { load, speed };
             let model = Model::new(&structure, &drive, point).unwrap();
             let kernel = volterra(&model);
-            let start = march(&kernel, &model.start(&InitialState::Static), 5);
+            let start = march(&kernel, &mean_equilibrium(&model), 5);
             let exact = Reference::new(&model).march(&start, 1).unwrap();
             let found = compare(&model, &kernel, &start, &exact);
             // A grazing within round-off may fall on either side.

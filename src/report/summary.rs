@@ -37,8 +37,7 @@ pub enum ReportError {
 }
 
 /// Said of tables that nothing vouches for.
-const UNRECORDED: &str = "there is no run.json: whether the tables are whole, and what was \
-                          written, cannot be checked";
+const UNRECORDED: &str = "there is no run.json: whether the tables are whole cannot be checked";
 
 /// A results folder in numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -321,15 +321,39 @@ impl<R: Row> TableFile<R> {
     }
 
     /// Completes the file and gives it its final name.
-    pub(super) fn finish(mut self) -> Result<TableRecord, StoreError> {
+    pub(super) fn finish(self) -> Result<TableRecord, StoreError> {
+        self.close()?.publish()
+    }
+
+    /// Writes what is left of the table, under its temporary name still.
+    pub(super) fn close(mut self) -> Result<ClosedTable, StoreError> {
         let rows = self.writer.finish()?;
-        let path = &self.writer.path;
-        if let Some(parent) = path.parent() {
+        let path = self.writer.path.clone();
+        let written = self.writer.writer.inner();
+        sync(&written.sink, &path)?;
+        Ok(ClosedTable {
+            record: written.record(&self.folder, &path, rows),
+            temporary: self.temporary,
+            path,
+        })
+    }
+}
+
+/// A whole table without its final name.
+pub(super) struct ClosedTable {
+    record: TableRecord,
+    temporary: TempPath,
+    path: PathBuf,
+}
+
+impl ClosedTable {
+    /// Gives the table its name.
+    pub(super) fn publish(self) -> Result<TableRecord, StoreError> {
+        if let Some(parent) = self.path.parent() {
             create_folder(parent)?;
         }
-        let written = self.writer.writer.inner();
-        publish(&written.sink, self.temporary, path)?;
-        Ok(written.record(&self.folder, path, rows))
+        rename(self.temporary, &self.path)?;
+        Ok(self.record)
     }
 }
 
@@ -397,8 +421,16 @@ pub fn remove_stale(folder: &Path) -> Result<(), StoreError> {
 
 /// Makes a whole file durable and visible under its final name.
 pub(super) fn publish(file: &File, temporary: TempPath, path: &Path) -> Result<(), StoreError> {
+    sync(file, path)?;
+    rename(temporary, path)
+}
+
+fn sync(file: &File, path: &Path) -> Result<(), StoreError> {
     file.sync_all()
-        .map_err(|source| StoreError::io(path, "write", source))?;
+        .map_err(|source| StoreError::io(path, "write", source))
+}
+
+fn rename(temporary: TempPath, path: &Path) -> Result<(), StoreError> {
     temporary
         .persist(path)
         .map_err(|refused| StoreError::io(path, "write", refused.error))

@@ -8,7 +8,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::file::{Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path};
+use super::file::{
+    ClosedTable, Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path,
+};
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::seal::TableRecord;
@@ -264,25 +266,31 @@ impl ResultWriter {
         if let Some(point_id) = self.order.leftover() {
             return Err(StoreError::UnexpectedPoint { point_id });
         }
-        self.clear_the_way()?;
-        let mut tables = Vec::new();
+        let old = self.in_the_way();
+        let mut closed = Vec::new();
         if let Some(own) = self.transitions {
-            tables.push(own.file.finish()?);
+            closed.push(own.file.close()?);
         }
-        finish(self.orbits, &mut tables)?;
-        finish(self.basins, &mut tables)?;
-        finish(self.attractors, &mut tables)?;
-        finish(self.horizon, &mut tables)?;
-        finish(self.probes, &mut tables)?;
-        finish(self.spectra, &mut tables)?;
-        finish(self.poincare, &mut tables)?;
-        finish(Some(self.points), &mut tables)?;
-        Ok(Written { tables, missing })
+        close(self.orbits, &mut closed)?;
+        close(self.basins, &mut closed)?;
+        close(self.attractors, &mut closed)?;
+        close(self.horizon, &mut closed)?;
+        close(self.probes, &mut closed)?;
+        close(self.spectra, &mut closed)?;
+        close(self.poincare, &mut closed)?;
+        close(Some(self.points), &mut closed)?;
+        // A disk that is full has said so by now: either no table gets its name or all do.
+        remove(old)?;
+        let tables = closed.into_iter().map(ClosedTable::publish);
+        Ok(Written {
+            tables: tables.collect::<Result<_, _>>()?,
+            missing,
+        })
     }
 
-    /// Removes the record of an earlier run, which must never stand beside tables that it
-    /// does not describe, and its tables that this run does not write.
-    fn clear_the_way(&self) -> Result<(), StoreError> {
+    /// The record of an earlier run, which must never stand beside tables that it does not
+    /// describe, and its tables that this run does not write.
+    fn in_the_way(&self) -> Vec<PathBuf> {
         let Destination { folder, shard } = &self.destination;
         let mut old = vec![run_path(folder, *shard)];
         if self.poincare.is_none() {
@@ -307,15 +315,7 @@ impl ResultWriter {
         if self.horizon.is_none() {
             old.push(table_path(folder, TableKind::Horizon, *shard));
         }
-        for path in old {
-            match fs::remove_file(&path) {
-                Err(error) if absent(&error) => {}
-                removed => {
-                    removed.map_err(|source| StoreError::io(&path, "replace", source))?;
-                }
-            }
-        }
-        Ok(())
+        old
     }
 
     fn drain(&mut self) -> Result<(), StoreError> {
@@ -405,12 +405,23 @@ impl ResultWriter {
     }
 }
 
+/// Removes files, where they are there.
+fn remove(files: Vec<PathBuf>) -> Result<(), StoreError> {
+    for path in files {
+        match fs::remove_file(&path) {
+            Err(error) if absent(&error) => {}
+            removed => removed.map_err(|source| StoreError::io(&path, "replace", source))?,
+        }
+    }
+    Ok(())
+}
+
 /// Completes a table where it is written.
-fn finish<R: Row>(
+fn close<R: Row>(
     file: Option<TableFile<R>>,
-    tables: &mut Vec<TableRecord>,
+    closed: &mut Vec<ClosedTable>,
 ) -> Result<(), StoreError> {
-    tables.extend(file.map(TableFile::finish).transpose()?);
+    closed.extend(file.map(TableFile::close).transpose()?);
     Ok(())
 }
 

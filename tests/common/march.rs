@@ -1,6 +1,6 @@
 //! Marching with any kernel, and what was met on the way.
 
-use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::model::{FlankError, InitialState, Model, Stiffness, TrajectoryState};
 use atlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
 
 /// Tolerance of a kernel that works to round-off.
@@ -55,11 +55,20 @@ pub fn march<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> Tra
     march_with(kernel, start, cycles, &mut ()).0
 }
 
-/// The state after some cycles from static equilibrium.
+/// Static equilibrium of the mean stiffness without errors: a start beside the balance of the mesh at
+/// phase 0, from which every drive here comes to rattle.
+pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
+    let mut mean = model.clone();
+    mean.transmission_error.clear();
+    for segment in &mut mean.cycle.segments {
+        segment.stiffness = Stiffness::constant(model.cycle.mean_stiffness());
+        segment.error = FlankError::NONE;
+    }
+    let state = mean.start(&InitialState::Static).state;
+    TrajectoryState::new(model, state, 0)
+}
+
+/// The state after some cycles from there.
 pub fn settled(model: &Model, cycles: u64) -> TrajectoryState {
-    march(
-        &volterra(model),
-        &model.start(&InitialState::Static),
-        cycles,
-    )
+    march(&volterra(model), &mean_equilibrium(model), cycles)
 }

@@ -1,5 +1,4 @@
-//! The fixed-small-step kernel: what does the trajectory look like to a method that knows
-//! nothing of events? The oracle of the other kernels.
+//! The fixed-small-step kernel: the trajectory as a method sees it that knows nothing of events.
 //!
 //! Strang splitting (1968). Each step of length h is
 //!
