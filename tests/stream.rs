@@ -40,7 +40,7 @@ fn ids(events: &[Value]) -> BTreeSet<u64> {
 }
 
 /// The record of a run but for what its file says of its own text.
-fn kept(place: &Place) -> serde_json::Value {
+fn kept(place: &Place) -> Value {
     let mut record = place.record("r");
     assert!(record.as_object_mut().unwrap().remove("blake3").is_some());
     record

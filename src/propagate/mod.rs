@@ -1,7 +1,7 @@
 //! Kernels that march the piecewise-linear system, and what they share: events, saltation,
 //! observers, work counters.
 //!
-//! A kernel is built for one [`Model`](crate::model::Model), owns no state, and marches
+//! A kernel is built for one [`Model`], owns no state, and marches
 //! whole mesh cycles: the caller supplies the trajectory, the tangents and the workspace,
 //! and a marched cycle allocates nothing. Kernels are statically dispatched over the
 //! observer, so that what nobody watches is not computed.

@@ -53,7 +53,7 @@ const IRRATIONAL: [f64; 4] = [
     std::f64::consts::SQRT_2,
     1.618_033_988_749_895,
     2.236_067_977_499_79,
-    0.318_309_886_183_790_7,
+    std::f64::consts::FRAC_1_PI,
 ];
 
 /// The drive of a seed.

@@ -93,9 +93,7 @@ impl Drawn {
             false => participation(&mut dice),
         };
         // What turns freely is held by the mesh alone: the load presses on it, or on nothing.
-        for i in 0..rigid {
-            torque[i] = mesh[i];
-        }
+        torque[..rigid].copy_from_slice(&mesh[..rigid]);
         let rubs = dice.chance(0.25);
         let friction = match rubs {
             true => (0..n)

@@ -67,7 +67,7 @@ pub fn leading_exponent<K: Kernel>(
     for cycle in 1..=period {
         twins.march(kernel, workspace)?;
         let [central, forward] = twins.images();
-        let [size, one_sided] = [&central, &forward].map(|image| length(image));
+        let [size, one_sided] = [&central, &forward].map(length);
         let states = norm.length(&twins.orbit.state) / norm.unit();
         let blurred = ROUND_OFF_OF_A_CYCLE * states / DISTANCE;
         round_off += blurred;

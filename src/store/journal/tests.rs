@@ -319,7 +319,7 @@ fn a_journal_knows_the_instructions_of_its_points() {
     let here = instructions().to_owned();
     assert_eq!(
         open(folder.path()).instructions(),
-        [here.clone()],
+        std::slice::from_ref(&here),
         "no point yet"
     );
     bytes.extend(record(&row(0, &[1.0]), &path).unwrap());
