@@ -73,7 +73,7 @@ def cycles() -> list[str]:
     best = ns(f"set/{facts['instructions']}/load-0.05")
     others = [
         f"{name} takes {ns(f'set/{kind}/load-0.05') / best:.1f} times as long"
-        for kind, name in {"avx2": "AVX2", "portable": "`portable`"}.items()
+        for kind, name in {"avx2": "AVX2", "baseline": "what every x86-64 processor has"}.items()
         if kind != facts["instructions"]
     ]
     return [

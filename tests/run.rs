@@ -54,9 +54,14 @@ fn start(place: &Place, out: &str, arguments: &[&str]) -> Child {
         .spawn()
         .unwrap();
     let journal = place.path(out).join(".journal");
-    let begun = fs::metadata(&journal).map_or(0, |found| found.len());
+    let length = || fs::metadata(&journal).map_or(0, |found| found.len());
+    // Beyond its head, and two points: the last may be damaged.
+    let (mut last, mut points) = (length().max(400), 0);
     let patience = Instant::now();
-    while fs::metadata(&journal).map_or(0, |found| found.len()) < begun.max(400) + 4000 {
+    while points < 2 {
+        let now = length();
+        points += u32::from(now > last);
+        last = last.max(now);
         assert!(
             patience.elapsed() < Duration::from_secs(60),
             "no point in a minute"
