@@ -23,6 +23,10 @@ const MOST_STEPS: usize = 8;
 /// 1e-14, and one more step is made from there.
 const CONVERGED: f64 = 1e-11;
 
+/// Residual, in half gaps, at which an orbit counts as found where another step does not halve
+/// it: round-off of nearly critically damped modes in tables.
+const STAGNANT: f64 = 1e-9;
+
 /// Longest step, in half gaps, from a state that is worth following.
 const LONGEST_STEP: f64 = 30.0;
 
@@ -82,8 +86,8 @@ pub fn shoot<K: Kernel>(
         if residual.is_nan() || residual > 2.0 * last.max(1.0) {
             return Ok(None);
         }
-        let found = last <= CONVERGED;
-        if found {
+        let stagnant = last <= STAGNANT && residual > 0.5 * last;
+        if last <= CONVERGED || stagnant {
             return Ok(
                 eigenvalues(matrix.as_ref()).map(|multipliers| PeriodicOrbit {
                     start,
