@@ -14,10 +14,10 @@
 //! | `energy` | the energy balance closes to 1e-9, where forces act |
 //! | `kind` | locked motion has no event and touches; chaos and flights have events |
 //! | `balance` | where the motion repeats and a rotation is free, the mean force is the load's, to 1e-8 of the largest force |
-//! | `state` | single cycles, from the start and from the row's end, end where `volterra` ends, to 1e-11 times what a cycle magnifies and 1e-14 of the largest place times the fastest rate, with as many events where none is a tangency |
+//! | `state` | single cycles, from the start and from the row's end, end where `volterra` ends, to 1e-11 times what a cycle magnifies and 1e-14 of the largest place times the fastest rate, and what tables of nearly parallel eigenvectors say they are off by, with as many events where none is a tangency |
 //! | `tangent` | a tangent carried along does so to 1e-8, and to what a change of 1e-13 makes of it, where no event is a tangency |
 //! | `reference` | the same of `volterra` against the reference integrator |
-//! | `onward` | where the motion repeats, `volterra`, given the row's end, gives the row again: class, period, λ (to 1e-6, and to what round-off of 1e-14 makes of a small multiplier), RMS deflection (to 1e-6) |
+//! | `onward` | where the motion repeats, `volterra`, given the row's end, gives the row again: class, period, λ (to 1e-6, and to what round-off of 1e-14 and such tables make of a small multiplier), RMS deflection (to 1e-6) |
 //!
 //! Motion that does not repeat may change after its record, and neighbouring trajectories settle
 //! on different motions: its rows are held to the first seven rules, and those that `volterra`
@@ -37,7 +37,9 @@ use atlas::analysis::{
     investigate_onward,
 };
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Fused, Kernel, Spectral, Tangents, Volterra};
+use atlas::propagate::{
+    Conditioning, Counters, Fused, Kernel, Spectral, TableSize, Tangents, Volterra,
+};
 use atlas::reference::Reference;
 use common::march::{Events, volterra};
 use common::state_difference;
@@ -132,8 +134,8 @@ impl Trial<'_> {
         self.faults.push(Fault { kernel, rule, how });
     }
 
-    /// A kernel's row, against all rules.
-    fn put<K: Kernel>(&mut self, name: &'static str, kernel: &K) {
+    /// A kernel's row, against all rules; `known_off`: what it says that a cycle may be off by.
+    fn put<K: Kernel>(&mut self, name: &'static str, kernel: &K, known_off: f64) {
         let (row, end) = investigate(self.model, kernel, &self.start);
         let key = (name, row.status.name().to_owned());
         *self.tally.rows.entry(key).or_default() += 1;
@@ -143,9 +145,9 @@ impl Trial<'_> {
         self.plain(name, &row);
         self.balance(name, &row);
         let start = self.start.clone();
-        self.cycles(name, kernel, start, 3);
-        self.cycles(name, kernel, end.clone(), 2);
-        self.onward(name, &row, &end);
+        self.cycles((name, known_off), kernel, start, 3);
+        self.cycles((name, known_off), kernel, end.clone(), 2);
+        self.onward((name, known_off), &row, &end);
     }
 
     /// What holds of any row.
@@ -214,7 +216,7 @@ impl Trial<'_> {
     /// Single cycles of a kernel along the trajectory of the structured one.
     fn cycles<K: Kernel>(
         &mut self,
-        name: &'static str,
+        (name, known_off): (&'static str, f64),
         kernel: &K,
         mut start: TrajectoryState,
         count: u64,
@@ -231,7 +233,10 @@ impl Trial<'_> {
                 } else {
                     match cycle(kernel, &start) {
                         None => self.fault(name, "state", "stopped".into()),
-                        Some(own) => self.other(name, &own, &end, &felt),
+                        Some(own) => {
+                            let state = felt.state + known_off;
+                            self.other(name, &own, &end, &Felt { state, ..felt });
+                        }
                     }
                 }
             }
@@ -285,7 +290,12 @@ impl Trial<'_> {
     }
 
     /// The row again, from its end.
-    fn onward(&mut self, name: &'static str, row: &PointOutcome, end: &TrajectoryState) {
+    fn onward(
+        &mut self,
+        (name, known_off): (&'static str, f64),
+        row: &PointOutcome,
+        end: &TrajectoryState,
+    ) {
         let exact = Volterra::new(self.model, f64::EPSILON, EVENT_LIMIT);
         let (again, _) = investigate(self.model, &exact, end);
         let same = again.status == Status::Ok && again.class == row.class;
@@ -309,7 +319,9 @@ impl Trial<'_> {
             return;
         };
         let lambda = [one, two].map(|l| l.exponents[0]);
-        let allowed = 1e-6 * (1.0 + lambda[0].abs()) + 1e-14 * (-lambda[0].min(lambda[1])).exp();
+        let known_off = 1e-14 + known_off;
+        let allowed =
+            1e-6 * (1.0 + lambda[0].abs()) + known_off * (-lambda[0].min(lambda[1])).exp();
         if (lambda[0] - lambda[1]).abs() > allowed {
             let how = format!("λ {lambda:?}, {allowed:.1e} allowed, {:?}", row.class);
             self.fault(name, "onward", how);
@@ -423,13 +435,17 @@ fn put(drawn: &Drawn, tally: &mut Tally) -> Vec<Fault> {
         trial.put(
             "volterra",
             &Volterra::new(&model, f64::EPSILON, EVENT_LIMIT),
+            0.0,
         );
     });
     guarded(
         &mut trial,
         "spectral",
         &|trial| match Spectral::new(&model, CELLS, EVENT_LIMIT, None) {
-            Ok(kernel) => trial.put("spectral", &kernel),
+            Ok(kernel) => {
+                let off = known_off(&kernel.conditioning(), kernel.bytes());
+                trial.put("spectral", &kernel, off);
+            }
             Err(_) => refuse(trial, "spectral"),
         },
     );
@@ -437,11 +453,20 @@ fn put(drawn: &Drawn, tally: &mut Tally) -> Vec<Fault> {
         &mut trial,
         "fused",
         &|trial| match Fused::new(&model, CELLS, EVENT_LIMIT) {
-            Ok(kernel) => trial.put("fused", &kernel),
+            Ok(kernel) => {
+                let off = known_off(&kernel.conditioning(), kernel.bytes());
+                trial.put("fused", &kernel, off);
+            }
             Err(_) => refuse(trial, "fused"),
         },
     );
     trial.faults
+}
+
+/// What a cycle of tables may be off by: the largest error of a cell that they measured, times cells.
+fn known_off(bases: &[Conditioning], size: TableSize) -> f64 {
+    let worst = bases.iter().map(|basis| basis.reconstruction);
+    worst.fold(0.0, f64::max) * size.cells as f64
 }
 
 fn refuse(trial: &mut Trial<'_>, name: &'static str) {

@@ -7,6 +7,7 @@
 //! left out.
 
 use crate::model::Model;
+use std::cmp::Ordering;
 
 /// Energy-scaled norm without the neutral pair.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,6 +90,25 @@ impl EnergyNorm {
             sum += d * d;
         }
         sum.sqrt()
+    }
+
+    /// Whether a difference is no longer than `limit`; most that are longer show it in their first
+    /// components.
+    pub fn within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
+        let limit = limit * limit;
+        let mut sum = 0.0;
+        for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
+            let d = w * (a - b);
+            sum += d * d;
+            // Written so that what is no number is not within.
+            if !matches!(
+                sum.partial_cmp(&limit),
+                Some(Ordering::Less | Ordering::Equal)
+            ) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Scalar product.

@@ -103,7 +103,8 @@ impl Recurrence {
         }
         let repeats = |period: usize, tolerance: f64| {
             (0..self.short.max(period)).all(|back| {
-                norm.distance(self.past(back), self.past(back + period)) <= tolerance * norm.unit()
+                let limit = tolerance * norm.unit();
+                norm.within(limit, self.past(back), self.past(back + period))
             })
         };
         let beyond = (self.short / self.excitation + 1..).map(|times| times * self.excitation);
@@ -131,9 +132,10 @@ impl Recurrence {
         let Some(closest) = closest else {
             return Vec::new();
         };
+        let much_closer = MUCH_CLOSER * apart(closest).min(nearest) * norm.unit();
         let beyond = (self.short + 1..=known.min(LONGEST))
             .filter(|lag| lag.is_multiple_of(self.excitation))
-            .find(|lag| apart(*lag) <= MUCH_CLOSER * apart(closest).min(nearest));
+            .find(|lag| norm.within(much_closer, self.past(0), self.past(*lag)));
         let mut candidates = Vec::new();
         if apart(closest) <= nearest {
             candidates.extend([self.excitation, 2 * self.excitation, closest]);

@@ -39,6 +39,8 @@ pub struct PeriodicOrbit {
     pub period: u32,
     /// Distance between start and end of a period, in half gaps.
     pub residual: f64,
+    /// Events in a period.
+    pub events: u64,
     /// Monodromy matrix in energy coordinates.
     pub monodromy: Mat<f64>,
     /// Floquet multipliers as (re, im), largest modulus first.
@@ -73,6 +75,7 @@ pub fn shoot<K: Kernel>(
     let mut last = f64::INFINITY;
     for _ in 0..MOST_STEPS {
         let mut end = start.clone();
+        let before = counters.events;
         let matrix = monodromy(
             model,
             kernel,
@@ -93,6 +96,7 @@ pub fn shoot<K: Kernel>(
                     start,
                     period,
                     residual,
+                    events: counters.events - before,
                     monodromy: matrix,
                     multipliers,
                 }),
@@ -161,11 +165,12 @@ const LONGEST_WATCH: f64 = 3000.0;
 const ARRIVED: f64 = 1e-9;
 
 /// Part of the initial distance by which the approach may miss its prediction.
-const PREDICTION_SLACK: f64 = 0.25;
+const PREDICTION_SLACK: f64 = 0.1;
 
 /// Marches `trajectory` until the slowest multiplier of `orbit` has halved its distance and
-/// tells whether it came as near as the monodromy matrix predicts. If so, the linear map
-/// governs the approach, and it converges; nonlinear remainders only shrink with distance.
+/// tells whether it came as near as the monodromy matrix predicts, with the orbit's events. If so,
+/// the linear map governs the approach, and it converges; nonlinear remainders only shrink with
+/// distance. An event too many or too few may have slipped past the start of a cycle.
 ///
 /// # Errors
 /// [`Stop`] as for any march.
@@ -194,7 +199,8 @@ pub fn approaches<K: Kernel>(
     };
     let before = offset(&trajectory.state);
     let mut predicted = before.clone();
-    for _ in 0..periods as u64 {
+    let events = counters.events;
+    for passed in 1..=periods as u64 {
         predicted = product(orbit.monodromy.as_ref(), predicted.as_ref());
         for _ in 0..orbit.period {
             kernel.march(
@@ -204,6 +210,9 @@ pub fn approaches<K: Kernel>(
                 &mut (),
                 counters,
             )?;
+        }
+        if (counters.events - events).abs_diff(passed * orbit.events) > 1 {
+            return Ok(false);
         }
     }
     let after = offset(&trajectory.state);
