@@ -463,10 +463,11 @@ fn put(drawn: &Drawn, tally: &mut Tally) -> Vec<Fault> {
     trial.faults
 }
 
-/// What a cycle of tables may be off by: the largest error of a cell that they measured, times cells.
+/// What a cycle of tables may be off by: the largest error of a cell's propagator that they
+/// measured, times cells, and as much for the inputs, which they do not measure.
 fn known_off(bases: &[Conditioning], size: TableSize) -> f64 {
     let worst = bases.iter().map(|basis| basis.reconstruction);
-    worst.fold(0.0, f64::max) * size.cells as f64
+    2.0 * worst.fold(0.0, f64::max) * size.cells as f64
 }
 
 fn refuse(trial: &mut Trial<'_>, name: &'static str) {
