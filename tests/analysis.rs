@@ -10,7 +10,8 @@ use atlas::analysis::{
     Questions, Section, Status, investigate,
 };
 use atlas::model::{
-    Division, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+    Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
+    TrajectoryState,
 };
 use atlas::propagate::{
     Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop, Tangents, Volterra,
@@ -181,7 +182,7 @@ fn difference(a: &NvhOutcome, b: &NvhOutcome) -> [f64; 2] {
 fn nearly_still() -> Model {
     let (structure, mut drive, mut point) = common::one_degree();
     drive.mesh = Division::levels(&[4e8], &[]);
-    drive.transmission_error = vec![(1, 1e-10, 0.2)];
+    drive.transmission_error = vec![MeshHarmonic::new(1, 1e-10, 0.2)];
     point.load = 1.0;
     Model::new(&structure, &drive, point).unwrap()
 }
@@ -392,8 +393,8 @@ fn ripple_sets_the_period() {
         let (mut structure, mut drive, mut point) = common::one_degree();
         structure.teeth = 40;
         structure.pinion_torque = Some(vec![10.0]);
-        drive.torque_ripple = vec![RippleInput {
-            shaft: RippleShaft::Pinion,
+        drive.torque_ripple = vec![TorqueRipple {
+            shaft: DriveShaft::Pinion,
             order,
             amplitude: 1.0,
             phase: 0.4,
@@ -414,10 +415,10 @@ fn shaken(load: f64, speed: f64, ripple: (f64, f64)) -> Model {
     structure.pinion_torque = Some(vec![10.0]);
     let (_, mut drive, mut point) = common::one_degree();
     drive.mesh = Division::levels(&[4e8], &[]);
-    drive.transmission_error = vec![(1, 2e-6, 0.0)];
+    drive.transmission_error = vec![MeshHarmonic::new(1, 2e-6, 0.0)];
     let (order, amplitude) = ripple;
-    drive.torque_ripple = vec![RippleInput {
-        shaft: RippleShaft::Pinion,
+    drive.torque_ripple = vec![TorqueRipple {
+        shaft: DriveShaft::Pinion,
         order,
         amplitude,
         phase: 0.4,
@@ -544,7 +545,7 @@ fn a_start_out_of_range_is_told_as_such() {
 fn residual_at_rest(structure: &ModalStructure, half_gap: f64, load: f64) -> f64 {
     let mut drive = common::two_level_mesh(half_gap);
     drive.mesh = Division::levels(&[4e8], &[]);
-    drive.transmission_error = vec![(1, 0.0, 0.0)];
+    drive.transmission_error = vec![MeshHarmonic::new(1, 0.0, 0.0)];
     let point = OperatingPoint {
         load,
         speed: 1200.0,

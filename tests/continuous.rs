@@ -169,7 +169,7 @@ fn small_steps_converge_to_it() {
     case.1
         .transmission_error
         .iter_mut()
-        .for_each(|h| h.1 *= 0.01);
+        .for_each(|h| h.amplitude *= 0.01);
     case.1.torque_ripple.clear();
     case.2.load = 1.0;
     for (phase, least, most) in [(0.63, 3.8, 4.2), (0.5 + 1.0 / 7919.0, 1.0, 100.0)] {

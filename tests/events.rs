@@ -7,8 +7,8 @@
 mod common;
 
 use atlas::model::{
-    Contact, Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
-    Surface, TrajectoryState,
+    Contact, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, Surface,
+    TorqueRipple, TrajectoryState,
 };
 use atlas::propagate::{Counters, Event, Kernel, Stop, Tangents, Volterra};
 use common::march::{Events, ROUND_OFF, march_with, volterra};
@@ -55,8 +55,8 @@ impl Oscillator {
             transmission_error: Vec::new(),
             torque_ripple: ripple
                 .iter()
-                .map(|&(order, amplitude, phase)| RippleInput {
-                    shaft: RippleShaft::Pinion,
+                .map(|&(order, amplitude, phase)| TorqueRipple {
+                    shaft: DriveShaft::Pinion,
                     order,
                     amplitude,
                     phase,

@@ -44,7 +44,7 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
 /// The case at full load on a nearly even mesh: contact never opens.
 fn quiet(mut case: common::Case) -> Model {
     for harmonic in &mut case.1.transmission_error {
-        harmonic.1 *= 0.002;
+        harmonic.amplitude *= 0.002;
     }
     case.1.torque_ripple.clear();
     case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
@@ -366,7 +366,7 @@ fn twin_and_tangent_agree_on_chaos() {
 fn neutral_pair_is_left_out() {
     let (structure, mut drive, mut point) = common::two_modes();
     drive.mesh = Division::levels(&[4e8, 3.6e8], &[]);
-    drive.transmission_error[0].1 = 1e-8;
+    drive.transmission_error[0].amplitude = 1e-8;
     point.load = 1.0;
     let pair = Model::new(&structure, &drive, point).unwrap();
     let w = structure.mesh[0].hypot(structure.mesh[1]);

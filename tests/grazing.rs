@@ -12,7 +12,7 @@
 mod common;
 
 use atlas::model::{
-    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+    Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
 };
 use common::march::{march_with, volterra};
 
@@ -59,8 +59,8 @@ impl Oscillator {
             damping: 480.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            torque_ripple: vec![RippleInput {
-                shaft: RippleShaft::Pinion,
+            torque_ripple: vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
                 order: 20.0,
                 amplitude,
                 phase: self.phase,

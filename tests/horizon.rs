@@ -9,16 +9,19 @@ use atlas::analysis::{
     EnergyNorm, HorizonOutcome, HorizonQuantity, HorizonQuestion, TangentGrowth, predictability,
 };
 use atlas::model::{Model, TrajectoryState};
-use atlas::numerics::random::Stream;
+use atlas::numerics::random::{PointSeed, Stream};
 use atlas::numerics::statistics::mean;
 use atlas::propagate::{Counters, Kernel};
 use common::march::{settled, volterra};
 use common::{model, one_degree, two_modes};
 use std::sync::atomic::AtomicBool;
 
-const QUESTION: HorizonQuestion = HorizonQuestion {
+const POINT: PointSeed = PointSeed {
     seed: 3,
     point_id: 4,
+};
+
+const QUESTION: HorizonQuestion = HorizonQuestion {
     twins: 24,
     separation: 1e-8,
     cycles: 60,
@@ -27,7 +30,15 @@ const QUESTION: HorizonQuestion = HorizonQuestion {
 
 fn ask(model: &Model, start: &TrajectoryState) -> HorizonOutcome {
     let kernel = volterra(model);
-    predictability(model, &kernel, start, &QUESTION, &AtomicBool::new(false)).unwrap()
+    predictability(
+        model,
+        &kernel,
+        start,
+        &QUESTION,
+        POINT,
+        &AtomicBool::new(false),
+    )
+    .unwrap()
 }
 
 /// The largest exponent by tangents over many cycles.
@@ -121,11 +132,19 @@ fn the_same_question_has_the_same_answer_to_the_last_bit() {
     let (model, start, _) = rattling();
     let [a, b] = [(), ()].map(|()| ask(&model, &start));
     assert_eq!(a, b);
-    let other = HorizonQuestion {
+    let other = PointSeed {
         point_id: 5,
-        ..QUESTION
+        ..POINT
     };
     let kernel = volterra(&model);
-    let c = predictability(&model, &kernel, &start, &other, &AtomicBool::new(false)).unwrap();
+    let c = predictability(
+        &model,
+        &kernel,
+        &start,
+        &QUESTION,
+        other,
+        &AtomicBool::new(false),
+    )
+    .unwrap();
     assert_ne!(a.horizon, c.horizon);
 }

@@ -4,7 +4,7 @@
 
 mod common;
 
-use atlas::model::{Division, Drive, Model, OperatingPoint, TrajectoryState};
+use atlas::model::{Division, Drive, MeshHarmonic, Model, OperatingPoint, TrajectoryState};
 use atlas::propagate::{
     Counters, DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Stop, Tangents,
 };
@@ -227,7 +227,7 @@ fn any_case() -> impl Strategy<Value = Case> {
                         .collect(),
                     damping,
                     friction,
-                    transmission_error: vec![(harmonic, te, 0.4)],
+                    transmission_error: vec![MeshHarmonic::new(harmonic, te, 0.4)],
                     ..common::two_level_mesh(gap)
                 };
                 (structure, drive, OperatingPoint { load, speed })
@@ -443,8 +443,8 @@ fn resonance_without_damping_is_refused() {
     let mut case = common::one_degree();
     case.0 = common::structure(&[0.0, mesh_frequency], 0.0, &[1.0, 0.0], &[1.0, 0.0]);
     case.0.pinion_torque = Some(vec![1.0, 1.0]);
-    case.1.torque_ripple = vec![atlas::model::RippleInput {
-        shaft: atlas::model::RippleShaft::Pinion,
+    case.1.torque_ripple = vec![atlas::model::TorqueRipple {
+        shaft: atlas::model::DriveShaft::Pinion,
         order: 20.0,
         amplitude: 1.0,
         phase: 0.0,

@@ -45,7 +45,7 @@ fn quiet() -> Vec<(&'static str, Model)> {
         .into_iter()
         .map(|(name, (structure, mut drive, point))| {
             for harmonic in &mut drive.transmission_error {
-                harmonic.1 *= 0.002;
+                harmonic.amplitude *= 0.002;
             }
             drive.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
             for ripple in &mut drive.torque_ripple {

@@ -4,9 +4,11 @@
 
 use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
-    self, DampingSpec, DiagnosticKind, InitialSpec, Job, KernelSpec, Ladder, ManifestErrors,
-    PointSpec, ShaftName, StiffnessSpec, StructureSource,
+    self, DampingSpec, DiagnosticKind, Job, ManifestErrors, PointSpec, StiffnessSpec,
+    StructureSource,
 };
+use atlas::model::{DriveShaft, InitialState};
+use atlas::propagate::KernelChoice;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -96,7 +98,7 @@ fn flex80_is_the_default_drive() {
     assert!((values[35] - 4.444e8).abs() < 1e5 && (values[36] - 3.333e8).abs() < 1e5);
     assert_eq!(
         point.run.kernel,
-        KernelSpec::Volterra {
+        KernelChoice::Volterra {
             tolerance: f64::EPSILON
         }
     );
@@ -147,10 +149,10 @@ fn defaults_are_the_documented_ones() {
     let run = &job.points.at(0).run;
     assert_eq!((job.seed, run.transient, run.cycles), (1, 200, 800));
     assert_eq!((run.audit_cycles, run.event_limit), (20, 1000));
-    assert_eq!(run.initial, InitialSpec::Static);
+    assert_eq!(run.initial, InitialState::Static);
     assert_eq!(
         run.kernel,
-        KernelSpec::Volterra {
+        KernelChoice::Volterra {
             tolerance: f64::EPSILON
         }
     );
@@ -175,22 +177,22 @@ fn defaults_are_the_documented_ones() {
 #[test]
 fn table_kernels_are_named_in_the_manifest() {
     let mut hashes = Vec::new();
-    for (settings, ladder, cells) in [
-        ("\"dyadic\"", Ladder::Dyadic, 60),
-        ("\"hermite\"\ncells = 12", Ladder::Hermite, 12),
-        ("\"spectral\"", Ladder::Spectral { event_grid: None }, 60),
+    let spectral = |event_grid| KernelChoice::Spectral {
+        cells: 60,
+        event_grid,
+    };
+    for (settings, kernel) in [
+        ("\"dyadic\"", KernelChoice::Dyadic { cells: 60 }),
         (
-            "\"spectral\"\nevent_grid = 6000",
-            Ladder::Spectral {
-                event_grid: Some(6000),
-            },
-            60,
+            "\"hermite\"\ncells = 12",
+            KernelChoice::Hermite { cells: 12 },
         ),
-        ("\"fused\"\ncells = 1", Ladder::Fused, 1),
-        ("\"fused\"", Ladder::Fused, 60),
+        ("\"spectral\"", spectral(None)),
+        ("\"spectral\"\nevent_grid = 6000", spectral(Some(6000))),
+        ("\"fused\"\ncells = 1", KernelChoice::Fused { cells: 1 }),
+        ("\"fused\"", KernelChoice::Fused { cells: 60 }),
     ] {
         let job = job_with("[grid]", &format!("[run]\nkernel = {settings}\n\n[grid]"));
-        let kernel = KernelSpec::Tables { ladder, cells };
         assert_eq!(job.points.at(0).run.kernel, kernel);
         hashes.push(job.hash);
     }
@@ -292,7 +294,7 @@ fn ripple_needs_and_finds_its_columns() {
     let ripple = job.points.at(0).excitation.torque_ripple[0];
     assert_eq!(
         (ripple.shaft, ripple.order, ripple.amplitude, ripple.phase),
-        (ShaftName::Wheel, 0.5, 3.0, 0.0)
+        (DriveShaft::Wheel, 0.5, 3.0, 0.0)
     );
     let StructureSource::Modal(structure) = &job.points.at(0).model.source else {
         panic!("not modal");

@@ -6,12 +6,13 @@
 mod common;
 
 use atlas::analysis::{
-    Class, MultistabilityOutcome, MultistabilityQuestion, Plane, ProbeOutcome, SliceOf,
+    Class, MultistabilityOutcome, MultistabilityQuestion, ProbeOutcome, Probes, SliceOf,
     SliceQuestion, Status, probe_basins,
 };
 use atlas::model::{
-    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
 };
+use atlas::numerics::random::PointSeed;
 use atlas::propagate::Volterra;
 use atlas::store::{ResultTable, TableKind};
 use common::march::volterra;
@@ -23,23 +24,25 @@ use std::sync::atomic::AtomicBool;
 const SEEDS: u64 = 20;
 const PROBES: u32 = 16;
 
-fn question(seed: u64) -> MultistabilityQuestion {
+fn question() -> MultistabilityQuestion {
     MultistabilityQuestion {
-        seed,
-        point_id: 0,
         initial_conditions: PROBES,
         decades: 4.0,
         transient: 100,
         cycles: 1000,
-        settle: true,
         slice: None,
     }
 }
 
-fn probe(model: &Model, question: &MultistabilityQuestion) -> MultistabilityOutcome {
+fn probes(model: &Model, seed: u64, question: MultistabilityQuestion) -> Probes {
+    Probes::new(model, question, PointSeed { seed, point_id: 0 }, true).unwrap()
+}
+
+fn probe(model: &Model, seed: u64, question: MultistabilityQuestion) -> MultistabilityOutcome {
     let start = model.start(&InitialState::Static);
     let called_off = AtomicBool::new(false);
-    probe_basins(model, &volterra(model), &start, question, &called_off).unwrap()
+    let probes = probes(model, seed, question);
+    probe_basins(model, &volterra(model), &start, &probes, &called_off).unwrap()
 }
 
 /// Modes on springs, shaken at the mesh frequency between two symmetric stops.
@@ -76,8 +79,8 @@ impl Shaken {
             friction: 0.0,
             transmission_error: Vec::new(),
             // Order 20 of a shaft with 20 teeth: the mesh frequency.
-            torque_ripple: vec![RippleInput {
-                shaft: RippleShaft::Pinion,
+            torque_ripple: vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
                 order: 20.0,
                 amplitude: 1.0,
                 phase: 0.0,
@@ -111,7 +114,7 @@ fn loaded(load: f64, speed: f64) -> Model {
         mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
         friction: 0.0,
-        transmission_error: vec![(1, 1e-6, 0.0)],
+        transmission_error: vec![MeshHarmonic::new(1, 1e-6, 0.0)],
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
@@ -141,7 +144,7 @@ fn found_for_every_seed(model: &Model, quiet: (Class, f64, f64), events: f64) {
     let mut intervals = Vec::new();
     let mut on_quiet = 0;
     for seed in 0..SEEDS {
-        let found = probe(model, &question(seed));
+        let found = probe(model, seed, question());
         assert_eq!(found.attractors.len(), 2, "seed {seed}");
         assert_eq!(found.probes[0].attractor, Some(0));
         let both = attractors(&found);
@@ -202,7 +205,7 @@ fn locked_motion_beside_rattle() {
 fn mirror_images_are_two_attractors() {
     let model = ONE_DEGREE.model(3e-6, 160.0);
     for seed in 0..SEEDS {
-        let found = probe(&model, &question(seed));
+        let found = probe(&model, seed, question());
         let both = attractors(&found);
         let [(a, _), (b, _)] = both[..] else {
             panic!("seed {seed}: {found:?}")
@@ -230,7 +233,7 @@ fn one_attractor_is_not_split() {
     )
     .unwrap();
     for seed in 0..SEEDS {
-        let found = probe(&chaos, &question(seed));
+        let found = probe(&chaos, seed, question());
         assert_eq!(found.attractors.len(), 1, "seed {seed}: {found:?}");
         let first = &found.probes[0];
         assert_eq!(first.class, Some(Class::Chaotic), "{}", first.reason);
@@ -240,14 +243,13 @@ fn one_attractor_is_not_split() {
     }
 }
 
-fn plane(model: &Model, extent: f64, count: u32) -> Plane {
-    let question = SliceQuestion {
+fn plane(extent: f64, count: u32) -> SliceQuestion {
+    SliceQuestion {
         modes: [0, 1],
         of: SliceOf::Displacement,
         extent,
         count,
-    };
-    Plane::new(model, &question).unwrap()
+    }
 }
 
 /// A cell that is seen to approach a known orbit ends where it ends when it is marched out.
@@ -256,14 +258,14 @@ fn cells_are_decided_as_they_are_when_marched_out() {
     let model = TWO_DEGREES.model(10e-6, 280.0);
     for (seed, extent) in [(0, 20e-6), (1, 200e-6)] {
         let watched = MultistabilityQuestion {
-            slice: Some(plane(&model, extent, 16)),
-            ..question(seed)
+            slice: Some(plane(extent, 16)),
+            ..question()
         };
         let marched = MultistabilityQuestion {
             transient: 0,
-            ..watched.clone()
+            ..watched
         };
-        let [watched, marched] = [watched, marched].map(|question| probe(&model, &question));
+        let [watched, marched] = [watched, marched].map(|question| probe(&model, seed, question));
         assert_eq!(watched.cells.len(), 256);
         assert_eq!(watched.attractors.len(), 2);
         for (a, b) in watched.cells.iter().zip(&marched.cells) {
@@ -299,10 +301,11 @@ fn a_slice_finds_what_no_probe_found() {
     let model = TWO_DEGREES.model(10e-6, 280.0);
     let found = probe(
         &model,
-        &MultistabilityQuestion {
+        0,
+        MultistabilityQuestion {
             initial_conditions: 1,
-            slice: Some(plane(&model, 200e-6, 16)),
-            ..question(0)
+            slice: Some(plane(200e-6, 16)),
+            ..question()
         },
     );
     assert_eq!(found.probes.len(), 1);
@@ -348,9 +351,9 @@ fn a_continuum_is_one() {
     for seed in 0..3 {
         let question = MultistabilityQuestion {
             decades: 8.0,
-            ..question(seed)
+            ..question()
         };
-        let found = probe(&model, &question);
+        let found = probe(&model, seed, question);
         let free: Vec<&ProbeOutcome> = found
             .probes
             .iter()
@@ -373,7 +376,14 @@ fn all_may_storm() {
     let start = model.start(&InitialState::Static);
     let called_off = AtomicBool::new(false);
     let two = TWO_DEGREES.model(0.3e-6, 160.0);
-    let found = probe_basins(&model, &kernel, &start, &question(1), &called_off).unwrap();
+    let found = probe_basins(
+        &model,
+        &kernel,
+        &start,
+        &probes(&model, 1, question()),
+        &called_off,
+    )
+    .unwrap();
     assert!(found.attractors.is_empty());
     for probe in &found.probes {
         assert_eq!(
@@ -382,12 +392,12 @@ fn all_may_storm() {
         );
     }
     let sliced = MultistabilityQuestion {
-        slice: Some(plane(&two, 1e-6, 4)),
-        ..question(1)
+        slice: Some(plane(1e-6, 4)),
+        ..question()
     };
     let kernel = Volterra::new(&two, f64::EPSILON, 1);
     let start = two.start(&InitialState::Static);
-    let found = probe_basins(&two, &kernel, &start, &sliced, &called_off).unwrap();
+    let found = probe_basins(&two, &kernel, &start, &probes(&two, 1, sliced), &called_off).unwrap();
     assert!(found.attractors.is_empty());
     assert_eq!(found.cells.len(), 16);
     for cell in &found.cells {
@@ -404,7 +414,14 @@ fn troubled_probes_are_counted() {
     let called_off = AtomicBool::new(false);
     // The motion between the stops has four events a cycle.
     let kernel = Volterra::new(&model, f64::EPSILON, 3);
-    let found = probe_basins(&model, &kernel, &start, &question(1), &called_off).unwrap();
+    let found = probe_basins(
+        &model,
+        &kernel,
+        &start,
+        &probes(&model, 1, question()),
+        &called_off,
+    )
+    .unwrap();
     assert_eq!(found.attractors.len(), 1);
     assert_eq!(found.probes.len(), PROBES as usize);
     let (settled, stormed): (Vec<_>, Vec<_>) =
@@ -419,7 +436,16 @@ fn troubled_probes_are_counted() {
         assert!((settled[0].basin.share + share - 1.0).abs() < 1e-15);
     }
     called_off.store(true, std::sync::atomic::Ordering::Relaxed);
-    assert!(probe_basins(&model, &kernel, &start, &question(1), &called_off).is_err());
+    assert!(
+        probe_basins(
+            &model,
+            &kernel,
+            &start,
+            &probes(&model, 1, question()),
+            &called_off
+        )
+        .is_err()
+    );
 }
 
 const STRUCTURE: &str = "

@@ -9,8 +9,8 @@ use atlas::analysis::{
     Spectrum, investigate,
 };
 use atlas::model::{
-    Contact, Division, FlankError, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
-    Segment, Stiffness,
+    Contact, Division, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
+    Segment, Stiffness, TorqueRipple,
 };
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::Stream;
@@ -300,9 +300,9 @@ fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
     structure.teeth = 23;
     structure.pinion_torque = Some(vec![26.0]);
     drive.mesh = Division::levels(&[4e8], &[]);
-    drive.transmission_error = vec![(1, 1e-7, 0.0)];
-    drive.torque_ripple = vec![RippleInput {
-        shaft: RippleShaft::Pinion,
+    drive.transmission_error = vec![MeshHarmonic::new(1, 1e-7, 0.0)];
+    drive.torque_ripple = vec![TorqueRipple {
+        shaft: DriveShaft::Pinion,
         order: 2.0,
         amplitude: 8.0,
         phase: 0.4,

@@ -8,12 +8,13 @@
 mod common;
 
 use atlas::analysis::{
-    Class, EnergyNorm, MultistabilityOutcome, MultistabilityQuestion, Plane, SliceOf,
+    Class, EnergyNorm, MultistabilityOutcome, MultistabilityQuestion, Probes, SliceOf,
     SliceQuestion, probe_basins,
 };
 use atlas::model::{
-    Division, Drive, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+    Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple, TrajectoryState,
 };
+use atlas::numerics::random::PointSeed;
 use atlas::reference::Reference;
 use common::march::{march, march_with, mean_equilibrium, volterra};
 use std::f64::consts::{PI, TAU};
@@ -33,7 +34,7 @@ fn drive(elastic: &[f64], load: f64, speed: f64, error: f64) -> Model {
         damping: 1483.0,
         friction: 0.0,
         transmission_error: if error > 0.0 {
-            vec![(1, error, 0.0)]
+            vec![MeshHarmonic::new(1, error, 0.0)]
         } else {
             Vec::new()
         },
@@ -47,27 +48,29 @@ fn one_degree(load: f64, speed: f64) -> Model {
     drive(&[], load, speed, 2e-6)
 }
 
-fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQuestion {
+fn question(initial_conditions: u32, decades: f64) -> MultistabilityQuestion {
     MultistabilityQuestion {
-        seed,
-        point_id: 0,
         initial_conditions,
         decades,
         transient: 300,
         cycles: 1500,
-        settle: true,
         slice: None,
     }
 }
 
-fn ask(model: &Model, question: &MultistabilityQuestion) -> MultistabilityOutcome {
+fn probes(model: &Model, seed: u64, question: MultistabilityQuestion) -> Probes {
+    Probes::new(model, question, PointSeed { seed, point_id: 0 }, true).unwrap()
+}
+
+fn ask(model: &Model, seed: u64, question: MultistabilityQuestion) -> MultistabilityOutcome {
     let start = mean_equilibrium(model);
     let called_off = AtomicBool::new(false);
-    probe_basins(model, &volterra(model), &start, question, &called_off).unwrap()
+    let probes = probes(model, seed, question);
+    probe_basins(model, &volterra(model), &start, &probes, &called_off).unwrap()
 }
 
 fn probe(model: &Model, seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityOutcome {
-    ask(model, &question(seed, initial_conditions, decades))
+    ask(model, seed, question(initial_conditions, decades))
 }
 
 /// One attractor, of this class, for every seed.
@@ -95,8 +98,8 @@ fn is_called_near_equilibrium(model: &Model, class: Class) {
         start.state[0] += 1e-2 * norm.unit() * cos / norm.weights()[0];
         start.state[1] += 1e-2 * norm.unit() * sin / norm.weights()[1];
         let called_off = AtomicBool::new(false);
-        let question = question(seed, 1, 0.0);
-        let found = probe_basins(model, &volterra(model), &start, &question, &called_off).unwrap();
+        let probes = probes(model, seed, question(1, 0.0));
+        let found = probe_basins(model, &volterra(model), &start, &probes, &called_off).unwrap();
         assert_eq!(
             found.probes[0].class,
             Some(class),
@@ -213,7 +216,7 @@ fn two_degrees_on_a_torus_are_quasi_periodic() {
         ..question
     };
     for seed in 0..SEEDS {
-        let found = ask(&model, &long(question(seed, 2, 1.0)));
+        let found = ask(&model, seed, long(question(2, 1.0)));
         for probe in &found.probes {
             assert_eq!(
                 probe.class,
@@ -336,10 +339,10 @@ fn mirror_images_share_the_cells() {
             count: COUNT,
         };
         let question = MultistabilityQuestion {
-            slice: Some(Plane::new(&model, &slice).unwrap()),
-            ..question(0, 8, 4.0)
+            slice: Some(slice),
+            ..question(8, 4.0)
         };
-        ask(&model, &question)
+        ask(&model, 0, question)
     });
     let [ahead, behind] = &found;
     assert_eq!([ahead.attractors.len(), behind.attractors.len()], [2, 2]);
@@ -384,8 +387,8 @@ fn shaken(phase: f64) -> Model {
         friction: 0.0,
         transmission_error: Vec::new(),
         // Order 20 of a shaft with 20 teeth: the mesh frequency.
-        torque_ripple: vec![RippleInput {
-            shaft: RippleShaft::Pinion,
+        torque_ripple: vec![TorqueRipple {
+            shaft: DriveShaft::Pinion,
             order: 20.0,
             amplitude: 1.0,
             phase,

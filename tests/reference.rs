@@ -5,7 +5,7 @@
 mod common;
 
 use atlas::model::{
-    Contact, Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState,
+    Contact, Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
 };
 use atlas::reference::{Passage, Reference};
 use common::{drives, relative_difference, structure};
@@ -40,7 +40,7 @@ fn one_degree_in_contact_follows_its_closed_form() {
         let (w, ratio, k, c, b, a) = (1.3, 0.03, 4e8, 1483.0, 10e-6, 5e-8);
         let structure = structure(&[natural], ratio, &[w], &[w]);
         let mut drive = plain(k, c, b);
-        drive.transmission_error = vec![(1, a, 0.0)];
+        drive.transmission_error = vec![MeshHarmonic::new(1, a, 0.0)];
         let model = Model::new(&structure, &drive, POINT).unwrap();
         let load = w * structure.rated_force * POINT.load;
 
@@ -264,7 +264,7 @@ mod general_purpose {
     #[test]
     fn solver_agrees_on_a_cycle_in_contact() {
         let (structure, mut drive, point) = common::forty_modes();
-        drive.transmission_error = vec![(1, 2e-8, 0.0)];
+        drive.transmission_error = vec![MeshHarmonic::new(1, 2e-8, 0.0)];
         let model = Model::new(&structure, &drive, point).unwrap();
         let start = model.start(&InitialState::Static);
         let passage = march(&model, &start, 1);

@@ -10,7 +10,9 @@ use atlas::analysis::{
     Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions,
     Section, investigate,
 };
-use atlas::model::{Division, InitialState, Model, RippleInput, RippleShaft, TrajectoryState};
+use atlas::model::{
+    Division, DriveShaft, InitialState, MeshHarmonic, Model, TorqueRipple, TrajectoryState,
+};
 use atlas::numerics::linalg::{eigenpair, eigenvalues};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::reference::Reference;
@@ -73,8 +75,8 @@ fn rippled() -> Model {
     let (mut structure, mut drive, mut point) = common::one_degree();
     structure.teeth = 40;
     structure.pinion_torque = Some(vec![10.0]);
-    drive.torque_ripple = vec![RippleInput {
-        shaft: RippleShaft::Pinion,
+    drive.torque_ripple = vec![TorqueRipple {
+        shaft: DriveShaft::Pinion,
         order: 2.0,
         amplitude: 1.0,
         phase: 0.4,
@@ -273,7 +275,11 @@ fn the_orbit_does_not_depend_on_when_it_is_sought() {
     drive.damping = 118.64158630758287;
     let (soft, stiff) = (1.008096211746803e8, 1.5206286085380644e8);
     drive.mesh = Division::levels(&[stiff, stiff, stiff, soft, soft], &[]);
-    drive.transmission_error = vec![(1, 8.913419175418612e-7, 0.9100065072676591)];
+    drive.transmission_error = vec![MeshHarmonic::new(
+        1,
+        8.913419175418612e-7,
+        0.9100065072676591,
+    )];
     (point.load, point.speed) = (0.16324561300966856, 724.6612419268087);
     let model = Model::new(&structure, &drive, point).unwrap();
     for transient in [100, 1300] {
@@ -343,8 +349,8 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
     structure.pinion_torque = Some(vec![26.0]);
     let mut drive = common::two_level_mesh(10e-6);
     drive.damping = 1483.24;
-    drive.torque_ripple = vec![RippleInput {
-        shaft: RippleShaft::Pinion,
+    drive.torque_ripple = vec![TorqueRipple {
+        shaft: DriveShaft::Pinion,
         order: 1.0,
         amplitude: 3.0,
         phase: 0.0,
@@ -355,7 +361,7 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
     // A cycle that contracts by e^-100 and more.
     let mut drive = common::two_level_mesh(10e-6);
     drive.damping = 20_000.0;
-    drive.transmission_error = vec![(1, 1e-7, 0.0)];
+    drive.transmission_error = vec![MeshHarmonic::new(1, 1e-7, 0.0)];
     let structure = common::structure(&[3000.0], 0.3, &[1.3], &[1.3]);
     (point.load, point.speed) = (1.0, 50.0);
     let heavy = Model::new(&structure, &drive, point).unwrap();

@@ -46,7 +46,7 @@ fn march_with<O: Observer>(
 /// The case with its transmission error shrunk until contact never opens, at full load.
 fn constant_contact(mut case: common::Case) -> Model {
     for harmonic in &mut case.1.transmission_error {
-        harmonic.1 *= 0.01;
+        harmonic.amplitude *= 0.01;
     }
     for ripple in &mut case.1.torque_ripple {
         ripple.amplitude *= 0.1;

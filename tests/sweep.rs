@@ -9,11 +9,12 @@ mod common;
 mod results;
 
 use atlas::analysis::{
-    ModalState, MultistabilityQuestion, PoincareSample, Questions, SampleKind, Section,
+    ModalState, MultistabilityQuestion, PoincareSample, Probes, Questions, SampleKind, Section,
     TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use atlas::manifest::{self, Job};
-use atlas::model::{Contact, Division, Drive, InitialState, Model, OperatingPoint};
+use atlas::model::{Contact, Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint};
+use atlas::numerics::random::PointSeed;
 use atlas::propagate::Event;
 use atlas::reference::Reference;
 use atlas::store::{ResultTable, TableKind};
@@ -281,19 +282,21 @@ fn up_and_down_differ_where_two_motions_coexist() {
 }
 
 fn probes(model: &Model) -> u32 {
-    let question = MultistabilityQuestion {
-        seed: 3,
-        point_id: 0,
+    let asked = MultistabilityQuestion {
         initial_conditions: 24,
         decades: 5.0,
         transient: 200,
         cycles: 1000,
-        settle: true,
         slice: None,
     };
+    let point = PointSeed {
+        seed: 3,
+        point_id: 0,
+    };
+    let probes = Probes::new(model, asked, point, true).unwrap();
     let start = model.start(&InitialState::Static);
     let called_off = AtomicBool::new(false);
-    let found = probe_basins(model, &volterra(model), &start, &question, &called_off);
+    let found = probe_basins(model, &volterra(model), &start, &probes, &called_off);
     found.unwrap().attractors.len() as u32
 }
 
@@ -518,7 +521,7 @@ fn rattling(phase: f64) -> Model {
         mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
         friction: 0.0,
-        transmission_error: vec![(1, 5e-6, std::f64::consts::TAU * phase)],
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, std::f64::consts::TAU * phase)],
         torque_ripple: Vec::new(),
     };
     Model::new(&structure, &drive, common::strong_rattle()).unwrap()

@@ -5,9 +5,11 @@
 
 mod common;
 
-use atlas::manifest::{self, Job, KernelSpec};
+use atlas::manifest::{self, Job};
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
+use atlas::propagate::{
+    Counters, Event, Kernel, KernelChoice, Observer, Tangents, Volterra, Window,
+};
 use atlas::reference::Reference;
 use atlas::shaft::ModalStructure;
 use atlas::store::{ResultTable, TableKind};
@@ -56,7 +58,7 @@ fn model(load: f64, speed: f64) -> (ModalStructure, Model) {
 
 fn kernel(model: &Model) -> Volterra<'_> {
     let run = &job(QUICKSTART).points.at(0).run;
-    let KernelSpec::Volterra { tolerance } = run.kernel else {
+    let KernelChoice::Volterra { tolerance } = run.kernel else {
         panic!("another kernel");
     };
     Volterra::new(model, tolerance, run.event_limit)

@@ -6,7 +6,7 @@
 mod common;
 
 use atlas::analysis::EnergyAudit;
-use atlas::model::{Division, Model, TrajectoryState};
+use atlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
 use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
 use atlas::reference::{Passage, Reference};
 use common::march::{Events, ROUND_OFF, march, march_with, mean_equilibrium, settled, volterra};
@@ -98,7 +98,7 @@ fn one_cycle_is_that_of_the_reference() {
 fn constant_contact_is_exact_over_many_cycles() {
     for (name, mut case) in drives() {
         for harmonic in &mut case.1.transmission_error {
-            harmonic.1 *= 0.002;
+            harmonic.amplitude *= 0.002;
         }
         // The full step of stiffness alone shakes one degree out of contact.
         case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
@@ -325,7 +325,7 @@ fn small_steps_converge_to_it() {
             .1
             .transmission_error
             .iter_mut()
-            .for_each(|h| h.1 *= 0.01);
+            .for_each(|h| h.amplitude *= 0.01);
         quiet
             .1
             .torque_ripple
@@ -346,7 +346,7 @@ fn small_steps_converge_to_it() {
 
 mod random_drives {
     use super::*;
-    use atlas::model::{Drive, OperatingPoint, RippleInput, RippleShaft};
+    use atlas::model::{Drive, DriveShaft, OperatingPoint, TorqueRipple};
     use atlas::shaft::ModalStructure;
     use proptest::collection::vec;
     use proptest::prelude::*;
@@ -396,11 +396,15 @@ mod random_drives {
                     mesh: Division::levels(&stiffness, &[]),
                     damping,
                     friction,
-                    transmission_error: error,
+                    transmission_error: (error.into_iter())
+                        .map(|(harmonic, amplitude, phase)| {
+                            MeshHarmonic::new(harmonic, amplitude, phase)
+                        })
+                        .collect(),
                     torque_ripple: ripple
                         .into_iter()
-                        .map(|(order, amplitude, phase)| RippleInput {
-                            shaft: RippleShaft::Pinion,
+                        .map(|(order, amplitude, phase)| TorqueRipple {
+                            shaft: DriveShaft::Pinion,
                             order,
                             amplitude,
                             phase,

@@ -143,7 +143,7 @@ impl BearingForces {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Division, Drive, InitialState, OperatingPoint};
+    use crate::model::{Division, Drive, InitialState, MeshHarmonic, OperatingPoint};
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
     use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
@@ -179,7 +179,7 @@ mod tests {
             mesh: Division::levels(&[4.444e8, 4.444e8, 3.333e8], &[]),
             damping: 1483.0,
             friction: 0.0,
-            transmission_error: vec![(1, 5e-6, 0.0)],
+            transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
             torque_ripple: Vec::new(),
         };
         let point = OperatingPoint {

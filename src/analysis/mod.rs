@@ -1,6 +1,7 @@
 //! One file per question asked of a trajectory: numbers in, numbers out; no files, and no
 //! threads but those of the pool that probes find themselves in.
 
+mod analyses;
 mod bearings;
 mod classify;
 mod energy;
@@ -21,6 +22,7 @@ mod spectrum;
 mod trace;
 mod twin;
 
+pub use analyses::Analyses;
 pub use energy::EnergyAudit;
 pub use horizon::{
     HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
@@ -28,14 +30,14 @@ pub use horizon::{
 pub use lyapunov::TangentGrowth;
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,
-    Plane, ProbeOutcome, SliceError, SliceOf, SliceQuestion, probe_basins,
+    Plane, ProbeOutcome, Probes, SliceError, SliceOf, SliceQuestion, probe_basins,
 };
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use orbits::character::{Bifurcation, Character};
 pub use orbits::survey::{OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits};
 pub use outcome::*;
-pub use poincare::Section;
+pub use poincare::{PoincareQuestion, Section};
 pub use point::{CalledOff, investigate, investigate_onward};
 pub use questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 pub use spectrum::{Lines, Welch};

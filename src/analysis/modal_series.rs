@@ -202,7 +202,9 @@ pub fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Division, Drive, InitialState, OperatingPoint, RippleInput, RippleShaft};
+    use crate::model::{
+        Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, TorqueRipple,
+    };
     use crate::numerics::legendre::{at_end, at_start, evaluate};
     use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
     use crate::shaft::ModalStructure;
@@ -231,9 +233,9 @@ mod tests {
             mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
             damping: 1483.0,
             friction: 0.1,
-            transmission_error: vec![(1, 5e-6, 0.0)],
-            torque_ripple: vec![RippleInput {
-                shaft: RippleShaft::Pinion,
+            transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
+            torque_ripple: vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
                 order: 2.0,
                 amplitude: 1.5,
                 phase: 0.3,

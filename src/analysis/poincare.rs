@@ -14,9 +14,22 @@ use crate::model::{Contact, Model, TrajectoryState};
 use crate::numerics::legendre::{at_end, derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
+use serde::Serialize;
+
+/// How Poincaré samples are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PoincareQuestion {
+    /// Samples kept: the last ones of the measured cycles.
+    pub samples: usize,
+    /// Where they are taken.
+    pub section: Section,
+    /// Halvings of the interval between neighbours of a chain that move differently; 0 for
+    /// none.
+    pub refine: u32,
+}
 
 /// Where samples are taken.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum Section {
     /// Once a mesh cycle.
     Strobe {

@@ -1,8 +1,9 @@
-//! What may be asked of an operating point.
+//! What may be asked of a trajectory.
 
 use super::poincare::Section;
+use serde::Serialize;
 
-/// What is asked of a point.
+/// What is asked of one trajectory of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Questions {
     /// Root seed of the random streams.
@@ -29,16 +30,16 @@ pub struct Questions {
 }
 
 /// How Lyapunov exponents are asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LyapunovQuestion {
     /// Number of exponents, at least 1; a model has twice as many as modes that are not
     /// neutral.
     pub exponents: usize,
-    /// Stop once the standard error of the largest is at most this.
+    /// Stop once the standard error of the largest exponent is at most this \[1/cycle\].
     pub stop_at_stderr: Option<f64>,
-    /// Cycles of alignment, discarded.
+    /// Cycles that align the tangents after the transient, discarded.
     pub align: u64,
-    /// Whether a twin is marched.
+    /// Whether a twin trajectory is marched beside the tangents.
     pub twin: bool,
     /// The norm in which growth is measured.
     pub norm: GrowthNorm,
@@ -46,7 +47,7 @@ pub struct LyapunovQuestion {
 
 /// The norm in which the growth of tangents and twins is measured. Exponents do not depend on
 /// it in the long run, estimates over a few cycles do.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub enum GrowthNorm {
     /// Energy, the neutral pair left out.
     #[default]
@@ -56,11 +57,11 @@ pub enum GrowthNorm {
 }
 
 /// How NVH statistics are asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NvhQuestion {
-    /// Mesh orders of the deflection.
+    /// Mesh harmonics of the deflection, 0 for none.
     pub harmonics: usize,
-    /// Whether spectra are formed.
+    /// Whether spectra of deflection and force are stored.
     pub spectrum: bool,
     /// Whether bearing forces are rebuilt from the modes, which costs more than the march.
     pub bearings: bool,

@@ -48,7 +48,6 @@ impl DefaultDrive {
         else {
             return Err(lacks("flexible shafts and a piecewise mesh"));
         };
-        let harmonics = point.excitation.transmission_error.iter();
         Ok(Self {
             shafts: (**shafts).clone(),
             levels: levels.to_vec(),
@@ -57,9 +56,7 @@ impl DefaultDrive {
                 mesh: Vec::new(),
                 damping: *damping,
                 friction: point.mesh.friction,
-                transmission_error: harmonics
-                    .map(|h| (h.harmonic, h.amplitude, h.phase))
-                    .collect(),
+                transmission_error: point.excitation.transmission_error.clone(),
                 torque_ripple: Vec::new(),
             },
         })

@@ -2,11 +2,13 @@
 
 use super::excitation::{self, Cause};
 use super::{BAD_INPUT, answer, fail, portable};
+use crate::analysis::{GrowthNorm, Section};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    self, Carried, CourseSpec, DampingSpec, Job, KernelSpec, ManifestErrors, PointSpec,
-    SectionSpec, StiffnessSpec, TableSpec,
+    self, Carried, CourseSpec, DampingSpec, Job, ManifestErrors, PointSpec, StiffnessSpec,
+    TableSpec,
 };
+use crate::propagate::KernelChoice;
 use clap::Args;
 use serde_json::{Value, json};
 use std::borrow::Cow;
@@ -272,7 +274,10 @@ fn analyses(point: &PointSpec) -> String {
         let stop = lyapunov.stop_at_stderr.map_or(String::new(), |bound| {
             format!(", until standard error {bound}")
         });
-        let raw = if lyapunov.raw_norm { ", raw norm" } else { "" };
+        let raw = match lyapunov.norm {
+            GrowthNorm::Raw => ", raw norm",
+            GrowthNorm::Energy => "",
+        };
         format!(
             "lyapunov ({} exponent{}{raw}{stop})",
             lyapunov.exponents,
@@ -281,10 +286,10 @@ fn analyses(point: &PointSpec) -> String {
     });
     let poincare = analyses.poincare.map(|poincare| {
         let section = match poincare.section {
-            SectionSpec::Strobe { phase: 0.0 } => String::new(),
-            SectionSpec::Strobe { phase } => format!(" at mesh phase {phase}"),
-            SectionSpec::Entry => " on entry into drive contact".to_owned(),
-            SectionSpec::Turning => " at turning points".to_owned(),
+            Section::Strobe { phase: 0.0 } => String::new(),
+            Section::Strobe { phase } => format!(" at mesh phase {phase}"),
+            Section::Entry => " on entry into drive contact".to_owned(),
+            Section::Turning => " at turning points".to_owned(),
         };
         let refine = match poincare.refine {
             0 => String::new(),
@@ -335,15 +340,17 @@ fn analyses(point: &PointSpec) -> String {
     }
 }
 
-fn kernel(kernel: &KernelSpec) -> String {
+fn kernel(kernel: &KernelChoice) -> String {
+    let name = kernel.name();
     match kernel {
-        KernelSpec::Volterra { tolerance } if *tolerance == f64::EPSILON => {
-            "kernel volterra to round-off".to_owned()
+        KernelChoice::Volterra { tolerance } if *tolerance == f64::EPSILON => {
+            format!("kernel {name} to round-off")
         }
-        KernelSpec::Volterra { tolerance } => format!("kernel volterra to {tolerance:e}"),
-        KernelSpec::Stepping { steps } => format!("kernel stepping, {steps} steps a cycle"),
-        KernelSpec::Tables { ladder, cells } => {
-            format!("kernel {}, at least {cells} cells", ladder.name())
+        KernelChoice::Volterra { tolerance } => format!("kernel {name} to {tolerance:e}"),
+        KernelChoice::Stepping { steps } => format!("kernel {name}, {steps} steps a cycle"),
+        tables => {
+            let cells = tables.cells().unwrap_or_default();
+            format!("kernel {name}, at least {cells} cells")
         }
     }
 }
@@ -412,11 +419,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         }),
         "retained_min": retained.0,
         "retained_max": retained.1,
-        "kernel": first.as_ref().map(|p| match p.run.kernel {
-            KernelSpec::Volterra { .. } => "volterra",
-            KernelSpec::Stepping { .. } => "stepping",
-            KernelSpec::Tables { ladder, .. } => ladder.name(),
-        }),
+        "kernel": first.as_ref().map(|p| p.run.kernel.name()),
         "analyses": first.as_ref().map(|p| {
             let names = [
                 ("lyapunov", p.analyses.lyapunov.is_some()),

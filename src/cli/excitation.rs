@@ -1,6 +1,7 @@
 //! What excites the drive of a manifest, for `atlas check`.
 
-use crate::manifest::{PointSpec, ShaftName, StiffnessSpec};
+use crate::manifest::{PointSpec, StiffnessSpec};
+use crate::model::DriveShaft;
 use crate::sweep::flank_error;
 use serde_json::{Value, json};
 
@@ -73,8 +74,8 @@ pub fn causes(point: &PointSpec) -> Vec<Cause> {
     }
     for ripple in &point.excitation.torque_ripple {
         let shaft = match ripple.shaft {
-            ShaftName::Pinion => "pinion",
-            ShaftName::Wheel => "wheel",
+            DriveShaft::Pinion => "pinion",
+            DriveShaft::Wheel => "wheel",
         };
         push(
             format!(

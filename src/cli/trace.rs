@@ -4,10 +4,10 @@ use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
 use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail, start_threads};
 use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
-use crate::manifest::{Job, KernelSpec, Ladder};
+use crate::manifest::Job;
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Volterra};
-use crate::store::{KeptKernel, StoreError, TableKind, TraceLabel, TraceWriter, table_path};
+use crate::propagate::{Kernel, KernelUse};
+use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
 use crate::sweep::build::Parts;
 use crate::sweep::{self, build};
 use clap::Args;
@@ -152,7 +152,6 @@ fn record(
     start: Option<TrajectoryState>,
 ) -> Result<TraceOutcome, RecordError> {
     let run = &point.spec.run;
-    let limit = run.event_limit;
     let recording = Recording {
         label: TraceLabel {
             job: job.name.clone(),
@@ -161,39 +160,14 @@ fn record(
             period: model.period(),
             half_gap: model.half_gap,
         },
-        start: start.unwrap_or_else(|| model.start(&build::initial(&run.initial))),
+        start: start.unwrap_or_else(|| model.start(&run.initial)),
         model,
         question,
         folder,
     };
-    let unfit = |error: DenseError| build::BuildError::tables(error, model);
-    let kept = |kernel, cells| {
-        let fetched = parts.kernels().get(kernel, model, cells);
-        fetched.map_err(|error| build::BuildError::tables(error, model))
-    };
-    Ok(match run.kernel {
-        KernelSpec::Volterra { tolerance } => {
-            recording.write(&Volterra::new(model, tolerance, limit))?
-        }
-        KernelSpec::Stepping { steps } => recording.write(&Stepping::new(model, steps, limit))?,
-        KernelSpec::Tables { ladder, cells } => match ladder {
-            Ladder::Dyadic => recording.write(&Dyadic::new(model, cells, limit).map_err(unfit)?)?,
-            Ladder::Hermite => {
-                recording.write(&Hermite::new(model, cells, limit).map_err(unfit)?)?
-            }
-            Ladder::Spectral { event_grid } => {
-                let tables = kept(KeptKernel::Spectral, cells)?;
-                let kernel =
-                    Spectral::of_kept(model, cells, limit, event_grid, &*tables).map_err(unfit)?;
-                recording.write(&kernel)?
-            }
-            Ladder::Fused => {
-                let tables = kept(KeptKernel::Fused, cells)?;
-                let kernel = Fused::of_kept(model, cells, limit, &*tables).map_err(unfit)?;
-                recording.write(&kernel)?
-            }
-        },
-    })
+    let kept = |kernel, cells| parts.kernels().get(kernel, model, cells);
+    let recorded = (run.kernel).apply(model, run.event_limit, kept, recording);
+    Ok(recorded.map_err(|error| build::BuildError::tables(error, model))??)
 }
 
 /// What is recorded, and where.
@@ -205,8 +179,10 @@ struct Recording<'a> {
     folder: &'a Path,
 }
 
-impl Recording<'_> {
-    fn write<K: Kernel>(self, kernel: &K) -> Result<TraceOutcome, StoreError> {
+impl KernelUse for Recording<'_> {
+    type Output = Result<TraceOutcome, StoreError>;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
         let mut writer = TraceWriter::create(self.folder, &self.label, self.question.modal)?;
         let outcome = trace(self.model, kernel, self.start, self.question, &mut writer)?;
         writer.finish()?;

@@ -19,12 +19,9 @@ pub struct GearPair {
     pub pressure_angle: f64,
     /// Face width \[m\].
     pub face_width: f64,
-    /// Axial length of the gear bodies \[m\]. Like the torque of no effect on the flanks, and
-    /// not part of what identifies a mesh table.
-    #[serde(skip)]
+    /// Axial length of the gear bodies \[m\]. Like the torque of no effect on the flanks.
     pub body_length: [f64; 2],
     /// Rated torque on the pinion \[N m\]: load = 1.
-    #[serde(skip)]
     pub rated_torque: f64,
     /// Shape and material of the teeth.
     pub form: ToothForm,

@@ -1,6 +1,7 @@
 //! The values of a grid axis, made when they are asked for: ten million of an even range take
 //! no more memory than its ends.
 
+use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
 /// The values of an axis in SI; at least one.
@@ -16,6 +17,13 @@ enum Form {
         count: usize,
         logarithmic: bool,
     },
+}
+
+/// As the values themselves, however they were given.
+impl Serialize for AxisValues {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
 }
 
 impl AxisValues {

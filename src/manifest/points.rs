@@ -4,13 +4,15 @@
 use super::axis::{Ascending, AxisValues};
 use super::expand::Expansion;
 use super::spec::{
-    AnalysesSpec, Axis, Carried, Direction, ExcitationSpec, MeshSpec, ModelSpec, PointSpec, RunSpec,
+    Axis, Carried, Direction, ExcitationSpec, MeshSpec, ModelSpec, PointSpec, RunSpec,
 };
+use crate::analysis::Analyses;
+use serde::Serialize;
 use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Everything about a point but its load and speed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Variant {
     /// The structure.
     pub model: ModelSpec,
@@ -21,7 +23,7 @@ pub struct Variant {
     /// How to march.
     pub run: Arc<RunSpec>,
     /// What to compute.
-    pub analyses: Arc<AnalysesSpec>,
+    pub analyses: Arc<Analyses>,
 }
 
 /// All points of a job, in `point_id` order.

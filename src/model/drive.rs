@@ -1,6 +1,7 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
 use super::{FlankError, Stiffness};
+use serde::Serialize;
 
 /// Mesh and excitation of a drive, without its operating point.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,10 +14,11 @@ pub struct Drive {
     pub damping: f64,
     /// Coulomb friction coefficient μ.
     pub friction: f64,
-    /// Transmission error: (multiple of the mesh frequency, amplitude \[m\], phase \[rad\]).
-    pub transmission_error: Vec<(u32, f64, f64)>,
-    /// Torque ripple.
-    pub torque_ripple: Vec<RippleInput>,
+    /// Transmission error that is imposed, `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the
+    /// mesh phase in cycles.
+    pub transmission_error: Vec<MeshHarmonic>,
+    /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
+    pub torque_ripple: Vec<TorqueRipple>,
 }
 
 /// A division of the mesh cycle: the stretch from the end of the one before to its own.
@@ -65,12 +67,34 @@ impl Division {
     }
 }
 
+/// One harmonic of the transmission error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct MeshHarmonic {
+    /// Multiple of the mesh frequency, ≥ 1.
+    pub harmonic: u32,
+    /// Amplitude \[m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
+}
+
+impl MeshHarmonic {
+    /// A harmonic of some amplitude \[m\] and phase \[rad\].
+    pub const fn new(harmonic: u32, amplitude: f64, phase: f64) -> Self {
+        Self {
+            harmonic,
+            amplitude,
+            phase,
+        }
+    }
+}
+
 /// One harmonic of the torque on a shaft.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RippleInput {
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TorqueRipple {
     /// Which shaft.
-    pub shaft: RippleShaft,
-    /// Multiple of that shaft's speed.
+    pub shaft: DriveShaft,
+    /// Multiple of that shaft's speed, > 0 (need not be whole: firing orders).
     pub order: f64,
     /// Amplitude \[N m\].
     pub amplitude: f64,
@@ -78,9 +102,9 @@ pub struct RippleInput {
     pub phase: f64,
 }
 
-/// The shaft a torque ripple acts on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RippleShaft {
+/// One of the two shafts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum DriveShaft {
     /// The driving shaft.
     Pinion,
     /// The driven shaft.

@@ -1,9 +1,10 @@
 //! Where a trajectory starts, and the state it carries.
 
 use super::{Contact, Model};
+use serde::Serialize;
 
 /// Where a trajectory starts.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum InitialState {
     /// Static equilibrium under the mean torques with the mesh as it is at the start of the
     /// mesh cycle. The flanks do not move against each other: the rotation goes along with a

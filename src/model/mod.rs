@@ -29,7 +29,7 @@ mod system;
 
 pub use block::{Block, MeshGain};
 pub use contact::{Contact, Surface};
-pub use drive::{Division, Drive, OperatingPoint, RippleInput, RippleShaft};
+pub use drive::{Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, TorqueRipple};
 pub use excitation::{Ripple, TransmissionErrorHarmonic};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};

@@ -2,8 +2,8 @@
 
 use super::direction::Participations;
 use super::{
-    Block, Contact, Division, Drive, MeshCycle, MeshGain, OperatingPoint, Ripple, RippleInput,
-    RippleShaft, Segment, TransmissionErrorHarmonic,
+    Block, Contact, Division, Drive, DriveShaft, MeshCycle, MeshGain, OperatingPoint, Ripple,
+    Segment, TorqueRipple, TransmissionErrorHarmonic,
 };
 use crate::shaft::{BearingGain, ModalStructure};
 use std::f64::consts::TAU;
@@ -189,10 +189,10 @@ impl Model {
         let transmission_error = drive
             .transmission_error
             .iter()
-            .map(|&(harmonic, amplitude, phase)| TransmissionErrorHarmonic {
-                angular_frequency: TAU * f64::from(harmonic) / period,
-                amplitude,
-                phase,
+            .map(|h| TransmissionErrorHarmonic {
+                angular_frequency: TAU * f64::from(h.harmonic) / period,
+                amplitude: h.amplitude,
+                phase: h.phase,
             })
             .collect();
         let ripple = drive
@@ -417,13 +417,13 @@ fn rotate_rigid(rigid: &[usize], basis: &[Vec<f64>], values: &[f64]) -> Vec<f64>
 /// The block inputs of one torque ripple.
 fn ripple(
     structure: &ModalStructure,
-    input: &RippleInput,
+    input: &TorqueRipple,
     period: f64,
     rotate: impl Fn(&[f64]) -> Vec<f64>,
 ) -> Result<Ripple, ModelError> {
     let (name, participation, teeth) = match input.shaft {
-        RippleShaft::Pinion => ("pinion", &structure.pinion_torque, Some(structure.teeth)),
-        RippleShaft::Wheel => ("wheel", &structure.wheel_torque, structure.wheel_teeth),
+        DriveShaft::Pinion => ("pinion", &structure.pinion_torque, Some(structure.teeth)),
+        DriveShaft::Wheel => ("wheel", &structure.wheel_torque, structure.wheel_teeth),
     };
     let (Some(participation), Some(teeth)) = (participation, teeth) else {
         return Err(ModelError::UnknownShaft { shaft: name });

@@ -6,6 +6,22 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 /// A stream of normal deviates tied to (seed, point, probe).
 pub struct Stream(Pcg64);
 
+/// A point as its random streams know it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PointSeed {
+    /// Root of every random stream of a job.
+    pub seed: u64,
+    /// Number of the point.
+    pub point_id: u64,
+}
+
+impl PointSeed {
+    /// One of the point's streams.
+    pub fn stream(self, number: u64) -> Stream {
+        Stream::new(self.seed, self.point_id, number)
+    }
+}
+
 impl Stream {
     /// The stream of a point and a probe under a root seed.
     pub fn new(seed: u64, point: u64, probe: u64) -> Self {

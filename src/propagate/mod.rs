@@ -6,6 +6,7 @@
 //! and a marched cycle allocates nothing. Kernels are statically dispatched over the
 //! observer, so that what nobody watches is not computed.
 
+mod choice;
 mod counters;
 mod dense;
 pub mod events;
@@ -16,6 +17,7 @@ mod stepping;
 mod tangents;
 mod volterra;
 
+pub use choice::{KeptKernel, KernelChoice, KernelUse};
 pub use counters::Counters;
 pub use dense::{
     Conditioning, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator, PowerJumps, Spectral,

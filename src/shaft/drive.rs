@@ -6,7 +6,7 @@ use crate::gear::GearPair;
 
 /// Two parallel shafts on bearings, each with a gear body between its bearings and an
 /// end inertia on an overhang; the structure of the `flexible` model kind.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct FlexibleDrive {
     /// The gear pair.
     pub gears: GearPair,
@@ -30,7 +30,7 @@ pub struct FlexibleDrive {
 }
 
 /// One shaft with its two bearings and its end inertia.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Shaft {
     /// Diameter \[m\].
     pub diameter: f64,
@@ -47,7 +47,7 @@ pub struct Shaft {
 }
 
 /// Stiffness of one bearing; none by default.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Bearing {
     /// Along the line of centres, x \[N/m\].
     pub line_of_centres: f64,
@@ -61,7 +61,7 @@ pub struct Bearing {
 
 /// What a bearing of the `pedestal` tier stands on: a mass that may move along and across the
 /// line of centres, on springs to the ground.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Pedestal {
     /// Stiffness along the line of centres, x \[N/m\].
     pub line_of_centres: f64,

@@ -7,7 +7,7 @@ use super::error::ShaftError;
 /// Every vector has one entry a mode, in ascending frequency. Mode `i` obeys
 /// `q'' + 2 ζ ω q' + ω² q = torque·F₀ − mesh·F + …` with `F₀` the static and `F` the
 /// actual mesh force \[N\]; `q` is in m √kg.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ModalStructure {
     /// Teeth of the pinion: mesh order per pinion revolution.
     pub teeth: u32,
@@ -43,7 +43,7 @@ pub struct ModalStructure {
 
 /// The force that a shaft exerts on one bearing in one direction, `Σ gain·q` \[N\]: stiffness
 /// times displacement. Damping is modal and has no place of its own.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BearingGain {
     /// Shaft, bearing and direction, such as `pinion 1 line`.
     pub name: String,

@@ -15,7 +15,7 @@ use super::train::{ShaftNodes, Support, Train};
 use crate::gear::GearPair;
 
 /// What a rigid-body model releases. Everything else is fixed to the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum Tier {
     /// The rotations of both bodies: 2 degrees of freedom. Mounts are rigid.
     Torsional,
@@ -67,7 +67,7 @@ impl Tier {
 
 /// Two parallel rigid shafts; the structure of the model kinds `torsional`, `translational`,
 /// `tilting` and `pedestal`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RigidDrive {
     /// What is released.
     pub tier: Tier,

@@ -2,18 +2,10 @@
 
 use super::mesh_tables::{MeshError, MeshTables};
 pub use super::parts::{Parts, tables_wanted};
-use crate::analysis::{
-    GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
-    OrbitQuestion, Plane, Questions, Section, SliceError, SliceOf, SliceQuestion,
-};
-use crate::manifest::{
-    DampingSpec, InitialSpec, KernelSpec, ModelSpec, PointSpec, SectionSpec, ShaftName, SliceSpec,
-    StiffnessSpec, StructureSource,
-};
-use crate::model::{
-    Division, Drive, InitialState, Model, ModelError, OperatingPoint, RippleInput, RippleShaft,
-};
-use crate::propagate::Volterra;
+use crate::analysis::{Questions, SliceError};
+use crate::manifest::{DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource};
+use crate::model::{Division, Drive, Model, ModelError, OperatingPoint};
+use crate::propagate::{KernelChoice, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::OperatorFetchError;
 
@@ -65,8 +57,8 @@ const MOST_WINDOWS: f64 = 20_000.0;
 ///
 /// # Errors
 /// [`BuildError::TooFast`] where the structured kernel would need too many windows.
-pub fn affordable(model: &Model, kernel: &KernelSpec) -> Result<(), BuildError> {
-    let KernelSpec::Volterra { tolerance } = kernel else {
+pub fn affordable(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
+    let KernelChoice::Volterra { tolerance } = kernel else {
         return Ok(());
     };
     let windows = Volterra::windows_needed(model, *tolerance);
@@ -129,9 +121,7 @@ pub(super) fn model(
     meshes: &MeshTables,
 ) -> Result<Model, BuildError> {
     let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let mut error: Vec<_> = (point.excitation.transmission_error.iter())
-        .map(|h| (h.harmonic, h.amplitude, h.phase))
-        .collect();
+    let mut error = point.excitation.transmission_error.clone();
     let (mesh, mean) = match &point.mesh.stiffness {
         StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
         StiffnessSpec::Piecewise(values) => (Division::levels(values, &[]), average(values)),
@@ -154,20 +144,7 @@ pub(super) fn model(
         mesh,
         friction: point.mesh.friction,
         transmission_error: error,
-        torque_ripple: point
-            .excitation
-            .torque_ripple
-            .iter()
-            .map(|r| RippleInput {
-                shaft: match r.shaft {
-                    ShaftName::Pinion => RippleShaft::Pinion,
-                    ShaftName::Wheel => RippleShaft::Wheel,
-                },
-                order: r.order,
-                amplitude: r.amplitude,
-                phase: r.phase,
-            })
-            .collect(),
+        torque_ripple: point.excitation.torque_ripple.clone(),
     };
     let operating = OperatingPoint {
         load: point.load,
@@ -176,113 +153,22 @@ pub(super) fn model(
     Ok(Model::new(structure, &drive, operating)?)
 }
 
-/// Where a point's trajectory starts.
-pub fn initial(spec: &InitialSpec) -> InitialState {
-    match spec {
-        InitialSpec::Static => InitialState::Static,
-        InitialSpec::Rest => InitialState::Rest,
-        InitialSpec::Modal {
-            displacement,
-            velocity,
-        } => InitialState::Modal {
-            displacement: displacement.clone(),
-            velocity: velocity.clone(),
-        },
-    }
-}
-
-/// What is asked of a point.
+/// What is asked of a point's own trajectory.
 pub fn questions(point: &PointSpec, seed: u64) -> Questions {
-    let analyses = &point.analyses;
+    let (run, analyses) = (&point.run, &point.analyses);
     Questions {
         seed,
         point_id: point.point_id,
-        transient: point.run.transient,
-        cycles: point.run.cycles,
-        settle: point.run.settle,
-        audit_cycles: point.run.audit_cycles,
-        lyapunov: analyses.lyapunov.map(|l| LyapunovQuestion {
-            exponents: l.exponents,
-            stop_at_stderr: l.stop_at_stderr,
-            align: l.align,
-            twin: l.twin,
-            norm: match l.raw_norm {
-                true => GrowthNorm::Raw,
-                false => GrowthNorm::Energy,
-            },
-        }),
-        poincare_samples: analyses.poincare.map_or(0, |p| p.samples),
-        section: match analyses.poincare.map(|p| p.section) {
-            None => Section::default(),
-            Some(SectionSpec::Strobe { phase }) => Section::Strobe { phase },
-            Some(SectionSpec::Entry) => Section::Entry,
-            Some(SectionSpec::Turning) => Section::Turning,
-        },
-        nvh: analyses.nvh.map(|n| NvhQuestion {
-            harmonics: n.harmonics,
-            spectrum: n.spectrum,
-            bearings: n.bearings,
-        }),
+        transient: run.transient,
+        cycles: run.cycles,
+        settle: run.settle,
+        audit_cycles: run.audit_cycles,
+        lyapunov: analyses.lyapunov,
+        poincare_samples: analyses.poincare.map_or(0, |asked| asked.samples),
+        section: analyses
+            .poincare
+            .map(|asked| asked.section)
+            .unwrap_or_default(),
+        nvh: analyses.nvh,
     }
-}
-
-/// The probes asked of a point.
-///
-/// # Errors
-/// The model has no such slice as is asked for.
-pub fn probes(
-    model: &Model,
-    point: &PointSpec,
-    seed: u64,
-) -> Result<Option<MultistabilityQuestion>, SliceError> {
-    let Some(asked) = point.analyses.multistability else {
-        return Ok(None);
-    };
-    let slice = |asked: SliceSpec| {
-        let question = SliceQuestion {
-            modes: asked.modes,
-            of: if asked.velocity {
-                SliceOf::Velocity
-            } else {
-                SliceOf::Displacement
-            },
-            extent: asked.extent,
-            count: asked.count,
-        };
-        Plane::new(model, &question)
-    };
-    Ok(Some(MultistabilityQuestion {
-        seed,
-        point_id: point.point_id,
-        initial_conditions: asked.initial_conditions,
-        decades: asked.decades,
-        transient: asked.transient,
-        cycles: asked.cycles,
-        settle: point.run.settle,
-        slice: asked.slice.map(slice).transpose()?,
-    }))
-}
-
-/// The periodic orbits asked of a point.
-pub fn orbits(point: &PointSpec) -> Option<OrbitQuestion> {
-    let asked = point.analyses.orbits.as_ref()?;
-    Some(OrbitQuestion {
-        periods: asked.periods.clone(),
-        guesses: asked.guesses,
-        cycles: asked.cycles,
-        floquet: asked.floquet,
-    })
-}
-
-/// The predictability asked of a point.
-pub fn horizon(point: &PointSpec, seed: u64) -> Option<HorizonQuestion> {
-    let asked = point.analyses.horizon?;
-    Some(HorizonQuestion {
-        seed,
-        point_id: point.point_id,
-        twins: asked.twins,
-        separation: asked.separation,
-        cycles: asked.cycles,
-        averages: asked.averages,
-    })
 }

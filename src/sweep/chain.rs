@@ -13,8 +13,10 @@
 
 use super::build::Parts;
 use super::point::{Answer, Worker, attempt, row};
-use crate::analysis::{CalledOff, Class, NvhErrors, PointOutcome, Status};
-use crate::manifest::{Direction, Job, LyapunovSpec, NvhSpec, PointSpec, RunSpec};
+use crate::analysis::{
+    CalledOff, Class, LyapunovQuestion, NvhErrors, NvhQuestion, PointOutcome, Status,
+};
+use crate::manifest::{Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
 use std::sync::Arc;
@@ -174,7 +176,7 @@ fn apart([a, b]: [Level; 2], half_gap: f64) -> f64 {
 fn with_level(point: &PointSpec) -> PointSpec {
     let mut asked = point.clone();
     let analyses = Arc::make_mut(&mut asked.analyses);
-    analyses.nvh.get_or_insert(NvhSpec {
+    analyses.nvh.get_or_insert(NvhQuestion {
         harmonics: 0,
         spectrum: false,
         bearings: false,
@@ -342,7 +344,7 @@ impl Search<'_> {
     fn trial(&self, levelled: bool) -> PointSpec {
         let mut trial = self.point.clone();
         let analyses = Arc::make_mut(&mut trial.analyses);
-        analyses.lyapunov = analyses.lyapunov.map(|asked| LyapunovSpec {
+        analyses.lyapunov = analyses.lyapunov.map(|asked| LyapunovQuestion {
             twin: false,
             ..asked
         });

@@ -17,7 +17,8 @@ use super::point::Worker;
 use super::queue::{ahead, work};
 use super::run::{Options, SweepError, start_workers};
 use super::turns::Share;
-use crate::manifest::{AnalysesSpec, Job, LyapunovSpec, PointSpec};
+use crate::analysis::{Analyses, LyapunovQuestion};
+use crate::manifest::{Job, PointSpec};
 use crate::numerics::statistics::mean;
 use crate::store::{PointRow, ResultWriter, StoreError, journal_bytes};
 use crate::topology::{Topology, peak_memory};
@@ -298,12 +299,12 @@ impl Calibration<'_> {
 fn led_to(mut point: PointSpec) -> PointSpec {
     Arc::make_mut(&mut point.run).audit_cycles = 0;
     let asked = point.analyses.lyapunov;
-    point.analyses = Arc::new(AnalysesSpec {
-        lyapunov: asked.map(|asked| LyapunovSpec {
+    point.analyses = Arc::new(Analyses {
+        lyapunov: asked.map(|asked| LyapunovQuestion {
             twin: false,
             ..asked
         }),
-        ..AnalysesSpec::default()
+        ..Analyses::default()
     });
     point
 }

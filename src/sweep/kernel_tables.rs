@@ -2,7 +2,8 @@
 //! that share them.
 
 use crate::model::Model;
-use crate::store::{Fetched, KeptKernel, MappedTable, OperatorFetchError, TableStore};
+use crate::propagate::KeptKernel;
+use crate::store::{Fetched, MappedTable, OperatorFetchError, TableStore};
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};

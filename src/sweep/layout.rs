@@ -1,12 +1,13 @@
 //! Which tables a job writes, and their axes.
 
-use crate::manifest::{AnalysesSpec, Axis, Job};
+use crate::analysis::{Analyses, SliceOf};
+use crate::manifest::{Axis, Job};
 use crate::store::{AxisColumn, ChainColumns, ResultLayout, Shard};
 
 /// The tables of a job (of a shard of it).
 pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     let variants = job.points.variants();
-    let any = |pick: fn(&AnalysesSpec) -> bool| variants.iter().any(|v| pick(&v.analyses));
+    let any = |pick: fn(&Analyses) -> bool| variants.iter().any(|v| pick(&v.analyses));
     let column = |axis: &Axis| AxisColumn {
         name: axis.name.clone(),
         unit: axis.unit.clone(),
@@ -24,18 +25,17 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         basins: variants
             .iter()
             .find_map(|v| v.analyses.multistability?.slice)
-            .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.velocity))),
+            .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.of))),
         horizon: any(|a| a.horizon.is_some()),
         shard,
     }
 }
 
 /// What a slice varies along a mode, counted from 0.
-fn slice_axis(mode: usize, velocity: bool) -> String {
+fn slice_axis(mode: usize, of: SliceOf) -> String {
     let mode = mode + 1;
-    if velocity {
-        format!("velocity of mode {mode} as mesh deflection")
-    } else {
-        format!("mesh deflection by mode {mode}")
+    match of {
+        SliceOf::Velocity => format!("velocity of mode {mode} as mesh deflection"),
+        SliceOf::Displacement => format!("mesh deflection by mode {mode}"),
     }
 }

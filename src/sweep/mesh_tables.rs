@@ -7,7 +7,7 @@ use crate::gear::{
     TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CourseSpec, PointSpec, TableSpec};
-use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
+use crate::model::{Division, FlankError, MeshHarmonic, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 use crate::shaft::ModalStructure;
 use crate::store::{MeshFetchError, Origin, TableStore};
@@ -86,7 +86,7 @@ pub struct TabledMesh {
     /// Harmonics of the transmission error that stand for the error of the flanks under load where
     /// the divisions do not have it: (multiple of the mesh frequency, amplitude \[m\], phase
     /// \[rad\]).
-    pub transmission_error: Vec<(u32, f64, f64)>,
+    pub transmission_error: Vec<MeshHarmonic>,
     /// How the misalignment under load was found, where shafts tilt.
     pub tilt: Option<MisalignmentReport>,
 }
@@ -188,7 +188,10 @@ impl MeshTables {
         Ok(TabledMesh {
             divisions: divisions(&cycle, spec.course, harmonics.is_none()),
             mean_stiffness: cycle.mean_stiffness(),
-            transmission_error: cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)),
+            transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
+                .into_iter()
+                .map(|(harmonic, amplitude, phase)| MeshHarmonic::new(harmonic, amplitude, phase))
+                .collect(),
             tilt,
         })
     }

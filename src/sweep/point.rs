@@ -1,17 +1,16 @@
 //! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
-use super::build::{BuildError, Parts, affordable, horizon, initial, orbits, probes, questions};
+use super::build::{BuildError, Parts, affordable, questions};
 use crate::analysis::{
-    CalledOff, Class, HorizonError, HorizonOutcome, HorizonQuestion, MultistabilityOutcome,
-    MultistabilityQuestion, OrbitQuestion, OrbitSurvey, PointOutcome, Questions, Status,
-    investigate_onward, predictability, probe_basins, survey_orbits,
+    Analyses, CalledOff, Class, HorizonError, HorizonOutcome, MultistabilityOutcome, OrbitSurvey,
+    PointOutcome, Probes, Questions, Status, investigate_onward, predictability, probe_basins,
+    survey_orbits,
 };
-use crate::manifest::{KernelSpec, Ladder, PointSpec};
+use crate::manifest::PointSpec;
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{
-    DenseError, Dyadic, Fused, Hermite, Interruptible, Kernel, Spectral, Stepping, Volterra,
-};
-use crate::store::{ChainEnd, KeptKernel, Placement, PointRow};
+use crate::numerics::random::PointSeed;
+use crate::propagate::{Interruptible, Kernel, KernelUse};
+use crate::store::{ChainEnd, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
@@ -90,21 +89,12 @@ pub(super) fn row(
         orbits: answer.orbits,
         chain: None,
         horizon: answer.horizon,
-        kernel: kernel_name(&point.run.kernel).to_owned(),
+        kernel: point.run.kernel.name().to_owned(),
         placement: Placement {
             worker: worker.index,
             numa_node: worker.topology.and_then(Topology::current_numa_node),
             wall_time: clock.elapsed().as_secs_f64(),
         },
-    }
-}
-
-/// A kernel's name as manifests and result files have it.
-pub fn kernel_name(kernel: &KernelSpec) -> &'static str {
-    match kernel {
-        KernelSpec::Volterra { .. } => "volterra",
-        KernelSpec::Stepping { .. } => "stepping",
-        KernelSpec::Tables { ladder, .. } => ladder.name(),
     }
 }
 
@@ -117,117 +107,99 @@ fn answer(
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
     let model: Model = parts.model(point)?;
     affordable(&model, &point.run.kernel)?;
-    let own = model.start(&initial(&point.run.initial));
+    let own = model.start(&point.run.initial);
     let start = match start {
         Some(end) => TrajectoryState::new(&model, end.state.clone(), end.cycle),
         None => own.clone(),
     };
-    let asked = Asked {
-        questions: questions(point, seed),
-        probes: probes(&model, point, seed)?,
-        orbits: orbits(point),
-        horizon: horizon(point, seed),
+    let seed = PointSeed {
+        seed,
+        point_id: point.point_id,
     };
-    let limit = point.run.event_limit;
-    let unfit = |error: DenseError| BuildError::tables(error, &model);
-    let kept = |kernel, cells| {
-        let fetched = parts.kernels().get(kernel, &model, cells);
-        fetched.map_err(|error| BuildError::tables(error, &model))
-    };
-    Ok(match point.run.kernel {
-        KernelSpec::Volterra { tolerance } => {
-            let kernel = Volterra::new(&model, tolerance, limit);
-            ask(&model, &kernel, [start, own], &asked, called_off)
-        }
-        KernelSpec::Stepping { steps } => {
-            let kernel = Stepping::new(&model, steps, limit);
-            ask(&model, &kernel, [start, own], &asked, called_off)
-        }
-        KernelSpec::Tables { ladder, cells } => match ladder {
-            Ladder::Dyadic => {
-                let kernel = Dyadic::new(&model, cells, limit).map_err(unfit)?;
-                ask(&model, &kernel, [start, own], &asked, called_off)
-            }
-            Ladder::Hermite => {
-                let kernel = Hermite::new(&model, cells, limit).map_err(unfit)?;
-                ask(&model, &kernel, [start, own], &asked, called_off)
-            }
-            Ladder::Spectral { event_grid } => {
-                let tables = kept(KeptKernel::Spectral, cells)?;
-                let kernel =
-                    Spectral::of_kept(&model, cells, limit, event_grid, &*tables).map_err(unfit)?;
-                ask(&model, &kernel, [start, own], &asked, called_off)
-            }
-            Ladder::Fused => {
-                let tables = kept(KeptKernel::Fused, cells)?;
-                let kernel = Fused::of_kept(&model, cells, limit, &*tables).map_err(unfit)?;
-                ask(&model, &kernel, [start, own], &asked, called_off)
-            }
-        },
-    })
-}
-
-/// What is asked of a point.
-struct Asked {
-    questions: Questions,
-    probes: Option<MultistabilityQuestion>,
-    orbits: Option<OrbitQuestion>,
-    horizon: Option<HorizonQuestion>,
-}
-
-/// All questions to a point, then its probes (which start about `run.initial` even where the
-/// point does not), its orbits and its horizon.
-fn ask<K: Kernel + Sync>(
-    model: &Model,
-    kernel: &K,
-    [start, own]: [TrajectoryState; 2],
-    asked: &Asked,
-    called_off: &AtomicBool,
-) -> Result<Answer, CalledOff> {
-    let kernel = &Interruptible::new(kernel, called_off);
-    let mut trajectory = start;
-    let mut outcome =
-        investigate_onward(model, kernel, &mut trajectory, &asked.questions, called_off)?;
-    let multistability = asked
-        .probes
-        .as_ref()
-        .map(|probes| probe_basins(model, kernel, &own, probes, called_off))
+    let probes = (point.analyses.multistability)
+        .map(|asked| Probes::new(&model, asked, seed, point.run.settle))
         .transpose()?;
-    outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
-    let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
-    // The survey's own march is no part of the chain.
-    let orbits = match &asked.orbits {
-        Some(question) if whole => {
-            let mut onward = trajectory.clone();
-            let found = survey_orbits(model, kernel, &mut onward, question, called_off)?;
-            outcome.cycles += found.cycles;
-            Some(found)
-        }
-        _ => None,
+    let ask = Ask {
+        model: &model,
+        start,
+        own,
+        questions: questions(point, seed.seed),
+        probes,
+        analyses: &point.analyses,
+        seed,
+        called_off,
     };
-    let chaotic = whole && outcome.class == Some(Class::Chaotic);
-    let horizon = match asked.horizon.filter(|_| chaotic) {
-        None => None,
-        Some(question) => match predictability(model, kernel, &trajectory, &question, called_off) {
-            Ok(found) => Some(found),
-            Err(HorizonError::CalledOff(called_off)) => return Err(called_off),
-            Err(HorizonError::Stop(stop)) => {
+    let kept = |kernel, cells| parts.kernels().get(kernel, &model, cells);
+    let asked = (point.run.kernel).apply(&model, point.run.event_limit, kept, ask);
+    asked.map_err(|error| BuildError::tables(error, &model))
+}
+
+/// All that is asked of a point.
+struct Ask<'a> {
+    model: &'a Model,
+    /// Where the point's trajectory starts.
+    start: TrajectoryState,
+    /// The start that `run.initial` gives, about which probes start.
+    own: TrajectoryState,
+    questions: Questions,
+    probes: Option<Probes>,
+    analyses: &'a Analyses,
+    seed: PointSeed,
+    called_off: &'a AtomicBool,
+}
+
+impl KernelUse for Ask<'_> {
+    type Output = Result<Answer, CalledOff>;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
+        let Self {
+            model, called_off, ..
+        } = self;
+        let kernel = &Interruptible::new(kernel, called_off);
+        let mut trajectory = self.start;
+        let mut outcome =
+            investigate_onward(model, kernel, &mut trajectory, &self.questions, called_off)?;
+        let multistability = (self.probes.as_ref())
+            .map(|probes| probe_basins(model, kernel, &self.own, probes, called_off))
+            .transpose()?;
+        outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
+        let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
+        // The survey's own march is no part of the chain.
+        let orbits = match &self.analyses.orbits {
+            Some(question) if whole => {
+                let mut onward = trajectory.clone();
+                let found = survey_orbits(model, kernel, &mut onward, question, called_off)?;
+                outcome.cycles += found.cycles;
+                Some(found)
+            }
+            _ => None,
+        };
+        let chaotic = whole && outcome.class == Some(Class::Chaotic);
+        let asked = self.analyses.horizon.filter(|_| chaotic);
+        let measured = asked.map(|question| {
+            predictability(model, kernel, &trajectory, &question, self.seed, called_off)
+        });
+        let horizon = match measured {
+            None => None,
+            Some(Ok(found)) => Some(found),
+            Some(Err(HorizonError::CalledOff(called_off))) => return Err(called_off),
+            Some(Err(HorizonError::Stop(stop))) => {
                 outcome.reason.push_str(&format!(" (no horizon: {stop})"));
                 None
             }
-        },
-    };
-    outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
-    // A march that was cut short may have been taken for one that found nothing.
-    CalledOff::check(called_off)?;
-    Ok(Answer {
-        outcome,
-        multistability,
-        orbits,
-        horizon,
-        end: whole.then_some(ChainEnd {
-            state: trajectory.state,
-            cycle: trajectory.cycle,
-        }),
-    })
+        };
+        outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
+        // A march that was cut short may have been taken for one that found nothing.
+        CalledOff::check(called_off)?;
+        Ok(Answer {
+            outcome,
+            multistability,
+            orbits,
+            horizon,
+            end: whole.then_some(ChainEnd {
+                state: trajectory.state,
+                cycle: trajectory.cycle,
+            }),
+        })
+    }
 }

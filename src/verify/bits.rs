@@ -4,8 +4,9 @@ use super::drives;
 use super::gears::{default_gears, differing};
 use super::report::drives_of;
 use super::{Line, Subjects, Trouble};
-use crate::analysis::MultistabilityQuestion;
+use crate::analysis::{MultistabilityQuestion, Probes};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs};
+use crate::numerics::random::PointSeed;
 
 /// Marching in one go and in two.
 pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
@@ -56,19 +57,21 @@ fn on_threads<T: Send>(
 pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;
-    let question = MultistabilityQuestion {
-        seed: 1,
-        point_id: 0,
+    let asked = MultistabilityQuestion {
         initial_conditions: subjects.extent.pick(12, 200),
         decades: 2.0,
         transient: 200,
         cycles: 600,
-        settle: true,
         slice: None,
     };
+    let point = PointSeed {
+        seed: 1,
+        point_id: 0,
+    };
+    let probes = Probes::new(&model, asked, point, true)?;
     let probe = || {
         Ok(postcard::to_stdvec(
-            &kernel.on(&model)?.probes(&model, &question)?,
+            &kernel.on(&model)?.probes(&model, &probes)?,
         )?)
     };
     let (one, three) = (on_threads(1, probe)?, on_threads(3, probe)?);
@@ -84,7 +87,7 @@ pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             format!(
                 "{}: {} probes on 1 thread, {} bytes",
                 kernel.name,
-                question.initial_conditions,
+                asked.initial_conditions,
                 one.len()
             ),
             "the same on 3 threads",

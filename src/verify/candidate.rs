@@ -7,8 +7,7 @@ use super::Trouble;
 use crate::analysis::orbits::floquet;
 use crate::analysis::{
     EnergyAudit, EnergyNorm, GrowthNorm, LyapunovOutcome, LyapunovQuestion, MultistabilityOutcome,
-    MultistabilityQuestion, Nvh, NvhOutcome, Questions, Section, TangentGrowth, investigate,
-    probe_basins,
+    Nvh, NvhOutcome, Probes, Questions, Section, TangentGrowth, investigate, probe_basins,
 };
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::Stream;
@@ -200,11 +199,7 @@ pub trait March {
     ///
     /// # Errors
     /// The kernel gives up.
-    fn probes(
-        &self,
-        model: &Model,
-        question: &MultistabilityQuestion,
-    ) -> Result<MultistabilityOutcome, Trouble>;
+    fn probes(&self, model: &Model, probes: &Probes) -> Result<MultistabilityOutcome, Trouble>;
 }
 
 /// Keeps every event.
@@ -361,13 +356,9 @@ impl<K: Kernel + Sync> March for K {
         Ok(outcome.lyapunov)
     }
 
-    fn probes(
-        &self,
-        model: &Model,
-        question: &MultistabilityQuestion,
-    ) -> Result<MultistabilityOutcome, Trouble> {
+    fn probes(&self, model: &Model, probes: &Probes) -> Result<MultistabilityOutcome, Trouble> {
         let start = model.start(&InitialState::Static);
         let never = AtomicBool::new(false);
-        Ok(probe_basins(model, self, &start, question, &never)?)
+        Ok(probe_basins(model, self, &start, probes, &never)?)
     }
 }

@@ -5,7 +5,7 @@ use super::drives::{self, structure};
 use super::report::worse;
 use super::{Line, Subjects, Trouble};
 use crate::model::{
-    Contact, Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
+    Contact, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
 };
 use crate::shaft::{RigidDrive, Tier};
 use faer::Mat;
@@ -154,8 +154,8 @@ impl Shaken {
             damping: 480.0,
             friction: 0.0,
             transmission_error: Vec::new(),
-            torque_ripple: vec![RippleInput {
-                shaft: RippleShaft::Pinion,
+            torque_ripple: vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
                 // Of a shaft with 20 teeth: the mesh frequency.
                 order: 20.0,
                 amplitude,

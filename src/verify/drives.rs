@@ -7,8 +7,8 @@ use super::{Trouble, gears};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
-    Division, Drive, FlankError, InitialState, Model, OperatingPoint, RippleInput, RippleShaft,
-    Stiffness, TrajectoryState,
+    Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
+    Stiffness, TorqueRipple, TrajectoryState,
 };
 use crate::propagate::Stepping;
 use crate::shaft::{FlexibleDrive, ModalStructure};
@@ -48,7 +48,7 @@ impl Case {
     pub fn in_constant_contact(&self) -> Self {
         let mut case = self.clone();
         for harmonic in &mut case.drive.transmission_error {
-            harmonic.1 *= 0.002;
+            harmonic.amplitude *= 0.002;
         }
         for ripple in &mut case.drive.torque_ripple {
             ripple.amplitude *= 0.1;
@@ -165,7 +165,7 @@ fn two_level_mesh(half_gap: f64) -> Drive {
         mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
         damping: 1483.0,
         friction: 0.0,
-        transmission_error: vec![(1, 5e-6, 0.0)],
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
         torque_ripple: Vec::new(),
     }
 }
@@ -208,7 +208,7 @@ fn six_modes() -> Case {
     structure.friction = vec![0.1, 0.2, -0.17, 0.56, 0.3, -0.1];
     structure.pinion_torque = Some(vec![16.0, 0.0, 8.0, -5.0, 1.0, 0.0]);
     structure.wheel_torque = Some(vec![0.0, 8.0, 3.0, 2.0, -1.0, 0.5]);
-    let ripple = |shaft, order, amplitude, phase| RippleInput {
+    let ripple = |shaft, order, amplitude, phase| TorqueRipple {
         shaft,
         order,
         amplitude,
@@ -216,10 +216,13 @@ fn six_modes() -> Case {
     };
     let drive = Drive {
         friction: 0.1,
-        transmission_error: vec![(1, 5e-6, 0.0), (2, 1e-6, 0.7)],
+        transmission_error: vec![
+            MeshHarmonic::new(1, 5e-6, 0.0),
+            MeshHarmonic::new(2, 1e-6, 0.7),
+        ],
         torque_ripple: vec![
-            ripple(RippleShaft::Pinion, 2.0, 1.5, 0.3),
-            ripple(RippleShaft::Wheel, 1.5, 0.8, -1.1),
+            ripple(DriveShaft::Pinion, 2.0, 1.5, 0.3),
+            ripple(DriveShaft::Wheel, 1.5, 0.8, -1.1),
         ],
         ..two_level_mesh(10e-6)
     };
@@ -269,7 +272,6 @@ fn default_drive() -> Result<Case, Trouble> {
             what: "a piecewise mesh of the default drive",
         });
     };
-    let harmonics = point.excitation.transmission_error.iter();
     Ok(Case {
         name: "40 modes".to_owned(),
         structure: shafts()?.modes(point.model.modes, point.model.retained, false)?,
@@ -278,9 +280,7 @@ fn default_drive() -> Result<Case, Trouble> {
             mesh: Division::levels(levels, &[]),
             damping: *damping,
             friction: point.mesh.friction,
-            transmission_error: harmonics
-                .map(|h| (h.harmonic, h.amplitude, h.phase))
-                .collect(),
+            transmission_error: point.excitation.transmission_error.clone(),
             torque_ripple: Vec::new(),
         },
         point: STRONG_RATTLE,

@@ -1,6 +1,6 @@
 //! Why a check could not be carried out.
 
-use crate::analysis::CalledOff;
+use crate::analysis::{CalledOff, SliceError};
 use crate::gear::{GearError, MeshTableError, SharingError};
 use crate::manifest::ManifestErrors;
 use crate::model::ModelError;
@@ -42,6 +42,9 @@ pub enum Trouble {
     /// The built-in drive cannot be read.
     #[error("the built-in drive: {0}")]
     Manifest(#[from] ManifestErrors),
+    /// There is no such slice of initial states.
+    #[error(transparent)]
+    Slice(#[from] SliceError),
     /// An analysis ended without an answer.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),

@@ -11,7 +11,9 @@
 pub mod march;
 pub mod motions;
 
-use atlas::model::{Division, Drive, Model, OperatingPoint, RippleInput, RippleShaft};
+use atlas::model::{
+    Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
+};
 use atlas::shaft::ModalStructure;
 use atlas::store::TableStore;
 use atlas::sweep::build::Parts;
@@ -68,7 +70,7 @@ pub fn two_level_mesh(half_gap: f64) -> Drive {
         mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
         damping: 1483.0,
         friction: 0.0,
-        transmission_error: vec![(1, 5e-6, 0.0)],
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
         torque_ripple: Vec::new(),
     }
 }
@@ -107,16 +109,18 @@ pub fn six_modes() -> Case {
     structure.wheel_torque = Some(vec![0.0, 8.0, 3.0, 2.0, -1.0, 0.5]);
     let mut drive = two_level_mesh(10e-6);
     drive.friction = 0.1;
-    drive.transmission_error.push((2, 1e-6, 0.7));
+    drive
+        .transmission_error
+        .push(MeshHarmonic::new(2, 1e-6, 0.7));
     drive.torque_ripple = vec![
-        RippleInput {
-            shaft: RippleShaft::Pinion,
+        TorqueRipple {
+            shaft: DriveShaft::Pinion,
             order: 2.0,
             amplitude: 1.5,
             phase: 0.3,
         },
-        RippleInput {
-            shaft: RippleShaft::Wheel,
+        TorqueRipple {
+            shaft: DriveShaft::Wheel,
             order: 1.5,
             amplitude: 0.8,
             phase: -1.1,

@@ -5,7 +5,8 @@ use super::march::march;
 use super::structure;
 use atlas::analysis::EnergyNorm;
 use atlas::model::{
-    Division, Drive, InitialState, Model, OperatingPoint, RippleInput, RippleShaft, TrajectoryState,
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
+    TrajectoryState,
 };
 use atlas::numerics::random::Stream;
 use atlas::propagate::Volterra;
@@ -119,13 +120,16 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
         },
         friction: 0.0,
         transmission_error: match kind {
-            Kind::Linear => vec![(1, 0.1e-6 * between(0.0, 1.0), between(0.0, 6.0))],
-            Kind::Torus => vec![(1, between(1e-6, 5e-6), 0.0)],
+            Kind::Linear => {
+                let amplitude = 0.1e-6 * between(0.0, 1.0);
+                vec![MeshHarmonic::new(1, amplitude, between(0.0, 6.0))]
+            }
+            Kind::Torus => vec![MeshHarmonic::new(1, between(1e-6, 5e-6), 0.0)],
             _ => Vec::new(),
         },
         torque_ripple: match rippled {
-            true => vec![RippleInput {
-                shaft: RippleShaft::Pinion,
+            true => vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
                 order: IRRATIONAL[between(0.0, 4.0) as usize],
                 amplitude: match lasting {
                     true => between(0.1, 2.0),

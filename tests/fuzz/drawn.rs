@@ -1,6 +1,8 @@
 //! Random modal drives, and the manifests that describe them.
 
-use atlas::model::{Division, Drive, InitialState, OperatingPoint, RippleInput, RippleShaft};
+use atlas::model::{
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, TorqueRipple,
+};
 use atlas::numerics::random::Stream;
 use atlas::shaft::ModalStructure;
 use std::fmt::Write;
@@ -125,12 +127,12 @@ impl Drawn {
         let transmission_error = (1..=errors)
             .map(|harmonic| {
                 let amplitude = half_gap * dice.decades(-2.0, 0.3) / harmonic as f64;
-                (harmonic as u32, amplitude, dice.between(-3.0, 3.0))
+                MeshHarmonic::new(harmonic as u32, amplitude, dice.between(-3.0, 3.0))
             })
             .collect();
         let torque_ripple = match rippled {
-            true => vec![RippleInput {
-                shaft: RippleShaft::Pinion,
+            true => vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
                 order: dice.pick(&[1.0, 2.0, 20.0, 1.5]),
                 amplitude: dice.decades(-1.0, 1.0),
                 phase: dice.between(-3.0, 3.0),
@@ -240,7 +242,12 @@ impl Drawn {
             }
         }
         let errors: Vec<String> = (d.transmission_error.iter())
-            .map(|(h, a, p)| format!("{{ harmonic = {h}, amplitude = {a:e}, phase = {p:e} }}"))
+            .map(|h| {
+                format!(
+                    "{{ harmonic = {}, amplitude = {:e}, phase = {:e} }}",
+                    h.harmonic, h.amplitude, h.phase
+                )
+            })
             .collect();
         let ripples: Vec<String> = (d.torque_ripple.iter())
             .map(|r| {

@@ -18,7 +18,7 @@ use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use super::point::CalledOff;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::random::Stream;
+use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
 use serde::{Deserialize, Serialize};
@@ -42,12 +42,8 @@ const LONGEST_AVERAGES: u64 = 16;
 const MOST_STATES: u64 = 256;
 
 /// How predictability is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HorizonQuestion {
-    /// Root seed of the random streams.
-    pub seed: u64,
-    /// The point, as the streams know it.
-    pub point_id: u64,
     /// Twins, at least 2.
     pub twins: u32,
     /// Distance at which they start, in half gaps.
@@ -139,9 +135,10 @@ pub fn predictability<K: Kernel>(
     kernel: &K,
     start: &TrajectoryState,
     question: &HorizonQuestion,
+    point: PointSeed,
     called_off: &AtomicBool,
 ) -> Result<HorizonOutcome, HorizonError> {
-    let mut record = Record::new(model, kernel, start, question, called_off);
+    let mut record = Record::new(model, kernel, start, (question, point), called_off);
     for _ in 0..ALIGN {
         record.cycle()?;
     }
@@ -229,6 +226,7 @@ struct Record<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
     question: &'a HorizonQuestion,
+    point: PointSeed,
     called_off: &'a AtomicBool,
     norm: EnergyNorm,
     workspace: K::Workspace,
@@ -246,17 +244,18 @@ impl<'a, K: Kernel> Record<'a, K> {
         model: &'a Model,
         kernel: &'a K,
         start: &TrajectoryState,
-        question: &'a HorizonQuestion,
+        (question, point): (&'a HorizonQuestion, PointSeed),
         called_off: &'a AtomicBool,
     ) -> Self {
         let norm = EnergyNorm::new(model);
         let mut tangents = Tangents::zeros(model.modes(), 1);
-        let mut stream = Stream::new(question.seed, question.point_id, FIRST_STREAM);
+        let mut stream = point.stream(FIRST_STREAM);
         random_direction(&norm, &mut stream, tangents.vector_mut(0));
         Self {
             model,
             kernel,
             question,
+            point,
             called_off,
             norm,
             workspace: kernel.workspace(),
@@ -297,7 +296,7 @@ impl<'a, K: Kernel> Record<'a, K> {
     /// A twin at the trajectory's present place.
     fn twin(&self, id: u32) -> TrajectoryState {
         let stream = FIRST_STREAM + 1 + u64::from(id);
-        let mut stream = Stream::new(self.question.seed, self.question.point_id, stream);
+        let mut stream = self.point.stream(stream);
         let mut direction = vec![0.0; self.trajectory.state.len()];
         random_direction(&self.norm, &mut stream, &mut direction);
         let scale = self.question.separation * self.norm.unit() / self.norm.length(&direction);

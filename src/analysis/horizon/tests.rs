@@ -1,5 +1,6 @@
 use super::measure::*;
 use super::*;
+use crate::numerics::random::Stream;
 
 #[test]
 fn lengths_climb_to_the_longest() {

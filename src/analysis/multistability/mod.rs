@@ -32,11 +32,12 @@ use super::poincare::Section;
 use super::point::CalledOff;
 use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::random::Stream;
+use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;
 use attractors::{Attractors, Field, Marched};
 use capture::Watched;
 use rayon::prelude::*;
+use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
 pub use outcome::{AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, ProbeOutcome};
@@ -60,34 +61,61 @@ const ROUND: usize = 256;
 const FEWEST_ROUNDS: usize = 16;
 
 /// How coexisting attractors are probed for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MultistabilityQuestion {
-    /// Root seed of the random streams.
-    pub seed: u64,
-    /// The point, as the streams know it.
-    pub point_id: u64,
-    /// Probes, the point's own initial state included.
+    /// Probes, the point's own initial state included; ≥ 1.
     pub initial_conditions: u32,
-    /// Decades of energy that the others are spread over.
+    /// Decades of energy that the others are spread over, about the energy that closes the half
+    /// gap.
     pub decades: f64,
     /// Mesh cycles of each probe discarded.
     pub transient: u64,
     /// Most mesh cycles of each probe measured.
     pub cycles: u64,
-    /// Whether periodic orbits are sought by Newton's method instead of waited for.
-    pub settle: bool,
     /// A slice of initial states, if asked for.
-    pub slice: Option<Plane>,
+    pub slice: Option<SliceQuestion>,
 }
 
-impl MultistabilityQuestion {
+/// The probes of a point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probes {
+    /// The point.
+    pub point: PointSeed,
+    /// Whether periodic orbits are sought by Newton's method instead of waited for.
+    pub settle: bool,
+    /// How they are asked for.
+    pub asked: MultistabilityQuestion,
+    /// The slice that is asked for.
+    plane: Option<Plane>,
+}
+
+impl Probes {
+    /// The probes asked of a point of a model.
+    ///
+    /// # Errors
+    /// The model has no such slice as is asked for.
+    pub fn new(
+        model: &Model,
+        asked: MultistabilityQuestion,
+        point: PointSeed,
+        settle: bool,
+    ) -> Result<Self, SliceError> {
+        let plane = asked.slice.map(|slice| Plane::new(model, &slice));
+        Ok(Self {
+            point,
+            settle,
+            asked,
+            plane: plane.transpose()?,
+        })
+    }
+
     /// What is asked of one probe.
-    fn of_a_probe(&self) -> Questions {
+    fn questions(&self) -> Questions {
         Questions {
-            seed: self.seed,
-            point_id: self.point_id,
-            transient: self.transient,
-            cycles: self.cycles,
+            seed: self.point.seed,
+            point_id: self.point.point_id,
+            transient: self.asked.transient,
+            cycles: self.asked.cycles,
             settle: self.settle,
             audit_cycles: 0,
             lyapunov: Some(LyapunovQuestion {
@@ -97,7 +125,7 @@ impl MultistabilityQuestion {
                 twin: false,
                 norm: GrowthNorm::Energy,
             }),
-            poincare_samples: self.cycles.min(MOST_SAMPLES) as usize,
+            poincare_samples: self.asked.cycles.min(MOST_SAMPLES) as usize,
             section: Section::default(),
             nvh: Some(NvhQuestion {
                 harmonics: 0,
@@ -117,7 +145,7 @@ pub fn probe_basins<K: Kernel + Sync>(
     model: &Model,
     kernel: &K,
     start: &TrajectoryState,
-    question: &MultistabilityQuestion,
+    probes: &Probes,
     called_off: &AtomicBool,
 ) -> Result<MultistabilityOutcome, CalledOff> {
     let norm = EnergyNorm::new(model);
@@ -127,16 +155,16 @@ pub fn probe_basins<K: Kernel + Sync>(
         norm: &norm,
         called_off,
     };
-    let questions = question.of_a_probe();
+    let questions = probes.questions();
     let mut attractors = Attractors::new(&field);
     let mut found = MultistabilityOutcome::default();
-    let probes: Vec<u32> = (0..question.initial_conditions).collect();
-    for round in probes.chunks(ROUND) {
+    let ids: Vec<u32> = (0..probes.asked.initial_conditions).collect();
+    for round in ids.chunks(ROUND) {
         let marched: Vec<(f64, Marched)> = round
             .par_iter()
             .map(|&probe_id| {
                 let (amplitude, trajectory) =
-                    initial_condition(model, &norm, start, question, probe_id);
+                    initial_condition(model, &norm, start, probes, probe_id);
                 Ok((amplitude, field.investigate(trajectory, &questions)?))
             })
             .collect::<Result<_, CalledOff>>()?;
@@ -148,10 +176,10 @@ pub fn probe_basins<K: Kernel + Sync>(
         }
         attractors.seek_orbits(&field);
     }
-    if let Some(plane) = &question.slice {
-        found.cells = slice(&field, start, question, plane, &mut attractors)?;
+    if let Some(plane) = &probes.plane {
+        found.cells = slice(&field, start, probes, plane, &mut attractors)?;
     }
-    found.attractors = attractors.outcomes(question.slice.as_ref().map(|plane| (plane, start)));
+    found.attractors = attractors.outcomes(probes.plane.as_ref().map(|plane| (plane, start)));
     found.share_out();
     Ok(found)
 }
@@ -161,13 +189,13 @@ pub fn probe_basins<K: Kernel + Sync>(
 fn slice<K: Kernel + Sync>(
     field: &Field<'_, K>,
     start: &TrajectoryState,
-    question: &MultistabilityQuestion,
+    probes: &Probes,
     plane: &Plane,
     attractors: &mut Attractors,
 ) -> Result<Vec<CellOutcome>, CalledOff> {
     let questions = Questions {
         transient: 0,
-        ..question.of_a_probe()
+        ..probes.questions()
     };
     let rounds = plane.cells().div_ceil(ROUND).max(FEWEST_ROUNDS);
     let mut cells = Vec::with_capacity(plane.cells());
@@ -179,7 +207,7 @@ fn slice<K: Kernel + Sync>(
             .par_iter()
             .map(|&cell| {
                 let trajectory = plane.state(field.model, start, cell);
-                field.watch(orbits, trajectory, question.transient, &questions)
+                field.watch(orbits, trajectory, probes.asked.transient, &questions)
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&cell, (watched, cycles)) in round.iter().zip(marched) {
@@ -228,18 +256,18 @@ fn initial_condition(
     model: &Model,
     norm: &EnergyNorm,
     start: &TrajectoryState,
-    question: &MultistabilityQuestion,
+    probes: &Probes,
     probe_id: u32,
 ) -> (f64, TrajectoryState) {
     if probe_id == 0 {
         return (0.0, start.clone());
     }
     let stream = FIRST_STREAM + u64::from(probe_id);
-    let mut stream = Stream::new(question.seed, question.point_id, stream);
-    let strata = f64::from(question.initial_conditions - 1);
+    let mut stream = probes.point.stream(stream);
+    let strata = f64::from(probes.asked.initial_conditions - 1);
     let position = (f64::from(probe_id - 1) + stream.uniform()) / strata;
     // The energy is 10 to the power decades · (position − 1/2).
-    let amplitude = 10f64.powf(0.5 * question.decades * (position - 0.5));
+    let amplitude = 10f64.powf(0.5 * probes.asked.decades * (position - 0.5));
     let mut direction = vec![0.0; start.state.len()];
     random_direction(norm, &mut stream, &mut direction);
     let length = norm.length(&direction);

@@ -13,13 +13,14 @@
 
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
+use serde::Serialize;
 
 /// Participation, relative to the root of the sum of squares, below which the mesh does not
 /// feel a mode: round-off of the modes of an assembly is some 1e-13.
 const UNFELT: f64 = 1e-9;
 
 /// What a slice varies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum SliceOf {
     /// Modal displacements.
     Displacement,
@@ -38,7 +39,7 @@ impl SliceOf {
 }
 
 /// How a slice of initial states is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SliceQuestion {
     /// Two different modes, counted from 0.
     pub modes: [usize; 2],

@@ -6,17 +6,16 @@ use crate::analysis::outcome::Class;
 use crate::model::{Division, Drive, InitialState, OperatingPoint};
 use crate::shaft::ModalStructure;
 
-fn question(seed: u64, initial_conditions: u32, decades: f64) -> MultistabilityQuestion {
-    MultistabilityQuestion {
-        seed,
-        point_id: 3,
+fn probes(seed: u64, initial_conditions: u32, decades: f64) -> Probes {
+    let asked = MultistabilityQuestion {
         initial_conditions,
         decades,
         transient: 0,
         cycles: 320,
-        settle: true,
         slice: None,
-    }
+    };
+    let point = PointSeed { seed, point_id: 3 };
+    Probes::new(&model(), asked, point, true).unwrap()
 }
 
 pub(super) fn model() -> Model {
@@ -56,9 +55,9 @@ fn energies_fill_their_strata_and_the_neutral_pair_is_left_alone() {
     let model = model();
     let norm = EnergyNorm::new(&model);
     let start = model.start(&InitialState::Static);
-    let question = question(7, 33, 4.0);
+    let probes = probes(7, 33, 4.0);
     for probe_id in 0..33 {
-        let (amplitude, state) = initial_condition(&model, &norm, &start, &question, probe_id);
+        let (amplitude, state) = initial_condition(&model, &norm, &start, &probes, probe_id);
         let distance = norm.distance(&state.state, &start.state) / norm.unit();
         assert!((distance - amplitude).abs() <= 1e-12 * amplitude);
         if probe_id == 0 {
@@ -82,8 +81,8 @@ fn directions_differ_by_seed_and_probe() {
     let norm = EnergyNorm::new(&model);
     let start = model.start(&InitialState::Static);
     let state = |seed, probe_id| {
-        let question = question(seed, 8, 0.0);
-        initial_condition(&model, &norm, &start, &question, probe_id).1
+        let probes = probes(seed, 8, 0.0);
+        initial_condition(&model, &norm, &start, &probes, probe_id).1
     };
     assert_eq!(state(1, 4), state(1, 4));
     assert_ne!(state(1, 4), state(1, 5));

@@ -23,7 +23,7 @@ pub const LONGEST_PERIOD: u32 = 64;
 const SAME_ORBIT: f64 = 1e-6;
 
 /// What is asked of periodic orbits.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct OrbitQuestion {
     /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`].
     pub periods: Vec<u32>,

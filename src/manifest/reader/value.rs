@@ -71,7 +71,7 @@ pub(in crate::manifest) fn quantity_unbounded(
         Value::Float(value) | Value::Sample(value, _) => Some(*value + 0.0),
         Value::Integer(value) => Some(*value as f64),
         Value::Text(text) => match units::parse(text, dimension) {
-            Ok(value) => Some(value),
+            Ok(value) => Some(value + 0.0),
             Err(error) => {
                 wrong_unit(issues, node, path, dimension, &error, spec);
                 None

@@ -1,13 +1,14 @@
 //! `[analyses]`: a table for each analysis; absent = not computed.
 
 use super::orbits;
+use crate::analysis::{
+    Analyses, GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
+    PoincareQuestion, Section as PoincareSection, SliceOf, SliceQuestion,
+};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
-use crate::manifest::spec::{
-    AnalysesSpec, HorizonSpec, LyapunovSpec, ModelSpec, MultistabilitySpec, NvhSpec, PoincareSpec,
-    RunSpec, SectionSpec, SliceSpec,
-};
+use crate::manifest::spec::{ModelSpec, RunSpec};
 
 const DEFAULT_EXPONENTS: usize = 1;
 const DEFAULT_ALIGN: u64 = 100;
@@ -27,7 +28,7 @@ pub(super) fn read(
     model: Option<&ModelSpec>,
     run: Option<&RunSpec>,
     carried: bool,
-) -> Option<AnalysesSpec> {
+) -> Option<Analyses> {
     let retained = model.map(|model| model.retained);
     let cycles = run.map(|run| run.cycles);
     let lyapunov = optional(section, issues, "lyapunov", |table, issues| {
@@ -40,7 +41,7 @@ pub(super) fn read(
         let harmonics = table.count_or(issues, "harmonics", DEFAULT_HARMONICS);
         let spectrum = table.boolean_or(issues, "spectrum", false);
         let bearings = table.boolean_or(issues, "bearings", false);
-        Some(NvhSpec {
+        Some(NvhQuestion {
             harmonics: harmonics?,
             spectrum: spectrum?,
             bearings: bearings?,
@@ -65,7 +66,7 @@ pub(super) fn read(
         );
         return None;
     }
-    Some(AnalysesSpec {
+    Some(Analyses {
         lyapunov: lyapunov?,
         poincare: poincare?,
         nvh: nvh?,
@@ -93,7 +94,7 @@ fn lyapunov(
     table: &Section,
     issues: &mut Issues,
     model: Option<&ModelSpec>,
-) -> Option<LyapunovSpec> {
+) -> Option<LyapunovQuestion> {
     let exponents = table.count_or(issues, "exponents", DEFAULT_EXPONENTS);
     let stop_at_stderr = if table.has("stop_at_stderr") {
         table.quantity(issues, "stop_at_stderr").map(Some)
@@ -131,21 +132,24 @@ fn lyapunov(
         );
         return None;
     }
-    Some(LyapunovSpec {
+    Some(LyapunovQuestion {
         exponents,
         stop_at_stderr: stop_at_stderr?,
         align: align?,
         twin: twin?,
-        raw_norm: norm? == "raw",
+        norm: match norm? {
+            "raw" => GrowthNorm::Raw,
+            _ => GrowthNorm::Energy,
+        },
     })
 }
 
-fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonSpec> {
+fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {
     let twins = table.integer_or(issues, "twins", DEFAULT_TWINS);
     let separation = table.quantity_or(issues, "separation", DEFAULT_SEPARATION);
     let cycles = table.integer_or(issues, "cycles", DEFAULT_FOLLOWED);
     let averages = table.integer_or(issues, "averages", DEFAULT_AVERAGES);
-    Some(HorizonSpec {
+    Some(HorizonQuestion {
         twins: u32::try_from(twins?).ok()?,
         separation: separation?,
         cycles: cycles?,
@@ -159,7 +163,7 @@ fn multistability(
     issues: &mut Issues,
     retained: Option<usize>,
     run: Option<&RunSpec>,
-) -> Option<MultistabilitySpec> {
+) -> Option<MultistabilityQuestion> {
     let initial_conditions =
         table.integer_or(issues, "initial_conditions", DEFAULT_INITIAL_CONDITIONS);
     let decades = table.quantity_or(issues, "decades", DEFAULT_DECADES);
@@ -173,7 +177,7 @@ fn multistability(
     let slice = optional(table, issues, "slice", |table, issues| {
         slice(table, issues, retained)
     });
-    Some(MultistabilitySpec {
+    Some(MultistabilityQuestion {
         initial_conditions: u32::try_from(initial_conditions?).ok()?,
         decades: decades?,
         transient: transient?,
@@ -183,7 +187,7 @@ fn multistability(
 }
 
 /// Whether the mesh feels its modes shows only once the structure is known.
-fn slice(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<SliceSpec> {
+fn slice(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<SliceQuestion> {
     const PATH: &str = "analyses.multistability.slice.modes";
     let modes = table.integers::<2>(issues, "modes");
     let of = table.choice(issues, "of", Some("displacement"), &[]);
@@ -220,9 +224,12 @@ fn slice(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Optio
         ));
         return None;
     }
-    Some(SliceSpec {
+    Some(SliceQuestion {
         modes: modes.map(|mode| mode as usize - 1),
-        velocity: of? == "velocity",
+        of: match of? {
+            "velocity" => SliceOf::Velocity,
+            _ => SliceOf::Displacement,
+        },
         extent: extent?,
         count: u32::try_from(count?).ok()?,
     })
@@ -233,7 +240,7 @@ fn poincare(
     issues: &mut Issues,
     cycles: Option<u64>,
     carried: bool,
-) -> Option<PoincareSpec> {
+) -> Option<PoincareQuestion> {
     let section = section(table, issues);
     let samples = samples(table, issues, cycles, section);
     let refine = table.integer_or(issues, "refine", 0);
@@ -245,14 +252,14 @@ fn poincare(
             "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or leave refine out",
         );
     }
-    Some(PoincareSpec {
+    Some(PoincareQuestion {
         samples: samples?,
         section: section?,
         refine: u32::try_from(refine?).ok()?,
     })
 }
 
-fn section(table: &Section, issues: &mut Issues) -> Option<SectionSpec> {
+fn section(table: &Section, issues: &mut Issues) -> Option<PoincareSection> {
     let name = table.choice(issues, "section", Some("strobe"), &[]);
     // Of an unknown section the phase is looked at all the same: all faults at once.
     let phase = match name {
@@ -268,9 +275,9 @@ fn section(table: &Section, issues: &mut Issues) -> Option<SectionSpec> {
         );
     }
     match name? {
-        "entry" => Some(SectionSpec::Entry),
-        "turning" => Some(SectionSpec::Turning),
-        _ => Some(SectionSpec::Strobe { phase: phase? }),
+        "entry" => Some(PoincareSection::Entry),
+        "turning" => Some(PoincareSection::Turning),
+        _ => Some(PoincareSection::Strobe { phase: phase? }),
     }
 }
 
@@ -279,9 +286,9 @@ fn samples(
     table: &Section,
     issues: &mut Issues,
     cycles: Option<u64>,
-    section: Option<SectionSpec>,
+    section: Option<PoincareSection>,
 ) -> Option<usize> {
-    let strobe = matches!(section, Some(SectionSpec::Strobe { .. }));
+    let strobe = matches!(section, Some(PoincareSection::Strobe { .. }));
     let most = match cycles {
         Some(cycles) if strobe => usize::try_from(cycles).unwrap_or(usize::MAX),
         _ => usize::MAX,

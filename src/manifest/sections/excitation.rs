@@ -2,10 +2,8 @@
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::spec::{
-    ExcitationSpec, MeshSpec, ShaftName, StiffnessSpec, StructureSource, TorqueRipple,
-    TransmissionErrorHarmonic,
-};
+use crate::manifest::spec::{ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
+use crate::model::{DriveShaft, MeshHarmonic, TorqueRipple};
 
 pub(super) fn read(
     section: &Section,
@@ -46,11 +44,11 @@ pub(super) fn read(
     })
 }
 
-fn harmonic(table: &Section, issues: &mut Issues) -> Option<TransmissionErrorHarmonic> {
+fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
     let harmonic = table.integer(issues, "harmonic");
     let amplitude = table.quantity(issues, "amplitude");
     let phase = table.quantity_or(issues, "phase", 0.0);
-    Some(TransmissionErrorHarmonic {
+    Some(MeshHarmonic {
         harmonic: u32::try_from(harmonic?).ok()?,
         amplitude: amplitude?,
         phase: phase?,
@@ -63,8 +61,8 @@ fn ripple(
     source: Option<&StructureSource>,
 ) -> Option<TorqueRipple> {
     let shaft = match table.choice(issues, "shaft", None, &[]) {
-        Some("wheel") => Some(ShaftName::Wheel),
-        Some(_) => Some(ShaftName::Pinion),
+        Some("wheel") => Some(DriveShaft::Wheel),
+        Some(_) => Some(DriveShaft::Pinion),
         None => None,
     };
     let order = table.quantity(issues, "order");
@@ -78,8 +76,8 @@ fn ripple(
     };
     if let Some(StructureSource::Modal(structure)) = source {
         let (name, columns) = match ripple.shaft {
-            ShaftName::Pinion if structure.pinion_torque.is_none() => ("pinion", "torque_pinion"),
-            ShaftName::Wheel
+            DriveShaft::Pinion if structure.pinion_torque.is_none() => ("pinion", "torque_pinion"),
+            DriveShaft::Wheel
                 if structure.wheel_torque.is_none() || structure.wheel_teeth.is_none() =>
             {
                 ("wheel", "torque_wheel and teeth_wheel")

@@ -17,7 +17,8 @@ use super::diagnostic::Issues;
 use super::grid::is_carried;
 use super::points::Variant;
 use super::reader::{Child, Section};
-use super::spec::{AnalysesSpec, ExcitationSpec, StructureSource};
+use super::spec::{ExcitationSpec, StructureSource};
+use crate::analysis::Analyses;
 use crate::shaft::ModalStructure;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -96,7 +97,7 @@ pub(super) fn resolve(
             let carried = is_carried(root);
             analyses::read(&section, issues, model.as_ref(), run.as_ref(), carried)
         }
-        Child::Absent => Some(AnalysesSpec::default()),
+        Child::Absent => Some(Analyses::default()),
         Child::Invalid => None,
     };
     Some(Variant {

@@ -1,14 +1,14 @@
 //! `[analyses.orbits]`: which periodic orbits are sought.
 
+use crate::analysis::OrbitQuestion;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::spec::OrbitsSpec;
 
 const DEFAULT_PERIODS: [u32; 2] = [1, 2];
 const DEFAULT_GUESSES: u64 = 16;
 const DEFAULT_CYCLES: u64 = 400;
 
-pub(super) fn read(table: &Section, issues: &mut Issues) -> Option<OrbitsSpec> {
+pub(super) fn read(table: &Section, issues: &mut Issues) -> Option<OrbitQuestion> {
     let periods = match table.has("periods") {
         true => periods(table, issues),
         false => Some(DEFAULT_PERIODS.to_vec()),
@@ -16,7 +16,7 @@ pub(super) fn read(table: &Section, issues: &mut Issues) -> Option<OrbitsSpec> {
     let guesses = table.integer_or(issues, "guesses", DEFAULT_GUESSES);
     let cycles = table.integer_or(issues, "cycles", DEFAULT_CYCLES);
     let floquet = table.boolean_or(issues, "floquet", true);
-    Some(OrbitsSpec {
+    Some(OrbitQuestion {
         periods: periods?,
         guesses: u32::try_from(guesses?).ok()?,
         cycles: u32::try_from(cycles?).ok()?,

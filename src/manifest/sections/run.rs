@@ -3,9 +3,12 @@
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Child, Section, entries, wrong_type};
 use crate::manifest::schema;
-use crate::manifest::spec::{InitialSpec, KernelSpec, Ladder, RunSpec};
+use crate::manifest::spec::RunSpec;
 use crate::manifest::tree::Value;
+use crate::model::InitialState;
+use crate::propagate::KernelChoice;
 use crate::units::Dimension;
+use std::collections::BTreeSet;
 
 const DEFAULT_TRANSIENT: u64 = 200;
 const DEFAULT_CYCLES: u64 = 800;
@@ -65,9 +68,9 @@ pub(super) fn read(
 }
 
 /// `instructions`: what the processor has, or what every processor has.
-fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelSpec>) -> Option<bool> {
+fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelChoice>) -> Option<bool> {
     let portable = section.choice(issues, "instructions", Some("auto"), &[])? == "portable";
-    if let (true, Some(KernelSpec::Tables { ladder, .. })) = (portable, kernel) {
+    if let Some(kernel) = kernel.filter(|kernel| portable && kernel.cells().is_some()) {
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Unavailable,
@@ -75,7 +78,7 @@ fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelSpec>)
                 "run.instructions",
                 format!(
                     "the tables of kernel = \"{}\" are not the same on every processor",
-                    ladder.name()
+                    kernel.name()
                 ),
             )
             .label("not with this kernel")
@@ -86,18 +89,14 @@ fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelSpec>)
     Some(portable)
 }
 
-fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
+fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
     let chosen = section.choice(issues, "kernel", Some("volterra"), &[]);
-    let idle: &[&str] = match chosen {
-        Some("volterra") => &["steps", "cells", "event_grid"],
-        Some("stepping") => &["tolerance", "cells", "event_grid"],
-        Some("spectral") => &["tolerance", "steps"],
-        Some(_) => &["tolerance", "steps", "event_grid"],
-        None => &[],
-    };
-    if let Some(name) = chosen {
+    let settings = KernelChoice::SETTINGS;
+    if let Some((name, own)) = settings.iter().find(|(name, _)| Some(*name) == chosen) {
+        let all = settings.iter().flat_map(|(_, own)| own.iter());
+        let idle: BTreeSet<&str> = all.filter(|key| !own.contains(key)).copied().collect();
         let why = format!("with kernel = \"{name}\"");
-        let remedy = match name {
+        let remedy = match *name {
             "volterra" => {
                 "remove it, or set the kernel it belongs to; `tolerance` sets the accuracy of volterra"
             }
@@ -106,46 +105,52 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
             }
             _ => "remove it; `cells` sets the unit steps of a table kernel, which is exact",
         };
-        section.without_effect(issues, idle, &why, remedy);
+        let idle: Vec<&str> = idle.into_iter().collect();
+        section.without_effect(issues, &idle, &why, remedy);
     }
-    match chosen {
-        Some("volterra") => {
-            let tolerance = tolerance(section, issues)?;
-            Some(KernelSpec::Volterra { tolerance })
-        }
+    let cells = |issues: &mut Issues| {
+        let cells = section.integer_or(issues, "cells", DEFAULT_CELLS)?;
+        u32::try_from(cells).ok()
+    };
+    Some(match chosen {
+        Some("volterra") => KernelChoice::Volterra {
+            tolerance: tolerance(section, issues)?,
+        },
         Some("stepping") => {
             let steps = section.integer_or(issues, "steps", DEFAULT_STEPS)?;
-            Some(KernelSpec::Stepping {
+            KernelChoice::Stepping {
                 steps: u32::try_from(steps).ok()?,
-            })
+            }
         }
-        Some(name) => {
-            let cells = section.integer_or(issues, "cells", DEFAULT_CELLS);
-            let ladder = match name {
-                "dyadic" => Ladder::Dyadic,
-                "hermite" => Ladder::Hermite,
-                "spectral" => Ladder::Spectral {
-                    event_grid: match section.has("event_grid") {
-                        true => Some(u32::try_from(section.integer(issues, "event_grid")?).ok()?),
-                        false => None,
-                    },
-                },
-                _ => Ladder::Fused,
+        Some("dyadic") => KernelChoice::Dyadic {
+            cells: cells(issues)?,
+        },
+        Some("hermite") => KernelChoice::Hermite {
+            cells: cells(issues)?,
+        },
+        Some("spectral") => {
+            let cells = cells(issues);
+            let event_grid = match section.has("event_grid") {
+                true => Some(u32::try_from(section.integer(issues, "event_grid")?).ok()?),
+                false => None,
             };
-            Some(KernelSpec::Tables {
-                ladder,
-                cells: u32::try_from(cells?).ok()?,
-            })
+            KernelChoice::Spectral {
+                cells: cells?,
+                event_grid,
+            }
         }
+        Some(_) => KernelChoice::Fused {
+            cells: cells(issues)?,
+        },
         None => {
             // Which settings count is open; their own faults show all the same.
             tolerance(section, issues);
             section.integer_or(issues, "steps", DEFAULT_STEPS);
-            section.integer_or(issues, "cells", DEFAULT_CELLS);
+            cells(issues);
             section.integer_or(issues, "event_grid", 1);
-            None
+            return None;
         }
-    }
+    })
 }
 
 fn tolerance(section: &Section, issues: &mut Issues) -> Option<f64> {
@@ -175,15 +180,19 @@ fn tolerance(section: &Section, issues: &mut Issues) -> Option<f64> {
     reader::in_range(issues, node, PATH, value, Dimension::Ratio, spec)
 }
 
-fn initial(section: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<InitialSpec> {
+fn initial(
+    section: &Section,
+    issues: &mut Issues,
+    retained: Option<usize>,
+) -> Option<InitialState> {
     const PATH: &str = "run.initial";
     let Some(entry) = section.entry("initial") else {
-        return Some(InitialSpec::Static);
+        return Some(InitialState::Static);
     };
     let (node, spec) = (&entry.node, section.spec(PATH));
     match &node.value {
-        Value::Text(text) if text == "static" => Some(InitialSpec::Static),
-        Value::Text(text) if text == "rest" => Some(InitialSpec::Rest),
+        Value::Text(text) if text == "static" => Some(InitialState::Static),
+        Value::Text(text) if text == "rest" => Some(InitialState::Rest),
         Value::Text(text) => {
             issues.push(
                 Diagnostic::new(
@@ -206,7 +215,7 @@ fn initial(section: &Section, issues: &mut Issues, retained: Option<usize>) -> O
             };
             let displacement = modal_vector(&state, issues, "displacement", retained);
             let velocity = modal_vector(&state, issues, "velocity", retained);
-            Some(InitialSpec::Modal {
+            Some(InitialState::Modal {
                 displacement: displacement?,
                 velocity: velocity?,
             })

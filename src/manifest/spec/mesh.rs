@@ -1,10 +1,11 @@
 //! The resolved gear mesh.
 
 use crate::gear::GearPair;
+use serde::Serialize;
 use std::sync::Arc;
 
 /// The gear mesh.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshSpec {
     /// Backlash half gap b \[m\], > 0.
     pub half_gap: f64,
@@ -21,7 +22,7 @@ pub struct MeshSpec {
 }
 
 /// Stiffness over the mesh cycle.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum StiffnessSpec {
     /// One value \[N/m\].
     Constant(f64),
@@ -49,7 +50,7 @@ impl StiffnessSpec {
 }
 
 /// Stiffness, load centroid and friction from a mesh table.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableSpec {
     /// The gears, their bores known.
     pub gears: GearPair,
@@ -60,7 +61,7 @@ pub struct TableSpec {
 }
 
 /// How a mesh table is used over the cycle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum CourseSpec {
     /// Means over so many equal segments.
     Segments(u32),
@@ -69,7 +70,7 @@ pub enum CourseSpec {
 }
 
 /// Stiffness with two pairs of teeth in mesh, then with one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TwoLevels {
     /// Stiffness before the transition \[N/m\].
     pub double_pair: f64,
@@ -96,7 +97,7 @@ impl TwoLevels {
 }
 
 /// Contact damping.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum DampingSpec {
     /// Ratio ζ_m of `c = 2 ζ_m √(k_mean m_e)`, `1/m_e = Σ mesh²` over the rigid modes
     /// (over all modes where there is no rigid mode).

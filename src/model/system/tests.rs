@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::InitialState;
+use crate::model::{InitialState, MeshHarmonic};
 
 fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
     let n = frequency.len();
@@ -30,7 +30,7 @@ fn drive() -> Drive {
         mesh: Division::levels(&[4e8, 4e8, 3e8], &[]),
         damping: 1000.0,
         friction: 0.0,
-        transmission_error: vec![(1, 5e-6, 0.3)],
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.3)],
         torque_ripple: Vec::new(),
     }
 }
@@ -126,8 +126,8 @@ fn residual_flexibility_softens_the_mesh_in_series() {
 fn ripple_needs_a_known_shaft_and_overdamped_modes_are_refused() {
     let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
     let mut d = drive();
-    d.torque_ripple.push(RippleInput {
-        shaft: RippleShaft::Wheel,
+    d.torque_ripple.push(TorqueRipple {
+        shaft: DriveShaft::Wheel,
         order: 2.0,
         amplitude: 3.0,
         phase: 0.0,

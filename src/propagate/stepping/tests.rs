@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::{Division, Drive, InitialState, OperatingPoint};
+use crate::model::{Division, Drive, InitialState, MeshHarmonic, OperatingPoint};
 use crate::shaft::ModalStructure;
 
 fn structure() -> ModalStructure {
@@ -27,7 +27,7 @@ fn model(stiffness: &[f64]) -> Model {
         mesh: Division::levels(stiffness, &[]),
         damping: 1000.0,
         friction: 0.0,
-        transmission_error: vec![(1, 5e-6, 0.3)],
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.3)],
         torque_ripple: Vec::new(),
     };
     let point = OperatingPoint {

@@ -1,11 +1,11 @@
 //! Against closed forms, and its observed order.
 
 use super::*;
-use crate::model::{Division, Drive, OperatingPoint};
+use crate::model::{Division, Drive, MeshHarmonic, OperatingPoint};
 use crate::shaft::ModalStructure;
 
 /// One rigid degree of freedom with `Σ w g = 4`, half gap 1, period 2π.
-fn one_degree(stiffness: f64, damping: f64, error: Vec<(u32, f64, f64)>) -> Model {
+fn one_degree(stiffness: f64, damping: f64, error: Vec<MeshHarmonic>) -> Model {
     let structure = ModalStructure {
         teeth: 1,
         wheel_teeth: None,
@@ -85,7 +85,7 @@ fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
     // δ'' + 4 c δ' + 4 k (δ − b) = −e'', with e = cos(t)/10: −e'' = cos(t)/10, and
     // δ − b = Re (a − i β) e^{it} with (4k − 1 + 4 c i)(a − i β) = 1/10.
     let (k, c) = (4.0, 0.125);
-    let model = one_degree(k, c, vec![(1, 0.1, 0.0)]);
+    let model = one_degree(k, c, vec![MeshHarmonic::new(1, 0.1, 0.0)]);
     let real = DoubleDouble::exact(4.0 * k - 1.0);
     let imaginary = DoubleDouble::exact(4.0 * c);
     let scale = DoubleDouble::exact(0.1) / (real * real + imaginary * imaginary);
@@ -116,7 +116,7 @@ fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
 /// The error over a cycle with events falls with the power `order` of the step.
 #[test]
 fn observed_order_is_the_number_of_terms() {
-    let model = one_degree(4.0, 0.125, vec![(3, 0.5, 0.2)]);
+    let model = one_degree(4.0, 0.125, vec![MeshHarmonic::new(3, 0.5, 0.2)]);
     let start = TrajectoryState::new(&model, vec![1.5, 0.0], 0);
     let exact = Extended::new(&model).march(&start, 1).unwrap();
     assert!(exact.crossings.len() >= 4, "it does not bounce");
@@ -139,7 +139,7 @@ fn observed_order_is_the_number_of_terms() {
 
 #[test]
 fn shorter_steps_leave_the_last_digits_only() {
-    let model = one_degree(4.0, 0.125, vec![(3, 0.5, 0.2)]);
+    let model = one_degree(4.0, 0.125, vec![MeshHarmonic::new(3, 0.5, 0.2)]);
     let start = TrajectoryState::new(&model, vec![1.5, 0.0], 0);
     let usual = Extended::new(&model).march(&start, 2).unwrap();
     let fine = Extended::new(&model).refined(3).march(&start, 2).unwrap();

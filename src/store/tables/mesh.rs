@@ -82,6 +82,10 @@ impl TableStore {
 /// Everything that decides the numbers of a table.
 fn key(gears: &GearPair, inputs: &MeshTableInputs) -> Value {
     let mut key = json!({ "method": METHOD, "gears": gears, "table": inputs });
+    if let Some(drawing) = key["gears"].as_object_mut() {
+        // Neither acts on the flanks.
+        drawing.retain(|name, _| !["body_length", "rated_torque"].contains(&name.as_str()));
+    }
     // The system's library of functions rounds otherwise where it may fuse.
     if portable() {
         key["instructions"] = "portable".into();

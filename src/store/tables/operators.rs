@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{Arrays, CacheError, CacheKind, Fetched, MappedTable, TableStore};
 use crate::model::Model;
-use crate::propagate::{DenseError, Dyadic, Fused, KeptTables, Spectral, TableArray};
+use crate::propagate::{DenseError, Dyadic, Fused, KeptKernel, KeptTables, Spectral, TableArray};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
 const METHOD: &str = "atlas kernel tables 2";
@@ -18,29 +18,18 @@ const METHOD: &str = "atlas kernel tables 2";
 /// model.
 pub const DYADIC_BYTES: &str = "dyadic_bytes";
 
-/// The kernels whose tables are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum KeptKernel {
-    /// [`Spectral`].
-    Spectral,
-    /// [`Fused`].
-    Fused,
+fn kind(kernel: KeptKernel) -> CacheKind {
+    match kernel {
+        KeptKernel::Spectral => CacheKind::Spectral,
+        KeptKernel::Fused => CacheKind::Fused,
+    }
 }
 
-impl KeptKernel {
-    fn kind(self) -> CacheKind {
-        match self {
-            Self::Spectral => CacheKind::Spectral,
-            Self::Fused => CacheKind::Fused,
-        }
-    }
-
-    fn arrays(self, model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
-        // Nothing is marched: no event is met.
-        match self {
-            Self::Spectral => Ok(Spectral::new(model, cells, 0, None)?.arrays()),
-            Self::Fused => Ok(Fused::new(model, cells, 0)?.arrays()),
-        }
+fn arrays_of(kernel: KeptKernel, model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
+    // Nothing is marched: no event is met.
+    match kernel {
+        KeptKernel::Spectral => Ok(Spectral::new(model, cells, 0, None)?.arrays()),
+        KeptKernel::Fused => Ok(Fused::new(model, cells, 0)?.arrays()),
     }
 }
 
@@ -74,9 +63,9 @@ impl TableStore {
         model: &Model,
         cells: u32,
     ) -> Result<Fetched, OperatorFetchError> {
-        self.get_or_build(kernel.kind(), &inputs(model, cells), || {
+        self.get_or_build(kind(kernel), &inputs(model, cells), || {
             let mut arrays = Arrays::new();
-            for TableArray { name, unit, values } in kernel.arrays(model, cells)? {
+            for TableArray { name, unit, values } in arrays_of(kernel, model, cells)? {
                 arrays.push(name, unit, &[values.len()], values)?;
             }
             let dyadic = Dyadic::size(model, cells)?.bytes as f64;
@@ -92,7 +81,7 @@ impl TableStore {
         model: &Model,
         cells: u32,
     ) -> std::path::PathBuf {
-        self.path(kernel.kind(), &inputs(model, cells))
+        self.path(kind(kernel), &inputs(model, cells))
     }
 }
 

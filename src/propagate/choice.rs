@@ -1,0 +1,173 @@
+//! The kernels by name, each with its settings: the one place that tells them apart.
+
+use super::{DenseError, Dyadic, Fused, Hermite, KeptTables, Kernel, Spectral, Stepping, Volterra};
+use crate::model::Model;
+use serde::Serialize;
+use std::ops::Deref;
+
+/// A kernel and its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub enum KernelChoice {
+    /// The structured kernel.
+    Volterra {
+        /// Relative truncation of a window's series; round-off is 2⁻⁵².
+        tolerance: f64,
+    },
+    /// Fixed small steps.
+    Stepping {
+        /// Steps a mesh cycle.
+        steps: u32,
+    },
+    /// Dense tables, halved down to an event.
+    Dyadic {
+        /// Fewest unit steps a mesh cycle.
+        cells: u32,
+    },
+    /// Dense tables, with certificates and Hermite guesses.
+    Hermite {
+        /// Fewest unit steps a mesh cycle.
+        cells: u32,
+    },
+    /// Dense tables, closed forms in eigenvectors.
+    Spectral {
+        /// Fewest unit steps a mesh cycle.
+        cells: u32,
+        /// Events are put off to the next of so many equal parts of the cycle.
+        event_grid: Option<u32>,
+    },
+    /// The same, and certified runs of cells in one product.
+    Fused {
+        /// Fewest unit steps a mesh cycle.
+        cells: u32,
+    },
+}
+
+/// Kernels whose tables are worth keeping.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeptKernel {
+    /// [`Spectral`].
+    Spectral,
+    /// [`Fused`].
+    Fused,
+}
+
+impl KeptKernel {
+    /// Its name in files and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Spectral => "spectral",
+            Self::Fused => "fused",
+        }
+    }
+}
+
+/// What is done with a kernel, whichever it is.
+pub trait KernelUse {
+    /// What comes of it.
+    type Output;
+
+    /// Does it.
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output;
+}
+
+impl KernelChoice {
+    /// Names of all kernels, each with the settings that it has in `[run]`.
+    pub const SETTINGS: [(&'static str, &'static [&'static str]); 6] = [
+        ("volterra", &["tolerance"]),
+        ("stepping", &["steps"]),
+        ("dyadic", &["cells"]),
+        ("hermite", &["cells"]),
+        ("spectral", &["cells", "event_grid"]),
+        ("fused", &["cells"]),
+    ];
+
+    /// Its name in manifests and result files.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Volterra { .. } => "volterra",
+            Self::Stepping { .. } => "stepping",
+            Self::Dyadic { .. } => "dyadic",
+            Self::Hermite { .. } => "hermite",
+            Self::Spectral { .. } => "spectral",
+            Self::Fused { .. } => "fused",
+        }
+    }
+
+    /// Fewest unit steps of its tables a mesh cycle; none of a kernel without tables.
+    pub fn cells(&self) -> Option<u32> {
+        match *self {
+            Self::Volterra { .. } | Self::Stepping { .. } => None,
+            Self::Dyadic { cells }
+            | Self::Hermite { cells }
+            | Self::Spectral { cells, .. }
+            | Self::Fused { cells } => Some(cells),
+        }
+    }
+
+    /// Builds the kernel of a model and uses it.
+    ///
+    /// * `event_limit`: most events in a mesh cycle before marching stops.
+    /// * `kept`: hands over kept tables.
+    ///
+    /// # Errors
+    /// Tables do not fit the model, or kept ones cannot be had.
+    pub fn apply<U, T, E>(
+        self,
+        model: &Model,
+        event_limit: u32,
+        kept: impl FnOnce(KeptKernel, u32) -> Result<T, E>,
+        user: U,
+    ) -> Result<U::Output, E>
+    where
+        U: KernelUse,
+        T: Deref<Target: KeptTables + Sized>,
+        E: From<DenseError>,
+    {
+        Ok(match self {
+            Self::Volterra { tolerance } => {
+                user.with(&Volterra::new(model, tolerance, event_limit))
+            }
+            Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
+            Self::Dyadic { cells } => user.with(&Dyadic::new(model, cells, event_limit)?),
+            Self::Hermite { cells } => user.with(&Hermite::new(model, cells, event_limit)?),
+            Self::Spectral { cells, event_grid } => {
+                let tables = kept(KeptKernel::Spectral, cells)?;
+                user.with(&Spectral::of_kept(
+                    model,
+                    cells,
+                    event_limit,
+                    event_grid,
+                    &*tables,
+                )?)
+            }
+            Self::Fused { cells } => {
+                let tables = kept(KeptKernel::Fused, cells)?;
+                user.with(&Fused::of_kept(model, cells, event_limit, &*tables)?)
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kernel_stands_in_the_list_with_its_own_settings() {
+        let all = [
+            KernelChoice::Volterra { tolerance: 1e-9 },
+            KernelChoice::Stepping { steps: 16 },
+            KernelChoice::Dyadic { cells: 1 },
+            KernelChoice::Hermite { cells: 1 },
+            KernelChoice::Spectral {
+                cells: 1,
+                event_grid: None,
+            },
+            KernelChoice::Fused { cells: 1 },
+        ];
+        for (kernel, (name, settings)) in all.iter().zip(KernelChoice::SETTINGS) {
+            assert_eq!(kernel.name(), name);
+            assert_eq!(kernel.cells().is_some(), settings.contains(&"cells"));
+        }
+    }
+}
