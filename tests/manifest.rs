@@ -49,7 +49,7 @@ fn flex80_is_the_default_drive() {
     let names: Vec<_> = job
         .axes
         .iter()
-        .map(|a| (a.name.as_str(), a.unit.as_str()))
+        .map(|a| (a.name(), a.unit.as_str()))
         .collect();
     assert_eq!(names, [("load", "1"), ("speed", "rad/s")]);
     assert_eq!(
@@ -312,7 +312,7 @@ fn any_numeric_model_key_can_be_an_axis() {
         "load = 0.1",
         "load = 0.1\n\"mesh.half_gap\" = { from = \"5 um\", to = \"20 um\", count = 3, spacing = \"log\" }\n\"model.retained\" = { values = [2, 3] }\n\"excitation.transmission_error.0.amplitude\" = { values = [\"1 um\", 2e-6] }\n\"mesh.contact_damping\" = { values = [\"1000 N*s/m\", \"2 kN*s/m\"] }\n\"mesh.friction\" = 0.1",
     );
-    let names: Vec<_> = job.axes.iter().map(|axis| axis.name.as_str()).collect();
+    let names: Vec<_> = job.axes.iter().map(|axis| axis.name()).collect();
     assert_eq!(
         names,
         [

@@ -102,7 +102,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     let mut counts: Vec<_> = job
         .axes
         .iter()
-        .map(|axis| format!("{} {}", axis.values.len(), axis.name))
+        .map(|axis| format!("{} {}", axis.values.len(), axis.name()))
         .collect();
     if let Some(carried) = job.carried.as_ref().filter(|c| c.directions.len() > 1) {
         counts.push(format!("{} directions", carried.directions.len()));
@@ -125,7 +125,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
             unit => unit,
         };
         lines.push((
-            format!("  {}", axis.name),
+            format!("  {}", axis.name()),
             format!("{} {unit}", span(low, high)),
         ));
     }
@@ -180,7 +180,7 @@ fn order(job: &Job, carried: &Carried) -> String {
         "{chains} {} of {} points, carried along {} ({}); {}",
         if chains == 1 { "chain" } else { "chains" },
         carried.length,
-        job.axes[carried.axis].name,
+        job.axes[carried.axis].name(),
         directions.join(", then "),
         match chains {
             1 => "one after another on one thread",
@@ -384,7 +384,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         .map(|axis| {
             let values = axis.values.iter().take(MOST_VALUES);
             json!({
-                "name": axis.name,
+                "name": axis.name(),
                 "unit": axis.unit,
                 "count": axis.values.len(),
                 "values": values.collect::<Vec<_>>(),
@@ -407,7 +407,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         "points": job.points.len(),
         "axes": axes,
         "carried": job.carried.as_ref().map(|carried| json!({
-            "along": job.axes[carried.axis].name,
+            "along": job.axes[carried.axis].name(),
             "directions": carried.directions.iter().map(|d| d.name()).collect::<Vec<_>>(),
             "chains": job.points.len() / carried.length,
             "chain_length": carried.length,

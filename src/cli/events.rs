@@ -179,7 +179,7 @@ impl Watcher for Events<'_> {
 
     fn point(&mut self, row: &PointRow, progress: &Progress) {
         self.activity.count(row);
-        let names = self.job.axes.iter().map(|axis| axis.name.clone());
+        let names = self.job.axes.iter().map(|axis| axis.name().to_owned());
         let values = row.axis_values.iter().map(|&value| value.into());
         let (outcome, placement) = (&row.outcome, &row.placement);
         let lyapunov = outcome.lyapunov.as_ref();

@@ -5,7 +5,7 @@
 //! the state is carried along an axis, `direction=up` or `down` asks for the point as the sweep
 //! meets it.
 
-use crate::manifest::{Axis, Direction, Job, PointSpec};
+use crate::manifest::{Axis, AxisKey, Direction, Job, PointSpec};
 use crate::units::{self, Dimension};
 
 /// An operating point that was asked for.
@@ -129,7 +129,7 @@ pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
             }
             continue;
         }
-        let Some(index) = job.axes.iter().position(|axis| axis.name == name) else {
+        let Some(index) = job.axes.iter().position(|axis| axis.name() == name) else {
             errors.push(PointError::UnknownAxis {
                 name: name.into(),
                 axes: list(job.axes.iter().map(ranged)),
@@ -207,16 +207,16 @@ fn chosen(
     direction: Option<Direction>,
 ) -> ChosenPoint {
     for (axis, &value) in job.axes.iter().zip(values) {
-        match axis.name.as_str() {
-            "load" => spec.load = value,
-            "speed" => spec.speed = value,
-            _ => {}
+        match axis.key {
+            AxisKey::Load => spec.load = value,
+            AxisKey::Speed => spec.speed = value,
+            AxisKey::Key(_) => {}
         }
     }
     spec.axis_values = values.to_vec();
-    let names = job.axes.iter().map(|axis| axis.name.clone());
+    let names = job.axes.iter().map(|axis| axis.name().to_owned());
     let label: Vec<String> = (job.axes.iter().zip(typed))
-        .filter_map(|(axis, typed)| typed.map(|(text, _)| format!("{}-{text}", axis.name)))
+        .filter_map(|(axis, typed)| typed.map(|(text, _)| format!("{}-{text}", axis.name())))
         .chain(direction.map(|direction| direction.name().to_owned()))
         .collect();
     ChosenPoint {
@@ -250,7 +250,7 @@ fn read_direction(job: &Job, text: &str) -> Result<Direction, PointError> {
 
 /// Whether an axis may take values that the grid does not have.
 fn is_free(axis: &Axis) -> bool {
-    matches!(axis.name.as_str(), "load" | "speed")
+    !axis.key.is_model_key()
 }
 
 /// A value of an axis as typed, in SI.
@@ -260,7 +260,7 @@ fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
         return match value > 0.0 {
             true => Ok(value),
             false => Err(PointError::NotPositive {
-                name: axis.name.clone(),
+                name: axis.name().to_owned(),
                 value,
             }),
         };
@@ -268,7 +268,7 @@ fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
     let near = |on_grid: &f64| (on_grid - value).abs() <= NEAR * value.abs();
     let found = axis.values.iter().find(near);
     found.ok_or_else(|| PointError::NotOnGrid {
-        name: axis.name.clone(),
+        name: axis.name().to_owned(),
         value: with_unit(number(value), axis),
         values: listed(axis),
     })
@@ -296,7 +296,7 @@ fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
             units => format!(", or one with a unit ({units})"),
         };
         PointError::NotAValue {
-            name: axis.name.clone(),
+            name: axis.name().to_owned(),
             reason,
             accepted: format!("a bare number{unit}{units}"),
         }
@@ -308,8 +308,8 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>]) -> String {
     let parts: Vec<String> = (job.axes.iter().zip(typed))
         .filter(|(axis, typed)| typed.is_some() || axis.values.len() > 1)
         .map(|(axis, typed)| match typed {
-            Some((text, _)) => format!("{}={text}", axis.name),
-            None => format!("{}={}", axis.name, number(axis.values.get(0))),
+            Some((text, _)) => format!("{}={text}", axis.name()),
+            None => format!("{}={}", axis.name(), number(axis.values.get(0))),
         })
         .collect();
     let text = parts.join(",");
@@ -329,7 +329,7 @@ fn ranged(axis: &Axis) -> String {
         }
         false => listed(axis),
     };
-    format!("{} ({values})", axis.name)
+    format!("{} ({values})", axis.name())
 }
 
 /// All values of an axis, or as many as one reads.

@@ -4,6 +4,42 @@
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
+/// What an axis varies: model keys, then load, then speed, which is the order of axes.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub enum AxisKey {
+    /// A dotted key of the manifest (`mesh.half_gap`).
+    Key(String),
+    /// Fraction of the rated mesh force.
+    Load,
+    /// Speed of the pinion.
+    Speed,
+}
+
+impl AxisKey {
+    /// What an axis of this name varies.
+    pub(super) fn of(name: &str) -> Self {
+        match name {
+            "load" => Self::Load,
+            "speed" => Self::Speed,
+            key => Self::Key(key.to_owned()),
+        }
+    }
+
+    /// Its name in manifests and result files.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Key(key) => key,
+            Self::Load => "load",
+            Self::Speed => "speed",
+        }
+    }
+
+    /// Whether it is a key of the model, not of the operating point.
+    pub fn is_model_key(&self) -> bool {
+        matches!(self, Self::Key(_))
+    }
+}
+
 /// The values of an axis in SI; at least one.
 #[derive(Debug, Clone)]
 pub struct AxisValues(Form);

@@ -142,7 +142,7 @@ fn places(number: usize, lengths: &[usize]) -> Vec<usize> {
 fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &mut Issues) -> bool {
     let mut fits = true;
     for (key, &i) in keys.iter().zip(index) {
-        let name = &key.axis.name;
+        let name = key.axis.name();
         let path: Vec<&str> = name.split('.').collect();
         if let Err(short) = tree.put(&path, key.node(i)) {
             issues.push(
@@ -177,7 +177,7 @@ fn sift(
         .zip(index)
         .map(|(key, &i)| {
             let value = schema::number(key.axis.values.get(i));
-            format!("{} = {value}", key.axis.name)
+            format!("{} = {value}", key.axis.name())
         })
         .collect::<Vec<_>>()
         .join(", ");
@@ -248,9 +248,9 @@ impl Between {
         let kept = &*self.0;
         let mut tree = kept.tree.clone();
         for (key, value) in kept.keys.iter().zip(values) {
-            let path: Vec<&str> = key.axis.name.split('.').collect();
+            let path: Vec<&str> = key.axis.name().split('.').collect();
             if tree.put(&path, key.sample(*value)).is_err() {
-                return Err(format!("`{}` names nothing", key.axis.name));
+                return Err(format!("`{}` names nothing", key.axis.name()));
             }
         }
         let mut issues = Issues::default();

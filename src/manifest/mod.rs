@@ -25,7 +25,7 @@ mod text;
 mod tree;
 mod unknown;
 
-pub use axis::AxisValues;
+pub use axis::{AxisKey, AxisValues};
 pub use diagnostic::{Diagnostic, DiagnosticKind, ManifestErrors, Source, Span};
 pub use expand::Between;
 pub use points::{Points, Variant};

@@ -5,7 +5,7 @@ mod mesh;
 
 pub use mesh::{CourseSpec, DampingSpec, MeshSpec, StiffnessSpec, TableSpec, TwoLevels};
 
-use super::axis::AxisValues;
+use super::axis::{AxisKey, AxisValues};
 use super::expand::Between;
 use super::points::Points;
 use crate::analysis::Analyses;
@@ -59,10 +59,10 @@ impl Job {
         let axis = self.carried.as_ref()?.axis;
         let mut between = point.clone();
         between.axis_values[axis] = value;
-        match self.axes[axis].name.as_str() {
-            "load" => between.load = value,
-            "speed" => between.speed = value,
-            _ => self.between.as_ref()?.resolve(&mut between)?,
+        match &self.axes[axis].key {
+            AxisKey::Load => between.load = value,
+            AxisKey::Speed => between.speed = value,
+            AxisKey::Key(_) => self.between.as_ref()?.resolve(&mut between)?,
         }
         Some(between)
     }
@@ -102,12 +102,19 @@ impl Direction {
 /// One axis of the grid.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
-    /// Column name: `load`, `speed`, or the dotted key (`mesh.half_gap`).
-    pub name: String,
+    /// What it varies.
+    pub key: AxisKey,
     /// SI unit as text, `1` when dimensionless.
     pub unit: String,
     /// Values in SI.
     pub values: AxisValues,
+}
+
+impl Axis {
+    /// Its name in manifests and result files.
+    pub fn name(&self) -> &str {
+        self.key.name()
+    }
 }
 
 /// One operating point: a complete description of one simulation. Points share what they

@@ -16,7 +16,7 @@ use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{
     CalledOff, Class, LyapunovQuestion, NvhErrors, NvhQuestion, PointOutcome, Status,
 };
-use crate::manifest::{Direction, Job, PointSpec, RunSpec};
+use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
 use std::sync::Arc;
@@ -118,7 +118,7 @@ pub fn lead_up(
     };
     let first = point.point_id as usize / carried.length * carried.length;
     let value = point.axis_values[carried.axis];
-    let swept = job.axes[carried.axis].name.as_str();
+    let swept = &job.axes[carried.axis].key;
     for mut before in (first..first + carried.length).map(|id| job.points.at(id)) {
         let reached = before.axis_values[carried.axis];
         if match direction {
@@ -127,10 +127,10 @@ pub fn lead_up(
         } {
             break;
         }
-        if swept != "load" {
+        if *swept != AxisKey::Load {
             before.load = point.load;
         }
-        if swept != "speed" {
+        if *swept != AxisKey::Speed {
             before.speed = point.speed;
         }
         if let Some(poincare) = &mut Arc::make_mut(&mut before.analyses).poincare {

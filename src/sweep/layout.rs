@@ -9,7 +9,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     let variants = job.points.variants();
     let any = |pick: fn(&Analyses) -> bool| variants.iter().any(|v| pick(&v.analyses));
     let column = |axis: &Axis| AxisColumn {
-        name: axis.name.clone(),
+        name: axis.name().to_owned(),
         unit: axis.unit.clone(),
     };
     ResultLayout {

@@ -3,6 +3,7 @@
 mod order;
 mod values;
 
+use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::Section;
 use super::schema::{self, Key, Kind, MANIFEST};
@@ -34,7 +35,7 @@ pub(super) struct GridAxis {
 impl GridAxis {
     /// Whether the axis names a model key; otherwise it is load or speed.
     pub fn is_model_key(&self) -> bool {
-        !matches!(self.axis.name.as_str(), "load" | "speed")
+        self.axis.key.is_model_key()
     }
 
     /// Any value of the axis's kind as it goes into the tree.
@@ -94,13 +95,7 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
             None => axes.faulty.push(entry.key.clone()),
         }
     }
-    let rank = |axis: &GridAxis| match axis.axis.name.as_str() {
-        "load" => 1,
-        "speed" => 2,
-        _ => 0,
-    };
-    axes.sound
-        .sort_by(|a, b| (rank(a), &a.axis.name).cmp(&(rank(b), &b.axis.name)));
+    axes.sound.sort_by(|a, b| a.axis.key.cmp(&b.axis.key));
     axes.carried = order::read(&section, issues, &axes.sound, &axes.faulty);
     let directions = axes.carried.as_ref().map_or(1, |c| c.directions.len());
     axes.too_large = !size_is_accepted(issues, &section, &axes.sound, directions);
@@ -123,7 +118,7 @@ fn size_is_accepted(
     }
     let shown = axes.iter().take(MOST_FACTORS);
     let mut factors: Vec<_> = shown
-        .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name))
+        .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name()))
         .collect();
     if axes.len() > MOST_FACTORS {
         factors.push(format!("{} more axes", axes.len() - MOST_FACTORS));
@@ -172,7 +167,7 @@ fn read_axis(issues: &mut Issues, entry: &Entry) -> Option<GridAxis> {
     let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
     Some(GridAxis {
         axis: Axis {
-            name: name.to_owned(),
+            key: AxisKey::of(name),
             unit: dimension.unit().to_owned(),
             values,
         },
@@ -185,7 +180,7 @@ fn read_axis(issues: &mut Issues, entry: &Entry) -> Option<GridAxis> {
 /// The schema's entry for what an axis varies.
 fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
     let name = entry.key.as_str();
-    if matches!(name, "load" | "speed") {
+    if !AxisKey::of(name).is_model_key() {
         return schema::find(MANIFEST, path);
     }
     let table = name.split('.').next().unwrap_or_default();

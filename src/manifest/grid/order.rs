@@ -2,6 +2,7 @@
 //! along one axis.
 
 use super::GridAxis;
+use crate::manifest::axis::AxisKey;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::schema;
@@ -48,12 +49,12 @@ pub(super) fn read(
             return None;
         }
         let last = axes.iter().rfind(|axis| axis.axis.values.len() > 1);
-        ("order", last.map_or("", |axis| axis.axis.name.as_str()))
+        ("order", last.map_or("", |axis| axis.axis.name()))
     };
     if faulty.iter().any(|fault| fault == name) {
         return None;
     }
-    let found = axes.iter().position(|axis| axis.axis.name == name);
+    let found = axes.iter().position(|axis| axis.axis.name() == name);
     match fault(axes, found, name) {
         None => found.map(|axis| Carried {
             axis,
@@ -127,14 +128,14 @@ fn fault(
 }
 
 fn leaves_modes(name: &str) -> bool {
-    matches!(name, "load" | "speed") || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
+    !AxisKey::of(name).is_model_key() || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
 }
 
 /// Axes that could be swept.
 fn fitting(axes: &[GridAxis]) -> Vec<&str> {
     axes.iter()
         .map(|axis| &axis.axis)
-        .filter(|axis| axis.values.len() > 1 && leaves_modes(&axis.name))
-        .map(|axis| axis.name.as_str())
+        .filter(|axis| axis.values.len() > 1 && leaves_modes(axis.name()))
+        .map(|axis| axis.name())
         .collect()
 }
