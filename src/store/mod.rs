@@ -23,6 +23,7 @@ mod columns;
 mod error;
 mod file;
 mod horizon;
+mod interleave;
 mod journal;
 mod merge;
 mod nvh;
@@ -37,7 +38,6 @@ mod seal;
 mod table;
 mod tables;
 mod trace;
-mod weave;
 mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
