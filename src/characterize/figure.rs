@@ -1,5 +1,6 @@
 //! A figure from the repetitions of several rounds.
 
+use crate::numerics::statistics::student;
 use crate::store::Figure;
 
 /// What a repetition's time is turned into.
@@ -54,14 +55,6 @@ fn spread(values: &[f64]) -> Option<f64> {
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
     Some(student(values.len() - 1) * (variance * (1.0 + 1.0 / n)).sqrt() / mean)
-}
-
-/// Student's two-sided 95 % quantile, up to ten degrees of freedom; that of ten beyond.
-fn student(degrees: usize) -> f64 {
-    const QUANTILES: [f64; 10] = [
-        12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
-    ];
-    QUANTILES[degrees.clamp(1, 10) - 1]
 }
 
 #[cfg(test)]

@@ -45,6 +45,7 @@ pub use trouble::Trouble;
 use crate::store::{Characteristics, ProgramRecord, timestamp};
 use crate::topology::Topology;
 use calm::{Calm, Probe};
+use clap::ValueEnum;
 use description::Root;
 use drive::DefaultDrive;
 use noise::Watch;
@@ -52,11 +53,13 @@ use outcome::Sample;
 use plan::{Item, Limits};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
+use strum::{IntoStaticStr, VariantArray};
 use tables::Moulds;
 use team::Pace;
 
 /// How much is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Extent {
     /// Under a minute.
     Quick,
@@ -69,11 +72,7 @@ pub enum Extent {
 impl Extent {
     /// Its name in the record.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Quick => "quick",
-            Self::Default => "default",
-            Self::Full => "full",
-        }
+        self.into()
     }
 
     /// Time that it is meant to take.
@@ -109,43 +108,27 @@ impl Extent {
 }
 
 /// A part of the measurements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray, ValueEnum)]
+#[strum(serialize_all = "lowercase")]
 pub enum Part {
-    /// Multiply-adds in registers.
+    /// Multiply-adds in registers, by instruction set.
     Arithmetic,
-    /// Streams, also from node to node.
+    /// Read, copy and triad over threads, and from node to node.
     Bandwidth,
-    /// Rotating operators and operating points.
+    /// Dense products and the structured kernel over rotating tables.
     Operators,
-    /// Solver scaling.
+    /// Marching over threads, modes and kinds of tables.
     Solver,
-    /// The memory mountain.
+    /// Reading buffers by size and stride.
     Mountain,
-    /// Chains of loads.
+    /// Loads that depend on each other.
     Latency,
 }
 
 impl Part {
-    /// All parts, in the order in which they are measured.
-    pub const ALL: [Self; 6] = [
-        Self::Arithmetic,
-        Self::Bandwidth,
-        Self::Operators,
-        Self::Solver,
-        Self::Mountain,
-        Self::Latency,
-    ];
-
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Arithmetic => "arithmetic",
-            Self::Bandwidth => "bandwidth",
-            Self::Operators => "operators",
-            Self::Solver => "solver",
-            Self::Mountain => "mountain",
-            Self::Latency => "latency",
-        }
+        self.into()
     }
 }
 

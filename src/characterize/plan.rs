@@ -12,6 +12,7 @@ use super::vectors::Set;
 use super::{Extent, Part};
 use crate::topology::Topology;
 use places::{caches_spanned, order, pairs, same_places, teams};
+use strum::VariantArray;
 
 /// What may be taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,7 +127,7 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     let compact = teams(topology, Placement::Compact, limits.processors);
     let Some(first) = compact.first().and_then(|team| team.first()).copied() else {
         missing.push(Missing {
-            of: &Part::ALL,
+            of: Part::VARIANTS,
             said: "this process may use no core: nothing was measured".to_owned(),
         });
         return Plan {
@@ -356,7 +357,7 @@ fn solvers(
                 Sharing::Node => topology.numa_nodes.len() as u64,
                 Sharing::Eight => 8,
             };
-            for solver in Solver::ALL {
+            for &solver in Solver::VARIANTS {
                 // Dense tables take seconds to build: many of them with one number of modes only.
                 let dense = solver != Solver::Volterra;
                 if dense && sharing != Sharing::Shared && modes != MANY_TABLES {

@@ -7,10 +7,11 @@
 #![allow(unsafe_code)]
 
 use super::buffer::Line;
-use std::fmt;
+use strum::Display;
 
 /// Instruction set of a loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display)]
+#[strum(serialize_all = "lowercase")]
 pub enum Set {
     /// What every processor of the architecture has.
     Baseline,
@@ -40,16 +41,6 @@ impl Set {
     /// The widest set this machine has.
     pub fn widest() -> Self {
         Self::available().last().copied().unwrap_or(Self::Baseline)
-    }
-}
-
-impl fmt::Display for Set {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Baseline => "baseline",
-            Self::Avx2 => "avx2",
-            Self::Avx512 => "avx512",
-        })
     }
 }
 

@@ -7,8 +7,7 @@ use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
 use crate::store::{Characteristics, write_whole};
-use clap::builder::PossibleValue;
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fs;
 use std::io::IsTerminal;
@@ -84,24 +83,6 @@ struct ShowArgs {
     /// Print the whole record as JSON.
     #[arg(long)]
     json: bool,
-}
-
-impl ValueEnum for Part {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let help = match self {
-            Self::Arithmetic => "Multiply-adds in registers, by instruction set",
-            Self::Bandwidth => "Read, copy and triad over threads, and from node to node",
-            Self::Operators => "Dense products and the structured kernel over rotating tables",
-            Self::Solver => "Marching over threads, modes and kinds of tables",
-            Self::Mountain => "Reading buffers by size and stride",
-            Self::Latency => "Loads that depend on each other",
-        };
-        Some(PossibleValue::new(self.name()).help(help))
-    }
 }
 
 /// Where the result of this machine lies by default.

@@ -53,30 +53,6 @@ pub enum Format {
     Both,
 }
 
-impl ValueEnum for What {
-    fn value_variants<'a>() -> &'a [Self] {
-        &Self::ALL
-    }
-
-    fn to_possible_value(&self) -> Option<clap::builder::PossibleValue> {
-        let help = match self {
-            Self::Lambda => "Largest Lyapunov exponent: a map, or a curve over one axis",
-            Self::Classes => "Map of the kind of motion",
-            Self::Bifurcation => "Strobed deflection over one axis, with the exponent",
-            Self::Shares => "Basin shares over one axis, a colour a branch of attractors",
-            Self::Basins => "Slices of initial states, a colour an attractor",
-            Self::Spectrum => "Deflection and force of a point over mesh orders",
-            Self::Horizon => "How twins of a point part, and how its averages settle",
-            Self::Phase => "Phase portrait of a trace, or strobe samples of a point",
-            Self::Trace => "Deflection, force and contact of a trace over time",
-            Self::Mesh => "Stiffness, load centre and transmission error of a mesh table",
-            Self::Sharing => "Load shares of the pairs of teeth of a mesh table",
-            Self::Contact => "Contact pattern of a mesh table",
-        };
-        Some(clap::builder::PossibleValue::new(self.name()).help(help))
-    }
-}
-
 /// Writes the pictures: status 0 when done, 2 for bad input, 1 where a file cannot be
 /// written.
 pub fn run(args: &PlotArgs) -> ExitCode {

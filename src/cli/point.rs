@@ -6,6 +6,7 @@
 //! meets it.
 
 use crate::manifest::{Axis, AxisKey, Direction, Job, PointSpec};
+use crate::report::to_digits;
 use crate::units::{self, Dimension};
 
 /// An operating point that was asked for.
@@ -350,11 +351,7 @@ fn with_unit(text: String, axis: &Axis) -> String {
 
 /// A number with seven digits, which tell the values of a grid apart.
 pub fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
-    match rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
-        true => format!("{rounded}"),
-        false => format!("{rounded:e}"),
-    }
+    to_digits(value, 7)
 }
 
 /// `a`, `a and b`, `a, b and c`.

@@ -12,8 +12,8 @@ use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
 use crate::manifest::Job;
 use crate::propagate::instructions;
 use crate::store::{
-    Exchange, Journal, ProgramRecord, RetryRecord, RunRecord, StoreError, TableRecord, Totals,
-    mixed, remove_stale, replace, statuses, timestamp, write_run,
+    Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord,
+    StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, timestamp, write_run,
 };
 use crate::sweep::build::Parts;
 use crate::sweep::{self, Options, Share, SweepError, Watcher};
@@ -59,7 +59,13 @@ fn retry(
         .collect();
     let anew = retry_folder(folder, args);
     if anew.is_symlink() {
-        return Err(StoreError::SymbolicLink { path: anew }.into());
+        let fault = IoFault {
+            path: anew,
+            action: "create",
+            purpose: Purpose::Results,
+            refusal: Refusal::SymbolicLink,
+        };
+        return Err(StoreError::from(fault).into());
     }
     let mut voice = Voice::new(args, job, folder);
     let mut text = format!(

@@ -59,6 +59,18 @@ fn naive_error(values: &[f64]) -> (f64, f64) {
     ((square / (n - 1.0) / n).sqrt(), correlation)
 }
 
+/// Student's two-sided 95 % quantile of some degrees of freedom, one at least; beyond a table its
+/// expansion in 1/ν.
+pub fn student(degrees: usize) -> f64 {
+    const QUANTILES: [f64; 10] = [
+        12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+    ];
+    let degrees = degrees.max(1);
+    let inverse = 1.0 / degrees as f64;
+    let expansion = 1.96 + 2.37 * inverse + 2.8 * inverse * inverse;
+    QUANTILES.get(degrees - 1).copied().unwrap_or(expansion)
+}
+
 /// The quantile at `share` of a series in time, and its standard error; `None` without
 /// values.
 ///
@@ -169,5 +181,18 @@ mod tests {
     fn too_short_a_series_has_no_error_bar() {
         assert_eq!(standard_error(&[1.0; 31]), f64::INFINITY);
         assert_eq!(standard_error(&[1.0; 64]), 0.0);
+    }
+
+    #[test]
+    fn students_quantile_joins_its_table() {
+        for (degrees, wanted) in [
+            (0, 12.706),
+            (10, 2.228),
+            (11, 2.201),
+            (30, 2.042),
+            (120, 1.98),
+        ] {
+            assert!((student(degrees) - wanted).abs() < 5e-3, "{degrees}");
+        }
     }
 }

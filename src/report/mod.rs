@@ -18,5 +18,5 @@ pub use operator_summary::OperatorSummary;
 pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, machine_pictures, plot};
 pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};
 pub use table_summary::{ArraySummary, TableSummary, size_text};
-pub use text::{Style, render};
+pub use text::{Style, render, to_digits};
 pub use transitions::TransitionSummary;

@@ -236,28 +236,22 @@ pub(super) fn label(axis: &Axis) -> String {
     }
 }
 
-/// Four significant digits, without needless zeros.
+/// Four significant digits, and all of those before the point, without needless zeros.
 pub(super) fn number(value: f64) -> String {
-    if value == 0.0 {
-        return "0".into();
+    let before_point = value.abs().log10().floor() + 1.0;
+    match (4.0..=6.0).contains(&before_point) {
+        true => to_digits(value, before_point as usize),
+        false => to_digits(value, 4),
     }
-    let magnitude = value.abs().log10().floor();
-    if !(-3.0..6.0).contains(&magnitude) {
-        let text = format!("{value:.3e}");
-        let Some((mantissa, exponent)) = text.split_once('e') else {
-            return text;
-        };
-        return format!("{}e{exponent}", trimmed(mantissa));
-    }
-    let digits = (3.0 - magnitude).max(0.0) as usize;
-    trimmed(&format!("{value:.digits$}")).to_owned()
 }
 
-fn trimmed(decimal: &str) -> &str {
-    if decimal.contains('.') {
-        decimal.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        decimal
+/// So many significant digits, without needless zeros: `0.05`, `4.4e8`.
+pub fn to_digits(value: f64, digits: usize) -> String {
+    let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse();
+    let rounded: f64 = rounded.unwrap_or(value);
+    match rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
+        true => format!("{}", rounded + 0.0),
+        false => format!("{rounded:e}"),
     }
 }
 

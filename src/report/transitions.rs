@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::summary::Summary;
-use super::text::number;
+use super::text::{number, to_digits};
 use crate::store::{ResultTable, StoreError, TableKind};
 
 /// Rows shown before the list is cut short.
@@ -119,14 +119,4 @@ fn jump(found: &TransitionSummary) -> String {
         number(before),
         number(behind)
     )
-}
-
-fn to_digits(value: f64, digits: usize) -> String {
-    let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse();
-    let rounded: f64 = rounded.unwrap_or(value);
-    match (1e-3..1e6).contains(&rounded.abs()) {
-        true => rounded.to_string(),
-        false if rounded == 0.0 => number(rounded),
-        false => format!("{rounded:e}"),
-    }
 }

@@ -13,9 +13,11 @@ use super::error::{ShaftError, positive};
 use super::modal::ModalStructure;
 use super::train::{ShaftNodes, Support, Train};
 use crate::gear::GearPair;
+use strum::IntoStaticStr;
 
 /// What a rigid-body model releases. Everything else is fixed to the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, serde::Serialize)]
+#[strum(serialize_all = "snake_case")]
 pub enum Tier {
     /// The rotations of both bodies: 2 degrees of freedom. Mounts are rigid.
     Torsional,
@@ -38,12 +40,7 @@ impl Tier {
 
     /// The name of the model kind.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Torsional => "torsional",
-            Self::Translational => "translational",
-            Self::Tilting => "tilting",
-            Self::Pedestal => "pedestal",
-        }
+        self.into()
     }
 
     /// Degrees of freedom.

@@ -4,7 +4,7 @@
 
 use super::columns::{AxisColumn, PointRow};
 use super::file::Row;
-use super::table::{Column, Table, Value};
+use super::table::{Column, Table, columns};
 use crate::analysis::Class;
 use serde::{Deserialize, Serialize};
 
@@ -85,18 +85,11 @@ pub(super) fn direction(upwards: bool) -> &'static str {
 }
 
 /// The column of `points.parquet` that tells the two sweeps along one axis apart.
-pub(super) fn direction_column(axis: &AxisColumn) -> Column<PointRow> {
-    Column::new(
-        "direction",
-        "",
-        &format!(
-            "Sweep along {}: up or down; each point starts from the end state of the one before it",
-            axis.name
-        ),
-        Value::Text(Box::new(|row: &PointRow| {
-            row.chain.as_ref().map(|chain| direction(chain.upwards))
-        })),
-    )
+pub(super) fn direction_columns(axis: &AxisColumn) -> Vec<Column<PointRow>> {
+    columns![row: PointRow;
+        text "direction", "", row.chain.as_ref().map(|chain| direction(chain.upwards)),
+            &format!("Sweep along {}: up or down; each point starts from the end state of the one before it", axis.name);
+    ]
 }
 
 /// A row of `transitions.parquet`.
@@ -120,78 +113,31 @@ impl Row for TransitionRow {
 
 /// Columns of `transitions.parquet`; `lower` and `upper` have the swept axis's unit.
 pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
-    type Text = fn(&TransitionRow) -> &str;
-    let text = |name: &str, description: &str, get: Text| {
-        let value = Value::Text(Box::new(move |row: &TransitionRow| Some(get(row))));
-        Column::new(name, "", description, value)
-    };
-    let period = |name: &str, description: &str, get: fn(&Transition) -> Class| {
-        let value = move |row: &TransitionRow| get(&row.transition).period();
-        let value = Value::U32(Box::new(value));
-        Column::new(name, "mesh cycles", description, value)
-    };
-    let end = |name: &str, description: &str, pick: fn(f64, f64) -> f64| {
-        let value = move |row: &TransitionRow| {
-            let [before, behind] = row.transition.bracket;
-            Some(pick(before, behind))
-        };
-        Column::new(name, &axis.unit, description, Value::F64(Box::new(value)))
-    };
-    let level = |name: &str, description: &str, get: fn([Level; 2]) -> f64| {
-        let value = move |row: &TransitionRow| row.transition.jump.map(get);
-        Column::new(name, "m", description, Value::F64(Box::new(value)))
-    };
-    Table::new(vec![
-        Column::new(
-            "point_id",
-            "1",
-            "First point of the grid behind the change, in marching order",
-            Value::U64(Box::new(|row: &TransitionRow| Some(row.point_id))),
-        ),
-        text("axis", "Swept axis", |row| &row.axis),
-        text("direction", "Sweep along the axis: up or down", |row| {
-            direction(row.upwards)
-        }),
-        text(
-            "from_class",
-            "Kind of motion before the change, in marching order",
-            |row| row.transition.from.name(),
-        ),
-        text(
-            "what",
-            "What changes: class, period, or at constant class and period the deflection, which jumps",
-            |row| row.transition.what(),
-        ),
-        period("from_period", "Its period, where it has one", |t| t.from),
-        text("to_class", "Kind of motion behind the change", |row| {
-            row.transition.to.name()
-        }),
-        period("to_period", "Its period, where it has one", |t| t.to),
-        end(
-            "lower",
-            "Smaller of the two values of the swept axis that bracket the change",
-            f64::min,
-        ),
-        end("upper", "Larger of the two", f64::max),
-        level(
-            "from_dte_mean",
-            "Mean deflection before a jump; null of other changes",
-            |[before, _]| before.mean[0],
-        ),
-        level("to_dte_mean", "Mean deflection behind it", |[_, behind]| {
-            behind.mean[0]
-        }),
-        level(
-            "from_dte_rms",
-            "RMS of the deflection about its mean before a jump",
-            |[before, _]| before.rms[0],
-        ),
-        level("to_dte_rms", "RMS behind it", |[_, behind]| behind.rms[0]),
-        Column::new(
-            "trials",
-            "1",
-            "Points computed between those of the grid to narrow the bracket",
-            Value::U32(Box::new(|row: &TransitionRow| Some(row.transition.trials))),
-        ),
+    let unit = &axis.unit;
+    Table::new(columns![row: TransitionRow;
+        u64 "point_id", "1", row.point_id,
+            "First point of the grid behind the change, in marching order";
+        text "axis", "", row.axis.as_str(), "Swept axis";
+        text "direction", "", direction(row.upwards), "Sweep along the axis: up or down";
+        text "from_class", "", row.transition.from.name(),
+            "Kind of motion before the change, in marching order";
+        text "what", "", row.transition.what(),
+            "What changes: class, period, or at constant class and period the deflection, which jumps";
+        u32 "from_period", "mesh cycles", row.transition.from.period(),
+            "Its period, where it has one";
+        text "to_class", "", row.transition.to.name(), "Kind of motion behind the change";
+        u32 "to_period", "mesh cycles", row.transition.to.period(), "Its period, where it has one";
+        f64 "lower", unit, row.transition.bracket[0].min(row.transition.bracket[1]),
+            "Smaller of the two values of the swept axis that bracket the change";
+        f64 "upper", unit, row.transition.bracket[0].max(row.transition.bracket[1]),
+            "Larger of the two";
+        f64 "from_dte_mean", "m", row.transition.jump?[0].mean[0],
+            "Mean deflection before a jump; null of other changes";
+        f64 "to_dte_mean", "m", row.transition.jump?[1].mean[0], "Mean deflection behind it";
+        f64 "from_dte_rms", "m", row.transition.jump?[0].rms[0],
+            "RMS of the deflection about its mean before a jump";
+        f64 "to_dte_rms", "m", row.transition.jump?[1].rms[0], "RMS behind it";
+        u32 "trials", "1", row.transition.trials,
+            "Points computed between those of the grid to narrow the bracket";
     ])
 }

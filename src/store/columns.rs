@@ -2,10 +2,10 @@
 //! comes from.
 
 use super::StoreError;
-use super::chains::{ChainColumns, ChainPart, direction_column};
+use super::chains::{ChainColumns, ChainPart, direction_columns};
 use super::horizon::horizon_columns;
 use super::nvh::nvh_columns;
-use super::table::{Column, Table, Value};
+use super::table::{Column, Table, columns};
 use crate::analysis::{
     Class, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey, PoincareSample,
     PointOutcome, SpectrumLine, SpectrumMethod,
@@ -78,6 +78,10 @@ impl PointRow {
         }
         self
     }
+
+    fn lyapunov(&self) -> Option<&LyapunovOutcome> {
+        self.outcome.lyapunov.as_ref()
+    }
 }
 
 /// A row of `poincare.parquet`.
@@ -110,30 +114,26 @@ pub fn points_table(
     axes: &[AxisColumn],
     chains: Option<&ChainColumns>,
 ) -> Result<Table<PointRow>, StoreError> {
-    let mut columns = vec![Column::new(
-        "point_id",
-        "1",
-        match chains {
-            None => "Row-major index into the grid",
-            Some(_) => {
-                "Index into the points: other axes slowest, then direction, then the swept axis in marching order"
-            }
-        },
-        Value::U64(Box::new(|row: &PointRow| Some(row.point_id))),
-    )];
+    let point_id = match chains {
+        None => "Row-major index into the grid",
+        Some(_) => {
+            "Index into the points: other axes slowest, then direction, then the swept axis in marching order"
+        }
+    };
+    let mut columns = columns![row: PointRow;
+        u64 "point_id", "1", row.point_id, point_id;
+    ];
     for (index, axis) in axes.iter().enumerate() {
-        columns.push(Column::new(
-            &axis.name,
-            &axis.unit,
-            &format!("Grid axis {}", axis.name),
-            Value::F64(Box::new(move |row: &PointRow| {
-                row.axis_values.get(index).copied()
-            })),
-        ));
+        columns.extend(columns![row: PointRow;
+            f64 &axis.name, &axis.unit, row.axis_values.get(index).copied(),
+                &format!("Grid axis {}", axis.name);
+        ]);
     }
-    columns.extend(chains.map(|chains| direction_column(&chains.axis)));
-    columns.extend(ending_columns());
-    columns.extend(lyapunov_columns());
+    columns.extend(
+        chains
+            .into_iter()
+            .flat_map(|chains| direction_columns(&chains.axis)),
+    );
     columns.extend(motion_columns());
     columns.extend(horizon_columns());
     columns.extend(nvh_columns());
@@ -153,264 +153,80 @@ pub fn points_table(
     Ok(Table::new(columns))
 }
 
-fn ending_columns() -> Vec<Column<PointRow>> {
-    vec![
-        Column::new(
-            "status",
-            "",
-            "How the work ended: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed",
-            Value::Text(Box::new(|row: &PointRow| Some(row.outcome.status.name()))),
-        ),
-        Column::new(
-            "reason",
-            "",
-            "Why this status and this class",
-            Value::Text(Box::new(|row: &PointRow| Some(row.outcome.reason.as_str()))),
-        ),
-        Column::new(
-            "class",
-            "",
-            "Kind of motion: locked, periodic, quasi_periodic, chaotic, not_converged",
-            Value::Text(Box::new(|row: &PointRow| {
-                row.outcome.class.as_ref().map(Class::name)
-            })),
-        ),
-        Column::new(
-            "period",
-            "mesh cycles",
-            "Period of locked and periodic motion",
-            Value::U32(Box::new(|row: &PointRow| {
-                row.outcome.class.as_ref()?.period()
-            })),
-        ),
-    ]
-}
-
-fn lyapunov_columns() -> Vec<Column<PointRow>> {
-    fn number(
-        name: &str,
-        description: &str,
-        get: fn(&LyapunovOutcome) -> Option<f64>,
-    ) -> Column<PointRow> {
-        let value = move |row: &PointRow| row.outcome.lyapunov.as_ref().and_then(get);
-        Column::new(name, "1/cycle", description, Value::F64(Box::new(value)))
-    }
-    vec![
-        number(
-            "lambda_max",
-            "Largest Lyapunov exponent per mesh cycle",
-            |found| found.exponents.first().copied(),
-        ),
-        number(
-            "lambda_stderr",
-            "Standard error of lambda_max, from block averages",
-            |found| Some(found.stderr),
-        ),
-        number(
-            "lambda_twin",
-            "Largest exponent from a twin trajectory",
-            |found| found.twin,
-        ),
-        number(
-            "lambda_twin_stderr",
-            "Standard error of lambda_twin, from block averages",
-            |found| found.twin_stderr,
-        ),
-        Column::new(
-            "twin_agrees",
-            "",
-            "Whether twin and tangents agree, over the same cycles, within three standard errors of their difference",
-            Value::Bool(Box::new(|row: &PointRow| {
-                row.outcome.lyapunov.as_ref()?.twin_agrees
-            })),
-        ),
-        Column::new(
-            "lambda_method",
-            "",
-            "tangent: mean growth of tangent vectors; multipliers: of the settled orbit",
-            Value::Text(Box::new(|row: &PointRow| {
-                row.outcome
-                    .lyapunov
-                    .as_ref()
-                    .map(|found| found.method.name())
-            })),
-        ),
-        Column::new(
-            "exponents",
-            "1/cycle",
-            "Lyapunov exponents per mesh cycle, largest first",
-            Value::List(Box::new(|row: &PointRow| {
-                row.outcome
-                    .lyapunov
-                    .as_ref()
-                    .map(|found| found.exponents.as_slice())
-            })),
-        ),
-    ]
-}
-
 fn motion_columns() -> Vec<Column<PointRow>> {
-    vec![
-        Column::new(
-            "events_per_cycle",
-            "1/cycle",
-            "Contact-state changes per measured mesh cycle",
-            Value::F64(Box::new(|row: &PointRow| row.outcome.events_per_cycle)),
-        ),
-        Column::new(
-            "attractors",
-            "1",
-            "Different attractors that the point's probes settled on",
-            Value::U32(Box::new(|row: &PointRow| {
-                let found = row.multistability.as_ref();
-                found.map(|found| found.attractors.len() as u32)
-            })),
-        ),
+    columns![row: PointRow;
+        text "status", "", row.outcome.status.name(),
+            "How the work ended: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed";
+        text "reason", "", row.outcome.reason.as_str(), "Why this status and this class";
+        text "class", "", row.outcome.class.as_ref().map(Class::name),
+            "Kind of motion: locked, periodic, quasi_periodic, chaotic, not_converged";
+        u32 "period", "mesh cycles", row.outcome.class.as_ref()?.period(),
+            "Period of locked and periodic motion";
+        f64 "lambda_max", "1/cycle", row.lyapunov()?.exponents.first().copied(),
+            "Largest Lyapunov exponent per mesh cycle";
+        f64 "lambda_stderr", "1/cycle", row.lyapunov()?.stderr,
+            "Standard error of lambda_max, from block averages";
+        f64 "lambda_twin", "1/cycle", row.lyapunov()?.twin,
+            "Largest exponent from a twin trajectory";
+        f64 "lambda_twin_stderr", "1/cycle", row.lyapunov()?.twin_stderr,
+            "Standard error of lambda_twin, from block averages";
+        bool "twin_agrees", "", row.lyapunov()?.twin_agrees,
+            "Whether twin and tangents agree, over the same cycles, within three standard errors of their difference";
+        text "lambda_method", "", row.lyapunov()?.method.name(),
+            "tangent: mean growth of tangent vectors; multipliers: of the settled orbit";
+        list "exponents", "1/cycle", &*row.lyapunov()?.exponents,
+            "Lyapunov exponents per mesh cycle, largest first";
+        f64 "events_per_cycle", "1/cycle", row.outcome.events_per_cycle,
+            "Contact-state changes per measured mesh cycle";
+        u32 "attractors", "1", row.multistability.as_ref()?.attractors.len() as u32,
+            "Different attractors that the point's probes settled on";
     ]
 }
 
 fn work_columns() -> Vec<Column<PointRow>> {
-    fn count(
-        name: &str,
-        unit: &str,
-        description: &str,
-        get: fn(&PointOutcome) -> u64,
-    ) -> Column<PointRow> {
-        let value = move |row: &PointRow| Some(get(&row.outcome));
-        Column::new(name, unit, description, Value::U64(Box::new(value)))
-    }
-    vec![
-        Column::new(
-            "energy_residual",
-            "1",
-            "Energy imbalance over the audited cycles, relative to the energy turned over and stored",
-            Value::F64(Box::new(|row: &PointRow| row.outcome.energy_residual)),
-        ),
-        count(
-            "grazing_count",
-            "1",
-            "Tangencies met over the whole simulation",
-            |outcome| outcome.grazing_count,
-        ),
-        count(
-            "cycles",
-            "mesh cycles",
-            "Mesh cycles marched; transient, probes and refinement included",
-            |outcome| outcome.cycles,
-        ),
-        count(
-            "measured_cycles",
-            "mesh cycles",
-            "Mesh cycles measured",
-            |outcome| outcome.measured_cycles,
-        ),
-        Column::new(
-            "kernel",
-            "",
-            "Kernel that marched the point",
-            Value::Text(Box::new(|row: &PointRow| Some(row.kernel.as_str()))),
-        ),
-        Column::new(
-            "wall_time",
-            "s",
-            "Wall time spent on the point (differs from run to run)",
-            Value::F64(Box::new(|row: &PointRow| Some(row.placement.wall_time))),
-        ),
-        Column::new(
-            "worker",
-            "1",
-            "Worker that computed the point (differs from run to run)",
-            Value::U32(Box::new(|row: &PointRow| Some(row.placement.worker))),
-        ),
-        Column::new(
-            "numa_node",
-            "1",
-            "NUMA node it ran on, where the machine tells (differs from run to run)",
-            Value::U32(Box::new(|row: &PointRow| row.placement.numa_node)),
-        ),
+    columns![row: PointRow;
+        f64 "energy_residual", "1", row.outcome.energy_residual,
+            "Energy imbalance over the audited cycles, relative to the energy turned over and stored";
+        u64 "grazing_count", "1", row.outcome.grazing_count,
+            "Tangencies met over the whole simulation";
+        u64 "cycles", "mesh cycles", row.outcome.cycles,
+            "Mesh cycles marched; transient, probes and refinement included";
+        u64 "measured_cycles", "mesh cycles", row.outcome.measured_cycles, "Mesh cycles measured";
+        text "kernel", "", row.kernel.as_str(), "Kernel that marched the point";
+        f64 "wall_time", "s", row.placement.wall_time,
+            "Wall time spent on the point (differs from run to run)";
+        u32 "worker", "1", row.placement.worker,
+            "Worker that computed the point (differs from run to run)";
+        u32 "numa_node", "1", row.placement.numa_node,
+            "NUMA node it ran on, where the machine tells (differs from run to run)";
     ]
 }
 
 /// Columns of `poincare.parquet`.
 pub fn poincare_table() -> Table<PoincareRow> {
-    Table::new(vec![
-        Column::new(
-            "point_id",
-            "1",
-            "The point, as in points.parquet",
-            Value::U64(Box::new(|row: &PoincareRow| Some(row.point_id))),
-        ),
-        Column::new(
-            "cycle",
-            "mesh cycles",
-            "Mesh cycle, counted from the start of the simulation",
-            Value::U64(Box::new(|row: &PoincareRow| Some(row.sample.cycle))),
-        ),
-        Column::new(
-            "phase",
-            "1",
-            "Mesh phase of the sample, in [0, 1)",
-            Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.phase))),
-        ),
-        Column::new(
-            "deflection",
-            "m",
-            "Mesh deflection",
-            Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.deflection))),
-        ),
-        Column::new(
-            "velocity",
-            "m/s",
-            "Rate of the mesh deflection",
-            Value::F64(Box::new(|row: &PoincareRow| Some(row.sample.velocity))),
-        ),
-        Column::new(
-            "section",
-            "",
-            "Why the sample was taken: strobe, entry (into drive contact), maximum or minimum (of the deflection)",
-            Value::Text(Box::new(|row: &PoincareRow| Some(row.sample.kind.name()))),
-        ),
+    Table::new(columns![row: PoincareRow;
+        u64 "point_id", "1", row.point_id, "The point, as in points.parquet";
+        u64 "cycle", "mesh cycles", row.sample.cycle,
+            "Mesh cycle, counted from the start of the simulation";
+        f64 "phase", "1", row.sample.phase, "Mesh phase of the sample, in [0, 1)";
+        f64 "deflection", "m", row.sample.deflection, "Mesh deflection";
+        f64 "velocity", "m/s", row.sample.velocity, "Rate of the mesh deflection";
+        text "section", "", row.sample.kind.name(),
+            "Why the sample was taken: strobe, entry (into drive contact), maximum or minimum (of the deflection)";
     ])
 }
 
 /// Columns of `spectra.parquet`.
 pub fn spectra_table() -> Table<SpectrumRow> {
-    Table::new(vec![
-        Column::new(
-            "point_id",
-            "1",
-            "Row-major index into the grid",
-            Value::U64(Box::new(|row: &SpectrumRow| Some(row.point_id))),
-        ),
-        Column::new(
-            "signal",
-            "",
-            "deflection, force, or bearing with shaft, number and direction",
-            Value::Text(Box::new(|row: &SpectrumRow| Some(&*row.signal))),
-        ),
-        Column::new(
-            "method",
-            "",
-            "fourier: exact lines of a motion that repeats, at the multiples of its own frequency. welch: averaged power of segments of 64 mesh cycles that overlap by half under a Hann window, of any other motion; a line every 1/64 mesh order (bandwidth 1.5 lines), where a sine half-way between two lines stands 15 % (1.42 dB) too low on both",
-            Value::Text(Box::new(|row: &SpectrumRow| Some(row.method.name()))),
-        ),
-        Column::new(
-            "frequency",
-            "Hz",
-            "Frequency of the line",
-            Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.frequency))),
-        ),
-        Column::new(
-            "order",
-            "1",
-            "Multiple of the mesh frequency",
-            Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.order))),
-        ),
-        Column::new(
-            "amplitude",
-            "m (deflection) or N (force)",
-            "Peak value of an equivalent sine, in the unit of the signal; bearings are forces",
-            Value::F64(Box::new(|row: &SpectrumRow| Some(row.line.amplitude))),
-        ),
+    Table::new(columns![row: SpectrumRow;
+        u64 "point_id", "1", row.point_id, "Row-major index into the grid";
+        text "signal", "", &*row.signal,
+            "deflection, force, or bearing with shaft, number and direction";
+        text "method", "", row.method.name(),
+            "fourier: exact lines of a motion that repeats, at the multiples of its own frequency. welch: averaged power of segments of 64 mesh cycles that overlap by half under a Hann window, of any other motion; a line every 1/64 mesh order (bandwidth 1.5 lines), where a sine half-way between two lines stands 15 % (1.42 dB) too low on both";
+        f64 "frequency", "Hz", row.line.frequency, "Frequency of the line";
+        f64 "order", "1", row.line.order, "Multiple of the mesh frequency";
+        f64 "amplitude", "m (deflection) or N (force)", row.line.amplitude,
+            "Peak value of an equivalent sine, in the unit of the signal; bearings are forces";
     ])
 }

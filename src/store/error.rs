@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use parquet::errors::ParquetError;
 use thiserror::Error;
 
+use super::io_fault::{IoFault, Purpose, Refusal};
+
 /// How a file differs from what was written.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Damage {
@@ -51,71 +53,9 @@ pub enum Damage {
 /// A result file could not be written or read.
 #[derive(Debug, Error)]
 pub enum StoreError {
-    /// No space left on the device, or the quota is used up.
-    #[error(
-        "the disk that holds `{}` is full: free some space or choose another folder with --out, \
-         then repeat the command", path.display()
-    )]
-    DiskFull {
-        /// The file being written.
-        path: PathBuf,
-    },
-    /// Space is left on the device, and no file can be added to it.
-    #[error(
-        "the disk that holds `{}` can take no more files (its inodes are used up; `df -i` counts \
-         them): remove files there or choose another folder with --out, then repeat the command",
-        path.display()
-    )]
-    NoInodes {
-        /// The file being written.
-        path: PathBuf,
-    },
-    /// A symbolic link stands where a file of the program's own is wanted.
-    #[error(
-        "`{}` is a symbolic link, which is not followed: remove it, or choose another folder with \
-         --out", path.display()
-    )]
-    SymbolicLink {
-        /// The link.
-        path: PathBuf,
-    },
-    /// The file system or a resource limit forbids a file this large.
-    #[error(
-        "`{}` outgrew the largest file allowed here: raise `ulimit -f` or choose another file \
-         system with --out, then repeat the command", path.display()
-    )]
-    FileTooLarge {
-        /// The file being written.
-        path: PathBuf,
-    },
-    /// The user may not read or write there.
-    #[error(
-        "no permission to {action} `{}`: check who owns it (`ls -ld`), or choose another folder",
-        path.display()
-    )]
-    PermissionDenied {
-        /// The file or folder.
-        path: PathBuf,
-        /// `read`, `write` or `create`.
-        action: &'static str,
-    },
-    /// The file system is mounted read-only.
-    #[error(
-        "`{}` lies on a read-only file system: choose another folder with --out", path.display()
-    )]
-    ReadOnly {
-        /// The file or folder.
-        path: PathBuf,
-    },
-    /// A part of the path is a file where a folder is needed.
-    #[error(
-        "`{}` cannot be used: a part of this path is a file, not a folder; move that file away or \
-         choose another folder", path.display()
-    )]
-    NotADirectory {
-        /// The folder wanted.
-        path: PathBuf,
-    },
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFault),
     /// A folder of shards stands where a single file is to be written, or the reverse.
     #[error(
         "`{}` already holds results of {found} run: move them away, or choose another folder \
@@ -262,16 +202,6 @@ pub enum StoreError {
         /// Its own words.
         source: ParquetError,
     },
-    /// Any other failure of the operating system.
-    #[error("cannot {action} `{}`", path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// `read`, `write` or `create`.
-        action: &'static str,
-        /// The system's own words.
-        source: io::Error,
-    },
 }
 
 impl StoreError {
@@ -280,13 +210,14 @@ impl StoreError {
     pub fn is_refusal(&self) -> bool {
         matches!(
             self,
-            Self::NotADirectory { .. }
-                | Self::OtherLayout { .. }
+            Self::Io(IoFault {
+                refusal: Refusal::NotADirectory | Refusal::SymbolicLink,
+                ..
+            }) | Self::OtherLayout { .. }
                 | Self::Busy { .. }
                 | Self::ForeignJournal { .. }
                 | Self::OtherJob { .. }
                 | Self::OtherProgram { .. }
-                | Self::SymbolicLink { .. }
                 | Self::PointTwice { .. }
                 | Self::PointBeyond { .. }
                 | Self::Damaged { .. }
@@ -295,27 +226,9 @@ impl StoreError {
         )
     }
 
-    /// Sorts an error of the operating system into the cases a user can act on.
+    /// A failure of the operating system with a result file.
     pub(crate) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
-        let path = path.to_path_buf();
-        match source.kind() {
-            io::ErrorKind::StorageFull if lacks_inodes(&path) => Self::NoInodes { path },
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Self::DiskFull { path },
-            _ if source.raw_os_error() == Some(LOOP) && path.is_symlink() => {
-                Self::SymbolicLink { path }
-            }
-            io::ErrorKind::FileTooLarge => Self::FileTooLarge { path },
-            io::ErrorKind::PermissionDenied => Self::PermissionDenied { path, action },
-            io::ErrorKind::ReadOnlyFilesystem => Self::ReadOnly { path },
-            io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-                Self::NotADirectory { path }
-            }
-            _ => Self::Io {
-                path,
-                action,
-                source,
-            },
-        }
+        IoFault::new(path, action, Purpose::Results, source).into()
     }
 
     /// The same for an error of the Parquet library, which wraps those of the system.
@@ -334,44 +247,6 @@ impl StoreError {
                 action,
                 source,
             },
-        }
-    }
-}
-
-/// What the system says of a link that is not to be followed.
-const LOOP: i32 = rustix::io::Errno::LOOP.raw_os_error();
-
-/// Whether the file system that holds a path, or would, has space but no inodes left.
-fn lacks_inodes(path: &Path) -> bool {
-    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-    let found = absolute
-        .ancestors()
-        .find_map(|at| rustix::fs::statvfs(at).ok());
-    // Some file systems count no inodes, and give none as all of them.
-    found.is_some_and(|system| system.f_files > 0 && system.f_favail == 0 && system.f_bavail > 0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_common_failure_is_one_line_with_path_and_remedy() {
-        let path = Path::new("/data/results/flex80");
-        for (errno, words) in [
-            (28, "is full"),       // ENOSPC
-            (122, "is full"),      // EDQUOT
-            (27, "outgrew"),       // EFBIG
-            (13, "no permission"), // EACCES
-            (30, "read-only"),     // EROFS
-            (20, "not a folder"),  // ENOTDIR
-        ] {
-            let error = ParquetError::from(io::Error::from_raw_os_error(errno));
-            let text = StoreError::parquet(path, "write", error).to_string();
-            assert!(text.contains(words), "errno {errno}: {text}");
-            assert!(text.contains("/data/results/flex80"), "{text}");
-            assert!(text.contains("choose another"), "{text}");
-            assert!(!text.contains('\n'), "{text}");
         }
     }
 }

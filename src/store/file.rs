@@ -17,6 +17,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use serde::{Deserialize, Serialize};
+use strum::IntoStaticStr;
 use tempfile::{NamedTempFile, TempPath};
 
 use super::StoreError;
@@ -36,7 +37,8 @@ pub const GROUP_BYTES: usize = 16 << 20;
 const PARTIAL: &str = ".partial";
 
 /// A result table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "snake_case", suffix = ".parquet")]
 pub enum TableKind {
     /// One row an operating point.
     Points,
@@ -78,19 +80,7 @@ impl TableKind {
 
     /// Name of the file, or of the folder of shards.
     pub fn file_name(self) -> &'static str {
-        match self {
-            Self::Points => "points.parquet",
-            Self::Poincare => "poincare.parquet",
-            Self::Spectra => "spectra.parquet",
-            Self::Probes => "probes.parquet",
-            Self::Orbits => "orbits.parquet",
-            Self::Transitions => "transitions.parquet",
-            Self::Attractors => "attractors.parquet",
-            Self::Basins => "basins.parquet",
-            Self::Horizon => "horizon.parquet",
-            Self::Trace => "trace.parquet",
-            Self::Events => "events.parquet",
-        }
+        self.into()
     }
 }
 
@@ -473,7 +463,7 @@ mod tests {
         let mut writer = TableWriter::new(sink, path, poincare_table(), &[]).unwrap();
         writer.push(row(0)).unwrap();
         let error = writer.finish().err().unwrap();
-        assert!(matches!(error, StoreError::DiskFull { .. }), "{error:?}");
+        assert!(matches!(error, StoreError::Io(_)), "{error:?}");
         assert!(
             error
                 .to_string()

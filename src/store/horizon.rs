@@ -1,8 +1,8 @@
 //! The columns of `horizon.parquet`, and those that predictability adds to `points.parquet`.
 
 use super::PointRow;
-use super::table::{Column, Table, Value};
-use crate::analysis::{HorizonMeasure, HorizonOutcome};
+use super::table::{Column, Table, columns};
+use crate::analysis::HorizonMeasure;
 
 /// A row of `horizon.parquet`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,83 +16,29 @@ pub struct HorizonRow {
 /// Columns of `horizon.parquet`.
 pub fn horizon_table() -> Table<HorizonRow> {
     const UNIT: &str = "half gaps (separation), 1/cycle (exponent), N (forces) or m (deflection)";
-    Table::new(vec![
-        Column::new(
-            "point_id",
-            "1",
-            "Row-major index into the grid",
-            Value::U64(Box::new(|row: &HorizonRow| Some(row.point_id))),
-        ),
-        Column::new(
-            "quantity",
-            "",
-            "separation: distance of twins; exponent: growth of a tangent; force, deflection: averages of the mesh force and deflection; contact_force: of the force that presses flanks together",
-            Value::Text(Box::new(|row: &HorizonRow| {
-                Some(row.measure.quantity.name())
-            })),
-        ),
-        Column::new(
-            "cycles",
-            "mesh cycles",
-            "Since the twins started (separation), or over which growth or average is taken",
-            Value::U64(Box::new(|row: &HorizonRow| Some(row.measure.cycles))),
-        ),
-        Column::new(
-            "value",
-            UNIT,
-            "Mean; of separations the geometric mean",
-            Value::F64(Box::new(|row: &HorizonRow| Some(row.measure.value))),
-        ),
-        Column::new(
-            "spread",
-            "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)",
-            "Standard deviation of one sample: of the natural logarithm of separations, of finite-time exponents, and of averages, whose standard error it is",
-            Value::F64(Box::new(|row: &HorizonRow| Some(row.measure.spread))),
-        ),
-        Column::new(
-            "samples",
-            "1",
-            "Twins, or successive stretches of so many cycles",
-            Value::U64(Box::new(|row: &HorizonRow| Some(row.measure.samples))),
-        ),
+    Table::new(columns![row: HorizonRow;
+        u64 "point_id", "1", row.point_id, "Row-major index into the grid";
+        text "quantity", "", row.measure.quantity.name(),
+            "separation: distance of twins; exponent: growth of a tangent; force, deflection: averages of the mesh force and deflection; contact_force: of the force that presses flanks together";
+        u64 "cycles", "mesh cycles", row.measure.cycles,
+            "Since the twins started (separation), or over which growth or average is taken";
+        f64 "value", UNIT, row.measure.value, "Mean; of separations the geometric mean";
+        f64 "spread", "1 (separation), 1/cycle (exponent), N (forces) or m (deflection)", row.measure.spread,
+            "Standard deviation of one sample: of the natural logarithm of separations, of finite-time exponents, and of averages, whose standard error it is";
+        u64 "samples", "1", row.measure.samples, "Twins, or successive stretches of so many cycles";
     ])
 }
 
 /// The columns of `points.parquet`.
 pub(super) fn horizon_columns() -> Vec<Column<PointRow>> {
-    fn number(
-        name: &str,
-        unit: &str,
-        description: &str,
-        get: fn(&HorizonOutcome) -> Option<f64>,
-    ) -> Column<PointRow> {
-        let value = move |row: &PointRow| row.horizon.as_ref().and_then(get);
-        Column::new(name, unit, description, Value::F64(Box::new(value)))
-    }
-    vec![
-        number(
-            "horizon",
-            "mesh cycles",
-            "Cycles until the separation of twins is a tenth of the saturation; null where the motion is not chaotic or they stay closer",
-            |found| found.horizon,
-        ),
-        number(
-            "horizon_stderr",
-            "mesh cycles",
-            "Standard error of horizon, by leaving out one twin at a time",
-            |found| found.stderr,
-        ),
-        number(
-            "saturation",
-            "half gaps",
-            "Geometric mean distance of unrelated states of the motion in the energy norm",
-            |found| Some(found.saturation),
-        ),
-        number(
-            "averaging_exponent",
-            "1",
-            "Power of n with which the standard error of a mean contact force over n cycles changes; -0.5 for independent cycles",
-            |found| found.averaging_exponent,
-        ),
+    columns![row: PointRow;
+        f64 "horizon", "mesh cycles", row.horizon.as_ref()?.horizon,
+            "Cycles until the separation of twins is a tenth of the saturation; null where the motion is not chaotic or they stay closer";
+        f64 "horizon_stderr", "mesh cycles", row.horizon.as_ref()?.stderr,
+            "Standard error of horizon, by leaving out one twin at a time";
+        f64 "saturation", "half gaps", row.horizon.as_ref()?.saturation,
+            "Geometric mean distance of unrelated states of the motion in the energy norm";
+        f64 "averaging_exponent", "1", row.horizon.as_ref()?.averaging_exponent,
+            "Power of n with which the standard error of a mean contact force over n cycles changes; -0.5 for independent cycles";
     ]
 }

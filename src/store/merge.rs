@@ -10,9 +10,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::file::{TableKind, create_folder, remove_stale, table_path};
+use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::run::{RunRecord, RunState, ShardRecord, Totals, mixed};
 use super::seal::Seals;
-use super::weave::{Finished, Source, Woven, weave};
 use super::{StoreError, read_runs, write_run};
 
 /// Why shards cannot be joined.
@@ -150,12 +150,12 @@ impl Part {
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
     let parts = parts(folders)?;
     vacant(out)?;
-    let woven: Vec<Finished> = (tables(&parts, out)?.into_iter())
-        .map(Woven::finish)
+    let joined: Vec<Finished> = (tables(&parts, out)?.into_iter())
+        .map(Interleaved::finish)
         .collect::<Result<_, _>>()?;
     let mut record = record(&parts);
-    record.tables = woven.iter().map(|table| table.record.clone()).collect();
-    woven.into_iter().try_for_each(Finished::publish)?;
+    record.tables = joined.iter().map(|table| table.record.clone()).collect();
+    joined.into_iter().try_for_each(Finished::publish)?;
     write_run(out, &record)?;
     Ok(record)
 }
@@ -275,12 +275,12 @@ fn vacant(out: &Path) -> Result<(), MergeError> {
 }
 
 /// All tables of the job, read to their ends and not yet published; the points are checked.
-fn tables(parts: &[Part], out: &Path) -> Result<Vec<Woven>, MergeError> {
+fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
     let none = BTreeSet::new();
     let points = (parts.iter()).fold(0_u64, |sum, part| {
         sum.saturating_add(part.record.totals.points)
     });
-    let mut woven = Vec::new();
+    let mut joined = Vec::new();
     for kind in TableKind::OF_A_JOB {
         let sources: Vec<Source<'_>> = (parts.iter())
             .map(|part| Source {
@@ -294,7 +294,7 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Woven>, MergeError> {
             continue;
         }
         let mut census = Census::new(parts.len());
-        woven.push(weave(&sources, out, kind, None, |point_id, part, rows| {
+        let met = |point_id, part: usize, rows| {
             if point_id >= points {
                 return Err(StoreError::PointBeyond {
                     path: sources[part].path.clone(),
@@ -304,12 +304,13 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Woven>, MergeError> {
             }
             census.count(point_id, part, rows);
             Ok(())
-        })?);
+        };
+        joined.push(interleave(&sources, out, kind, None, met)?);
         if kind == TableKind::Points {
             census.check(parts, &sources)?;
         }
     }
-    Ok(woven)
+    Ok(joined)
 }
 
 /// Which points were met.

@@ -23,6 +23,8 @@ mod columns;
 mod error;
 mod file;
 mod horizon;
+mod interleave;
+mod io_fault;
 mod journal;
 mod merge;
 mod nvh;
@@ -37,7 +39,6 @@ mod seal;
 mod table;
 mod tables;
 mod trace;
-mod weave;
 mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
@@ -57,6 +58,7 @@ pub use columns::{
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_path, write_whole};
 pub use horizon::{HorizonRow, horizon_table};
+pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
 pub use merge::{MergeError, merge};
 pub use open::is_decoding;

@@ -13,9 +13,9 @@ use arrow_array::types::UInt64Type;
 
 use super::StoreError;
 use super::file::{Shard, TableKind, table_path};
+use super::interleave::{Finished, Interleaved, Source, interleave};
 use super::open::TableReader;
 use super::seal::{Seals, TableRecord};
-use super::weave::{Finished, Source, Woven, weave};
 
 /// How the points of finished results (of a shard) with these tables ended: the points of each
 /// status.
@@ -91,7 +91,7 @@ pub fn replace(
         folder: exchange.anew,
         tables: exchange.added,
     };
-    let mut woven = Vec::new();
+    let mut joined = Vec::new();
     for kind in TableKind::OF_A_JOB {
         let kept = Source {
             path: table_path(folder, kind, shard),
@@ -105,14 +105,14 @@ pub fn replace(
         };
         if old.name(&kept.path) || new.name(&added.path) {
             let sources = [kept, added];
-            woven.push(weave(&sources, folder, kind, shard, |_, _, _| Ok(()))?);
+            joined.push(interleave(&sources, folder, kind, shard, |_, _, _| Ok(()))?);
         }
     }
-    let woven: Vec<Finished> = (woven.into_iter())
-        .map(Woven::finish)
+    let joined: Vec<Finished> = (joined.into_iter())
+        .map(Interleaved::finish)
         .collect::<Result<_, _>>()?;
-    let tables: Vec<TableRecord> = woven.iter().map(|table| table.record.clone()).collect();
+    let tables: Vec<TableRecord> = joined.iter().map(|table| table.record.clone()).collect();
     announce(&tables)?;
-    woven.into_iter().try_for_each(Finished::publish)?;
+    joined.into_iter().try_for_each(Finished::publish)?;
     Ok(tables)
 }

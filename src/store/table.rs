@@ -117,6 +117,27 @@ impl<R> Column<R> {
     }
 }
 
+/// Columns in file order. Each has the type of its values, name, unit, how its value is read off
+/// `row` (an option where it may be null) and its description:
+/// `f64 "velocity", "m/s", row.velocity, "Rate of the mesh deflection";`.
+macro_rules! columns {
+    ($row:ident: $Row:ty; $($type:ident $name:expr, $unit:expr, $value:expr, $text:expr;)*) => {
+        vec![$($crate::store::table::Column::new(
+            $name,
+            $unit,
+            $text,
+            columns!(@$type Box::new(move |$row: &$Row| $value.into())),
+        )),*]
+    };
+    (@u64 $get:expr) => { $crate::store::table::Value::U64($get) };
+    (@u32 $get:expr) => { $crate::store::table::Value::U32($get) };
+    (@f64 $get:expr) => { $crate::store::table::Value::F64($get) };
+    (@bool $get:expr) => { $crate::store::table::Value::Bool($get) };
+    (@text $get:expr) => { $crate::store::table::Value::Text($get) };
+    (@list $get:expr) => { $crate::store::table::Value::List($get) };
+}
+pub(super) use columns;
+
 /// A result table: its columns in file order.
 pub struct Table<R> {
     columns: Vec<Column<R>>,

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::StoreError;
 use super::file::{Row, TableFile, TableKind, create_folder, remove_stale};
-use super::table::{Column, Table, Value};
-use crate::analysis::{ModalState, TraceSample, TraceSink};
+use super::table::{Table, columns};
+use crate::analysis::{TraceSample, TraceSink};
 use crate::model::Surface;
 use crate::propagate::Event;
 
@@ -41,6 +41,13 @@ impl EventRow {
             (Surface::Coast, false) => "coast_release",
         }
     }
+
+    fn surface(&self) -> &'static str {
+        match self.event.surface {
+            Surface::Drive => "drive",
+            Surface::Coast => "coast",
+        }
+    }
 }
 
 const TIME: &str = "Time since the start of the simulation";
@@ -49,106 +56,36 @@ const PHASE: &str = "Mesh phase: fraction of the mesh cycle passed";
 
 /// Columns of `trace.parquet`; the modal ones only where `modal`.
 pub fn trace_table(modal: bool) -> Table<TraceSample> {
-    fn number(
-        name: &str,
-        unit: &str,
-        description: &str,
-        get: fn(&TraceSample) -> f64,
-    ) -> Column<TraceSample> {
-        let value = move |row: &TraceSample| Some(get(row));
-        Column::new(name, unit, description, Value::F64(Box::new(value)))
-    }
-    fn list(
-        name: &str,
-        unit: &str,
-        description: &str,
-        get: fn(&ModalState) -> &[f64],
-    ) -> Column<TraceSample> {
-        let value = Value::List(Box::new(move |row: &TraceSample| {
-            row.modal.as_ref().map(get)
-        }));
-        Column::new(name, unit, description, value)
-    }
-    let mut columns = vec![
-        number("time", "s", TIME, |row| row.time),
-        Column::new(
-            "cycle",
-            "mesh cycles",
-            CYCLE,
-            Value::U64(Box::new(|row: &TraceSample| Some(row.cycle))),
-        ),
-        number("phase", "1", PHASE, |row| row.phase),
-        number("deflection", "m", "Mesh deflection", |row| row.deflection),
-        number("velocity", "m/s", "Rate of the mesh deflection", |row| {
-            row.velocity
-        }),
-        number("force", "N", "Mesh force", |row| row.force),
-        Column::new(
-            "contact",
-            "",
-            "Contact state: drive, free, coast",
-            Value::Text(Box::new(|row: &TraceSample| Some(row.contact.name()))),
-        ),
+    let mut columns = columns![row: TraceSample;
+        f64 "time", "s", row.time, TIME;
+        u64 "cycle", "mesh cycles", row.cycle, CYCLE;
+        f64 "phase", "1", row.phase, PHASE;
+        f64 "deflection", "m", row.deflection, "Mesh deflection";
+        f64 "velocity", "m/s", row.velocity, "Rate of the mesh deflection";
+        f64 "force", "N", row.force, "Mesh force";
+        text "contact", "", row.contact.name(), "Contact state: drive, free, coast";
     ];
     if modal {
-        columns.push(list(
-            "displacement",
-            "m sqrt(kg)",
-            "Modal displacements, one a mode, as run.initial takes them at mesh phase 0",
-            |state| &state.displacement,
-        ));
-        columns.push(list(
-            "modal_velocity",
-            "m sqrt(kg)/s",
-            "Modal velocities, one a mode, as run.initial takes them at mesh phase 0",
-            |state| &state.velocity,
-        ));
+        columns.extend(columns![row: TraceSample;
+            list "displacement", "m sqrt(kg)", &*row.modal.as_ref()?.displacement,
+                "Modal displacements, one a mode, as run.initial takes them at mesh phase 0";
+            list "modal_velocity", "m sqrt(kg)/s", &*row.modal.as_ref()?.velocity,
+                "Modal velocities, one a mode, as run.initial takes them at mesh phase 0";
+        ]);
     }
     Table::new(columns)
 }
 
 /// Columns of `events.parquet`.
 pub fn events_table() -> Table<EventRow> {
-    fn number(
-        name: &str,
-        unit: &str,
-        description: &str,
-        get: fn(&EventRow) -> f64,
-    ) -> Column<EventRow> {
-        let value = move |row: &EventRow| Some(get(row));
-        Column::new(name, unit, description, Value::F64(Box::new(value)))
-    }
-    fn text(name: &str, description: &str, get: fn(&EventRow) -> &'static str) -> Column<EventRow> {
-        let value = Value::Text(Box::new(move |row: &EventRow| Some(get(row))));
-        Column::new(name, "", description, value)
-    }
-    Table::new(vec![
-        number("time", "s", TIME, |row| {
-            (row.event.cycle as f64 + row.phase()) * row.period
-        }),
-        Column::new(
-            "cycle",
-            "mesh cycles",
-            CYCLE,
-            Value::U64(Box::new(|row: &EventRow| Some(row.event.cycle))),
-        ),
-        number("phase", "1", PHASE, EventRow::phase),
-        text(
-            "kind",
-            "drive_entry, drive_release, coast_entry or coast_release",
-            EventRow::kind,
-        ),
-        number("rate", "m/s", "Rate of the mesh deflection there", |row| {
-            row.event.rate
-        }),
-        text(
-            "surface",
-            "Surface crossed: drive (deflection = +half gap) or coast (-half gap)",
-            |row| match row.event.surface {
-                Surface::Drive => "drive",
-                Surface::Coast => "coast",
-            },
-        ),
+    Table::new(columns![row: EventRow;
+        f64 "time", "s", (row.event.cycle as f64 + row.phase()) * row.period, TIME;
+        u64 "cycle", "mesh cycles", row.event.cycle, CYCLE;
+        f64 "phase", "1", row.phase(), PHASE;
+        text "kind", "", row.kind(), "drive_entry, drive_release, coast_entry or coast_release";
+        f64 "rate", "m/s", row.event.rate, "Rate of the mesh deflection there";
+        text "surface", "", row.surface(),
+            "Surface crossed: drive (deflection = +half gap) or coast (-half gap)";
     ])
 }
 

@@ -75,76 +75,47 @@ const TEXT_FORMS: [(Dimension, Exponents); 14] = [
 impl Dimension {
     /// The name with its article, as it stands in messages: `a length`.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Length => "a length",
-            Self::Time => "a time",
-            Self::Angle => "an angle",
-            Self::AngularSpeed => "an angular speed",
-            Self::Force => "a force",
-            Self::Torque => "a torque",
-            Self::Stiffness => "a stiffness",
-            Self::TiltStiffness => "a tilt stiffness",
-            Self::Damping => "a damping coefficient",
-            Self::Pressure => "a pressure or elastic modulus",
-            Self::Density => "a density",
-            Self::Mass => "a mass",
-            Self::Inertia => "a moment of inertia",
-            Self::Ratio => "a ratio",
-            Self::Participation => "a modal participation",
-            Self::ParticipationByLength => "a modal participation by length",
-            Self::ForceByDisplacement => "a force by modal displacement",
-            Self::ModalDisplacement => "a modal displacement",
-            Self::ModalVelocity => "a modal velocity",
-        }
+        self.words()[0]
     }
 
     /// The SI unit as text, `1` when dimensionless.
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Length => "m",
-            Self::Time => "s",
-            Self::Angle => "rad",
-            Self::AngularSpeed => "rad/s",
-            Self::Force => "N",
-            Self::Torque => "N*m",
-            Self::Stiffness => "N/m",
-            Self::TiltStiffness => "N*m/rad",
-            Self::Damping => "N*s/m",
-            Self::Pressure => "Pa",
-            Self::Density => "kg/m^3",
-            Self::Mass => "kg",
-            Self::Inertia => "kg*m^2",
-            Self::Ratio => "1",
-            Self::Participation => "1/sqrt(kg)",
-            Self::ParticipationByLength => "1/(m sqrt(kg))",
-            Self::ForceByDisplacement => "N/(m sqrt(kg))",
-            Self::ModalDisplacement => "m sqrt(kg)",
-            Self::ModalVelocity => "m sqrt(kg)/s",
-        }
+        self.words()[1]
     }
 
     /// Units that the text form accepts, the usual ones; empty where only bare numbers do.
     pub fn units(self) -> &'static str {
+        self.words()[2]
+    }
+
+    /// Name, SI unit, usual units.
+    fn words(self) -> [&'static str; 3] {
         match self {
-            Self::Length => "m, cm, mm, um, nm",
-            Self::Time => "s, ms, us, min",
-            Self::Angle => "rad, mrad, deg, rev",
-            Self::AngularSpeed => "rad/s, rpm, Hz, deg/s",
-            Self::Force => "N, kN, mN",
-            Self::Torque => "N*m, kN*m, N*mm",
-            Self::Stiffness => "N/m, N/mm, N/um, kN/mm",
-            Self::TiltStiffness => "N*m/rad, kN*m/rad, N*m/deg",
-            Self::Damping => "N*s/m, N*s/mm, kN*s/m",
-            Self::Pressure => "Pa, kPa, MPa, GPa, N/mm^2",
-            Self::Density => "kg/m^3, g/cm^3",
-            Self::Mass => "kg, g",
-            Self::Inertia => "kg*m^2, kg*mm^2, g*cm^2",
-            Self::Ratio => "%",
-            Self::Participation
-            | Self::ParticipationByLength
-            | Self::ForceByDisplacement
-            | Self::ModalDisplacement
-            | Self::ModalVelocity => "",
+            Self::Length => ["a length", "m", "m, cm, mm, um, nm"],
+            Self::Time => ["a time", "s", "s, ms, us, min"],
+            Self::Angle => ["an angle", "rad", "rad, mrad, deg, rev"],
+            Self::AngularSpeed => ["an angular speed", "rad/s", "rad/s, rpm, Hz, deg/s"],
+            Self::Force => ["a force", "N", "N, kN, mN"],
+            Self::Torque => ["a torque", "N*m", "N*m, kN*m, N*mm"],
+            Self::Stiffness => ["a stiffness", "N/m", "N/m, N/mm, N/um, kN/mm"],
+            Self::TiltStiffness => ["a tilt stiffness", "N*m/rad", "N*m/rad, kN*m/rad, N*m/deg"],
+            Self::Damping => ["a damping coefficient", "N*s/m", "N*s/m, N*s/mm, kN*s/m"],
+            Self::Pressure => [
+                "a pressure or elastic modulus",
+                "Pa",
+                "Pa, kPa, MPa, GPa, N/mm^2",
+            ],
+            Self::Density => ["a density", "kg/m^3", "kg/m^3, g/cm^3"],
+            Self::Mass => ["a mass", "kg", "kg, g"],
+            Self::Inertia => ["a moment of inertia", "kg*m^2", "kg*m^2, kg*mm^2, g*cm^2"],
+            Self::Ratio => ["a ratio", "1", "%"],
+            Self::Participation => ["a modal participation", "1/sqrt(kg)", ""],
+            Self::ParticipationByLength => {
+                ["a modal participation by length", "1/(m sqrt(kg))", ""]
+            }
+            Self::ForceByDisplacement => ["a force by modal displacement", "N/(m sqrt(kg))", ""],
+            Self::ModalDisplacement => ["a modal displacement", "m sqrt(kg)", ""],
+            Self::ModalVelocity => ["a modal velocity", "m sqrt(kg)/s", ""],
         }
     }
 

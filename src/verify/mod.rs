@@ -30,9 +30,11 @@ pub use trouble::Trouble;
 use candidate::Candidate;
 use drives::Case;
 use std::time::Instant;
+use strum::IntoStaticStr;
 
 /// How much is marched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Extent {
     /// Some seconds.
     Quick,
@@ -43,10 +45,7 @@ pub enum Extent {
 impl Extent {
     /// The word used in reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Quick => "quick",
-            Self::Full => "full",
-        }
+        self.into()
     }
 
     /// One of two amounts.

@@ -45,10 +45,7 @@ fn a_file_in_the_way_of_the_folder_is_said() {
     fs::write(&file, "").unwrap();
     for path in [file.clone(), file.join("tables")] {
         let error = reason(&path);
-        assert!(
-            matches!(error, CacheError::NotADirectory { .. }),
-            "{error:?}"
-        );
+        assert!(error.to_string().contains("not a folder"), "{error:?}");
     }
 }
 
@@ -59,10 +56,7 @@ fn a_folder_without_permission_is_said() {
     // Nothing is forbidden to root.
     if fs::write(folder.path().join("probe"), "").is_err() {
         let error = reason(folder.path());
-        assert!(
-            matches!(error, CacheError::PermissionDenied { .. }),
-            "{error:?}"
-        );
+        assert!(error.to_string().contains("no permission"), "{error:?}");
     }
     fs::set_permissions(folder.path(), Permissions::from_mode(0o755)).unwrap();
 }

@@ -1,6 +1,7 @@
 //! What can be measured: the items of a plan, and the words that they are made of.
 
 use crate::characterize::vectors::{NON_TEMPORAL, Set};
+use strum::{IntoStaticStr, VariantArray};
 
 /// Where a thread sits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,7 +13,8 @@ pub struct Seat {
 }
 
 /// How threads are placed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Placement {
     /// The cores of a node before those of the next.
     Compact,
@@ -23,31 +25,27 @@ pub enum Placement {
 impl Placement {
     /// Its name in the record.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Compact => "compact",
-            Self::Scattered => "scattered",
-        }
+        self.into()
     }
 }
 
 /// The order in which a chain of loads goes through a buffer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Walk {
     /// Page after page, at random within each.
     Pages,
     /// To another page with every load.
     Hops,
     /// The same on huge pages.
+    #[strum(to_string = "hops")]
     HopsHuge,
 }
 
 impl Walk {
     /// Its name in the record.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Pages => "pages",
-            Self::Hops | Self::HopsHuge => "hops",
-        }
+        self.into()
     }
 }
 
@@ -61,7 +59,8 @@ pub enum Mesh {
 }
 
 /// A kernel that marches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Solver {
     /// The structured kernel.
     Volterra,
@@ -72,21 +71,15 @@ pub enum Solver {
 }
 
 impl Solver {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Volterra, Self::Spectral, Self::Fused];
-
     /// Its name.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Volterra => "volterra",
-            Self::Spectral => "spectral",
-            Self::Fused => "fused",
-        }
+        self.into()
     }
 }
 
 /// Which tables threads read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum Sharing {
     /// All the same one.
     Shared,
@@ -99,11 +92,7 @@ pub enum Sharing {
 impl Sharing {
     /// Its name in the record.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Shared => "shared",
-            Self::Node => "node",
-            Self::Eight => "eight",
-        }
+        self.into()
     }
 }
 

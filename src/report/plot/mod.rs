@@ -31,6 +31,9 @@ mod trace;
 
 use std::path::Path;
 
+use clap::ValueEnum;
+use strum::{IntoStaticStr, VariantArray};
+
 use crate::store::{TableKind, record_paths};
 use canvas::Canvas;
 use mesh::MeshCurves;
@@ -41,25 +44,28 @@ pub use error::PlotError;
 pub use machine::pictures as machine_pictures;
 
 /// A kind of picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr, VariantArray, ValueEnum,
+)]
+#[strum(serialize_all = "lowercase")]
 pub enum What {
-    /// λ over the first two axes of the grid, or over its only one.
+    /// Largest Lyapunov exponent: a map, or a curve over one axis.
     Lambda,
-    /// The kind of motion over the same.
+    /// Map of the kind of motion.
     Classes,
-    /// Strobed deflection over one axis, with λ below.
+    /// Strobed deflection over one axis, with the exponent.
     Bifurcation,
-    /// Basin shares over one axis.
+    /// Basin shares over one axis, a colour a branch of attractors.
     Shares,
-    /// Slices of initial states with the attractors they lead to.
+    /// Slices of initial states, a colour an attractor.
     Basins,
-    /// Spectra of one point.
+    /// Deflection and force of a point over mesh orders.
     Spectrum,
-    /// Predictability of one point.
+    /// How twins of a point part, and how its averages settle.
     Horizon,
-    /// Phase portrait of a trace, or strobe samples of one point.
+    /// Phase portrait of a trace, or strobe samples of a point.
     Phase,
-    /// A trace over time.
+    /// Deflection, force and contact of a trace over time.
     Trace,
     /// Stiffness, load centre and transmission error of a mesh table.
     Mesh,
@@ -70,38 +76,9 @@ pub enum What {
 }
 
 impl What {
-    /// All kinds.
-    pub const ALL: [Self; 12] = [
-        Self::Lambda,
-        Self::Classes,
-        Self::Bifurcation,
-        Self::Shares,
-        Self::Basins,
-        Self::Spectrum,
-        Self::Horizon,
-        Self::Phase,
-        Self::Trace,
-        Self::Mesh,
-        Self::Sharing,
-        Self::Contact,
-    ];
-
     /// Its name on the command line and at the start of file names.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Lambda => "lambda",
-            Self::Classes => "classes",
-            Self::Bifurcation => "bifurcation",
-            Self::Shares => "shares",
-            Self::Basins => "basins",
-            Self::Spectrum => "spectrum",
-            Self::Horizon => "horizon",
-            Self::Phase => "phase",
-            Self::Trace => "trace",
-            Self::Mesh => "mesh",
-            Self::Sharing => "sharing",
-            Self::Contact => "contact",
-        }
+        self.into()
     }
 }
 
@@ -208,7 +185,7 @@ pub fn plot(path: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let found = Source::read(path)?;
     let mut drawn = Drawn::default();
     if request.what.is_empty() {
-        for what in What::ALL {
+        for &what in What::VARIANTS {
             match found.draw(what, request) {
                 Ok(pictures) => drawn.append(pictures),
                 Err(PlotError::Unfit { what, reason }) if found.can_hold(what) => {
@@ -308,9 +285,8 @@ impl Source {
     /// Names of the pictures that the data allow.
     fn available(&self) -> String {
         let request = PlotRequest::default();
-        let fitting = What::ALL
-            .into_iter()
-            .filter(|&what| self.draw(what, &request).is_ok());
+        let fitting =
+            (What::VARIANTS.iter().copied()).filter(|&what| self.draw(what, &request).is_ok());
         let names: Vec<&str> = fitting.map(What::name).collect();
         match names.is_empty() {
             true => "none".into(),

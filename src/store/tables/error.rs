@@ -6,66 +6,14 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::CacheFault;
+use crate::store::io_fault::{IoFault, Purpose};
 
 /// A table could not be kept, found or removed.
 #[derive(Debug, Error)]
 pub enum CacheError {
-    /// No space left on the device, or the quota is used up.
-    #[error(
-        "the disk that holds `{}` is full: free some space (`atlas table clean` helps) or choose \
-         another folder with --tables", path.display()
-    )]
-    DiskFull {
-        /// The file being written.
-        path: PathBuf,
-    },
-    /// The file system or a resource limit forbids a file this large.
-    #[error(
-        "`{}` outgrew the largest file allowed here: raise `ulimit -f` or choose another file \
-         system with --tables", path.display()
-    )]
-    FileTooLarge {
-        /// The file being written.
-        path: PathBuf,
-    },
-    /// The user may not read or write there.
-    #[error(
-        "no permission to {action} `{}`: check who owns it (`ls -ld`), or choose another folder \
-         with --tables", path.display()
-    )]
-    PermissionDenied {
-        /// The file or folder.
-        path: PathBuf,
-        /// `read`, `write`, `create` or `remove`.
-        action: &'static str,
-    },
-    /// The file system is mounted read-only.
-    #[error(
-        "`{}` lies on a read-only file system: choose another folder with --tables", path.display()
-    )]
-    ReadOnly {
-        /// The file or folder.
-        path: PathBuf,
-    },
-    /// A part of the path is a file where a folder is needed.
-    #[error(
-        "`{}` cannot be used: a part of this path is a file, not a folder; move that file away or \
-         choose another folder with --tables", path.display()
-    )]
-    NotADirectory {
-        /// The folder wanted.
-        path: PathBuf,
-    },
-    /// Any other failure of the operating system.
-    #[error("cannot {action} `{}`: {source}", path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// `read`, `write`, `create` or `remove`.
-        action: &'static str,
-        /// The system's own words.
-        source: io::Error,
-    },
+    /// The operating system refused.
+    #[error(transparent)]
+    Io(#[from] IoFault),
     /// A table that was just written does not come back as it was.
     #[error("`{}` was written, but {fault}", path.display())]
     NotReadBack {
@@ -120,48 +68,8 @@ pub enum CacheError {
 }
 
 impl CacheError {
-    /// Sorts an error of the operating system into the cases a user can act on.
+    /// A failure of the operating system with the folder of tables.
     pub(super) fn io(path: &Path, action: &'static str, source: io::Error) -> Self {
-        let path = path.to_path_buf();
-        match source.kind() {
-            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Self::DiskFull { path },
-            io::ErrorKind::FileTooLarge => Self::FileTooLarge { path },
-            io::ErrorKind::PermissionDenied => Self::PermissionDenied { path, action },
-            io::ErrorKind::ReadOnlyFilesystem => Self::ReadOnly { path },
-            io::ErrorKind::NotADirectory | io::ErrorKind::AlreadyExists => {
-                Self::NotADirectory { path }
-            }
-            _ => Self::Io {
-                path,
-                action,
-                source,
-            },
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_common_failure_is_one_line_with_path_and_remedy() {
-        let path = Path::new("/data/tables");
-        for (errno, words) in [
-            (28, "is full"),       // ENOSPC
-            (122, "is full"),      // EDQUOT
-            (27, "outgrew"),       // EFBIG
-            (13, "no permission"), // EACCES
-            (30, "read-only"),     // EROFS
-            (20, "not a folder"),  // ENOTDIR
-            (17, "not a folder"),  // EEXIST
-        ] {
-            let error = CacheError::io(path, "write", io::Error::from_raw_os_error(errno));
-            let text = error.to_string();
-            assert!(text.contains(words), "errno {errno}: {text}");
-            assert!(text.contains("/data/tables"), "{text}");
-            assert!(text.contains("--tables"), "{text}");
-            assert!(!text.contains('\n'), "{text}");
-        }
+        IoFault::new(path, action, Purpose::Tables, source).into()
     }
 }

@@ -2,12 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use strum::IntoStaticStr;
 
 use super::layout::VERSION;
 
 /// What a table holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
 pub enum CacheKind {
     /// Mesh stiffness and its companions over a mesh cycle.
     Mesh,
@@ -18,16 +20,9 @@ pub enum CacheKind {
 }
 
 impl CacheKind {
-    /// All kinds.
-    pub const ALL: [Self; 3] = [Self::Mesh, Self::Spectral, Self::Fused];
-
     /// Its name in file names and headers.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Mesh => "mesh",
-            Self::Spectral => "spectral",
-            Self::Fused => "fused",
-        }
+        self.into()
     }
 }
 

@@ -99,6 +99,6 @@ mod tests {
         arrays.push("x", "1", &[3], vec![1.0; 3]).unwrap();
         let error = encode(&mut sink, CacheKind::Mesh, "{}", &arrays).unwrap_err();
         let error = CacheError::io(Path::new("tables/mesh"), "write", error);
-        assert!(matches!(error, CacheError::DiskFull { .. }), "{error:?}");
+        assert!(error.to_string().contains("is full"), "{error:?}");
     }
 }

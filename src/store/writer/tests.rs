@@ -681,10 +681,7 @@ fn impossible_folders_are_refused_with_a_remedy() {
     fs::write(&file, "").unwrap();
     for path in [file.clone(), file.join("below")] {
         let error = ResultWriter::create(&path, &layout(), 0..1).err().unwrap();
-        assert!(
-            matches!(error, StoreError::NotADirectory { .. }),
-            "{error:?}"
-        );
+        assert!(error.to_string().contains("not a folder"), "{error:?}");
     }
     let mut taken = layout();
     taken.axes[0].name = "period".into();

@@ -8,15 +8,11 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use arrow_array::builder::{Float64Builder, ListBuilder};
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
-use arrow_array::{
-    Array, ArrayRef, ArrowPrimitiveType, BooleanArray, PrimitiveArray, RecordBatch, StringArray,
-};
-use arrow_schema::DataType;
+use arrow_array::types::UInt64Type;
+use arrow_array::{Array, RecordBatch};
+use arrow_select::interleave::interleave_record_batch;
 use parquet::arrow::ArrowWriter;
 use tempfile::TempPath;
 
@@ -40,7 +36,7 @@ pub(super) struct Source<'a> {
 }
 
 /// A table brought together, on its way to its final name.
-pub(super) struct Woven {
+pub(super) struct Interleaved {
     folder: PathBuf,
     writer: ArrowWriter<Hashed<File>>,
     temporary: TempPath,
@@ -50,11 +46,11 @@ pub(super) struct Woven {
 
 /// The same, whole.
 pub(super) struct Finished {
-    woven: Woven,
+    table: Interleaved,
     pub record: TableRecord,
 }
 
-impl Woven {
+impl Interleaved {
     /// Completes the file, still under its temporary name.
     pub(super) fn finish(mut self) -> Result<Finished, StoreError> {
         let refused = |source| StoreError::parquet(&self.path, "write", source);
@@ -64,20 +60,20 @@ impl Woven {
             .map_err(|source| StoreError::io(&self.path, "write", source))?;
         let written = self.writer.inner();
         let record = written.record(&self.folder, &self.path, self.rows);
-        let woven = self;
-        Ok(Finished { woven, record })
+        let table = self;
+        Ok(Finished { table, record })
     }
 }
 
 impl Finished {
     /// Gives the file its final name.
     pub(super) fn publish(self) -> Result<(), StoreError> {
-        let Woven {
+        let Interleaved {
             writer,
             temporary,
             path,
             ..
-        } = self.woven;
+        } = self.table;
         if let Some(parent) = path.parent() {
             create_folder(parent)?;
         }
@@ -93,21 +89,23 @@ impl Finished {
 /// A file cannot be read or written, is not such a table, has other columns than the first, is
 /// not in ascending order, or has rows of a point that another one has as well; or what `met`
 /// says.
-pub(super) fn weave(
+pub(super) fn interleave(
     sources: &[Source<'_>],
     folder: &Path,
     kind: TableKind,
     shard: Option<Shard>,
     mut met: impl FnMut(u64, usize, u64) -> Result<(), StoreError>,
-) -> Result<Woven, StoreError> {
-    let mut threads: Vec<Thread<'_>> =
-        sources.iter().map(Thread::open).collect::<Result<_, _>>()?;
-    let (first, others) = threads.split_first().ok_or_else(|| StoreError::Missing {
+) -> Result<Interleaved, StoreError> {
+    let mut readers: Vec<SourceReader<'_>> = sources
+        .iter()
+        .map(SourceReader::open)
+        .collect::<Result<_, _>>()?;
+    let (first, others) = readers.split_first().ok_or_else(|| StoreError::Missing {
         folder: folder.to_path_buf(),
         missing: table_path(folder, kind, shard),
     })?;
     let schema = first.reader.schema().clone();
-    if let Some(other) = others.iter().find(|t| *t.reader.schema() != schema) {
+    if let Some(other) = others.iter().find(|other| *other.reader.schema() != schema) {
         let detail = format!(
             "its columns differ from those of `{}`",
             first.source.path.display()
@@ -119,8 +117,8 @@ pub(super) fn weave(
     let (file, temporary) =
         temporary_file(folder, &format!(".{}.", kind.file_name()))?.into_parts();
     let writer = start_writer(file, &path, &schema, first.reader.metadata().to_vec())?;
-    let mut cloth = Cloth {
-        woven: Woven {
+    let mut output = Interleaver {
+        table: Interleaved {
             folder: folder.to_path_buf(),
             writer,
             temporary,
@@ -131,8 +129,8 @@ pub(super) fn weave(
         rows_in_group: 0,
     };
     let mut next: BinaryHeap<Reverse<(u64, usize)>> = BinaryHeap::new();
-    for index in 0..threads.len() {
-        let point = next_point(&mut threads, index, &mut cloth)?;
+    for index in 0..readers.len() {
+        let point = next_point(&mut readers, index, &mut output)?;
         next.extend(point.map(|id| Reverse((id, index))));
     }
     let mut last: Option<(u64, usize)> = None;
@@ -146,19 +144,19 @@ pub(super) fn weave(
                     paths: [owner, index].map(|i| sources[i].path.clone()),
                 }
             } else {
-                threads[index].foreign(format!("point {point_id} stands behind point {before}"))
+                readers[index].foreign(format!("point {point_id} stands behind point {before}"))
             });
         }
         last = Some((point_id, index));
         let mut rows = 0;
         loop {
-            cloth.picks.push((index, threads[index].row));
+            output.picks.push((index, readers[index].row));
             rows += 1;
-            threads[index].row += 1;
-            if cloth.is_due() {
-                cloth.write(&threads)?;
+            readers[index].row += 1;
+            if output.is_due() {
+                output.write(&readers)?;
             }
-            match next_point(&mut threads, index, &mut cloth)? {
+            match next_point(&mut readers, index, &mut output)? {
                 Some(id) if id == point_id => {}
                 Some(id) => {
                     next.push(Reverse((id, index)));
@@ -169,30 +167,30 @@ pub(super) fn weave(
         }
         met(point_id, index, rows)?;
     }
-    cloth.write(&threads)?;
-    Ok(cloth.woven)
+    output.write(&readers)?;
+    Ok(output.table)
 }
 
 /// The point of a source's next row. What was picked of a batch is written before the next
 /// batch takes its place.
 fn next_point(
-    threads: &mut [Thread<'_>],
+    readers: &mut [SourceReader<'_>],
     index: usize,
-    cloth: &mut Cloth,
+    output: &mut Interleaver,
 ) -> Result<Option<u64>, StoreError> {
     loop {
-        if let Some(point_id) = threads[index].point_here()? {
+        if let Some(point_id) = readers[index].point_here()? {
             return Ok(Some(point_id));
         }
-        cloth.write(threads)?;
-        if !threads[index].load()? {
+        output.write(readers)?;
+        if !readers[index].load()? {
             return Ok(None);
         }
     }
 }
 
 /// A source being read, a batch at a time.
-struct Thread<'a> {
+struct SourceReader<'a> {
     source: &'a Source<'a>,
     reader: TableReader,
     batch: RecordBatch,
@@ -200,7 +198,7 @@ struct Thread<'a> {
     row: usize,
 }
 
-impl<'a> Thread<'a> {
+impl<'a> SourceReader<'a> {
     fn open(source: &'a Source<'a>) -> Result<Self, StoreError> {
         let reader = TableReader::open(&source.path, Some(source.seals), None)?;
         Ok(Self {
@@ -247,44 +245,32 @@ impl<'a> Thread<'a> {
 }
 
 /// What is being written.
-struct Cloth {
-    woven: Woven,
+struct Interleaver {
+    table: Interleaved,
     /// Source and row in its present batch of what comes next.
     picks: Vec<(usize, usize)>,
     rows_in_group: usize,
 }
 
-impl Cloth {
+impl Interleaver {
     /// Whether a row group is full.
     fn is_due(&self) -> bool {
         self.rows_in_group + self.picks.len() >= GROUP_ROWS
     }
 
-    fn write(&mut self, threads: &[Thread<'_>]) -> Result<(), StoreError> {
+    fn write(&mut self, readers: &[SourceReader<'_>]) -> Result<(), StoreError> {
         if self.picks.is_empty() {
             return Ok(());
         }
         let due = self.is_due();
-        let schema = threads[0].reader.schema().clone();
-        let columns = (0..schema.fields().len())
-            .map(|column| {
-                let parts: Vec<&dyn Array> = threads
-                    .iter()
-                    .map(|thread| thread.batch.column(column).as_ref())
-                    .collect();
-                gather(&parts, &self.picks).ok_or_else(|| {
-                    let field = schema.field(column);
-                    let (name, kind) = (field.name(), field.data_type());
-                    threads[0].foreign(format!("column `{name}` is of type {kind}"))
-                })
-            })
-            .collect::<Result<Vec<ArrayRef>, _>>()?;
-        let refused = |source| StoreError::parquet(&self.woven.path, "write", source);
-        let batch = RecordBatch::try_new(schema, columns).map_err(|error| refused(error.into()))?;
-        let writer = &mut self.woven.writer;
+        let batches: Vec<&RecordBatch> = readers.iter().map(|reader| &reader.batch).collect();
+        let refused = |source| StoreError::parquet(&self.table.path, "write", source);
+        let batch = interleave_record_batch(&batches, &self.picks)
+            .map_err(|error| refused(error.into()))?;
+        let writer = &mut self.table.writer;
         writer.write(&batch).map_err(refused)?;
         self.rows_in_group += self.picks.len();
-        self.woven.rows += self.picks.len() as u64;
+        self.table.rows += self.picks.len() as u64;
         self.picks.clear();
         if due || writer.in_progress_size() >= GROUP_BYTES {
             writer.flush().map_err(refused)?;
@@ -292,60 +278,4 @@ impl Cloth {
         }
         Ok(())
     }
-}
-
-/// Picked values (part, row) of one column; none for a type that no table has.
-fn gather(parts: &[&dyn Array], picks: &[(usize, usize)]) -> Option<ArrayRef> {
-    Some(match parts[0].data_type() {
-        DataType::UInt64 => Arc::new(primitive::<UInt64Type>(parts, picks)?),
-        DataType::UInt32 => Arc::new(primitive::<UInt32Type>(parts, picks)?),
-        DataType::Float64 => Arc::new(primitive::<Float64Type>(parts, picks)?),
-        DataType::Boolean => {
-            let parts: Vec<_> = parts.iter().map(|p| p.as_boolean()).collect();
-            let value = |&(part, row): &(usize, usize)| {
-                let part = parts[part];
-                part.is_valid(row).then(|| part.value(row))
-            };
-            Arc::new(picks.iter().map(value).collect::<BooleanArray>())
-        }
-        DataType::Utf8 => {
-            let parts: Vec<_> = parts.iter().map(|p| p.as_string::<i32>()).collect();
-            let value = |&(part, row): &(usize, usize)| {
-                let part = parts[part];
-                part.is_valid(row).then(|| part.value(row))
-            };
-            Arc::new(picks.iter().map(value).collect::<StringArray>())
-        }
-        DataType::List(item) if *item.data_type() == DataType::Float64 => {
-            let parts: Vec<_> = parts.iter().map(|p| p.as_list::<i32>()).collect();
-            let mut builder = ListBuilder::new(Float64Builder::new());
-            for &(part, row) in picks {
-                let part = parts[part];
-                if part.is_valid(row) {
-                    let list = part.value(row);
-                    for value in list.as_primitive::<Float64Type>() {
-                        builder.values().append_option(value);
-                    }
-                }
-                builder.append(part.is_valid(row));
-            }
-            Arc::new(builder.finish())
-        }
-        _ => return None,
-    })
-}
-
-fn primitive<T: ArrowPrimitiveType>(
-    parts: &[&dyn Array],
-    picks: &[(usize, usize)],
-) -> Option<PrimitiveArray<T>> {
-    let parts: Vec<&PrimitiveArray<T>> = parts
-        .iter()
-        .map(|part| part.as_primitive_opt::<T>())
-        .collect::<Option<_>>()?;
-    let value = |&(part, row): &(usize, usize)| {
-        let part = parts[part];
-        part.is_valid(row).then(|| part.value(row))
-    };
-    Some(picks.iter().map(value).collect())
 }

@@ -1,0 +1,172 @@
+//! What the operating system says to a file or a folder, sorted into the cases that a user can
+//! act on.
+
+use std::fmt::{self, Display, Formatter};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What a folder is for, and so which option chooses another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// Results of a run.
+    Results,
+    /// The cache of tables.
+    Tables,
+}
+
+/// Why a file or a folder was refused.
+#[derive(Debug)]
+pub enum Refusal {
+    /// No space left on the device, or the quota is used up.
+    DiskFull,
+    /// Space is left on the device, and no file can be added to it.
+    NoInodes,
+    /// A symbolic link stands where a file of the program's own is wanted.
+    SymbolicLink,
+    /// The file system or a resource limit forbids a file this large.
+    FileTooLarge,
+    /// The user may not read or write there.
+    PermissionDenied,
+    /// The file system is mounted read-only.
+    ReadOnly,
+    /// A part of the path is a file where a folder is needed.
+    NotADirectory,
+    /// Anything else, in the system's own words.
+    Other(io::Error),
+}
+
+/// A failure of the operating system, with the path and what to do about it.
+#[derive(Debug, thiserror::Error)]
+pub struct IoFault {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// `read`, `write`, `create` or `remove`.
+    pub action: &'static str,
+    /// What the folder is for.
+    pub purpose: Purpose,
+    /// Why it was refused.
+    pub refusal: Refusal,
+}
+
+impl IoFault {
+    pub(super) fn new(
+        path: &Path,
+        action: &'static str,
+        purpose: Purpose,
+        error: io::Error,
+    ) -> Self {
+        use io::ErrorKind::*;
+        let refusal = match error.kind() {
+            StorageFull if lacks_inodes(path) => Refusal::NoInodes,
+            StorageFull | QuotaExceeded => Refusal::DiskFull,
+            _ if error.raw_os_error() == Some(LOOP) && path.is_symlink() => Refusal::SymbolicLink,
+            FileTooLarge => Refusal::FileTooLarge,
+            PermissionDenied => Refusal::PermissionDenied,
+            ReadOnlyFilesystem => Refusal::ReadOnly,
+            NotADirectory | AlreadyExists => Refusal::NotADirectory,
+            _ => Refusal::Other(error),
+        };
+        Self {
+            path: path.to_path_buf(),
+            action,
+            purpose,
+            refusal,
+        }
+    }
+}
+
+impl Display for IoFault {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (path, action) = (self.path.display(), self.action);
+        // Commands that only read results have no option for another folder.
+        let (option, elsewhere) = match self.purpose {
+            Purpose::Results => ("--out", ""),
+            Purpose::Tables => ("--tables", " with --tables"),
+        };
+        let (clean, again) = match self.purpose {
+            Purpose::Results => ("", ", then repeat the command"),
+            Purpose::Tables => (" (`atlas table clean` helps)", ""),
+        };
+        match &self.refusal {
+            Refusal::DiskFull => write!(
+                f,
+                "the disk that holds `{path}` is full: free some space{clean} or choose another \
+                 folder with {option}{again}"
+            ),
+            Refusal::NoInodes => write!(
+                f,
+                "the disk that holds `{path}` can take no more files (its inodes are used up; \
+                 `df -i` counts them): remove files there or choose another folder with \
+                 {option}{again}"
+            ),
+            Refusal::SymbolicLink => write!(
+                f,
+                "`{path}` is a symbolic link, which is not followed: remove it, or choose another \
+                 folder with {option}"
+            ),
+            Refusal::FileTooLarge => write!(
+                f,
+                "`{path}` outgrew the largest file allowed here: raise `ulimit -f` or choose \
+                 another file system with {option}{again}"
+            ),
+            Refusal::PermissionDenied => write!(
+                f,
+                "no permission to {action} `{path}`: check who owns it (`ls -ld`), or choose \
+                 another folder{elsewhere}"
+            ),
+            Refusal::ReadOnly => write!(
+                f,
+                "`{path}` lies on a read-only file system: choose another folder with {option}"
+            ),
+            Refusal::NotADirectory => write!(
+                f,
+                "`{path}` cannot be used: a part of this path is a file, not a folder; move that \
+                 file away or choose another folder{elsewhere}"
+            ),
+            Refusal::Other(error) => write!(f, "cannot {action} `{path}`: {error}"),
+        }
+    }
+}
+
+/// What the system says of a link that is not to be followed.
+const LOOP: i32 = rustix::io::Errno::LOOP.raw_os_error();
+
+/// Whether the file system that holds a path, or would, has space but no inodes left.
+fn lacks_inodes(path: &Path) -> bool {
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let found = absolute
+        .ancestors()
+        .find_map(|at| rustix::fs::statvfs(at).ok());
+    // Some file systems count no inodes, and give none as all of them.
+    found.is_some_and(|system| system.f_files > 0 && system.f_favail == 0 && system.f_bavail > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_common_failure_is_one_line_with_path_and_remedy() {
+        let path = Path::new("/data/flex80");
+        for (errno, words) in [
+            (28, "is full"),       // ENOSPC
+            (122, "is full"),      // EDQUOT
+            (27, "outgrew"),       // EFBIG
+            (13, "no permission"), // EACCES
+            (30, "read-only"),     // EROFS
+            (20, "not a folder"),  // ENOTDIR
+            (17, "not a folder"),  // EEXIST
+        ] {
+            for purpose in [Purpose::Results, Purpose::Tables] {
+                let error = io::Error::from_raw_os_error(errno);
+                let text = IoFault::new(path, "write", purpose, error).to_string();
+                assert!(text.contains(words), "errno {errno}: {text}");
+                assert!(text.contains("/data/flex80"), "{text}");
+                assert!(text.contains("choose another"), "{text}");
+                let tables = purpose == Purpose::Tables;
+                assert_eq!(text.contains("--tables"), tables, "{text}");
+                assert!(!text.contains('\n'), "{text}");
+            }
+        }
+    }
+}
