@@ -3,14 +3,11 @@ use super::*;
 #[test]
 fn paths_are_unique_and_their_parents_known() {
     for schema in [MANIFEST, MODAL_FILE] {
-        for (i, key) in schema.iter().enumerate() {
-            assert!(
-                !schema[..i].iter().any(|k| k.path == key.path),
-                "{}",
-                key.path
-            );
+        for (i, key) in all(schema).enumerate() {
+            let twice = all(schema).take(i).any(|k| k.path == key.path);
+            assert!(!twice, "{}", key.path);
             if let Some((parent, _)) = key.path.rsplit_once('.') {
-                assert!(schema.iter().any(|k| k.path == parent), "{}", key.path);
+                assert!(all(schema).any(|k| k.path == parent), "{}", key.path);
             }
         }
     }
@@ -61,7 +58,7 @@ fn examples_are_accepted() {
     use crate::manifest::reader;
     use crate::manifest::tree;
     let mut checked = 0;
-    for key in MANIFEST.iter().chain(MODAL_FILE) {
+    for key in all(MANIFEST).chain(all(MODAL_FILE)) {
         let mut issues = Issues::default();
         let source = issues.add_source("example".to_owned(), format!("x = {}", key.example));
         if key.example.is_empty() {

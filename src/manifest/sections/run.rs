@@ -7,12 +7,8 @@ use crate::manifest::spec::{InitialSpec, KernelSpec, Ladder, RunSpec};
 use crate::manifest::tree::Value;
 use crate::units::Dimension;
 
-const DEFAULT_TRANSIENT: u64 = 200;
-const DEFAULT_CYCLES: u64 = 800;
-const DEFAULT_STEPS: u64 = 4096;
-const DEFAULT_CELLS: u64 = 60;
-const DEFAULT_AUDIT_CYCLES: u64 = 20;
-const DEFAULT_EVENT_LIMIT: u64 = 1000;
+/// Mesh cycles of the audit where as many are measured.
+const AUDIT_CYCLES: u64 = 20;
 
 /// `tolerance = "roundoff"`: 2⁻⁵², the spacing of doubles at 1.
 const ROUNDOFF: f64 = f64::EPSILON;
@@ -27,14 +23,14 @@ pub(super) fn read(
         Child::Absent => root.empty_child("run"),
         Child::Invalid => return None,
     };
-    let transient = section.integer_or(issues, "transient", DEFAULT_TRANSIENT);
-    let cycles = section.integer_or(issues, "cycles", DEFAULT_CYCLES);
+    let transient = section.integer_or_default(issues, "transient");
+    let cycles = section.integer_or_default(issues, "cycles");
     let kernel = kernel(&section, issues);
     let portable = portable(&section, issues, kernel.as_ref());
     let initial = initial(&section, issues, retained);
-    let settle = section.boolean_or(issues, "settle", true);
-    let event_limit = section.integer_or(issues, "event_limit", DEFAULT_EVENT_LIMIT);
-    let default_audit = DEFAULT_AUDIT_CYCLES.min(cycles.unwrap_or(DEFAULT_CYCLES));
+    let settle = section.boolean_or_default(issues, "settle");
+    let event_limit = section.integer_or_default(issues, "event_limit");
+    let default_audit = cycles.map_or(AUDIT_CYCLES, |cycles| AUDIT_CYCLES.min(cycles));
     let audit_cycles = section.integer_or(issues, "audit_cycles", default_audit);
     let (cycles, audit_cycles) = (cycles?, audit_cycles?);
     if audit_cycles > cycles {
@@ -66,7 +62,7 @@ pub(super) fn read(
 
 /// `instructions`: what the processor has, or what every processor has.
 fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelSpec>) -> Option<bool> {
-    let portable = section.choice(issues, "instructions", Some("auto"), &[])? == "portable";
+    let portable = section.choice_or_default(issues, "instructions")? == "portable";
     if let (true, Some(KernelSpec::Tables { ladder, .. })) = (portable, kernel) {
         issues.push(
             Diagnostic::new(
@@ -87,7 +83,7 @@ fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelSpec>)
 }
 
 fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
-    let chosen = section.choice(issues, "kernel", Some("volterra"), &[]);
+    let chosen = section.choice_or_default(issues, "kernel");
     let idle: &[&str] = match chosen {
         Some("volterra") => &["steps", "cells", "event_grid"],
         Some("stepping") => &["tolerance", "cells", "event_grid"],
@@ -114,13 +110,13 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
             Some(KernelSpec::Volterra { tolerance })
         }
         Some("stepping") => {
-            let steps = section.integer_or(issues, "steps", DEFAULT_STEPS)?;
+            let steps = section.integer_or_default(issues, "steps")?;
             Some(KernelSpec::Stepping {
                 steps: u32::try_from(steps).ok()?,
             })
         }
         Some(name) => {
-            let cells = section.integer_or(issues, "cells", DEFAULT_CELLS);
+            let cells = section.integer_or_default(issues, "cells");
             let ladder = match name {
                 "dyadic" => Ladder::Dyadic,
                 "hermite" => Ladder::Hermite,
@@ -140,8 +136,8 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelSpec> {
         None => {
             // Which settings count is open; their own faults show all the same.
             tolerance(section, issues);
-            section.integer_or(issues, "steps", DEFAULT_STEPS);
-            section.integer_or(issues, "cells", DEFAULT_CELLS);
+            section.integer_or_default(issues, "steps");
+            section.integer_or_default(issues, "cells");
             section.integer_or(issues, "event_grid", 1);
             None
         }
