@@ -301,3 +301,16 @@ impl Key {
         }
     }
 }
+
+impl Key {
+    /// The range of its numbers as it stands in a table, empty when any finite value will do.
+    pub fn range(&self) -> String {
+        match self.kind {
+            Kind::Integer if self.bounds.max < MANY => {
+                format!("{} to {}", number(self.bounds.min), number(self.bounds.max))
+            }
+            Kind::Integer => format!("at least {}", number(self.bounds.min)),
+            _ => self.bounds.words(),
+        }
+    }
+}

@@ -8,7 +8,9 @@ mod keys;
 #[cfg(test)]
 mod tests;
 
-pub(in crate::manifest) use key::{DefaultValue, Key, Kind, VARIABLE_TABLES, choice, integer};
+pub(in crate::manifest) use key::{
+    Bounds, DefaultValue, Key, Kind, VARIABLE_TABLES, choice, integer,
+};
 pub(in crate::manifest) use keys::{FEWEST_CYCLES, MANIFEST, MODAL_FILE};
 
 /// The keys of a file, table by table.

@@ -20,7 +20,18 @@ fn indices_and_shafts_find_their_patterns() {
         path("excitation.torque_ripple.3.order"),
         Some("excitation.torque_ripple.*.order")
     );
-    assert_eq!(path("shafts.wheel.span"), Some("shafts.<shaft>.span"));
+    assert_eq!(
+        path("shafts.wheel.diameter"),
+        Some("shafts.<shaft>.diameter")
+    );
+    assert_eq!(path("shafts.wheel.span"), Some("shafts.span"));
+    assert_eq!(
+        path("shafts.pinion.bearings.axial.1"),
+        Some("shafts.bearings.axial.*")
+    );
+    assert_eq!(path("shafts.wheel.density"), None);
+    assert_eq!(path("gear.bore.1"), Some("gear.bore"));
+    assert_eq!(path("gear.module.1"), None);
     assert_eq!(path("shafts.third.span"), None);
     assert_eq!(path("mesh"), Some("mesh"));
 }

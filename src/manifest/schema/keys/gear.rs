@@ -13,7 +13,7 @@ const BOTH: &str = "pinion, wheel";
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
-    table("gear").otherwise("required, except with kind = \"modal\"")
+    table("gear").otherwise("an error, except with kind = \"modal\"")
         .about("The spur gear pair as its drawing gives it. Beside a modal file it stands only where the \
                 mesh is computed from it."),
     key("gear.teeth", Kind::List("2 integers: pinion, wheel"), ANY, "[20, 30]").of_length(2)

@@ -15,7 +15,7 @@ const ELASTIC: &str = "none; required with kind = \"flexible\"";
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
-    table("shafts").otherwise("required, except with kind = \"modal\"")
+    table("shafts").otherwise("an error, except with kind = \"modal\"")
         .about("Material, stations, bearings and pedestals of the shafts. What stands here holds for both \
                 shafts; `[shafts.pinion]` and `[shafts.wheel]` override it key by key. A kind of model \
                 reads what it needs and checks the rest."),
@@ -40,7 +40,7 @@ pub(super) const KEYS: &[Key] = &[
         .otherwise("none; required with kinds that tilt or bend")
         .about("Where the gear sits, as a fraction of the span from the first bearing. Off the middle, tilt and \
                 radial motion couple."),
-    table("shafts.bearings").on_either_shaft().otherwise("required, except with kind = \"torsional\"")
+    table("shafts.bearings").on_either_shaft().otherwise("an error, except with kind = \"torsional\"")
         .about("Linear springs of each bearing. One value holds for both bearings, a pair \
                 `[first, second]` sets them apart."),
     quantity("shafts.bearings.line_of_centres", Stiffness, POSITIVE, r#""1.25e8 N/m""#).or_pair(BOTH).on_either_shaft()
@@ -54,7 +54,7 @@ pub(super) const KEYS: &[Key] = &[
         .of_length(2).on_either_shaft().otherwise("none; required with kinds that tilt or bend")
         .about("Stiffness along z, the axis of the shaft. At least one bearing must locate the shaft."),
     quantity("shafts.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).on_either_shaft(),
-    table("shafts.pedestals").on_either_shaft().otherwise("none; required with kind = \"pedestal\"")
+    table("shafts.pedestals").on_either_shaft().otherwise("an error with kind = \"pedestal\"")
         .about("What each bearing stands on: a mass on springs to the ground. Only with kind = \"pedestal\"."),
     quantity("shafts.pedestals.line_of_centres", Stiffness, POSITIVE, r#""4e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Stiffness of the pedestal along x, the line of centres."),
