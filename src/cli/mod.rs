@@ -6,6 +6,7 @@ pub mod check;
 mod earlier;
 mod events;
 mod excitation;
+pub mod help;
 pub mod machine;
 pub mod merge;
 pub mod plan;
@@ -44,7 +45,12 @@ const INTERRUPTED: u8 = 130;
 /// Gear rattle over grids of operating points: exact propagation, Lyapunov exponents with
 /// error bars, Poincaré samples, NVH statistics, in Parquet.
 #[derive(Debug, Parser)]
-#[command(name = "atlas", version, arg_required_else_help = true)]
+#[command(
+    name = "atlas",
+    version,
+    arg_required_else_help = true,
+    disable_help_subcommand = true
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -74,6 +80,8 @@ enum Command {
     /// Check this build on this machine against closed forms, published values and independent
     /// integrators
     Verify(verify::VerifyArgs),
+    /// Explain a subcommand, or a table or key of a manifest
+    Help(help::HelpArgs),
     /// Print a completion script for a shell
     Completions {
         /// The shell
@@ -95,6 +103,7 @@ pub fn main() -> ExitCode {
         Command::Machine(args) => machine::run(&args),
         Command::Table(args) => table::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Help(args) => help::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "atlas", &mut script);

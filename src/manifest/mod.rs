@@ -14,6 +14,7 @@ mod excerpt;
 mod expand;
 mod grid;
 mod hash;
+pub mod manual;
 mod modal_file;
 mod points;
 mod reader;

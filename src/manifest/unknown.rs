@@ -2,16 +2,16 @@
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 
-use super::schema::{self, Key, Kind};
+use super::schema::{self, Kind, Schema};
 use super::tree::{Entry, Node, Value};
 
 /// Records every unknown and unavailable key below `node`. The axes of the grid are left
 /// to the grid's own reader.
-pub(super) fn check(issues: &mut Issues, node: &Node, schema: &'static [Key]) {
+pub(super) fn check(issues: &mut Issues, node: &Node, schema: Schema) {
     check_table(issues, node, "", schema);
 }
 
-fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: &'static [Key]) {
+fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: Schema) {
     let Value::Table(entries) = &node.value else {
         return;
     };
@@ -35,7 +35,7 @@ fn check_table(issues: &mut Issues, node: &Node, path: &str, schema: &'static [K
     }
 }
 
-fn check_list(issues: &mut Issues, node: &Node, path: &str, schema: &'static [Key]) {
+fn check_list(issues: &mut Issues, node: &Node, path: &str, schema: Schema) {
     if let Value::Array(items) = &node.value {
         for (i, item) in items.iter().enumerate() {
             check_table(issues, item, &format!("{path}.{i}"), schema);
@@ -43,7 +43,7 @@ fn check_list(issues: &mut Issues, node: &Node, path: &str, schema: &'static [Ke
     }
 }
 
-fn unknown(entry: &Entry, path: &str, child: &str, schema: &'static [Key]) -> Diagnostic {
+fn unknown(entry: &Entry, path: &str, child: &str, schema: Schema) -> Diagnostic {
     let siblings = schema::children(schema, path);
     let what = match (&entry.node.value, path.is_empty()) {
         (Value::Table(_), true) => format!("there is no table [{child}]"),

@@ -21,12 +21,13 @@ pub(super) struct UnitError {
     pub part: String,
 }
 
-struct Symbol {
-    text: &'static str,
+/// A unit with a name of its own.
+pub(super) struct Symbol {
+    pub text: &'static str,
     ten: i32,
     factor: f64,
-    exponents: [i32; 4],
-    takes_prefix: bool,
+    pub exponents: [i32; 4],
+    pub takes_prefix: bool,
 }
 
 const fn symbol(text: &'static str, ten: i32, factor: f64, exponents: [i32; 4]) -> Symbol {
@@ -49,7 +50,7 @@ const fn prefixable(text: &'static str, ten: i32, factor: f64, exponents: [i32; 
     }
 }
 
-const SYMBOLS: [Symbol; 17] = [
+pub(super) const SYMBOLS: [Symbol; 17] = [
     prefixable("m", 0, 1.0, [0, 1, 0, 0]),
     prefixable("g", -3, 1.0, [1, 0, 0, 0]),
     prefixable("s", 0, 1.0, [0, 0, 1, 0]),
@@ -70,7 +71,7 @@ const SYMBOLS: [Symbol; 17] = [
 ];
 
 /// Both code points of the micro sign are in use: U+00B5 and U+03BC.
-const PREFIXES: [(char, i32); 10] = [
+pub(super) const PREFIXES: [(char, i32); 10] = [
     ('G', 9),
     ('M', 6),
     ('k', 3),

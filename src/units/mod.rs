@@ -5,6 +5,7 @@
 //! the number becomes binary: `"15 um"` and `1.5e-5` are the same double.
 
 mod expression;
+mod pattern;
 #[cfg(test)]
 mod tests;
 
@@ -73,6 +74,11 @@ const TEXT_FORMS: [(Dimension, Exponents); 14] = [
 ];
 
 impl Dimension {
+    /// The dimensions that texts with a unit may have.
+    pub fn with_text_form() -> impl Iterator<Item = Self> {
+        TEXT_FORMS.iter().map(|(dimension, _)| *dimension)
+    }
+
     /// The name with its article, as it stands in messages: `a length`.
     pub fn name(self) -> &'static str {
         self.words()[0]

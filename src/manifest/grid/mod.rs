@@ -6,7 +6,7 @@ mod values;
 use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::Section;
-use super::schema::{self, Key, Kind, MANIFEST};
+use super::schema::{self, Key, Kind, MANIFEST, VARIABLE_TABLES};
 use super::spec::{Axis, Carried};
 use super::tree::{Entry, Node, Value};
 use crate::units::Dimension;
@@ -18,9 +18,6 @@ pub(super) const MAX_POINTS: u64 = 10_000_000;
 
 /// Axes named where there are too many points.
 const MOST_FACTORS: usize = 8;
-
-/// Tables whose keys can be axes.
-const VARIABLE_TABLES: [&str; 6] = ["model", "gear", "shafts", "mesh", "excitation", "run"];
 
 /// An axis and where its values stand.
 #[derive(Debug)]
@@ -184,16 +181,12 @@ fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static K
         return schema::find(MANIFEST, path);
     }
     let table = name.split('.').next().unwrap_or_default();
-    let spec = schema::find(MANIFEST, name).filter(|_| VARIABLE_TABLES.contains(&table));
-    let kind = spec.map(|spec| spec.kind);
-    let varies = matches!(
-        kind,
-        Some(Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance)
-    );
-    if !varies {
-        issues.push_with(|| no_axis(entry, path, kind));
+    let known = schema::find(MANIFEST, name).filter(|_| VARIABLE_TABLES.contains(&table));
+    let spec = known.filter(|spec| spec.can_be_axis());
+    if spec.is_none() {
+        issues.push_with(|| no_axis(entry, path, known.map(|known| known.kind)));
     }
-    spec.filter(|_| varies)
+    spec
 }
 
 /// Why an entry of `[grid]` is no axis.
@@ -237,8 +230,7 @@ fn nearest_axis(name: &str) -> Option<String> {
     let paths: Vec<&str> = ["load", "speed"]
         .into_iter()
         .chain(
-            MANIFEST
-                .iter()
+            schema::all(MANIFEST)
                 .filter(|key| {
                     matches!(
                         key.kind,

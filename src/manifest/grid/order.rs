@@ -27,7 +27,7 @@ pub(super) fn read(
     axes: &[GridAxis],
     faulty: &[String],
 ) -> Option<Carried> {
-    let order = section.choice(issues, "order", Some("independent"), &[])?;
+    let order = section.choice_or_default(issues, "order")?;
     let directions = match order {
         "sweep-up" => vec![Direction::Up],
         "sweep-down" => vec![Direction::Down],

@@ -4,25 +4,14 @@ use super::MAX_POINTS;
 use crate::manifest::axis::AxisValues;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::reader::{self, wrong_type};
-use crate::manifest::schema::{self, Bounds, Key, Kind};
+use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
 
 /// Keys of an axis written as a table.
 const AXIS_KEYS: [&str; 5] = ["from", "to", "count", "spacing", "values"];
 
-static COUNT: Key = Key {
-    path: "count",
-    kind: Kind::Integer,
-    bounds: Bounds {
-        min: 1.0,
-        min_open: false,
-        max: MAX_POINTS as f64,
-        max_open: false,
-    },
-    example: "8",
-    why: "",
-};
+static COUNT: Key = schema::integer("count", 1.0, MAX_POINTS as f64, "8");
 
 /// Where the values of an axis stand.
 #[derive(Debug)]
@@ -281,13 +270,7 @@ impl AxisReader<'_> {
             _ => {}
         }
         let path = format!("{}.spacing", self.path);
-        static SPACING: Key = Key {
-            path: "spacing",
-            kind: Kind::Choice(&["linear", "log"]),
-            bounds: COUNT.bounds,
-            example: "\"log\"",
-            why: "",
-        };
+        static SPACING: Key = schema::choice("spacing", &["linear", "log"], "\"log\"");
         match &entry.node.value {
             Value::Text(text) => issues.push(
                 Diagnostic::new(

@@ -1,14 +1,15 @@
 //! Typed reading of a table: every accessor checks type, unit and range by the schema,
 //! records what is wrong and answers `None`, so that one pass finds every fault.
 
+mod default;
 mod value;
 
 pub(super) use value::{
-    entries, in_range, integer, not_available, quantity, quantity_unbounded, wrong_type, wrong_unit,
+    entries, in_range, integer, quantity, quantity_unbounded, wrong_type, wrong_unit,
 };
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::schema::{self, Key, Kind};
+use super::schema::{self, Key, Kind, Schema};
 use super::tree::{Entry, Node, Value};
 
 /// A table of a file, with its dotted path.
@@ -19,7 +20,7 @@ pub(super) struct Section<'t> {
     /// Where missing keys are reported: the table's header.
     pub span: Span,
     entries: &'t [Entry],
-    schema: &'static [Key],
+    schema: Schema,
 }
 
 /// A subtable that may be absent.
@@ -33,7 +34,7 @@ pub(super) enum Child<'t> {
 
 impl<'t> Section<'t> {
     /// The top of a file.
-    pub fn root(node: &'t Node, schema: &'static [Key]) -> Self {
+    pub fn root(node: &'t Node, schema: Schema) -> Self {
         let entries = match &node.value {
             Value::Table(entries) => entries.as_slice(),
             _ => &[],
@@ -148,7 +149,7 @@ impl<'t> Section<'t> {
     }
 
     /// A table that stands as a value.
-    fn of_node(node: &'t Node, path: String, schema: &'static [Key]) -> Option<Self> {
+    fn of_node(node: &'t Node, path: String, schema: Schema) -> Option<Self> {
         match &node.value {
             Value::Table(entries) => Some(Self {
                 path,
@@ -175,15 +176,6 @@ impl<'t> Section<'t> {
         quantity(issues, &entry.node, &path, self.spec(&path))
     }
 
-    /// A quantity in SI, or a default.
-    pub fn quantity_or(&self, issues: &mut Issues, name: &str, default: f64) -> Option<f64> {
-        if self.has(name) {
-            self.quantity(issues, name)
-        } else {
-            Some(default)
-        }
-    }
-
     /// A whole number that must be there.
     pub fn integer(&self, issues: &mut Issues, name: &str) -> Option<u64> {
         let entry = self.required(issues, name)?;
@@ -191,7 +183,7 @@ impl<'t> Section<'t> {
         integer(issues, &entry.node, &path, self.spec(&path))
     }
 
-    /// A whole number, or a default.
+    /// A whole number, or what other keys make of it.
     pub fn integer_or(&self, issues: &mut Issues, name: &str, default: u64) -> Option<u64> {
         if self.has(name) {
             self.integer(issues, name)
@@ -206,17 +198,15 @@ impl<'t> Section<'t> {
         usize::try_from(count).ok()
     }
 
-    /// A whole number that counts things in memory, or a default.
+    /// A whole number that counts things in memory, or what other keys make of it.
     pub fn count_or(&self, issues: &mut Issues, name: &str, default: usize) -> Option<usize> {
         let count = self.integer_or(issues, name, default as u64)?;
         usize::try_from(count).ok()
     }
 
-    /// `true` or `false`, or a default.
-    pub fn boolean_or(&self, issues: &mut Issues, name: &str, default: bool) -> Option<bool> {
-        let Some(entry) = self.entry(name) else {
-            return Some(default);
-        };
+    /// `true` or `false`.
+    pub fn boolean(&self, issues: &mut Issues, name: &str) -> Option<bool> {
+        let entry = self.required(issues, name)?;
         if let Value::Boolean(value) = entry.node.value {
             return Some(value);
         }
@@ -236,21 +226,9 @@ impl<'t> Section<'t> {
         None
     }
 
-    /// One of the schema's words for this key, or a default. `unavailable` lists words of
-    /// the file format that this version does not have, with what to use instead.
-    pub fn choice(
-        &self,
-        issues: &mut Issues,
-        name: &str,
-        default: Option<&'static str>,
-        unavailable: &[(&str, &str)],
-    ) -> Option<&'static str> {
-        let Some(entry) = self.entry(name) else {
-            if default.is_none() {
-                self.missing(issues, name);
-            }
-            return default;
-        };
+    /// One of the schema's words for this key, which must be there.
+    pub fn choice(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
+        let entry = self.required(issues, name)?;
         let path = self.path_of(name);
         let spec = self.spec(&path);
         let Kind::Choice(choices) = spec.kind else {
@@ -262,16 +240,6 @@ impl<'t> Section<'t> {
         };
         if let Some(choice) = choices.iter().find(|choice| *choice == text) {
             return Some(choice);
-        }
-        if let Some((_, instead)) = unavailable.iter().find(|(word, _)| word == text) {
-            not_available(
-                issues,
-                entry.node.span,
-                &path,
-                &format!("{path} = \"{text}\""),
-                instead,
-            );
-            return None;
         }
         issues.push(
             Diagnostic::new(

@@ -1,6 +1,6 @@
 //! Single values: type, unit and range by the schema's entry of their key.
 
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Node, Value};
 use crate::units::{self, Dimension, QuantityError};
@@ -11,26 +11,6 @@ pub(in crate::manifest) fn entries(count: usize) -> String {
         1 => "1 entry".to_owned(),
         count => format!("{count} entries"),
     }
-}
-
-/// Records a feature of the file format that this version does not have.
-pub(in crate::manifest) fn not_available(
-    issues: &mut Issues,
-    span: Span,
-    key: &str,
-    what: &str,
-    instead: &str,
-) {
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Unavailable,
-            span,
-            key,
-            format!("`{what}` is not available in this version"),
-        )
-        .label("not available")
-        .remedy(format!("use {instead}")),
-    );
 }
 
 /// Records a value of another type than the schema's.

@@ -1,87 +1,24 @@
-//! Every key a manifest may have: what it takes, its range, an example. The one table
-//! behind unknown-key errors, grid axes and the wording of what is accepted.
+//! Every key a manifest may have: what it takes, its range, its default, what it means. The one
+//! table behind the readers' defaults, unknown-key errors, grid axes, the wording of what is
+//! accepted, the manual of the manifest and its JSON Schema.
 
+mod default;
+mod key;
 mod keys;
 #[cfg(test)]
 mod tests;
 
-use crate::units::Dimension;
-use keys::MANY;
+pub(in crate::manifest) use key::{
+    Bounds, DefaultValue, Key, Kind, VARIABLE_TABLES, choice, integer,
+};
 pub(in crate::manifest) use keys::{FEWEST_CYCLES, MANIFEST, MODAL_FILE};
 
-/// A key of the manifest or of a modal file.
-#[derive(Debug)]
-pub(in crate::manifest) struct Key {
-    /// Dotted path; `*` stands for an index, `shafts.<shaft>` for either shaft.
-    pub path: &'static str,
-    pub kind: Kind,
-    pub bounds: Bounds,
-    /// A value as it would stand in the file.
-    pub example: &'static str,
-    /// Why the range ends where it does, where that is not plain.
-    pub why: &'static str,
-}
+/// The keys of a file, table by table.
+pub(in crate::manifest) type Schema = &'static [&'static [Key]];
 
-/// What a key takes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::manifest) enum Kind {
-    /// A number in SI or a text with a unit.
-    Quantity(Dimension),
-    /// A whole number.
-    Integer,
-    /// `true` or `false`.
-    Boolean,
-    /// A free text.
-    Text,
-    /// One of a few words.
-    Choice(&'static [&'static str]),
-    /// A list; its elements are the keys `path.*`.
-    List(&'static str),
-    /// A damping ratio (bare number, `%`) or a coefficient (`N*s/m`).
-    ContactDamping,
-    /// `"roundoff"` or a number.
-    Tolerance,
-    /// `"static"`, `"rest"` or a modal state.
-    Initial,
-    /// A table; its keys are listed on their own.
-    Table,
-    /// An axis of the grid.
-    Axis(Dimension),
-}
-
-/// A range of numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::manifest) struct Bounds {
-    pub min: f64,
-    pub min_open: bool,
-    pub max: f64,
-    pub max_open: bool,
-}
-
-impl Bounds {
-    pub fn contain(self, value: f64) -> bool {
-        let above = value > self.min || (!self.min_open && value == self.min);
-        let below = value < self.max || (!self.max_open && value == self.max);
-        value.is_finite() && above && below
-    }
-
-    /// The range in words, empty when any finite value will do.
-    pub fn words(self) -> String {
-        let low = match (self.min, self.min_open) {
-            (min, _) if min == f64::NEG_INFINITY => String::new(),
-            (min, true) => format!("greater than {}", number(min)),
-            (min, false) => format!("at least {}", number(min)),
-        };
-        let high = match (self.max, self.max_open) {
-            (max, _) if max == f64::INFINITY => String::new(),
-            (max, true) => format!("less than {}", number(max)),
-            (max, false) => format!("at most {}", number(max)),
-        };
-        match (low.is_empty(), high.is_empty()) {
-            (false, false) => format!("{low} and {high}"),
-            _ => low + &high,
-        }
-    }
+/// All keys of a file.
+pub(in crate::manifest) fn all(schema: Schema) -> impl Iterator<Item = &'static Key> {
+    schema.iter().flat_map(|keys| keys.iter())
 }
 
 /// A number as people write it: `0.05`, `4.4e8`.
@@ -93,6 +30,9 @@ pub(in crate::manifest) fn number(value: f64) -> String {
         format!("{value:e}")
     }
 }
+
+/// Where the keys of one shaft stand in the schema.
+const OF_A_SHAFT: &str = "shafts.<shaft>";
 
 /// The schema's form of a path: indices become `*`, either shaft `<shaft>`.
 fn pattern(path: &str) -> String {
@@ -112,20 +52,46 @@ fn pattern(path: &str) -> String {
     out
 }
 
-/// The entry of a dotted path such as `excitation.torque_ripple.0.order`.
-pub(in crate::manifest) fn find(schema: &'static [Key], path: &str) -> Option<&'static Key> {
+/// What `shafts.<shaft>.rest` is called where both shafts share it: `shafts.rest`.
+fn shared_form(pattern: &str) -> Option<String> {
+    let rest = pattern.strip_prefix(OF_A_SHAFT)?;
+    (rest.is_empty() || rest.starts_with('.')).then(|| format!("shafts{rest}"))
+}
+
+/// The entry of a dotted path such as `excitation.torque_ripple.0.order`. An element of a pair,
+/// such as `gear.bore.1`, has the entry of its key.
+pub(in crate::manifest) fn find(schema: Schema, path: &str) -> Option<&'static Key> {
     let pattern = pattern(path);
-    schema.iter().find(|key| key.path == pattern)
+    named(schema, &pattern).or_else(|| {
+        let both = pattern.strip_suffix(".*")?;
+        named(schema, both).filter(|key| key.pair.is_some())
+    })
+}
+
+/// The entry of a pattern. A key that both shafts share may stand in the table of one.
+fn named(schema: Schema, pattern: &str) -> Option<&'static Key> {
+    let exact = |wanted: &str| all(schema).find(|key| key.path == wanted);
+    exact(pattern)
+        .or_else(|| exact(&shared_form(pattern)?).filter(|key: &&Key| key.on_either_shaft))
 }
 
 /// The names of the keys directly below a path (`""` for the top).
-pub(in crate::manifest) fn children(schema: &'static [Key], path: &str) -> Vec<&'static str> {
-    let prefix = match path {
+pub(in crate::manifest) fn children(schema: Schema, path: &str) -> Vec<&'static str> {
+    let pattern = pattern(path);
+    let mut names = below(schema, &pattern, |_| true);
+    if let Some(shared) = shared_form(&pattern) {
+        names.extend(below(schema, &shared, |key| key.on_either_shaft));
+    }
+    names
+}
+
+fn below(schema: Schema, pattern: &str, wanted: impl Fn(&Key) -> bool) -> Vec<&'static str> {
+    let prefix = match pattern {
         "" => String::new(),
-        path => pattern(path) + ".",
+        pattern => format!("{pattern}."),
     };
     let mut names = Vec::new();
-    for key in schema {
+    for key in all(schema).filter(|key| wanted(key)) {
         match key.path.strip_prefix(&prefix) {
             Some("<shaft>") => names.extend(["pinion", "wheel"]),
             Some(rest) if !rest.contains('.') && rest != "*" => names.push(rest),
@@ -157,79 +123,10 @@ pub(in crate::manifest) fn nearest<'n>(name: &str, known: &[&'n str]) -> Option<
 }
 
 /// The other places where a key of exactly this name belongs.
-pub(in crate::manifest) fn homes(schema: &'static [Key], name: &str) -> Vec<&'static str> {
-    schema
-        .iter()
+pub(in crate::manifest) fn homes(schema: Schema, name: &str) -> Vec<&'static str> {
+    all(schema)
         .filter_map(|key| key.path.rsplit_once('.'))
         .filter(|&(home, last)| last == name && !home.contains(['*', '<']))
         .map(|(home, _)| home)
         .collect()
-}
-
-impl Key {
-    /// What the key takes, in words, with its range and an example.
-    pub fn accepted(&self) -> String {
-        let words = self.bounds.words();
-        let range = if words.is_empty() {
-            String::new()
-        } else {
-            format!(", {words}")
-        };
-        let example = self.example;
-        match self.kind {
-            Kind::Quantity(Dimension::Ratio) => format!("a number{range}; for example {example}"),
-            Kind::Quantity(dimension) if dimension.units().is_empty() => {
-                format!("a bare number in {}{range}; for example {example}", dimension.unit())
-            }
-            Kind::Quantity(dimension) => format!(
-                "a number in {}, or a text with a unit ({}){range}; for example {example}",
-                dimension.unit(),
-                dimension.units()
-            ),
-            Kind::Integer if self.bounds.max >= MANY => {
-                format!("a whole number, at least {}; for example {example}", self.bounds.min)
-            }
-            Kind::Integer => {
-                let why = match self.why {
-                    "" => String::new(),
-                    why => format!(" ({why})"),
-                };
-                format!(
-                    "a whole number from {} to {}{why}; for example {example}",
-                    self.bounds.min, self.bounds.max
-                )
-            }
-            Kind::Boolean => "true or false".to_owned(),
-            Kind::Text => format!("a text in quotes; for example {example}"),
-            Kind::Choice(choices) => choices
-                .iter()
-                .map(|choice| format!("\"{choice}\""))
-                .collect::<Vec<_>>()
-                .join(", "),
-            Kind::List(of) => format!("a list of {of}; for example {example}"),
-            Kind::ContactDamping => format!(
-                "a damping ratio (bare number or %){range}, or a coefficient with its unit ({}); for example 0.05 or \"1483 N*s/m\"",
-                Dimension::Damping.units()
-            ),
-            Kind::Tolerance => format!("\"roundoff\", or a number{range}"),
-            Kind::Initial => "\"static\", \"rest\", or { displacement = [...], velocity = [...] } in modal coordinates".to_owned(),
-            Kind::Table => {
-                let names = children(MANIFEST, self.path);
-                format!("a table with the keys {}", names.join(", "))
-            }
-            Kind::Axis(dimension) => {
-                let value = match dimension {
-                    Dimension::Ratio => "a number or a text in %".to_owned(),
-                    _ => format!(
-                        "a number in {} or a text with a unit ({})",
-                        dimension.unit(),
-                        dimension.units()
-                    ),
-                };
-                format!(
-                    "one value, {{ values = [...] }} or {{ from, to, count, spacing }}, each value {value}{range}; for example {example}"
-                )
-            }
-        }
-    }
 }

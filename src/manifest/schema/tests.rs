@@ -1,16 +1,14 @@
 use super::*;
+use crate::propagate::KernelChoice;
 
 #[test]
 fn paths_are_unique_and_their_parents_known() {
     for schema in [MANIFEST, MODAL_FILE] {
-        for (i, key) in schema.iter().enumerate() {
-            assert!(
-                !schema[..i].iter().any(|k| k.path == key.path),
-                "{}",
-                key.path
-            );
+        for (i, key) in all(schema).enumerate() {
+            let twice = all(schema).take(i).any(|k| k.path == key.path);
+            assert!(!twice, "{}", key.path);
             if let Some((parent, _)) = key.path.rsplit_once('.') {
-                assert!(schema.iter().any(|k| k.path == parent), "{}", key.path);
+                assert!(all(schema).any(|k| k.path == parent), "{}", key.path);
             }
         }
     }
@@ -23,7 +21,18 @@ fn indices_and_shafts_find_their_patterns() {
         path("excitation.torque_ripple.3.order"),
         Some("excitation.torque_ripple.*.order")
     );
-    assert_eq!(path("shafts.wheel.span"), Some("shafts.<shaft>.span"));
+    assert_eq!(
+        path("shafts.wheel.diameter"),
+        Some("shafts.<shaft>.diameter")
+    );
+    assert_eq!(path("shafts.wheel.span"), Some("shafts.span"));
+    assert_eq!(
+        path("shafts.pinion.bearings.axial.1"),
+        Some("shafts.bearings.axial.*")
+    );
+    assert_eq!(path("shafts.wheel.density"), None);
+    assert_eq!(path("gear.bore.1"), Some("gear.bore"));
+    assert_eq!(path("gear.module.1"), None);
     assert_eq!(path("shafts.third.span"), None);
     assert_eq!(path("mesh"), Some("mesh"));
 }
@@ -61,7 +70,7 @@ fn examples_are_accepted() {
     use crate::manifest::reader;
     use crate::manifest::tree;
     let mut checked = 0;
-    for key in MANIFEST.iter().chain(MODAL_FILE) {
+    for key in all(MANIFEST).chain(all(MODAL_FILE)) {
         let mut issues = Issues::default();
         let source = issues.add_source("example".to_owned(), format!("x = {}", key.example));
         if key.example.is_empty() {
@@ -83,4 +92,20 @@ fn examples_are_accepted() {
         checked += 1;
     }
     assert!(checked > 80, "{checked}");
+}
+
+#[test]
+fn every_kernel_can_be_chosen() {
+    let names: Vec<&str> = KernelChoice::SETTINGS
+        .iter()
+        .map(|(name, _)| *name)
+        .collect();
+    let key = find(MANIFEST, "run.kernel").expect("a key");
+    assert!(matches!(key.kind, Kind::Choice(choices) if choices == names));
+    for (name, settings) in KernelChoice::SETTINGS {
+        for setting in settings {
+            let path = format!("run.{setting}");
+            assert!(find(MANIFEST, &path).is_some(), "{name}: {path}");
+        }
+    }
 }

@@ -10,17 +10,8 @@ use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{ModelSpec, RunSpec};
 
-const DEFAULT_EXPONENTS: usize = 1;
-const DEFAULT_ALIGN: u64 = 100;
-const DEFAULT_SAMPLES: usize = 200;
-const DEFAULT_HARMONICS: usize = 10;
-const DEFAULT_INITIAL_CONDITIONS: u64 = 32;
-const DEFAULT_DECADES: f64 = 4.0;
-const DEFAULT_CELLS: u64 = 48;
-const DEFAULT_TWINS: u64 = 16;
-const DEFAULT_SEPARATION: f64 = 1e-6;
-const DEFAULT_FOLLOWED: u64 = 60;
-const DEFAULT_AVERAGES: u64 = 400;
+/// Poincaré samples kept where the strobe has as many.
+const MOST_SAMPLES: usize = 200;
 
 pub(super) fn read(
     section: &Section,
@@ -38,9 +29,9 @@ pub(super) fn read(
         poincare(table, issues, cycles, carried)
     });
     let nvh = optional(section, issues, "nvh", |table, issues| {
-        let harmonics = table.count_or(issues, "harmonics", DEFAULT_HARMONICS);
-        let spectrum = table.boolean_or(issues, "spectrum", false);
-        let bearings = table.boolean_or(issues, "bearings", false);
+        let harmonics = table.count_or_default(issues, "harmonics");
+        let spectrum = table.boolean_or_default(issues, "spectrum");
+        let bearings = table.boolean_or_default(issues, "bearings");
         Some(NvhQuestion {
             harmonics: harmonics?,
             spectrum: spectrum?,
@@ -95,15 +86,15 @@ fn lyapunov(
     issues: &mut Issues,
     model: Option<&ModelSpec>,
 ) -> Option<LyapunovQuestion> {
-    let exponents = table.count_or(issues, "exponents", DEFAULT_EXPONENTS);
+    let exponents = table.count_or_default(issues, "exponents");
     let stop_at_stderr = if table.has("stop_at_stderr") {
         table.quantity(issues, "stop_at_stderr").map(Some)
     } else {
         Some(None)
     };
-    let align = table.integer_or(issues, "align", DEFAULT_ALIGN);
-    let twin = table.boolean_or(issues, "twin", true);
-    let norm = table.choice(issues, "norm", Some("energy"), &[]);
+    let align = table.integer_or_default(issues, "align");
+    let twin = table.boolean_or_default(issues, "twin");
+    let norm = table.choice_or_default(issues, "norm");
     let exponents = exponents?;
     if let Some(model) = model.filter(|model| exponents > 2 * model.felt()) {
         let (retained, most) = (model.retained, 2 * model.felt());
@@ -145,10 +136,10 @@ fn lyapunov(
 }
 
 fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {
-    let twins = table.integer_or(issues, "twins", DEFAULT_TWINS);
-    let separation = table.quantity_or(issues, "separation", DEFAULT_SEPARATION);
-    let cycles = table.integer_or(issues, "cycles", DEFAULT_FOLLOWED);
-    let averages = table.integer_or(issues, "averages", DEFAULT_AVERAGES);
+    let twins = table.integer_or_default(issues, "twins");
+    let separation = table.quantity_or_default(issues, "separation");
+    let cycles = table.integer_or_default(issues, "cycles");
+    let averages = table.integer_or_default(issues, "averages");
     Some(HorizonQuestion {
         twins: u32::try_from(twins?).ok()?,
         separation: separation?,
@@ -164,9 +155,8 @@ fn multistability(
     retained: Option<usize>,
     run: Option<&RunSpec>,
 ) -> Option<MultistabilityQuestion> {
-    let initial_conditions =
-        table.integer_or(issues, "initial_conditions", DEFAULT_INITIAL_CONDITIONS);
-    let decades = table.quantity_or(issues, "decades", DEFAULT_DECADES);
+    let initial_conditions = table.integer_or_default(issues, "initial_conditions");
+    let decades = table.quantity_or_default(issues, "decades");
     let as_long_as_run = run.map_or((0, 0), |run| (run.transient, run.cycles));
     let transient = table.integer_or(issues, "transient", as_long_as_run.0);
     let cycles = table.integer_or(
@@ -190,9 +180,9 @@ fn multistability(
 fn slice(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<SliceQuestion> {
     const PATH: &str = "analyses.multistability.slice.modes";
     let modes = table.integers::<2>(issues, "modes");
-    let of = table.choice(issues, "of", Some("displacement"), &[]);
+    let of = table.choice_or_default(issues, "of");
     let extent = table.quantity(issues, "extent");
-    let count = table.integer_or(issues, "count", DEFAULT_CELLS);
+    let count = table.integer_or_default(issues, "count");
     let modes = modes?;
     let refuse = |message: String, label: &str, remedy: String| {
         Diagnostic::new(
@@ -243,7 +233,7 @@ fn poincare(
 ) -> Option<PoincareQuestion> {
     let section = section(table, issues);
     let samples = samples(table, issues, cycles, section);
-    let refine = table.integer_or(issues, "refine", 0);
+    let refine = table.integer_or_default(issues, "refine");
     if !carried && refine.is_some_and(|halvings| halvings > 0) {
         table.without_effect(
             issues,
@@ -260,10 +250,10 @@ fn poincare(
 }
 
 fn section(table: &Section, issues: &mut Issues) -> Option<PoincareSection> {
-    let name = table.choice(issues, "section", Some("strobe"), &[]);
+    let name = table.choice_or_default(issues, "section");
     // Of an unknown section the phase is looked at all the same: all faults at once.
     let phase = match name {
-        None | Some("strobe") => table.quantity_or(issues, "phase", 0.0),
+        None | Some("strobe") => table.quantity_or_default(issues, "phase"),
         Some(_) => None,
     };
     if let Some(name) = name.filter(|name| *name != "strobe") {
@@ -293,7 +283,7 @@ fn samples(
         Some(cycles) if strobe => usize::try_from(cycles).unwrap_or(usize::MAX),
         _ => usize::MAX,
     };
-    let samples = table.count_or(issues, "samples", DEFAULT_SAMPLES.min(most))?;
+    let samples = table.count_or(issues, "samples", MOST_SAMPLES.min(most))?;
     if samples <= most {
         return Some(samples);
     }

@@ -47,7 +47,7 @@ pub(super) fn read(
 fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
     let harmonic = table.integer(issues, "harmonic");
     let amplitude = table.quantity(issues, "amplitude");
-    let phase = table.quantity_or(issues, "phase", 0.0);
+    let phase = table.quantity_or_default(issues, "phase");
     Some(MeshHarmonic {
         harmonic: u32::try_from(harmonic?).ok()?,
         amplitude: amplitude?,
@@ -60,14 +60,14 @@ fn ripple(
     issues: &mut Issues,
     source: Option<&StructureSource>,
 ) -> Option<TorqueRipple> {
-    let shaft = match table.choice(issues, "shaft", None, &[]) {
+    let shaft = match table.choice(issues, "shaft") {
         Some("wheel") => Some(DriveShaft::Wheel),
         Some(_) => Some(DriveShaft::Pinion),
         None => None,
     };
     let order = table.quantity(issues, "order");
     let amplitude = table.quantity(issues, "amplitude");
-    let phase = table.quantity_or(issues, "phase", 0.0);
+    let phase = table.quantity_or_default(issues, "phase");
     let ripple = TorqueRipple {
         shaft: shaft?,
         order: order?,

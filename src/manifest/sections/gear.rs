@@ -4,16 +4,10 @@ use crate::gear::{BasicRack, Flanks, GearError, GearPair, Material, Relief, Toot
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 
-const DEFAULT_PRESSURE_ANGLE_DEGREES: f64 = 20.0;
-
 pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let teeth = section.integers::<2>(issues, "teeth");
     let module = section.quantity(issues, "module");
-    let pressure_angle = section.quantity_or(
-        issues,
-        "pressure_angle",
-        DEFAULT_PRESSURE_ANGLE_DEGREES.to_radians(),
-    );
+    let pressure_angle = section.quantity_or_default(issues, "pressure_angle");
     let face_width = section.quantity(issues, "face_width");
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
@@ -36,12 +30,9 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
 /// The optional keys; a drawing without any is the default form.
 fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
     let default = ToothForm::default();
-    let profile_shift = match section.has("profile_shift") {
-        true => section.pair(issues, "profile_shift"),
-        false => Some(default.profile_shift),
-    };
+    let profile_shift = section.pair_or_default(issues, "profile_shift");
     let rack = rack(section, issues);
-    let thinning = both_or(section, issues, "thinning", default.thinning);
+    let thinning = section.one_or_pair_or_default(issues, "thinning");
     let centre_distance = match section.has("centre_distance") {
         true => section.quantity(issues, "centre_distance").map(Some),
         false => Some(None),
@@ -60,9 +51,8 @@ fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
             .map(|pair| pair.map(Some)),
         false => Some(default.bore),
     };
-    let steel = Material::default();
-    let young_modulus = both_or(section, issues, "young_modulus", [steel.young_modulus; 2]);
-    let poisson_ratio = both_or(section, issues, "poisson_ratio", [steel.poisson_ratio; 2]);
+    let young_modulus = section.one_or_pair_or_default(issues, "young_modulus");
+    let poisson_ratio = section.one_or_pair_or_default(issues, "poisson_ratio");
     let (young_modulus, poisson_ratio) = (young_modulus?, poisson_ratio?);
     Some(ToothForm {
         profile_shift: profile_shift?,
@@ -80,30 +70,15 @@ fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
     })
 }
 
-/// One quantity for both gears, a pair, or a default.
-fn both_or(
-    section: &Section,
-    issues: &mut Issues,
-    name: &str,
-    default: [f64; 2],
-) -> Option<[f64; 2]> {
-    if section.has(name) {
-        section.one_or_pair(issues, name)
-    } else {
-        Some(default)
-    }
-}
-
 fn rack(section: &Section, issues: &mut Issues) -> Option<BasicRack> {
-    let default = BasicRack::default();
     let rack = match section.child(issues, "rack") {
-        Child::Absent => return Some(default),
+        Child::Absent => section.empty_child("rack"),
         Child::Invalid => return None,
         Child::Present(rack) => rack,
     };
-    let addendum = rack.quantity_or(issues, "addendum", default.addendum);
-    let dedendum = rack.quantity_or(issues, "dedendum", default.dedendum);
-    let tip_radius = rack.quantity_or(issues, "tip_radius", default.tip_radius);
+    let addendum = rack.quantity_or_default(issues, "addendum");
+    let dedendum = rack.quantity_or_default(issues, "dedendum");
+    let tip_radius = rack.quantity_or_default(issues, "tip_radius");
     Some(BasicRack {
         addendum: addendum?,
         dedendum: dedendum?,

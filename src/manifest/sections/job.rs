@@ -38,7 +38,7 @@ pub(in crate::manifest) fn read(root: &Section, issues: &mut Issues) -> Option<J
         }
         fits
     });
-    let seed = section.integer_or(issues, "seed", 1);
+    let seed = section.integer_or_default(issues, "seed");
     Some(JobHead {
         name: name?.to_owned(),
         seed: seed?,

@@ -14,8 +14,6 @@ use std::sync::Arc;
 /// Keys of the two-level law.
 const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
 
-const DEFAULT_SEGMENTS: u64 = 60;
-
 /// A transition this close to a segment's border, in segments, stands on it: only
 /// rounding in `contact_ratio − 1` put it elsewhere.
 const ON_BORDER: f64 = 1e-9;
@@ -41,7 +39,7 @@ pub(super) fn read(
 ) -> Option<MeshSpec> {
     let gears = drive.gears;
     let half_gap = backlash::read(section, issues, drive);
-    let choice = section.choice(issues, "stiffness", None, &[]);
+    let choice = section.choice(issues, "stiffness");
     let stiffness = if wants_gears(section) {
         table(section, issues, gears)
     } else {
@@ -58,9 +56,9 @@ pub(super) fn read(
             None => None,
         }
     };
-    let friction = section.quantity_or(issues, "friction", 0.0);
+    let friction = section.quantity_or_default(issues, "friction");
     let damping = contact_damping(section, issues);
-    let misalignment = section.quantity_or(issues, "misalignment", 0.0);
+    let misalignment = section.quantity_or_default(issues, "misalignment");
     let (half_gap, stiffness) = (half_gap?, stiffness?);
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
@@ -99,8 +97,8 @@ fn table(
             "remove it, or set stiffness = \"table\"",
         );
     }
-    let segments = section.integer_or(issues, "segments", DEFAULT_SEGMENTS);
-    let shaft_tilt = section.boolean_or(issues, "shaft_tilt", false);
+    let segments = section.integer_or_default(issues, "segments");
+    let shaft_tilt = section.boolean_or_default(issues, "shaft_tilt");
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
     if let Err(error) = Flanks::new(gears) {
@@ -166,7 +164,7 @@ fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
         return Some(StiffnessSpec::Piecewise(values.into()));
     }
     let law = two_levels(section, issues);
-    let segments = section.integer_or(issues, "segments", DEFAULT_SEGMENTS);
+    let segments = section.integer_or_default(issues, "segments");
     Some(StiffnessSpec::Piecewise(on_segments(law?, segments?)))
 }
 

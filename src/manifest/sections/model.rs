@@ -11,8 +11,8 @@ use crate::manifest::tree::Value;
 use crate::shaft::{FlexibleDrive, RigidDrive, Tier};
 use std::sync::Arc;
 
+/// Modes of flexible shafts where the manifest does not say.
 const DEFAULT_MODES: usize = 40;
-const DEFAULT_DAMPING: f64 = 0.01;
 
 /// Every drive has two rigid rotations: the neutral one and the relative one.
 const RIGID_MODES: usize = 2;
@@ -52,8 +52,8 @@ pub(super) fn read(
     context: &mut Context,
 ) -> Option<ModelSpec> {
     let section = root.required_child(issues, "model")?;
-    let kind = section.choice(issues, "kind", None, &[]);
-    let mta = section.boolean_or(issues, "mta", false);
+    let kind = section.choice(issues, "kind");
+    let mta = section.boolean_or_default(issues, "mta");
     match kind {
         Some("modal") => modal(root, &section, issues, context, mta),
         Some(name) => drive(root, &section, issues, context, DriveKind::of(name), mta),
@@ -255,9 +255,9 @@ fn damping(
             "with kind = \"torsional\": both of its modes are rigid rotations and undamped",
             "remove it, or release more with another kind",
         );
-        return Some((DEFAULT_DAMPING, Vec::new()));
+        return Some((section.quantity_or_default(issues, "damping")?, Vec::new()));
     }
-    let damping = section.quantity_or(issues, "damping", DEFAULT_DAMPING);
+    let damping = section.quantity_or_default(issues, "damping");
     let overrides = damping_overrides(section, issues, modes);
     Some((damping?, overrides?))
 }

@@ -4,18 +4,11 @@ use crate::analysis::OrbitQuestion;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
-const DEFAULT_PERIODS: [u32; 2] = [1, 2];
-const DEFAULT_GUESSES: u64 = 16;
-const DEFAULT_CYCLES: u64 = 400;
-
 pub(super) fn read(table: &Section, issues: &mut Issues) -> Option<OrbitQuestion> {
-    let periods = match table.has("periods") {
-        true => periods(table, issues),
-        false => Some(DEFAULT_PERIODS.to_vec()),
-    };
-    let guesses = table.integer_or(issues, "guesses", DEFAULT_GUESSES);
-    let cycles = table.integer_or(issues, "cycles", DEFAULT_CYCLES);
-    let floquet = table.boolean_or(issues, "floquet", true);
+    let periods = periods(table, issues);
+    let guesses = table.integer_or_default(issues, "guesses");
+    let cycles = table.integer_or_default(issues, "cycles");
+    let floquet = table.boolean_or_default(issues, "floquet");
     Some(OrbitQuestion {
         periods: periods?,
         guesses: u32::try_from(guesses?).ok()?,
@@ -25,7 +18,7 @@ pub(super) fn read(table: &Section, issues: &mut Issues) -> Option<OrbitQuestion
 }
 
 fn periods(table: &Section, issues: &mut Issues) -> Option<Vec<u32>> {
-    let values = table.whole_numbers(issues, "periods")?;
+    let values = table.whole_numbers_or_default(issues, "periods")?;
     if values.is_empty() {
         let path = table.path_of("periods");
         issues.push(

@@ -10,12 +10,8 @@ use crate::propagate::KernelChoice;
 use crate::units::Dimension;
 use std::collections::BTreeSet;
 
-const DEFAULT_TRANSIENT: u64 = 200;
-const DEFAULT_CYCLES: u64 = 800;
-const DEFAULT_STEPS: u64 = 4096;
-const DEFAULT_CELLS: u64 = 60;
-const DEFAULT_AUDIT_CYCLES: u64 = 20;
-const DEFAULT_EVENT_LIMIT: u64 = 1000;
+/// Mesh cycles of the audit where as many are measured.
+const AUDIT_CYCLES: u64 = 20;
 
 /// `tolerance = "roundoff"`: 2⁻⁵², the spacing of doubles at 1.
 const ROUNDOFF: f64 = f64::EPSILON;
@@ -30,14 +26,14 @@ pub(super) fn read(
         Child::Absent => root.empty_child("run"),
         Child::Invalid => return None,
     };
-    let transient = section.integer_or(issues, "transient", DEFAULT_TRANSIENT);
-    let cycles = section.integer_or(issues, "cycles", DEFAULT_CYCLES);
+    let transient = section.integer_or_default(issues, "transient");
+    let cycles = section.integer_or_default(issues, "cycles");
     let kernel = kernel(&section, issues);
     let portable = portable(&section, issues, kernel.as_ref());
     let initial = initial(&section, issues, retained);
-    let settle = section.boolean_or(issues, "settle", true);
-    let event_limit = section.integer_or(issues, "event_limit", DEFAULT_EVENT_LIMIT);
-    let default_audit = DEFAULT_AUDIT_CYCLES.min(cycles.unwrap_or(DEFAULT_CYCLES));
+    let settle = section.boolean_or_default(issues, "settle");
+    let event_limit = section.integer_or_default(issues, "event_limit");
+    let default_audit = cycles.map_or(AUDIT_CYCLES, |cycles| AUDIT_CYCLES.min(cycles));
     let audit_cycles = section.integer_or(issues, "audit_cycles", default_audit);
     let (cycles, audit_cycles) = (cycles?, audit_cycles?);
     if audit_cycles > cycles {
@@ -69,7 +65,7 @@ pub(super) fn read(
 
 /// `instructions`: what the processor has, or what every processor has.
 fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelChoice>) -> Option<bool> {
-    let portable = section.choice(issues, "instructions", Some("auto"), &[])? == "portable";
+    let portable = section.choice_or_default(issues, "instructions")? == "portable";
     if let Some(kernel) = kernel.filter(|kernel| portable && kernel.cells().is_some()) {
         issues.push(
             Diagnostic::new(
@@ -90,7 +86,7 @@ fn portable(section: &Section, issues: &mut Issues, kernel: Option<&KernelChoice
 }
 
 fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
-    let chosen = section.choice(issues, "kernel", Some("volterra"), &[]);
+    let chosen = section.choice_or_default(issues, "kernel");
     let settings = KernelChoice::SETTINGS;
     if let Some((name, own)) = settings.iter().find(|(name, _)| Some(*name) == chosen) {
         let all = settings.iter().flat_map(|(_, own)| own.iter());
@@ -109,7 +105,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
         section.without_effect(issues, &idle, &why, remedy);
     }
     let cells = |issues: &mut Issues| {
-        let cells = section.integer_or(issues, "cells", DEFAULT_CELLS)?;
+        let cells = section.integer_or_default(issues, "cells")?;
         u32::try_from(cells).ok()
     };
     Some(match chosen {
@@ -117,7 +113,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
             tolerance: tolerance(section, issues)?,
         },
         Some("stepping") => {
-            let steps = section.integer_or(issues, "steps", DEFAULT_STEPS)?;
+            let steps = section.integer_or_default(issues, "steps")?;
             KernelChoice::Stepping {
                 steps: u32::try_from(steps).ok()?,
             }
@@ -145,7 +141,7 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
         None => {
             // Which settings count is open; their own faults show all the same.
             tolerance(section, issues);
-            section.integer_or(issues, "steps", DEFAULT_STEPS);
+            section.integer_or_default(issues, "steps");
             cells(issues);
             section.integer_or(issues, "event_grid", 1);
             return None;

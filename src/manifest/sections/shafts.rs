@@ -29,9 +29,6 @@ pub(super) struct Elastic {
     pub elements: [usize; 3],
 }
 
-/// Timoshenko's coefficient of a solid circular section, rounded as usual in rotordynamics.
-const DEFAULT_SHEAR_COEFFICIENT: f64 = 0.9;
-
 pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
@@ -61,8 +58,7 @@ fn elastic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<Op
         false => Some(None),
     };
     let (young, shear) = (modulus("young_modulus"), modulus("shear_modulus"));
-    let shear_coefficient =
-        section.quantity_or(issues, "shear_coefficient", DEFAULT_SHEAR_COEFFICIENT);
+    let shear_coefficient = section.quantity_or_default(issues, "shear_coefficient");
     let elements = match wanted("elements") {
         true => elements(section, issues).map(Some),
         false => Some(None),

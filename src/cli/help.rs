@@ -1,0 +1,55 @@
+//! `atlas help`: the subcommands, one of them, the keys of a manifest, one key, or the schema that
+//! editors check a manifest with.
+
+use super::{BAD_INPUT, Cli, answer, fail};
+use crate::manifest::manual;
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser};
+use std::process::ExitCode;
+
+/// Arguments of `atlas help`.
+#[derive(Debug, Args)]
+pub struct HelpArgs {
+    /// A subcommand; `manifest` for all keys of a manifest; `schema` for its JSON Schema; a table
+    /// such as `mesh` (`[run]` where a subcommand has its name) or a key such as `mesh.half_gap`
+    #[arg(value_name = "TOPIC")]
+    pub topic: Vec<String>,
+}
+
+/// Explains a topic: status 0, or 2 where there is none of that name.
+pub fn run(args: &HelpArgs) -> ExitCode {
+    let topic: Vec<&str> = args.topic.iter().map(String::as_str).collect();
+    match topic.as_slice() {
+        ["manifest"] => answer(&manual::overview(), ExitCode::SUCCESS),
+        ["schema"] => answer(&manual::json_schema(), ExitCode::SUCCESS),
+        [] => of_subcommand(&[]),
+        [first, ..] if is_subcommand(first) => of_subcommand(&topic),
+        [topic] => match manual::explain(topic) {
+            Ok(text) => answer(&text, ExitCode::SUCCESS),
+            Err(error) => fail(BAD_INPUT, &error.to_string()),
+        },
+        _ => fail(
+            BAD_INPUT,
+            "help takes one table or key of a manifest, or a subcommand",
+        ),
+    }
+}
+
+fn is_subcommand(name: &str) -> bool {
+    Cli::command().find_subcommand(name).is_some()
+}
+
+/// What `--help` says behind some subcommands.
+fn of_subcommand(names: &[&str]) -> ExitCode {
+    let line = ["atlas"].iter().chain(names).chain(&["--help"]);
+    let Err(text) = Cli::try_parse_from(line) else {
+        return ExitCode::SUCCESS;
+    };
+    let status = match text.kind() {
+        ErrorKind::DisplayHelp => ExitCode::SUCCESS,
+        _ => ExitCode::from(BAD_INPUT),
+    };
+    // Nothing can be done when the output is closed.
+    _ = text.print();
+    status
+}

@@ -1,0 +1,246 @@
+//! The manual for editors: a JSON Schema (draft 7), as Taplo and Even Better TOML read it.
+//!
+//! It knows tables, keys, types, ranges, words and units. What depends on several keys only
+//! `atlas check` judges: a manifest that the program accepts satisfies the schema.
+
+mod value;
+
+use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST};
+use serde_json::{Map, Value, json};
+use value::{default, example, scalar, texts, value};
+
+/// The schema of a manifest, as text.
+pub fn json_schema() -> String {
+    let mut root = Map::new();
+    root.insert(
+        "$schema".into(),
+        json!("http://json-schema.org/draft-07/schema#"),
+    );
+    root.insert("title".into(), json!("Manifest of atlas"));
+    let about = "A drive, a grid of operating points, and what is computed of each.";
+    root.insert("description".into(), json!(about));
+    let axes = axes();
+    root.append(&mut table(""));
+    if let Some(grid) = root
+        .get_mut("properties")
+        .and_then(|tables| tables.get_mut("grid"))
+        .and_then(Value::as_object_mut)
+    {
+        add_axes(grid, &axes);
+    }
+    root.insert("definitions".into(), definitions(&axes));
+    format!("{:#}\n", Value::Object(root))
+}
+
+/// A table and all that is below it.
+fn table(path: &str) -> Map<String, Value> {
+    let mut properties = Map::new();
+    let mut required = Vec::new();
+    for (name, path, key) in children(path) {
+        properties.insert(name.to_owned(), node(&path, key));
+        if must_stand(&path, key) {
+            required.push(name);
+        }
+    }
+    let mut table = Map::new();
+    table.insert("type".into(), json!("object"));
+    table.insert("additionalProperties".into(), json!(false));
+    if !required.is_empty() {
+        table.insert("required".into(), json!(required));
+    }
+    table.insert("properties".into(), Value::Object(properties));
+    table
+}
+
+/// Names, paths and entries of the keys of a table.
+fn children(path: &str) -> impl Iterator<Item = (&'static str, String, &'static Key)> {
+    let path = path.to_owned();
+    schema::children(MANIFEST, &path)
+        .into_iter()
+        .filter_map(move |name| {
+            let path = match path.as_str() {
+                "" => name.to_owned(),
+                path => format!("{path}.{name}"),
+            };
+            let key = schema::find(MANIFEST, &path)?;
+            Some((name, path, key))
+        })
+}
+
+/// Whether a key must stand in its table. One that the grid may vary need not: an axis gives it.
+fn must_stand(path: &str, key: &Key) -> bool {
+    key.default == DefaultValue::Required
+        && match key.kind {
+            Kind::Table => children(path).any(|(_, path, key)| must_stand(&path, key)),
+            _ => !key.can_be_axis(),
+        }
+}
+
+/// A key and all that is below it.
+fn node(path: &str, key: &Key) -> Value {
+    let mut node = match key.kind {
+        Kind::Table => table(path),
+        Kind::List(_) => list(path, key),
+        Kind::Initial => {
+            let mut words = Map::new();
+            words.insert(
+                "anyOf".into(),
+                json!([{ "enum": ["static", "rest"] }, table(path)]),
+            );
+            words
+        }
+        Kind::Axis(_) => axis_reference(key),
+        _ => value(key),
+    };
+    describe(&mut node, key);
+    Value::Object(node)
+}
+
+fn list(path: &str, key: &Key) -> Map<String, Value> {
+    let mut list = Map::new();
+    list.insert("type".into(), json!("array"));
+    if let Some(length) = key.length {
+        list.insert("minItems".into(), json!(length));
+        list.insert("maxItems".into(), json!(length));
+    }
+    let elements = format!("{path}.0");
+    if let Some(key) = schema::find(MANIFEST, &elements) {
+        list.insert("items".into(), node(&elements, key));
+    }
+    list
+}
+
+fn describe(node: &mut Map<String, Value>, key: &Key) {
+    if !key.about.is_empty() {
+        node.insert("description".into(), json!(key.about));
+    }
+    if let Some(default) = default(key) {
+        node.insert("default".into(), default);
+    }
+    if let Some(example) = example(key) {
+        node.insert("examples".into(), json!([example]));
+    }
+}
+
+/// Paths that can be axes besides load and speed. A key of both shafts stands for three.
+fn axes() -> Vec<(String, &'static Key)> {
+    let mut axes = Vec::new();
+    for key in schema::all(MANIFEST).filter(|key| key.can_be_axis()) {
+        if !key.path.contains("<shaft>") {
+            axes.push((key.path.to_owned(), key));
+        }
+        for shaft in ["pinion", "wheel"] {
+            let own = key.path.replace("<shaft>", shaft);
+            let shared = format!(
+                "shafts.{shaft}{}",
+                &key.path["shafts".len().min(key.path.len())..]
+            );
+            match (own != key.path, key.on_either_shaft) {
+                (true, _) => axes.push((own, key)),
+                (false, true) => axes.push((shared, key)),
+                (false, false) => {}
+            }
+        }
+    }
+    axes
+}
+
+/// The quoted keys of the grid; those with indices as patterns.
+fn add_axes(grid: &mut Map<String, Value>, axes: &[(String, &Key)]) {
+    let mut patterns = Map::new();
+    let mut plain = Map::new();
+    for (path, key) in axes {
+        let mut axis = axis_reference(key);
+        if !key.about.is_empty() {
+            axis.insert("description".into(), json!(key.about));
+        }
+        let pattern = |path: &str| {
+            let escaped = path.replace('.', r"\.").replace('*', r"\d+");
+            format!("^{escaped}$")
+        };
+        if path.contains('*') {
+            patterns.insert(pattern(path), Value::Object(axis));
+            continue;
+        }
+        if key.pair.is_some() {
+            let element = format!("{path}.*");
+            patterns.insert(pattern(&element), Value::Object(axis.clone()));
+        }
+        plain.insert(path.clone(), Value::Object(axis));
+    }
+    if let Some(properties) = grid.get_mut("properties").and_then(Value::as_object_mut) {
+        properties.append(&mut plain);
+    }
+    grid.insert("patternProperties".into(), Value::Object(patterns));
+}
+
+/// The name of what one value of a key may be: keys of one kind and range have one.
+fn value_name(key: &Key) -> String {
+    let kind = match key.kind {
+        Kind::Quantity(dimension) | Kind::Axis(dimension) => format!("{dimension:?}"),
+        kind => format!("{kind:?}"),
+    };
+    let words = format!("{kind} {}", key.range());
+    let parts: Vec<&str> = words
+        .split(|c: char| !c.is_ascii_alphanumeric() && c != '.')
+        .filter(|part| !part.is_empty())
+        .collect();
+    parts.join("_")
+}
+
+fn reference(name: &str) -> Value {
+    json!({ "$ref": format!("#/definitions/{name}") })
+}
+
+fn axis_reference(key: &Key) -> Map<String, Value> {
+    let mut axis = Map::new();
+    // Beside `$ref` draft 7 reads nothing else.
+    let form = reference(&format!("axis_{}", value_name(key)));
+    axis.insert("allOf".into(), json!([form]));
+    axis
+}
+
+/// Texts with units, the values of axes, and every kind of axis.
+fn definitions(axes: &[(String, &'static Key)]) -> Value {
+    let own = schema::all(MANIFEST).filter(|key| matches!(key.kind, Kind::Axis(_)));
+    let mut definitions = texts();
+    for key in own.chain(axes.iter().map(|(_, key)| *key)) {
+        let name = value_name(key);
+        definitions.insert(format!("axis_{name}"), axis(&reference(&name)));
+        definitions.insert(name, json!({ "anyOf": scalar(key) }));
+    }
+    Value::Object(definitions)
+}
+
+/// One value, a list, or an even range.
+fn axis(one: &Value) -> Value {
+    json!({ "anyOf": [
+        one,
+        {
+            "type": "object",
+            "additionalProperties": false,
+            "required": ["values"],
+            "properties": { "values": {
+                "description": "The values, one by one.",
+                "type": "array", "minItems": 1, "items": one
+            } }
+        },
+        {
+            "type": "object",
+            "additionalProperties": false,
+            "required": ["from", "to", "count"],
+            "properties": {
+                "from": { "description": "The first value.", "allOf": [one] },
+                "to": { "description": "The last value.", "allOf": [one] },
+                "count": {
+                    "description": "How many values, both ends included.",
+                    "type": "integer", "minimum": 1
+                },
+                "spacing": {
+                    "description": "Whether the values are evenly spaced, or their logarithms.",
+                    "enum": ["linear", "log"], "default": "linear"
+                }
+            }
+        }
+    ] })
+}

@@ -1,0 +1,119 @@
+//! Single values in the JSON Schema: types, ranges, words, units.
+
+use crate::manifest::schema::{Bounds, DefaultValue, Key, Kind};
+use crate::units::Dimension;
+use serde_json::{Map, Value, json};
+
+/// What a key that is no table and no list takes.
+pub(super) fn value(key: &Key) -> Map<String, Value> {
+    let mut forms = scalar(key);
+    if key.pair.is_some() {
+        forms.push(json!({
+            "type": "array", "minItems": 2, "maxItems": 2, "items": { "anyOf": forms }
+        }));
+    }
+    if let [Value::Object(form)] = forms.as_slice() {
+        return form.clone();
+    }
+    let mut any = Map::new();
+    any.insert("anyOf".into(), Value::Array(forms));
+    any
+}
+
+/// The forms of one value of a key.
+pub(super) fn scalar(key: &Key) -> Vec<Value> {
+    match key.kind {
+        Kind::Quantity(dimension) | Kind::Axis(dimension) => {
+            let mut forms = vec![number("number", key.bounds)];
+            forms.extend(text(dimension));
+            forms
+        }
+        Kind::Integer => vec![number("integer", key.bounds)],
+        Kind::Boolean => vec![json!({ "type": "boolean" })],
+        Kind::Choice(words) => vec![json!({ "type": "string", "enum": words })],
+        Kind::ContactDamping => {
+            let mut forms = vec![number("number", key.bounds)];
+            forms.extend(text(Dimension::Ratio));
+            forms.extend(text(Dimension::Damping));
+            forms
+        }
+        Kind::Tolerance => {
+            let mut forms = vec![json!({ "enum": ["roundoff"] })];
+            forms.push(number("number", key.bounds));
+            forms.extend(text(Dimension::Ratio));
+            forms
+        }
+        Kind::Text | Kind::List(_) | Kind::Initial | Kind::Table => {
+            vec![json!({ "type": "string" })]
+        }
+    }
+}
+
+/// A number in a range.
+fn number(kind: &str, bounds: Bounds) -> Value {
+    let mut form = Map::new();
+    form.insert("type".into(), json!(kind));
+    let mut bound = |name: &str, value: f64| {
+        let whole = value.fract() == 0.0 && value.abs() < 9e15;
+        let value = if whole {
+            json!(value as i64)
+        } else {
+            json!(value)
+        };
+        form.insert(name.into(), value);
+    };
+    if bounds.min.is_finite() {
+        let name = if bounds.min_open {
+            "exclusiveMinimum"
+        } else {
+            "minimum"
+        };
+        bound(name, bounds.min);
+    }
+    if bounds.max.is_finite() {
+        let name = if bounds.max_open {
+            "exclusiveMaximum"
+        } else {
+            "maximum"
+        };
+        bound(name, bounds.max);
+    }
+    Value::Object(form)
+}
+
+/// A text with a unit, as [`texts`] defines it; none where only bare numbers stand for a quantity.
+fn text(dimension: Dimension) -> Option<Value> {
+    let known = dimension.pattern().is_some();
+    known.then(|| json!({ "$ref": format!("#/definitions/text_{dimension:?}") }))
+}
+
+/// Texts with units, by dimension.
+pub(super) fn texts() -> Map<String, Value> {
+    let mut texts = Map::new();
+    for dimension in Dimension::with_text_form() {
+        if let Some(pattern) = dimension.pattern() {
+            let form = json!({ "type": "string", "pattern": pattern });
+            texts.insert(format!("text_{dimension:?}"), form);
+        }
+    }
+    texts
+}
+
+/// A default that is a value.
+pub(super) fn default(key: &Key) -> Option<Value> {
+    match key.default {
+        DefaultValue::Value(text) => toml_value(text),
+        DefaultValue::Required | DefaultValue::Words(_) => None,
+    }
+}
+
+/// The example, where there is one.
+pub(super) fn example(key: &Key) -> Option<Value> {
+    toml_value(key.example)
+}
+
+/// A value as it stands in a manifest.
+fn toml_value(text: &str) -> Option<Value> {
+    let mut table: toml::Table = format!("x = {text}").parse().ok()?;
+    serde_json::to_value(table.remove("x")?).ok()
+}

@@ -1,0 +1,16 @@
+//! What the tables of keys say, for people and for editors: the text of `atlas help`, the page
+//! `docs/manifest.md`, the JSON Schema `docs/manifest.schema.json`.
+
+mod help;
+mod json_schema;
+mod page;
+#[cfg(test)]
+mod tests;
+mod words;
+
+pub use help::{NoSuchKey, explain, overview};
+pub use json_schema::json_schema;
+pub use page::page;
+
+/// The drive with the keys that measure it.
+const DRIVE: &str = include_str!("drive.txt");

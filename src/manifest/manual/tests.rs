@@ -1,0 +1,230 @@
+use super::*;
+use crate::manifest;
+use crate::manifest::schema::{self, DefaultValue, Key, Kind, MANIFEST, MODAL_FILE};
+use std::path::{Path, PathBuf};
+
+const QUICKSTART: &str = include_str!("../../../manifests/quickstart.toml");
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The files that the tables make. ATLAS_WRITE_MANUAL=1 writes them again.
+#[test]
+fn the_written_manual_is_what_the_tables_say() {
+    let files = [
+        ("docs/manifest.md", page()),
+        ("docs/manifest.schema.json", json_schema()),
+    ];
+    for (name, text) in files {
+        let path: PathBuf = root().join(name);
+        if std::env::var_os("ATLAS_WRITE_MANUAL").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let written = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            written == text,
+            "{name} is not what the tables of keys say; write it again with\n    \
+             ATLAS_WRITE_MANUAL=1 cargo test --release --lib manifest::manual"
+        );
+    }
+}
+
+#[test]
+fn every_key_is_described() {
+    for key in schema::all(MANIFEST).chain(schema::all(MODAL_FILE)) {
+        assert_eq!(
+            key.about.is_empty(),
+            key.path.ends_with(".*"),
+            "{}",
+            key.path
+        );
+        let whole = key.about.is_empty() || key.about.ends_with('.');
+        assert!(
+            whole && !key.about.contains("  "),
+            "{}: {}",
+            key.path,
+            key.about
+        );
+    }
+}
+
+#[test]
+fn every_key_has_its_place_in_overview_page_and_help() {
+    let (overview, page) = (overview(), page());
+    for key in schema::all(MANIFEST).chain(schema::all(MODAL_FILE)) {
+        if !words::stands_alone(key) {
+            continue;
+        }
+        if key.kind != Kind::Table {
+            let name = words::name(key);
+            assert!(overview.contains(&format!("\n  {name} ")), "{}", key.path);
+            assert!(page.contains(&format!("\n| `{name}` |")), "{}", key.path);
+        }
+        assert!(explain(key.path).is_ok(), "{}", key.path);
+    }
+}
+
+#[test]
+fn help_finds_what_is_meant() {
+    let half_gap = explain("mesh.half_gap").unwrap();
+    assert_eq!(explain("half_gap").unwrap(), half_gap);
+    for part in [
+        "mesh.half_gap",
+        "length [m]",
+        "m, cm, mm, um, nm",
+        "greater than 0",
+        "half_gap = \"15 um\"",
+        "\"mesh.half_gap\" in [grid]",
+    ] {
+        assert!(half_gap.contains(part), "{part}: {half_gap}");
+    }
+    assert!(explain("[run]").unwrap().contains("transient"));
+    assert!(explain("shafts").unwrap().contains("line_of_centres"));
+    assert!(
+        explain("shafts.wheel.bearings.tilt.1")
+            .unwrap()
+            .contains("N*m/rad")
+    );
+    assert!(
+        explain("gear.bore.0")
+            .unwrap()
+            .contains("as an axis  \"gear.bore.0\"")
+    );
+    let error = explain("mesh.half_gpa").unwrap_err();
+    assert_eq!(error.nearest.as_deref(), Some("mesh.half_gap"));
+    assert!(error.to_string().contains("is `mesh.half_gap` meant?"));
+    assert!(explain("").is_err() && explain("..").is_err());
+}
+
+/// A manifest in which a key has an effect where it stands.
+fn surroundings(path: &str) -> String {
+    // Keys with defaults that the default is compared with.
+    let given = ["pressure_angle =", "transient =", "cycles ="];
+    let kept = |line: &&str| !given.iter().any(|key| line.starts_with(key));
+    let lines: Vec<&str> = QUICKSTART.lines().filter(kept).collect();
+    let mut text = analyses(&lines.join("\n"), "");
+    let mut put = |from: &str, to: &str| {
+        assert!(text.contains(from), "{path}: {from}");
+        text = text.replacen(from, to, 1);
+    };
+    match path {
+        "run.steps" => put("[run]", "[run]\nkernel = \"stepping\" #"),
+        "run.cells" => put("[run]", "[run]\nkernel = \"dyadic\" #"),
+        "mesh.misalignment" | "mesh.shaft_tilt" => {
+            put("stiffness = \"piecewise\"", "stiffness = \"table\"");
+            for key in ["mean_stiffness", "contact_ratio", "single_pair_drop"] {
+                put(&format!("\n{key} = "), &format!("\n# {key} = "));
+            }
+        }
+        "excitation.transmission_error" => put("\ntransmission_error", "\n# transmission_error"),
+        _ if path.starts_with("excitation.torque_ripple.") => {
+            let ripple = "[{ shaft = \"wheel\", order = 1, amplitude = 1 }]";
+            put(
+                "[excitation]",
+                &format!("[excitation]\ntorque_ripple = {ripple} #"),
+            );
+        }
+        _ => {}
+    }
+    text
+}
+
+/// The text with other analyses.
+fn analyses(text: &str, tables: &str) -> String {
+    let (head, _) = text.split_once("[analyses]").unwrap();
+    format!("{head}[analyses]\n{tables}\n")
+}
+
+/// The text with a line in the table of a key, which is there where `line` is empty, too.
+fn with(text: &str, key: &Key, line: &str) -> String {
+    let (table, name) = key.path.rsplit_once('.').unwrap();
+    if let Some(list) = table.strip_suffix(".*") {
+        let open = format!("{} = [{{", list.rsplit('.').next().unwrap());
+        assert!(text.contains(&open), "{}", key.path);
+        let comma = if line.is_empty() { "" } else { "," };
+        return text.replacen(&open, &format!("{open} {line}{comma}"), 1);
+    }
+    match table {
+        "analyses.multistability.slice" => analyses(
+            text,
+            &format!("[analyses.multistability.slice]\nmodes = [3, 4]\nextent = 1e-5\n{line}"),
+        ),
+        "analyses.horizon" => analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}")),
+        _ if table.starts_with("analyses.") => analyses(text, &format!("[{table}]\n{line}")),
+        _ if text.contains(&format!("[{table}]")) => {
+            let header = format!("[{table}]");
+            text.replacen(&header, &format!("{header}\n{line}\n#"), 1)
+        }
+        _ => format!("{text}\n[{table}]\n{line}  # {name}\n"),
+    }
+}
+
+fn hash(text: &str) -> String {
+    match manifest::parse(text, "test.toml", root()) {
+        Ok(job) => job.hash,
+        Err(errors) => errors.to_string(),
+    }
+}
+
+/// What is wrong with the default of a key, said to be `value`.
+fn faults(text: &str, key: &Key, value: &str) -> Option<String> {
+    let name = key.path.rsplit('.').next().unwrap();
+    let with = |value: &str| hash(&with(text, key, &format!("{name} = {value}")));
+    let (absent, written) = (hash(&self::with(text, key, "")), with(value));
+    // Of these another value takes more than the key itself.
+    let alone = !matches!(key.path, "analyses.poincare.refine" | "gear.thinning");
+    let sound = absent.len() == 64 && absent == written && (!alone || with(key.example) != absent);
+    (!sound).then(|| format!("{}\nabsent: {absent}\nwritten: {written}", key.path))
+}
+
+/// A default that is written out changes nothing, and another value does.
+#[test]
+fn defaults_are_what_an_absent_key_resolves_to() {
+    let keys = schema::all(MANIFEST).filter_map(|key| match key.default {
+        DefaultValue::Value(value) => Some((key, value)),
+        _ => None,
+    });
+    let keys: Vec<_> = keys.collect();
+    assert!(keys.len() > 50, "{}", keys.len());
+    let faults: Vec<String> = keys
+        .into_iter()
+        .filter_map(|(key, value)| faults(&surroundings(key.path), key, value))
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// Defaults that other keys make are written in words; these are their values.
+#[test]
+fn defaults_in_words_are_what_is_computed() {
+    let short = |cycles: u64| {
+        let run = format!("[run]\ncycles = {cycles} #");
+        surroundings("").replacen("[run]", &run, 1)
+    };
+    let rigid = surroundings("")
+        .replacen("\"flexible\"", "\"translational\"", 1)
+        .replacen("modes = 12", "", 1);
+    let usual = surroundings("");
+    let elastic = usual.replacen("modes = 12", "", 1);
+    let checks = [
+        ("model.modes", elastic.as_str(), "40"),
+        ("model.modes", &rigid, "6"),
+        ("model.retained", &usual, "12"),
+        ("run.audit_cycles", &usual, "20"),
+        ("run.audit_cycles", &short(9), "9"),
+        ("analyses.poincare.samples", &usual, "200"),
+        ("analyses.poincare.samples", &short(90), "90"),
+        ("analyses.multistability.transient", &usual, "200"),
+        ("analyses.multistability.cycles", &usual, "800"),
+        ("analyses.multistability.cycles", &short(90), "320"),
+    ];
+    let faults: Vec<String> = checks
+        .iter()
+        .filter_map(|(path, text, value)| {
+            let key = schema::find(MANIFEST, path).unwrap();
+            assert!(matches!(key.default, DefaultValue::Words(_)), "{path}");
+            faults(text, key, value)
+        })
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}

@@ -1,0 +1,93 @@
+//! A key in words: what it takes, its range, its default.
+
+use crate::manifest::schema::{self, DefaultValue, Key, Kind, Schema};
+use crate::units::Dimension;
+
+/// `length [m]`, `number`.
+fn measure(dimension: Dimension) -> String {
+    let name = dimension.name();
+    let noun = name.split_once(' ').map_or(name, |(_, noun)| noun);
+    match dimension {
+        Dimension::Ratio => "number".to_owned(),
+        _ => format!("{noun} [{}]", dimension.unit()),
+    }
+}
+
+/// What a key takes, with its unit.
+pub(super) fn takes(key: &Key) -> String {
+    let one = match key.kind {
+        Kind::Quantity(dimension) => measure(dimension),
+        Kind::Integer => "whole number".to_owned(),
+        Kind::Boolean => "true or false".to_owned(),
+        Kind::Text => "text".to_owned(),
+        Kind::Choice(words) => words
+            .iter()
+            .map(|word| format!("\"{word}\""))
+            .collect::<Vec<_>>()
+            .join(", "),
+        Kind::List(of) => format!("list of {of}"),
+        Kind::ContactDamping => format!(
+            "damping ratio, or damping coefficient [{}]",
+            Dimension::Damping.unit()
+        ),
+        Kind::Tolerance => "\"roundoff\", or number".to_owned(),
+        Kind::Initial => "\"static\", \"rest\", or table".to_owned(),
+        Kind::Table => "table".to_owned(),
+        Kind::Axis(dimension) => format!("{}, one or an axis", measure(dimension)),
+    };
+    match key.pair {
+        Some(names) => format!("{one}, or a pair: {names}"),
+        None => one,
+    }
+}
+
+/// The range of a key's numbers, of a list those of its elements; empty where any will do.
+pub(super) fn range(schema: Schema, key: &Key) -> String {
+    match key.kind {
+        Kind::List(_) => {
+            let elements = schema::find(schema, &format!("{}.*", key.path));
+            elements.map_or(String::new(), |elements| elements.range())
+        }
+        Kind::ContactDamping => format!("ratio {}", key.range()),
+        _ => key.range(),
+    }
+}
+
+/// What holds where a key is absent.
+pub(super) fn default(key: &Key) -> String {
+    match key.default {
+        DefaultValue::Required => "required".to_owned(),
+        DefaultValue::Value(text) | DefaultValue::Words(text) => text.to_owned(),
+    }
+}
+
+/// The first sentence of a description.
+pub(super) fn first_sentence(about: &str) -> &str {
+    about.split_once(". ").map_or(about, |(first, _)| first)
+}
+
+/// Whether a key has an entry of its own: elements of lists belong to their list.
+pub(super) fn stands_alone(key: &Key) -> bool {
+    !key.path.ends_with(".*")
+}
+
+/// The table that a key is listed in, as its header names it: the innermost one that is no entry
+/// of a list.
+pub(super) fn home(key: &Key) -> &'static str {
+    let of_list = key.path.split(".*.").next().unwrap_or(key.path);
+    let parent = match of_list.len() < key.path.len() {
+        true => of_list.rsplit_once('.'),
+        false => key.path.rsplit_once('.'),
+    };
+    let home = parent.map_or("", |(parent, _)| parent);
+    // A modal state is a table that stands for a word.
+    home.strip_suffix(".initial").unwrap_or(home)
+}
+
+/// A key's name below its table.
+pub(super) fn name(key: &Key) -> &'static str {
+    match home(key) {
+        "" => key.path,
+        home => &key.path[home.len() + 1..],
+    }
+}

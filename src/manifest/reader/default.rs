@@ -1,0 +1,82 @@
+//! Keys that may be absent: read like the others where they stand, else the schema's default.
+
+use super::Section;
+use crate::manifest::diagnostic::Issues;
+use crate::manifest::schema::Key;
+
+impl Section<'_> {
+    /// The schema's entry of a key of this table.
+    fn key(&self, name: &str) -> &'static Key {
+        self.spec(&self.path_of(name))
+    }
+
+    /// A whole number, or its default.
+    pub fn integer_or_default(&self, issues: &mut Issues, name: &str) -> Option<u64> {
+        match self.has(name) {
+            true => self.integer(issues, name),
+            false => Some(self.key(name).default_integer()),
+        }
+    }
+
+    /// A whole number that counts things in memory, or its default.
+    pub fn count_or_default(&self, issues: &mut Issues, name: &str) -> Option<usize> {
+        let count = self.integer_or_default(issues, name)?;
+        usize::try_from(count).ok()
+    }
+
+    /// `true` or `false`, or its default.
+    pub fn boolean_or_default(&self, issues: &mut Issues, name: &str) -> Option<bool> {
+        match self.has(name) {
+            true => self.boolean(issues, name),
+            false => Some(self.key(name).default_boolean()),
+        }
+    }
+
+    /// A quantity in SI, or its default.
+    pub fn quantity_or_default(&self, issues: &mut Issues, name: &str) -> Option<f64> {
+        match self.has(name) {
+            true => self.quantity(issues, name),
+            false => Some(self.key(name).default_quantity()),
+        }
+    }
+
+    /// One of the schema's words, or its default.
+    pub fn choice_or_default(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
+        match self.has(name) {
+            true => self.choice(issues, name),
+            false => Some(self.key(name).default_word()),
+        }
+    }
+
+    /// Two quantities in SI, or their default.
+    pub fn pair_or_default(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+        match self.has(name) {
+            true => self.pair(issues, name),
+            false => self.default_list(name).try_into().ok(),
+        }
+    }
+
+    /// Two quantities in SI, one for both, or the default of both.
+    pub fn one_or_pair_or_default(&self, issues: &mut Issues, name: &str) -> Option<[f64; 2]> {
+        match self.has(name) {
+            true => self.one_or_pair(issues, name),
+            false => Some([self.key(name).default_quantity(); 2]),
+        }
+    }
+
+    /// A list of whole numbers, or its default.
+    pub fn whole_numbers_or_default(&self, issues: &mut Issues, name: &str) -> Option<Vec<u64>> {
+        match self.has(name) {
+            true => self.whole_numbers(issues, name),
+            false => {
+                let numbers = self.default_list(name).into_iter();
+                Some(numbers.map(|number| number as u64).collect())
+            }
+        }
+    }
+
+    fn default_list(&self, name: &str) -> Vec<f64> {
+        let elements = self.key(&format!("{name}.*"));
+        self.key(name).default_quantities(elements)
+    }
+}

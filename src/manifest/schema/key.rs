@@ -1,0 +1,316 @@
+//! One key of a file: what it takes, its range, its default, what it means, an example.
+
+use super::{MANIFEST, children, number};
+use crate::units::Dimension;
+
+/// A key of the manifest or of a modal file.
+#[derive(Debug)]
+pub(in crate::manifest) struct Key {
+    /// Dotted path; `*` stands for an index, `shafts.<shaft>` for either shaft.
+    pub path: &'static str,
+    pub kind: Kind,
+    pub bounds: Bounds,
+    pub default: DefaultValue,
+    /// What it is, what it does, when it matters; empty for the elements of a plain list, which
+    /// the list describes.
+    pub about: &'static str,
+    /// A value as it would stand in the file.
+    pub example: &'static str,
+    /// Why the range ends where it does, where that is not plain.
+    pub why: &'static str,
+    /// Names of the two values, where the key takes one value for both or a pair `[a, b]`.
+    pub pair: Option<&'static str>,
+    /// How many entries a list has, where that is fixed.
+    pub length: Option<usize>,
+    /// Whether a key of `[shafts]` may also stand in the table of either shaft.
+    pub on_either_shaft: bool,
+}
+
+/// What holds where a key is absent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::manifest) enum DefaultValue {
+    /// Nothing does: the key must be there.
+    Required,
+    /// A value, as it would stand in the file.
+    Value(&'static str),
+    /// What other keys make of it, in words.
+    Words(&'static str),
+}
+
+/// What a key takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::manifest) enum Kind {
+    /// A number in SI or a text with a unit.
+    Quantity(Dimension),
+    /// A whole number.
+    Integer,
+    /// `true` or `false`.
+    Boolean,
+    /// A free text.
+    Text,
+    /// One of a few words.
+    Choice(&'static [&'static str]),
+    /// A list; its elements are the keys `path.*`.
+    List(&'static str),
+    /// A damping ratio (bare number, `%`) or a coefficient (`N*s/m`).
+    ContactDamping,
+    /// `"roundoff"` or a number.
+    Tolerance,
+    /// `"static"`, `"rest"` or a modal state.
+    Initial,
+    /// A table; its keys are listed on their own.
+    Table,
+    /// An axis of the grid.
+    Axis(Dimension),
+}
+
+/// A range of numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::manifest) struct Bounds {
+    pub min: f64,
+    pub min_open: bool,
+    pub max: f64,
+    pub max_open: bool,
+}
+
+const INF: f64 = f64::INFINITY;
+pub(super) const ANY: Bounds = bounds(-INF, true, INF, true);
+pub(super) const POSITIVE: Bounds = bounds(0.0, true, INF, true);
+pub(super) const NON_NEGATIVE: Bounds = bounds(0.0, false, INF, true);
+/// Damping ratios: the kernels take underdamped and undamped modes only.
+pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
+
+/// Counts that only memory and patience limit; the bound catches slips of the pen.
+pub(super) const MANY: f64 = 1e9;
+
+/// Tables whose keys can be axes of the grid.
+pub(in crate::manifest) const VARIABLE_TABLES: [&str; 6] =
+    ["model", "gear", "shafts", "mesh", "excitation", "run"];
+
+pub(super) const fn bounds(min: f64, min_open: bool, max: f64, max_open: bool) -> Bounds {
+    Bounds {
+        min,
+        min_open,
+        max,
+        max_open,
+    }
+}
+
+pub(super) const fn key(
+    path: &'static str,
+    kind: Kind,
+    bounds: Bounds,
+    example: &'static str,
+) -> Key {
+    Key {
+        path,
+        kind,
+        bounds,
+        default: DefaultValue::Required,
+        about: "",
+        example,
+        why: "",
+        pair: None,
+        length: None,
+        on_either_shaft: false,
+    }
+}
+
+pub(super) const fn table(path: &'static str) -> Key {
+    key(path, Kind::Table, ANY, "")
+}
+
+pub(super) const fn quantity(
+    path: &'static str,
+    dimension: Dimension,
+    bounds: Bounds,
+    example: &'static str,
+) -> Key {
+    key(path, Kind::Quantity(dimension), bounds, example)
+}
+
+pub(in crate::manifest) const fn integer(
+    path: &'static str,
+    min: f64,
+    max: f64,
+    example: &'static str,
+) -> Key {
+    key(path, Kind::Integer, bounds(min, false, max, false), example)
+}
+
+pub(in crate::manifest) const fn choice(
+    path: &'static str,
+    words: &'static [&'static str],
+    example: &'static str,
+) -> Key {
+    key(path, Kind::Choice(words), ANY, example)
+}
+
+impl Key {
+    /// The key with a description.
+    pub const fn about(self, about: &'static str) -> Self {
+        Self { about, ..self }
+    }
+
+    /// The key with a default, as it would stand in the file.
+    pub const fn or(self, value: &'static str) -> Self {
+        Self {
+            default: DefaultValue::Value(value),
+            ..self
+        }
+    }
+
+    /// The key with a default that other keys make, in words.
+    pub const fn otherwise(self, words: &'static str) -> Self {
+        Self {
+            default: DefaultValue::Words(words),
+            ..self
+        }
+    }
+
+    /// The key with the reason for its range.
+    pub const fn because(self, why: &'static str) -> Self {
+        Self { why, ..self }
+    }
+
+    /// The key taking one value for both of these, or a pair.
+    pub const fn or_pair(self, names: &'static str) -> Self {
+        Self {
+            pair: Some(names),
+            ..self
+        }
+    }
+
+    /// The list with a fixed number of entries.
+    pub const fn of_length(self, length: usize) -> Self {
+        Self {
+            length: Some(length),
+            ..self
+        }
+    }
+
+    /// The key of `[shafts]` standing in the table of either shaft too.
+    pub const fn on_either_shaft(self) -> Self {
+        Self {
+            on_either_shaft: true,
+            ..self
+        }
+    }
+}
+
+impl Bounds {
+    pub fn contain(self, value: f64) -> bool {
+        let above = value > self.min || (!self.min_open && value == self.min);
+        let below = value < self.max || (!self.max_open && value == self.max);
+        value.is_finite() && above && below
+    }
+
+    /// The range in words, empty when any finite value will do.
+    pub fn words(self) -> String {
+        let low = match (self.min, self.min_open) {
+            (min, _) if min == f64::NEG_INFINITY => String::new(),
+            (min, true) => format!("greater than {}", number(min)),
+            (min, false) => format!("at least {}", number(min)),
+        };
+        let high = match (self.max, self.max_open) {
+            (max, _) if max == f64::INFINITY => String::new(),
+            (max, true) => format!("less than {}", number(max)),
+            (max, false) => format!("at most {}", number(max)),
+        };
+        match (low.is_empty(), high.is_empty()) {
+            (false, false) => format!("{low} and {high}"),
+            _ => low + &high,
+        }
+    }
+}
+
+impl Key {
+    /// Whether the grid may vary it.
+    pub fn can_be_axis(&self) -> bool {
+        let table = self.path.split('.').next().unwrap_or_default();
+        let number = matches!(
+            self.kind,
+            Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance
+        );
+        number && VARIABLE_TABLES.contains(&table)
+    }
+
+    /// What the key takes, in words, with its range and an example.
+    pub fn accepted(&self) -> String {
+        let words = self.bounds.words();
+        let range = if words.is_empty() {
+            String::new()
+        } else {
+            format!(", {words}")
+        };
+        let example = self.example;
+        match self.kind {
+            Kind::Quantity(Dimension::Ratio) => format!("a number{range}; for example {example}"),
+            Kind::Quantity(dimension) if dimension.units().is_empty() => {
+                format!("a bare number in {}{range}; for example {example}", dimension.unit())
+            }
+            Kind::Quantity(dimension) => format!(
+                "a number in {}, or a text with a unit ({}){range}; for example {example}",
+                dimension.unit(),
+                dimension.units()
+            ),
+            Kind::Integer if self.bounds.max >= MANY => {
+                format!("a whole number, at least {}; for example {example}", self.bounds.min)
+            }
+            Kind::Integer => {
+                let why = match self.why {
+                    "" => String::new(),
+                    why => format!(" ({why})"),
+                };
+                format!(
+                    "a whole number from {} to {}{why}; for example {example}",
+                    self.bounds.min, self.bounds.max
+                )
+            }
+            Kind::Boolean => "true or false".to_owned(),
+            Kind::Text => format!("a text in quotes; for example {example}"),
+            Kind::Choice(choices) => choices
+                .iter()
+                .map(|choice| format!("\"{choice}\""))
+                .collect::<Vec<_>>()
+                .join(", "),
+            Kind::List(of) => format!("a list of {of}; for example {example}"),
+            Kind::ContactDamping => format!(
+                "a damping ratio (bare number or %){range}, or a coefficient with its unit ({}); for example 0.05 or \"1483 N*s/m\"",
+                Dimension::Damping.units()
+            ),
+            Kind::Tolerance => format!("\"roundoff\", or a number{range}"),
+            Kind::Initial => "\"static\", \"rest\", or { displacement = [...], velocity = [...] } in modal coordinates".to_owned(),
+            Kind::Table => {
+                let names = children(MANIFEST, self.path);
+                format!("a table with the keys {}", names.join(", "))
+            }
+            Kind::Axis(dimension) => {
+                let value = match dimension {
+                    Dimension::Ratio => "a number or a text in %".to_owned(),
+                    _ => format!(
+                        "a number in {} or a text with a unit ({})",
+                        dimension.unit(),
+                        dimension.units()
+                    ),
+                };
+                format!(
+                    "one value, {{ values = [...] }} or {{ from, to, count, spacing }}, each value {value}{range}; for example {example}"
+                )
+            }
+        }
+    }
+}
+
+impl Key {
+    /// The range of its numbers as it stands in a table, empty when any finite value will do.
+    pub fn range(&self) -> String {
+        match self.kind {
+            Kind::Integer if self.bounds.max < MANY => {
+                format!("{} to {}", number(self.bounds.min), number(self.bounds.max))
+            }
+            Kind::Integer => format!("at least {}", number(self.bounds.min)),
+            _ => self.bounds.words(),
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! `[analyses]`.
+
+use crate::manifest::schema::key::{
+    ANY, Key, Kind, MANY, POSITIVE, bounds, choice, integer, key, quantity, table,
+};
+use crate::units::Dimension::{Length, Ratio};
+
+/// Fewest measured cycles from which an exponent gets an error bar: 32 blocks of ten.
+pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
+
+const ABSENT: &str = "not computed";
+
+#[rustfmt::skip]
+pub(super) const KEYS: &[Key] = &[
+    table("analyses").otherwise("nothing is computed besides the motion")
+        .about("What is computed of each point, a table for each analysis; `{}` takes its defaults. An analysis \
+                without a table is not computed."),
+    table("analyses.lyapunov").otherwise(ABSENT)
+        .about("Lyapunov exponents per mesh cycle, with error bars."),
+    integer("analyses.lyapunov.exponents", 1.0, 2000.0, "2").or("1")
+        .about("Number of exponents, the largest first. At most twice the retained modes that are not neutral; \
+                each costs a tangent vector."),
+    quantity("analyses.lyapunov.stop_at_stderr", Ratio, POSITIVE, "0.01").otherwise("none: all of `run.cycles` are measured")
+        .about("Standard error of the largest exponent, per mesh cycle, at which measuring stops."),
+    integer("analyses.lyapunov.align", 0.0, MANY, "200").or("100")
+        .about("Mesh cycles discarded after the transient, in which the tangents turn into their directions."),
+    key("analyses.lyapunov.twin", Kind::Boolean, ANY, "false").or("true")
+        .about("Whether a second trajectory beside the first gives the largest exponent independently of tangents."),
+    choice("analyses.lyapunov.norm", &["energy", "raw"], r#""raw""#).or(r#""energy""#)
+        .about("Norm in which growth is measured. `raw` adds metres to metres a second and is there to show what \
+                that does."),
+    table("analyses.poincare").otherwise(ABSENT)
+        .about("Poincaré samples, from which bifurcation diagrams and phase portraits are drawn."),
+    integer("analyses.poincare.samples", 1.0, MANY, "100").otherwise("200, or `run.cycles` where a strobe has fewer")
+        .about("Most samples kept of each point, the last ones of the measured cycles."),
+    choice("analyses.poincare.section", &["strobe", "entry", "turning"], r#""entry""#).or(r#""strobe""#)
+        .about("Where samples are taken: once a mesh cycle, at every entry into drive contact, or at every extreme \
+                of the mesh deflection."),
+    quantity("analyses.poincare.phase", Ratio, bounds(0.0, false, 1.0, true), "0.25").or("0")
+        .about("Mesh phase of the strobe, in cycles. Only with section = \"strobe\"."),
+    integer("analyses.poincare.refine", 0.0, 50.0, "6").or("0")
+        .about("How often the interval between neighbours whose motion differs is halved, to place the change. Only \
+                where `grid.order` carries the state."),
+    table("analyses.nvh").otherwise(ABSENT)
+        .about("Statistics of noise, vibration and harshness: deflection, mesh force, contact."),
+    integer("analyses.nvh.harmonics", 0.0, 1000.0, "5").or("10")
+        .about("Harmonics of the mesh frequency whose amplitudes of the deflection are kept."),
+    key("analyses.nvh.spectrum", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether spectra of deflection and mesh force are written (spectra.parquet)."),
+    key("analyses.nvh.bearings", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether mean and RMS of the bearing forces are computed."),
+    table("analyses.multistability").otherwise(ABSENT)
+        .about("Probes from many initial states: which motions coexist, and the share of each."),
+    integer("analyses.multistability.initial_conditions", 1.0, 1e6, "64").or("32")
+        .about("Probes of each point. The first starts from `run.initial`."),
+    quantity("analyses.multistability.decades", Ratio, bounds(0.0, false, 12.0, false), "8").or("4")
+        .about("Decades of energy that the other probes are spread over, about the energy that closes the half gap."),
+    integer("analyses.multistability.transient", 0.0, MANY, "2000").otherwise("`run.transient`")
+        .about("Mesh cycles of each probe discarded."),
+    integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000").otherwise("`run.cycles`, and at least 320")
+        .about("Most mesh cycles of each probe measured."),
+    table("analyses.multistability.slice").otherwise("no slice")
+        .about("A plane of initial states through `run.initial`, from which basins of attraction are drawn."),
+    key("analyses.multistability.slice.modes", Kind::List("2 integers: modes, counted from 1"), ANY, "[3, 7]").of_length(2)
+        .about("The two modes that span the plane: different, retained, and felt by the mesh."),
+    integer("analyses.multistability.slice.modes.*", 1.0, 1000.0, "3"),
+    choice("analyses.multistability.slice.of", &["displacement", "velocity"], r#""velocity""#).or(r#""displacement""#)
+        .about("Whether modal displacements or velocities are varied."),
+    quantity("analyses.multistability.slice.extent", Length, POSITIVE, r#""30 um""#)
+        .about("Half the side of the plane, as mesh deflection of one mode alone."),
+    integer("analyses.multistability.slice.count", 1.0, 512.0, "96").or("48")
+        .about("Cells along each side; their square is the number of initial states."),
+    table("analyses.orbits").otherwise(ABSENT)
+        .about("Periodic orbits, stable or not, sought by Newton's method from near returns of the motion."),
+    key("analyses.orbits.periods", Kind::List("whole numbers from 1 to 64: mesh cycles"), ANY, "[1, 2, 4]").or("[1, 2]")
+        .about("Periods that are sought, in mesh cycles."),
+    integer("analyses.orbits.periods.*", 1.0, 64.0, "2"),
+    integer("analyses.orbits.guesses", 1.0, 10_000.0, "32").or("16")
+        .about("Newton searches for each period."),
+    integer("analyses.orbits.cycles", 1.0, 1e6, "1000").or("400")
+        .about("Mesh cycles of motion that first guesses are taken from."),
+    key("analyses.orbits.floquet", Kind::Boolean, ANY, "false").or("true")
+        .about("Whether all Floquet multipliers are kept, besides the verdict on stability."),
+    table("analyses.horizon").otherwise(ABSENT)
+        .about("How far ahead chaotic motion can be foretold, and how averages settle. Needs `analyses.lyapunov`."),
+    integer("analyses.horizon.twins", 2.0, 10_000.0, "32").or("16")
+        .about("Pairs of neighbouring trajectories that are followed."),
+    quantity("analyses.horizon.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-8").or("1e-6")
+        .about("Distance at which they start, in half gaps."),
+    integer("analyses.horizon.cycles", 1.0, 100_000.0, "100").or("60")
+        .about("Mesh cycles that each pair is followed."),
+    integer("analyses.horizon.averages", 1.0, 1e6, "1000").or("400")
+        .about("Mesh cycles in the longest averages."),
+];

@@ -1,0 +1,77 @@
+//! `[gear]`.
+
+use crate::manifest::schema::key::{
+    ANY, Bounds, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, integer, key, quantity, table,
+};
+use crate::units::Dimension::{Angle, Length, Pressure, Ratio, Torque};
+use std::f64::consts::FRAC_PI_4;
+
+/// Poisson's ratio of a common isotropic material.
+const POISSON: Bounds = bounds(0.0, false, 0.5, true);
+
+const BOTH: &str = "pinion, wheel";
+
+#[rustfmt::skip]
+pub(super) const KEYS: &[Key] = &[
+    table("gear").otherwise("an error, except with kind = \"modal\"")
+        .about("The spur gear pair as its drawing gives it. Beside a modal file it stands only where the \
+                mesh is computed from it."),
+    key("gear.teeth", Kind::List("2 integers: pinion, wheel"), ANY, "[20, 30]").of_length(2)
+        .about("Numbers of teeth."),
+    integer("gear.teeth.*", 5.0, 1000.0, "20"),
+    quantity("gear.module", Length, POSITIVE, r#""4 mm""#)
+        .about("Normal module: pitch diameter by number of teeth."),
+    quantity("gear.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
+        .about("Pressure angle of the basic rack."),
+    quantity("gear.face_width", Length, POSITIVE, r#""20 mm""#)
+        .about("Width of the toothed face, common to both gears."),
+    key("gear.body_length", Kind::List("2 lengths: pinion, wheel"), ANY, r#"["70 mm", "40 mm"]"#).of_length(2)
+        .about("Axial length of the gear bodies, which may be longer than the face. It sets their mass and \
+                moments of inertia and has no effect on the flanks."),
+    quantity("gear.body_length.*", Length, POSITIVE, r#""70 mm""#),
+    quantity("gear.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
+        .about("Rated torque on the pinion; load 1 of the grid. Divided by the base radius it is the rated \
+                mesh force."),
+    key("gear.profile_shift", Kind::List("2 coefficients: pinion, wheel"), ANY, "[0.3, -0.1]").of_length(2).or("[0, 0]")
+        .about("Profile shift coefficients in modules, positive away from the axis."),
+    quantity("gear.profile_shift.*", Ratio, bounds(-5.0, false, 5.0, false), "0.3"),
+    quantity("gear.thinning", Length, NON_NEGATIVE, r#""30 um""#).or_pair(BOTH).or("0")
+        .about("How much thinner each tooth is along its reference circle than the profile shift makes it. \
+                With it the drawing states the backlash."),
+    quantity("gear.centre_distance", Length, POSITIVE, r#""100.5 mm""#)
+        .otherwise("the one without backlash for the profile shifts")
+        .about("Distance of the two axes. With it the drawing states the backlash and the operating pressure \
+                angle."),
+    key("gear.tip_diameter", Kind::List("2 lengths: pinion, wheel"), ANY, r#"["88 mm", "128 mm"]"#).of_length(2)
+        .otherwise("from the rack, with its tip clearance (ISO 21771)")
+        .about("Tip diameters. They end the path of contact and so set the contact ratio of a computed mesh."),
+    quantity("gear.tip_diameter.*", Length, POSITIVE, r#""88 mm""#),
+    quantity("gear.bore", Length, POSITIVE, r#""35 mm""#).or_pair(BOTH)
+        .otherwise("the diameter of the shaft")
+        .about("Diameter below which a gear body is rigid. It sets the compliance of the bodies in a computed \
+                mesh, not their mass."),
+    quantity("gear.young_modulus", Pressure, POSITIVE, r#""170 GPa""#).or_pair(BOTH).or(r#""206 GPa""#)
+        .about("Young's modulus of the gears, for the compliance of teeth, contact and bodies in a computed mesh."),
+    quantity("gear.poisson_ratio", Ratio, POISSON, "0.28").or_pair(BOTH).or("0.3")
+        .about("Poisson's ratio of the gears, used like their Young's modulus."),
+    table("gear.rack").otherwise("ISO 53, profile C")
+        .about("Basic rack that cuts both gears, in modules."),
+    quantity("gear.rack.addendum", Ratio, POSITIVE, "0.9").or("1")
+        .about("Addendum of the rack, in modules."),
+    quantity("gear.rack.dedendum", Ratio, POSITIVE, "1.4").or("1.25")
+        .about("Dedendum of the rack, in modules: the addendum of the tool."),
+    quantity("gear.rack.tip_radius", Ratio, NON_NEGATIVE, "0.25").or("0.38")
+        .about("Radius of the root, in modules: that of the tool's tip. It shapes the fillet."),
+    table("gear.tip_relief").otherwise("no relief")
+        .about("Linear relief that takes material off the flanks towards the tip. It needs a computed mesh to be felt."),
+    quantity("gear.tip_relief.amount", Length, NON_NEGATIVE, r#""10 um""#).or_pair(BOTH)
+        .about("Material taken off at the tip circle, normal to the flank."),
+    quantity("gear.tip_relief.length", Length, POSITIVE, r#""3 mm""#).or_pair(BOTH)
+        .about("Length over which the relief falls to 0, along the line of action (base radius times roll angle)."),
+    table("gear.root_relief").otherwise("no relief")
+        .about("Linear relief that takes material off the flanks towards the root. It needs a computed mesh to be felt."),
+    quantity("gear.root_relief.amount", Length, NON_NEGATIVE, r#""10 um""#).or_pair(BOTH)
+        .about("Material taken off where the active profile starts, normal to the flank."),
+    quantity("gear.root_relief.length", Length, POSITIVE, r#""3 mm""#).or_pair(BOTH)
+        .about("Length over which the relief falls to 0, along the line of action."),
+];

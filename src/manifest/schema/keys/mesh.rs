@@ -1,0 +1,59 @@
+//! `[mesh]`.
+
+use crate::manifest::schema::key::{
+    ANY, BELOW_ONE, Key, Kind, POSITIVE, bounds, choice, integer, key, quantity, table,
+};
+use crate::units::Dimension::{Angle, Length, Ratio, Stiffness};
+
+/// One of three keys gives the backlash, or the drawing does.
+const BACKLASH: &str = "from the other keys of backlash, or from the drawing where it has thinning or a centre distance";
+
+/// The keys of the two-level law.
+const TWO_LEVELS: &str = "none; required by the two-level law";
+
+#[rustfmt::skip]
+pub(super) const KEYS: &[Key] = &[
+    table("mesh")
+        .about("The gear mesh: backlash, stiffness over the mesh cycle, contact damping, friction."),
+    quantity("mesh.half_gap", Length, POSITIVE, r#""15 um""#).otherwise(BACKLASH)
+        .about("Half of the backlash along the line of action. Contact is lost while the mesh deflection is \
+                within this distance of the middle of the gap. Must agree with the drawing where that states \
+                the backlash."),
+    quantity("mesh.normal_backlash", Length, POSITIVE, r#""30 um""#).otherwise(BACKLASH)
+        .about("Backlash along the line of action: twice the half gap. Instead of `half_gap`."),
+    quantity("mesh.circumferential_backlash", Length, POSITIVE, r#""32 um""#).otherwise(BACKLASH)
+        .about("Backlash along the operating pitch circle, which needs [gear]. Instead of `half_gap`."),
+    choice("mesh.stiffness", &["table", "piecewise", "continuous", "constant"], r#""piecewise""#)
+        .about("Where the stiffness over the mesh cycle comes from. `constant`: `mean_stiffness`. `piecewise`: \
+                equal segments, from `values` or the two-level law (two pairs of teeth in contact, then one). \
+                `continuous`: the two-level law with its step where it is, or without the keys of that law the \
+                course computed from [gear]. `table`: computed from [gear], as means over equal segments."),
+    quantity("mesh.mean_stiffness", Stiffness, POSITIVE, r#""4e8 N/m""#)
+        .otherwise("none; required with \"constant\" and by the two-level law")
+        .about("Mean of the mesh stiffness over the mesh cycle."),
+    quantity("mesh.contact_ratio", Ratio, bounds(1.0, true, 2.0, false), "1.6").otherwise(TWO_LEVELS)
+        .about("Mean number of pairs of teeth in contact. Two pairs are in contact over the first \
+                `contact_ratio - 1` of the mesh cycle."),
+    quantity("mesh.single_pair_drop", Ratio, BELOW_ONE, "0.25").otherwise(TWO_LEVELS)
+        .about("By which part the stiffness of one pair is less than that of two."),
+    integer("mesh.segments", 1.0, 10_000.0, "120").or("60")
+        .about("Equal segments of the mesh cycle, of \"piecewise\" with two levels and of \"table\". A segment \
+                that straddles a step has the mean over its width."),
+    key("mesh.values", Kind::List("stiffnesses, one a segment of the mesh cycle"), ANY, r#"["4.4e8 N/m", "3.3e8 N/m"]"#)
+        .otherwise("none: the two-level law holds")
+        .about("Stiffness of each equal segment of the mesh cycle, with \"piecewise\". Replaces the two-level law."),
+    quantity("mesh.values.*", Stiffness, POSITIVE, r#""4.4e8 N/m""#),
+    quantity("mesh.friction", Ratio, BELOW_ONE, "0.05").or("0")
+        .about("Coulomb friction coefficient on the flanks. With a mesh computed from [gear] the force turns \
+                round at the pitch point, otherwise its direction is constant."),
+    quantity("mesh.misalignment", Angle, bounds(-0.02, false, 0.02, false), r#""0.5 mrad""#).or("0")
+        .about("Angle between the flanks in the plane of action before a load acts. Only where the mesh is \
+                computed from [gear]: the load moves to one end of the face and the mesh softens."),
+    key("mesh.shaft_tilt", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether the tilt of the shafts under the mean load adds to the misalignment. Only where the mesh \
+                is computed from [gear]."),
+    key("mesh.contact_damping", Kind::ContactDamping, BELOW_ONE, "0.05")
+        .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))` \
+                with the mean stiffness and the mass that the mesh feels of the rigid rotations; a text such as \
+                \"1483 N*s/m\" is the coefficient c itself."),
+];

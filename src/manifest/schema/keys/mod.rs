@@ -1,0 +1,35 @@
+//! The keys of a manifest, one file a table, and those of a modal file.
+
+mod analyses;
+mod excitation;
+mod gear;
+mod grid;
+mod job;
+mod mesh;
+mod modal_file;
+mod model;
+mod run;
+mod shafts;
+
+use super::Schema;
+use super::key::{Bounds, bounds};
+pub(in crate::manifest) use analyses::FEWEST_CYCLES;
+
+/// The keys of a manifest.
+pub(in crate::manifest) static MANIFEST: Schema = &[
+    job::KEYS,
+    model::KEYS,
+    gear::KEYS,
+    shafts::KEYS,
+    mesh::KEYS,
+    excitation::KEYS,
+    grid::KEYS,
+    run::KEYS,
+    analyses::KEYS,
+];
+
+/// The keys of a modal file.
+pub(in crate::manifest) static MODAL_FILE: Schema = &[modal_file::KEYS];
+
+/// Parts of a whole, both ends left out.
+const INSIDE_ONE: Bounds = bounds(0.0, true, 1.0, true);

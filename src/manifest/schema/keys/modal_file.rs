@@ -1,0 +1,55 @@
+//! The keys of a modal file.
+
+use crate::manifest::schema::key::{
+    ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, integer, key, quantity, table,
+};
+use crate::units::Dimension::{
+    AngularSpeed, Force, ForceByDisplacement, Participation, ParticipationByLength, Ratio,
+};
+
+#[rustfmt::skip]
+pub(super) const KEYS: &[Key] = &[
+    integer("teeth", 1.0, 1000.0, "20")
+        .about("Teeth of the pinion: mesh cycles a revolution."),
+    integer("teeth_wheel", 1.0, 10_000.0, "30").otherwise("none; required by ripple on the wheel")
+        .about("Teeth of the wheel."),
+    quantity("rated_force", Force, POSITIVE, "1330.0")
+        .about("Mesh force at load 1."),
+    key("frequency", Kind::List("angular frequencies, one a mode"), ANY, "[0.0, 0.0, 4452.8]")
+        .about("Natural angular frequencies of the mass-normalised modes, ascending; 0 for rigid rotations."),
+    quantity("frequency.*", AngularSpeed, NON_NEGATIVE, "4452.8"),
+    key("damping", Kind::List("ratios, one a mode"), ANY, "[0.0, 0.0, 0.02]")
+        .about("Damping ratios of the modes."),
+    quantity("damping.*", Ratio, BELOW_ONE, "0.02"),
+    key("mesh", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.52, -0.43, 0.31]")
+        .about("Mesh deflection along the line of action per unit of each modal displacement."),
+    quantity("mesh.*", Participation, ANY, "0.52"),
+    key("torque", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.52, -0.43, 0.31]")
+        .about("Modal force of the mean load, per newton of mesh force that it is balanced by."),
+    quantity("torque.*", Participation, ANY, "0.52"),
+    key("mesh_tilt", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[0.0, 0.0, -0.21]").otherwise("0")
+        .about("Derivative of `mesh` by the place of the load across the face."),
+    quantity("mesh_tilt.*", ParticipationByLength, ANY, "-0.21"),
+    key("friction", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.0, 0.0, 0.1]").otherwise("0")
+        .about("Modal force of a unit friction force on the flanks at the pitch point."),
+    quantity("friction.*", Participation, ANY, "0.1"),
+    key("friction_lever", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[0.0, 0.0, 0.0]").otherwise("0")
+        .about("Derivative of `friction` by the distance from the pitch point along the line of action."),
+    quantity("friction_lever.*", ParticipationByLength, ANY, "0.0"),
+    key("torque_pinion", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[13.8, -11.4, 8.2]")
+        .otherwise("none; required by ripple on the pinion")
+        .about("Modal force of a unit torque on the pinion's shaft."),
+    quantity("torque_pinion.*", ParticipationByLength, ANY, "13.8"),
+    key("torque_wheel", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[-9.2, 7.6, -5.5]")
+        .otherwise("none; required by ripple on the wheel")
+        .about("Modal force of a unit torque on the wheel's shaft."),
+    quantity("torque_wheel.*", ParticipationByLength, ANY, "-9.2"),
+    key("bearing", Kind::List("tables"), ANY, r#"[{ name = "pinion 1 line", gain = [0.0, 2.1e7, -4.4e6] }]"#).or("[]")
+        .about("Bearing forces that are computed, a table `[[bearing]]` for each."),
+    table("bearing.*"),
+    key("bearing.*.name", Kind::Text, ANY, r#""pinion 1 line""#)
+        .about("Name of the bearing and the direction of its force, as it stands in the results."),
+    key("bearing.*.gain", Kind::List("numbers in N/(m sqrt(kg)), one a mode"), ANY, "[0.0, 2.1e7, -4.4e6]")
+        .about("Force on the bearing per unit of each modal displacement."),
+    quantity("bearing.*.gain.*", ForceByDisplacement, ANY, "2.1e7"),
+];

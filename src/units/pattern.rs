@@ -1,0 +1,41 @@
+//! The text form as a regular expression, for editors that check a file while it is written.
+
+use super::Dimension;
+use super::expression::{PREFIXES, SYMBOLS};
+
+/// A decimal number, as [`parse`](super::parse) reads it.
+const NUMBER: &str = r"[+-]?(?:\d[\d_]*\.?[\d_]*|\.[\d_]*\d[\d_]*)(?:[eE][+-]?\d+)?";
+
+impl Dimension {
+    /// A regular expression (ECMA 262) for the texts that stand for a quantity of this dimension;
+    /// none where only bare numbers do. It knows numbers, the units and how they are combined. It
+    /// does not add up powers: it refuses `"15 N"` as a length, but not `"15 N/mm"` as a force.
+    pub fn pattern(self) -> Option<String> {
+        let mut allowed = self.exponents()?.0.map(|exponent| exponent != 0);
+        // Units of force and pressure cancel metres and seconds: N/m is kg/s².
+        if allowed[0] {
+            allowed[1] = true;
+            allowed[2] = true;
+        }
+        let fits =
+            |exponents: [i32; 4]| (exponents.iter().zip(allowed)).all(|(e, fits)| *e == 0 || fits);
+        let named = |prefixed: bool| -> Vec<&str> {
+            SYMBOLS
+                .iter()
+                .filter(|symbol| symbol.takes_prefix == prefixed && fits(symbol.exponents))
+                .map(|symbol| symbol.text)
+                // The numerator of units such as 1/s, none of which stand here; "0.1" has no unit.
+                .filter(|text| *text != "1")
+                .collect()
+        };
+        let prefixes: String = PREFIXES.iter().map(|(prefix, _)| prefix).collect();
+        let mut symbols = named(false).join("|");
+        if !named(true).is_empty() {
+            let bar = if symbols.is_empty() { "" } else { "|" };
+            symbols += &format!("{bar}[{prefixes}]?(?:{})", named(true).join("|"));
+        }
+        let unit = format!(r"(?:{symbols})(?:\^[+-]?\d+|[²³])?");
+        let joint = r"(?:\s*[*·⋅/]\s*|\s+)";
+        Some(format!(r"^\s*{NUMBER}\s*{unit}(?:{joint}{unit})*\s*$"))
+    }
+}
