@@ -20,7 +20,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Numbers of teeth."),
     integer("gear.teeth.*", 5.0, 1000.0, "20"),
     quantity("gear.module", Length, POSITIVE, r#""4 mm""#)
-        .about("Normal module: pitch diameter by number of teeth."),
+        .about("Module: pitch diameter by number of teeth."),
     quantity("gear.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
     quantity("gear.face_width", Length, POSITIVE, r#""20 mm""#)
