@@ -3,7 +3,7 @@
 use super::drive::DefaultDrive;
 use super::plan::Item;
 use super::solver::{self, Work};
-use super::tables::Moulds;
+use super::tables::BuiltTables;
 use super::team::{Pace, Worked};
 use super::trouble::Trouble;
 use super::{latency, mountain, operators, streaming};
@@ -26,7 +26,7 @@ pub struct Measured {
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
-    moulds: &mut Moulds,
+    built_tables: &mut BuiltTables,
     item: &Item,
     pace: Pace,
 ) -> Result<Measured, Trouble> {
@@ -75,7 +75,14 @@ pub fn measure(
             teams,
         } => {
             let marched = solver::measure(
-                topology, default, moulds, *solver, *sharing, *modes, teams, pace,
+                topology,
+                default,
+                built_tables,
+                *solver,
+                *sharing,
+                *modes,
+                teams,
+                pace,
             )?;
             Measured {
                 times: marched.times,

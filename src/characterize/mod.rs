@@ -5,34 +5,34 @@
 //! |---|---|
 //! | `plan` | what is measured on a machine: a pure decision |
 //! | `team`, `figure` | the method: bound threads, best of a round, spread over rounds |
-//! | `calm`, `noise` | waiting for quiet moments; who disturbed |
+//! | `quiet`, `noise` | waiting for quiet moments; who disturbed |
 //! | `description` | what the system says of the machine |
 //! | `mountain`, `streaming`, `latency` | memory |
 //! | `operators` | dense products and the structured kernel over rotating tables |
 //! | `solver`, `tables` | marching on many threads, and copies of what is marched with |
 //! | `cliffs` | where costs jump, and at which cache |
 //! | `measure`, `outcome` | samples from items, figures from samples, the roofline |
-//! | `compare`, `outlook` | two machines; what a job would take on another one |
+//! | `compare`, `machine_rate` | two machines; what a job would take on another one |
 //!
 //! Everything is repeated in rounds over the whole plan, with memory taken anew: what differs
 //! between rounds is what will differ between runs.
 
 mod buffer;
-mod calm;
 mod cliffs;
 pub mod compare;
 mod description;
 mod drive;
 mod figure;
 mod latency;
+pub mod machine_rate;
 mod measure;
 mod memory;
 mod mountain;
 mod noise;
 mod operators;
 mod outcome;
-pub mod outlook;
 mod plan;
+mod quiet;
 mod solver;
 mod streaming;
 mod tables;
@@ -44,17 +44,17 @@ pub use trouble::Trouble;
 
 use crate::store::{Characteristics, ProgramRecord, timestamp};
 use crate::topology::Topology;
-use calm::{Calm, Probe};
 use clap::ValueEnum;
 use description::Root;
 use drive::DefaultDrive;
 use noise::Watch;
 use outcome::Sample;
 use plan::{Item, Limits};
+use quiet::{Probe, QuietMachine};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 use strum::{IntoStaticStr, VariantArray};
-use tables::Moulds;
+use tables::BuiltTables;
 use team::Pace;
 
 /// How much is measured.
@@ -181,18 +181,18 @@ pub fn characterize(
     let limits = limits(topology, settings, &description);
     let plan = plan::plan(topology, settings.extent, limits);
     let (items, mut missing) = plan.only(&settings.only);
-    let (default, mut moulds) = (DefaultDrive::new()?, Moulds::default());
+    let (default, mut built_tables) = (DefaultDrive::new()?, BuiltTables::default());
     let threads = (topology.cores.iter()).flat_map(|core| core.threads.clone());
     let noise = Watch::new(threads.collect());
     let probed = default.probed()?;
-    let (probe, mut calm) = (Probe::new(&probed)?, Calm::new(called_off));
+    let (probe, mut quiet) = (Probe::new(&probed)?, QuietMachine::new(called_off));
     let mut samples: Vec<Sample> = items.iter().map(|_| Sample::default()).collect();
     let pace = settings.extent.pace();
     let most = settings.extent.rounds();
     let rounds = settings.rounds.unwrap_or(most).clamp(1, most);
     for round in 0..rounds {
-        calm.allow(settings.budget / PATIENCE / rounds as u32);
-        let begun = clock.elapsed() - calm.waited();
+        quiet.allow(settings.budget / PATIENCE / rounds as u32);
+        let begun = clock.elapsed() - quiet.waited();
         for (done, (item, sample)) in items.iter().zip(&mut samples).enumerate() {
             if called_off.load(Ordering::Relaxed) {
                 return Ok(None);
@@ -207,18 +207,18 @@ pub fn characterize(
                 of,
                 what,
             });
-            sample.take(calm.measure(&probe, topology, item.seats(), || {
-                measure::measure(topology, &default, &mut moulds, item, pace)
+            sample.take(quiet.measure(&probe, topology, item.seats(), || {
+                measure::measure(topology, &default, &mut built_tables, item, pace)
             }));
         }
         // Only whole rounds after the first.
-        let taken = clock.elapsed() - calm.waited() - begun;
+        let taken = clock.elapsed() - quiet.waited() - begun;
         if clock.elapsed() + taken > settings.budget {
             break;
         }
     }
     missing.extend(outcome::troubles(&items, &samples));
-    let noise = noise.end(outcome::scatter(&samples), &calm);
+    let noise = noise.end(outcome::scatter(&samples), &quiet);
     let mut found = Characteristics {
         format: Characteristics::format(),
         host: host(),

@@ -4,7 +4,7 @@
 //! took, the time that the hypervisor kept for others, the load average, how far the
 //! repetitions of a measurement scatter, and how often marching was slowed.
 
-use super::calm::Calm;
+use super::quiet::QuietMachine;
 use crate::store::Noise;
 use std::fs;
 
@@ -53,11 +53,11 @@ impl Watch {
     }
 
     /// What was noticed; `scatter` of all measurements, none where nothing was repeated.
-    pub fn end(&self, scatter: Option<f64>, calm: &Calm<'_>) -> Noise {
+    pub fn end(&self, scatter: Option<f64>, quiet: &QuietMachine<'_>) -> Noise {
         Noise {
             load: self.load,
-            waited: calm.waited().as_secs_f64(),
-            ..verdict(self.start.zip(now(&self.threads)), scatter, calm.slowed())
+            waited: quiet.waited().as_secs_f64(),
+            ..verdict(self.start.zip(now(&self.threads)), scatter, quiet.slowed())
         }
     }
 }

@@ -31,7 +31,7 @@ pub struct Rotated {
 }
 
 /// A vector that operators are applied to in turn.
-struct Wheel {
+struct OperatorCycle {
     operators: Vec<Operator<'static>>,
     x: Vec<f64>,
     y: Vec<f64>,
@@ -41,7 +41,7 @@ struct Wheel {
     products: Vec<usize>,
 }
 
-impl Wheel {
+impl OperatorCycle {
     /// So many cyclic shifts of a vector 0, 1, 2 …: products are exact, and their number can be
     /// read off the vector.
     fn new(dimension: usize, count: usize) -> Self {
@@ -93,7 +93,7 @@ pub fn products(
         counts.len(),
         pace,
         |_| {
-            let mut wheel = Wheel::new(dimension, most);
+            let mut wheel = OperatorCycle::new(dimension, most);
             for &count in counts {
                 let products = team::rounds_for(REPETITION, |n| wheel.turn(count, n));
                 wheel.products.push(products);
@@ -101,8 +101,8 @@ pub fn products(
             Ok(wheel)
         },
         // Once round, so that what fits a cache is there.
-        |wheel: &mut Wheel, task| wheel.turn(counts[task], counts[task]),
-        |wheel: &mut Wheel, task| wheel.turn(counts[task], wheel.products[task]),
+        |wheel: &mut OperatorCycle, task| wheel.turn(counts[task], counts[task]),
+        |wheel: &mut OperatorCycle, task| wheel.turn(counts[task], wheel.products[task]),
         |wheel| {
             let bytes = wheel.operators[0].bytes();
             let pieces = wheel.products.iter().map(|&n| n as f64).collect();
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_wheel_counts_its_products() {
-        let mut wheel = Wheel::new(31, 5);
+        let mut wheel = OperatorCycle::new(31, 5);
         wheel.turn(5, 7);
         wheel.turn(2, 100);
         assert!(wheel.right(31));

@@ -6,7 +6,7 @@
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT};
 use super::plan::{Mesh, Seat, Sharing, Solver};
-use super::tables::{Cast, Moulds};
+use super::tables::{BuiltTables, LocalTables};
 use super::team::{self, Pace};
 use super::trouble::Trouble;
 use crate::model::{Model, OperatingPoint, TrajectoryState};
@@ -108,7 +108,7 @@ impl Tabled for Fused<'_> {
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
-    moulds: &mut Moulds,
+    built_tables: &mut BuiltTables,
     solver: Solver,
     sharing: Sharing,
     modes: usize,
@@ -132,7 +132,7 @@ pub fn measure(
     let nodes = nodes(sharing, teams);
     let casts = |mould| {
         on_each(topology, &nodes, |_| {
-            models.iter().map(|_| Cast::new(mould)).collect()
+            models.iter().map(|_| LocalTables::new(mould)).collect()
         })
     };
     match solver {
@@ -143,7 +143,7 @@ pub fn measure(
         }
         Solver::Spectral => {
             let built = || Ok(Spectral::new(&models[0], CELLS, EVENT_LIMIT, None)?.arrays());
-            let casts: Vec<Vec<Cast>> = casts(moulds.of(solver, modes, built)?)?;
+            let casts: Vec<Vec<LocalTables>> = casts(built_tables.of(solver, modes, built)?)?;
             let shelves = on_each(topology, &nodes, |node| {
                 let pairs = models.iter().zip(&casts[node]);
                 pairs
@@ -156,7 +156,7 @@ pub fn measure(
         }
         Solver::Fused => {
             let built = || Ok(Fused::new(&models[0], CELLS, EVENT_LIMIT)?.arrays());
-            let casts: Vec<Vec<Cast>> = casts(moulds.of(solver, modes, built)?)?;
+            let casts: Vec<Vec<LocalTables>> = casts(built_tables.of(solver, modes, built)?)?;
             let shelves = on_each(topology, &nodes, |node| {
                 let pairs = models.iter().zip(&casts[node]);
                 pairs
@@ -336,13 +336,13 @@ mod tests {
         let thread = topology.cores[0].threads[0];
         let seat = Seat { thread, node: 0 };
         let teams = [vec![seat], vec![seat; 2]];
-        let mut moulds = Moulds::default();
+        let mut built_tables = BuiltTables::default();
         for sharing in [Sharing::Shared, Sharing::Eight] {
             let mut measured = |solver| {
                 measure(
                     &topology,
                     &default,
-                    &mut moulds,
+                    &mut built_tables,
                     solver,
                     sharing,
                     4,

@@ -12,9 +12,9 @@ use crate::propagate::{DenseError, KeptTables, TableArray};
 
 /// Tables as they were built, for every kernel and number of modes.
 #[derive(Debug, Default)]
-pub struct Moulds(Vec<((Solver, usize), Vec<TableArray>)>);
+pub struct BuiltTables(Vec<((Solver, usize), Vec<TableArray>)>);
 
-impl Moulds {
+impl BuiltTables {
     /// The tables of a kernel, built where they were not before.
     pub fn of(
         &mut self,
@@ -36,12 +36,12 @@ impl Moulds {
 
 /// Tables in pages that the thread which made them touched first.
 #[derive(Debug)]
-pub struct Cast(Vec<(&'static str, usize, Buffer)>);
+pub struct LocalTables(Vec<(&'static str, usize, Buffer)>);
 
-impl Cast {
+impl LocalTables {
     /// Copies tables.
-    pub fn new(mould: &[TableArray]) -> Result<Self, Trouble> {
-        let arrays = mould.iter().map(|array| {
+    pub fn new(built: &[TableArray]) -> Result<Self, Trouble> {
+        let arrays = built.iter().map(|array| {
             let lines = array.values.len().div_ceil(LANES);
             let mut buffer = memory::untouched(lines)?;
             for (line, values) in buffer
@@ -59,7 +59,7 @@ impl Cast {
     }
 }
 
-impl KeptTables for Cast {
+impl KeptTables for LocalTables {
     fn numbers(&self, name: &str) -> Option<&[f64]> {
         let array = self.0.iter().find(|(known, ..)| *known == name);
         array.map(|(_, count, buffer)| &buffer.doubles()[..*count])
@@ -77,16 +77,20 @@ mod tests {
             unit: "1",
             values: (0..count).map(|i| i as f64 + 0.5).collect(),
         };
-        let mut moulds = Moulds::default();
+        let mut built_tables = BuiltTables::default();
         let built = vec![array("a", 19), array("b", 0), array("c", 8)];
-        moulds.of(Solver::Fused, 4, || Ok(built.clone())).unwrap();
-        let again = |moulds: &mut Moulds, modes| {
+        built_tables
+            .of(Solver::Fused, 4, || Ok(built.clone()))
+            .unwrap();
+        let again = |built_tables: &mut BuiltTables, modes| {
             let fails = || Err(DenseError::Kept { name: "none" });
-            moulds.of(Solver::Fused, modes, fails).map(<[_]>::to_vec)
+            built_tables
+                .of(Solver::Fused, modes, fails)
+                .map(<[_]>::to_vec)
         };
-        assert_eq!(again(&mut moulds, 4), Ok(built.clone()));
-        assert!(again(&mut moulds, 5).is_err());
-        let cast = Cast::new(&built).unwrap();
+        assert_eq!(again(&mut built_tables, 4), Ok(built.clone()));
+        assert!(again(&mut built_tables, 5).is_err());
+        let cast = LocalTables::new(&built).unwrap();
         for array in &built {
             let numbers = cast.numbers(array.name).unwrap();
             assert_eq!(numbers, array.values);

@@ -3,6 +3,7 @@
 
 mod activity;
 pub mod check;
+mod console;
 mod earlier;
 mod events;
 mod excitation;
@@ -21,7 +22,6 @@ pub mod show;
 pub mod table;
 pub mod trace;
 pub mod verify;
-mod voice;
 
 use crate::input::{printable, printable_but_colours};
 use crate::store::is_decoding;

@@ -5,7 +5,7 @@
 use super::process::Process;
 use super::table::TablesFolder;
 use super::{BAD_INPUT, answer, check, fail, machine, with_causes};
-use crate::characterize::outlook::{Outlook, outlook};
+use crate::characterize::machine_rate::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
 use crate::store::{Characteristics, Shard, StoreError};
@@ -113,9 +113,9 @@ struct Machines {
 
 /// What they say of a job.
 struct Measured {
-    here: Option<Outlook>,
+    here: Option<MachineRate>,
     /// On the other machine, with the time there.
-    there: Option<(Outlook, Interval)>,
+    there: Option<(MachineRate, Interval)>,
 }
 
 impl Machines {
@@ -148,10 +148,10 @@ impl Machines {
         let variants = job.points.variants().iter();
         let modes = variants.map(|variant| variant.model.retained).max();
         let modes = modes.unwrap_or(1);
-        let here = (self.here.as_ref()).and_then(|m| outlook(m, modes, found.threads));
+        let here = (self.here.as_ref()).and_then(|m| machine_rate(m, modes, found.threads));
         let there = self.there.as_ref().and_then(|machine| {
             let cores = machine.description.cores as u64;
-            let there = outlook(machine, modes, threads.map_or(cores, u64::from))?;
+            let there = machine_rate(machine, modes, threads.map_or(cores, u64::from))?;
             let slower = here.as_ref()?.rate / there.rate;
             let time = Interval {
                 low: slower * found.time.low,
@@ -170,7 +170,7 @@ impl Measured {
             1 => "1 thread".to_owned(),
             _ => format!("{count} threads"),
         };
-        let noise = |outlook: &Outlook| match outlook.quiet {
+        let noise = |rate: &MachineRate| match rate.quiet {
             true => "",
             false => ", on a machine that was not quiet",
         };

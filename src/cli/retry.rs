@@ -5,9 +5,9 @@
 //! that the results stay whole until every point is there and an interrupted retry is taken
 //! up by the same command.
 
+use super::console::Console;
 use super::process::Process;
 use super::run::{RunArgs, failure, status};
-use super::voice::Voice;
 use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
 use crate::manifest::Job;
 use crate::propagate::instructions;
@@ -67,7 +67,7 @@ fn retry(
         };
         return Err(StoreError::from(fault).into());
     }
-    let mut voice = Voice::new(args, job, folder);
+    let mut voice = Console::new(args, job, folder);
     let mut text = format!(
         "{} has no failed points: nothing to compute again\n",
         folder.display()

@@ -1,10 +1,10 @@
 //! `atlas run m.toml`: computes every point of a job and writes its result files.
 
+use super::console::Console;
 use super::earlier::{self, Earlier};
 use super::process::Process;
 use super::retry;
 use super::table::TablesFolder;
-use super::voice::Voice;
 use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED, check, fail, with_causes};
 use crate::manifest::Job;
 use crate::store::{
@@ -122,7 +122,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
                 folder.display(),
                 record.totals.points
             );
-            Voice::new(args, &job, &folder).close(&record, status(&record), &text)
+            Console::new(args, &job, &folder).close(&record, status(&record), &text)
         }
         Err(message) => fail(BAD_INPUT, &message),
     }
@@ -151,7 +151,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
     let instructions = journal.instructions();
     warnings.extend(mixed(&instructions));
     let parts = Parts::new(args.tables.store());
-    let mut voice = Voice::new(args, job, folder);
+    let mut voice = Console::new(args, job, folder);
     for warning in &warnings {
         voice.warning(warning);
     }
@@ -211,12 +211,12 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             copies_asked: finished.copies_asked.clone(),
             copies_obtained: finished.copies_obtained.clone(),
         },
-        forecast: finished.outlook.map(|foretold| ForecastRecord {
-            points: foretold.points,
-            after: foretold.after,
-            wall_time: foretold.wall_time.expected,
-            wall_time_low: foretold.wall_time.low,
-            wall_time_high: foretold.wall_time.high,
+        forecast: finished.forecast.map(|forecast| ForecastRecord {
+            points: forecast.points,
+            after: forecast.after,
+            wall_time: forecast.wall_time.expected,
+            wall_time_low: forecast.wall_time.low,
+            wall_time_high: forecast.wall_time.high,
         }),
         totals,
         shards: Vec::new(),

@@ -31,7 +31,7 @@ pub struct RunRecord {
     pub machine: MachineRecord,
     /// Threads and where they ran.
     pub placement: PlacementRecord,
-    /// What the run foretold of its wall time from its first points, to be held against
+    /// What the run forecast of its wall time from its first points, to be held against
     /// `totals.wall_time`; absent where there were too few.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub forecast: Option<ForecastRecord>,
@@ -53,10 +53,10 @@ pub struct RunRecord {
     pub manifest: String,
 }
 
-/// What a run foretold of its wall time.
+/// What a run forecast of its wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ForecastRecord {
-    /// Points that it was foretold from.
+    /// Points that it was forecast from.
     pub points: u64,
     /// When, since the run was begun \[s\].
     pub after: f64,
@@ -81,7 +81,7 @@ pub struct ShardRecord {
     pub machine: MachineRecord,
     /// Threads and where they ran.
     pub placement: PlacementRecord,
-    /// What it foretold of its wall time.
+    /// What it forecast of its wall time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub forecast: Option<ForecastRecord>,
     /// Counts and times over its points.

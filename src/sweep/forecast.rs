@@ -9,10 +9,10 @@
 
 use super::build::{Parts, tables_wanted};
 use super::chain::{Link, compute, verdict};
+use super::early_forecast::{sample, shared};
 use super::estimate::{Interval, Load, drawn};
 use super::layout::layout;
 use super::memory::{Memory, Rows};
-use super::outlook::{sample, shared};
 use super::point::Worker;
 use super::queue::{ahead, work};
 use super::run::{Options, SweepError, start_workers};

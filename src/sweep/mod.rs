@@ -9,13 +9,13 @@
 
 pub mod build;
 mod chain;
+mod early_forecast;
 mod estimate;
 mod forecast;
 mod kernel_tables;
 mod layout;
 mod memory;
 mod mesh_tables;
-mod outlook;
 mod parts;
 mod point;
 mod queue;
@@ -24,12 +24,12 @@ mod run;
 mod turns;
 
 pub use chain::{Link, compute, lead_up};
+pub use early_forecast::EarlyForecast;
 pub use estimate::Interval;
 pub use forecast::{Forecast, forecast};
 pub use kernel_tables::KernelTables;
 pub use memory::Memory;
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh, flank_error};
-pub use outlook::Foretold;
 pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};

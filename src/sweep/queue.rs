@@ -8,7 +8,7 @@
 //! chain's results depend on the chain alone.
 //!
 //! Of independent points, a few drawn over the whole grid come before all others: from these the
-//! run foretells its end. Only a window of chains is in memory, however many there are.
+//! run forecasts its end. Only a window of chains is in memory, however many there are.
 
 use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::{Job, Variant};

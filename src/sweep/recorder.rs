@@ -1,7 +1,7 @@
 //! The writer's side of a sweep: every finished point goes to the journal, to those who
 //! watch, and to the result files.
 
-use super::outlook::{Foretold, Outlook};
+use super::early_forecast::{EarlyForecast, EarlySample};
 use crate::analysis::Status;
 use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError, Written};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
@@ -89,7 +89,7 @@ pub(super) struct Recorder<'a> {
     pub watcher: &'a mut dyn Watcher,
     /// When the first point was begun.
     pub begun: Instant,
-    pub outlook: Outlook<'a>,
+    pub forecast: EarlySample<'a>,
     /// Points that have left the writer's memory, for the workers to see.
     pub written: &'a AtomicU64,
     /// Failed points, taken-over ones not counted, after which the sweep is called off.
@@ -103,7 +103,7 @@ pub(super) struct Recorded {
     pub written: Written,
     /// Whether the sweep was called off for its failed points.
     pub gave_up: bool,
-    pub outlook: Option<Foretold>,
+    pub forecast: Option<EarlyForecast>,
 }
 
 impl Recorder<'_> {
@@ -133,7 +133,7 @@ impl Recorder<'_> {
             progress: self.progress,
             gave_up: gave_up && written.missing > 0,
             written,
-            outlook: self.outlook.foretold(),
+            forecast: self.forecast.forecast(),
         })
     }
 
@@ -142,7 +142,7 @@ impl Recorder<'_> {
         self.progress.count(&row);
         self.progress.cycles += row.outcome.cycles;
         self.progress.elapsed = self.begun.elapsed();
-        self.outlook.count(&row, self.progress.elapsed);
+        self.forecast.count(&row, self.progress.elapsed);
         self.watcher.point(&row, &self.progress);
         self.writer.push(row)?;
         let waiting = self.writer.waiting() as u64;

@@ -2,8 +2,8 @@
 
 use super::build::Parts;
 use super::chain::compute;
+use super::early_forecast::{EarlyForecast, EarlySample};
 use super::layout::layout;
-use super::outlook::{Foretold, Outlook};
 use super::point::Worker;
 use super::queue::{Next, Queue};
 use super::recorder::{Begun, Progress, Recorder, Watcher};
@@ -56,8 +56,8 @@ pub struct Finished {
     pub copies_obtained: String,
     /// Whether it was called off for its failed points.
     pub gave_up: bool,
-    /// What its first points foretold; none where there were too few.
-    pub outlook: Option<Foretold>,
+    /// What its first points forecast; none where there were too few.
+    pub forecast: Option<EarlyForecast>,
 }
 
 /// Why a sweep could not run.
@@ -121,7 +121,7 @@ pub fn run(
         writer.push(row)
     })?;
     progress.resumed = progress.done;
-    let Crew {
+    let Workers {
         pool,
         threads,
         seats,
@@ -137,8 +137,8 @@ pub fn run(
     });
 
     let shards = shard.map_or(1, |shard| shard.count as usize);
-    let mut outlook = Outlook::new(job, &share, &taken_over, threads);
-    let drawn = outlook.draw(&share, &taken_over);
+    let mut forecast = EarlySample::new(job, &share, &taken_over, threads);
+    let drawn = forecast.draw(&share, &taken_over);
     let left = (0..share.chains()).filter(|&place| !taken_over.has(&share, place));
     let firsts = left.map(|place| share.id(place * length));
     pool.install(|| parts.prepare(job, firsts, &mut || ()));
@@ -149,7 +149,7 @@ pub fn run(
 
     let copies = copies(&seats);
     let of_nodes: Vec<Parts> = copies.nodes.iter().map(|_| parts.on_node()).collect();
-    outlook.begin(clock.elapsed());
+    forecast.begin(clock.elapsed());
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
     let (sender, receiver) = bounded(CHANNEL);
     let ended = std::thread::scope(|scope| {
@@ -159,7 +159,7 @@ pub fn run(
             progress,
             watcher,
             begun: Instant::now(),
-            outlook,
+            forecast,
             written: &written,
             most_failures: options.most_failures,
             called_off,
@@ -232,12 +232,12 @@ pub fn run(
         copies_obtained: copies_obtained(&of_nodes, &copies, topology),
         copies_asked: copies.to_string(),
         gave_up: recorded.gave_up,
-        outlook: recorded.outlook,
+        forecast: recorded.forecast,
     })
 }
 
 /// Threads that are ready to work.
-pub(super) struct Crew {
+pub(super) struct Workers {
     pub pool: rayon::ThreadPool,
     pub threads: usize,
     /// Where they were to sit.
@@ -262,7 +262,7 @@ pub(super) fn start_workers(
     share: &Share,
     options: Options<'_>,
     topology: Option<&Topology>,
-) -> Result<Crew, SweepError> {
+) -> Result<Workers, SweepError> {
     let cores = topology.map_or(&[][..], |t| &t.cores);
     let parallelism = std::thread::available_parallelism().ok();
     let threads = options
@@ -278,7 +278,7 @@ pub(super) fn start_workers(
         .build()
         .map_err(|error| SweepError::threads(threads, &error))?;
     let obtained = take_seats(&pool, &seats, topology);
-    Ok(Crew {
+    Ok(Workers {
         pool,
         threads,
         seats,

@@ -32,19 +32,19 @@ pub(super) const SUBORDER_WINDOW: u64 = 24;
 
 /// `∫ P_n e^{−iωt} dt` for eight frequencies, the lanes, by term.
 #[derive(Debug, Clone)]
-struct Eight {
+struct EightFrequencies {
     re: [[f64; LANES]; TERMS],
     im: [[f64; LANES]; TERMS],
 }
 
 /// The same for every frequency, in eights.
 /// Shared, because a clone of the statistics is taken whenever they are looked at.
-type Table = Arc<[Eight]>;
+type Table = Arc<[EightFrequencies]>;
 
 /// Writes `∫ δ e^{−iω t} dt` over a window, t from its start, for every frequency of a table.
 /// The same on every instruction set: nothing is fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn integrals(table: &[Eight], series: &[f64; TERMS], out: &mut [Complex]) {
+fn integrals(table: &[EightFrequencies], series: &[f64; TERMS], out: &mut [Complex]) {
     for (eight, out) in table.iter().zip(out.chunks_mut(LANES)) {
         // Even and odd terms apart: two short chains of sums instead of a long one.
         let mut sums = [Lanes::ZERO; 2];
@@ -169,7 +169,7 @@ impl Fourier {
 /// The integrals of the polynomials on windows of the length `tau` \[s\].
 fn table(frequencies: &[f64], tau: f64) -> Table {
     let eight = |frequencies: &[f64]| {
-        let mut out = Eight {
+        let mut out = EightFrequencies {
             re: [[0.0; LANES]; TERMS],
             im: [[0.0; LANES]; TERMS],
         };

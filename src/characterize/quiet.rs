@@ -88,7 +88,7 @@ impl<'m> Probe<'m> {
 
 /// Waits, and counts.
 #[derive(Debug)]
-pub struct Calm<'a> {
+pub struct QuietMachine<'a> {
     /// Ends all patience.
     called_off: &'a AtomicBool,
     /// Best look of so many threads together \[s\].
@@ -99,7 +99,7 @@ pub struct Calm<'a> {
     slowed: usize,
 }
 
-impl<'a> Calm<'a> {
+impl<'a> QuietMachine<'a> {
     /// Has no patience yet, and none any more once `called_off` is raised.
     pub fn new(called_off: &'a AtomicBool) -> Self {
         Self {
@@ -202,42 +202,43 @@ mod tests {
     #[test]
     fn a_disturbance_is_waited_for_and_then_counted() {
         let called_off = AtomicBool::new(false);
-        let mut calm = Calm::new(&called_off);
-        assert_eq!(calm.slowed(), None);
-        let measured = |calm: &mut Calm<'_>, members, times: &[f64]| {
+        let mut quiet = QuietMachine::new(&called_off);
+        assert_eq!(quiet.slowed(), None);
+        let measured = |quiet: &mut QuietMachine<'_>, members, times: &[f64]| {
             let mut looks = times.iter().copied();
-            let found = calm
+            let found = quiet
                 .between(members, || Ok(looks.next().unwrap()), || Ok(()))
                 .unwrap();
             assert_eq!(looks.len(), 0, "{times:?}");
             found.len()
         };
         // The first look knows no better one; a clock may vary.
-        assert_eq!(measured(&mut calm, 1, &[2.0, 1.0]), 1);
-        assert_eq!(measured(&mut calm, 1, &[1.1, 1.14]), 1);
+        assert_eq!(measured(&mut quiet, 1, &[2.0, 1.0]), 1);
+        assert_eq!(measured(&mut quiet, 1, &[1.1, 1.14]), 1);
         // Without patience, what is slowed is measured all the same.
-        assert_eq!(measured(&mut calm, 1, &[1.5, 1.0]), 1);
+        assert_eq!(measured(&mut quiet, 1, &[1.5, 1.0]), 1);
         assert_eq!(
-            (calm.slowed(), calm.waited()),
+            (quiet.slowed(), quiet.waited()),
             (Some(1.0 / 3.0), Duration::ZERO)
         );
 
-        calm.allow(Duration::from_secs(3600));
-        assert_eq!(measured(&mut calm, 1, &[1.5, 1.2, 1.1, 1.0]), 1);
-        assert!(calm.waited() >= 2 * PAUSE);
+        quiet.allow(Duration::from_secs(3600));
+        assert_eq!(measured(&mut quiet, 1, &[1.5, 1.2, 1.1, 1.0]), 1);
+        assert!(quiet.waited() >= 2 * PAUSE);
         // Slowed meanwhile: once more, when it is over.
-        assert_eq!(measured(&mut calm, 1, &[1.0, 1.5, 1.5, 1.0, 1.0]), 2);
-        assert_eq!(measured(&mut calm, 1, &[1.0, 1.5, 1.0, 1.5]), 2);
+        assert_eq!(measured(&mut quiet, 1, &[1.0, 1.5, 1.5, 1.0, 1.0]), 2);
+        assert_eq!(measured(&mut quiet, 1, &[1.0, 1.5, 1.0, 1.5]), 2);
         // Nobody waits for what is called off.
         called_off.store(true, Ordering::Relaxed);
-        assert_eq!(measured(&mut calm, 1, &[1.5, 1.5]), 1);
+        assert_eq!(measured(&mut quiet, 1, &[1.5, 1.5]), 1);
         called_off.store(false, Ordering::Relaxed);
         // Another number of threads has a best time of its own.
-        assert_eq!(measured(&mut calm, 2, &[9.0, 9.0]), 1);
-        assert_eq!(calm.slowed(), Some(3.0 / 8.0));
+        assert_eq!(measured(&mut quiet, 2, &[9.0, 9.0]), 1);
+        assert_eq!(quiet.slowed(), Some(3.0 / 8.0));
         let wrong = || Err(Trouble::Wrong { what: "x" });
         assert!(
-            calm.between(1, || Ok(1.0), wrong as fn() -> Result<(), _>)
+            quiet
+                .between(1, || Ok(1.0), wrong as fn() -> Result<(), _>)
                 .is_err()
         );
     }

@@ -1,8 +1,8 @@
-//! What a run foretells of itself from its own first points, to be held against what it took.
+//! What a run forecasts of itself from its own first points, to be held against what it took.
 //!
 //! Independent points are drawn over the grid and computed before the others, which costs
 //! nothing: they are points of the run. Where the state is carried, the first tenth of the points
-//! has to do: the beginnings of chains, which are foretold as if all of each went on like that.
+//! has to do: the beginnings of chains, which are forecast as if all of each went on like that.
 
 use super::estimate::{Interval, Load, drawn};
 use super::queue::work;
@@ -15,13 +15,13 @@ use std::time::Duration;
 /// Most points of a sample, a worker.
 const POINTS_A_WORKER: usize = 8;
 
-/// Fewer points than these foretell nothing: they are the run.
+/// Fewer points than these forecast nothing: they are the run.
 const FEWEST: usize = 8;
 
-/// What a run foretold.
+/// What a run forecast.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Foretold {
-    /// Points that it was foretold from.
+pub struct EarlyForecast {
+    /// Points that it was forecast from.
     pub points: u64,
     /// When, since the run was begun \[s\].
     pub after: f64,
@@ -35,7 +35,7 @@ pub(super) fn sample(points: usize, threads: usize) -> usize {
 }
 
 /// Watches the first points of a run.
-pub(super) struct Outlook<'a> {
+pub(super) struct EarlySample<'a> {
     job: &'a Job,
     load: Load,
     /// Points whose times are wanted; any where the state is carried.
@@ -46,10 +46,10 @@ pub(super) struct Outlook<'a> {
     ratios: Vec<f64>,
     /// Time before the first point was begun \[s\].
     prepared: f64,
-    foretold: Option<Foretold>,
+    forecast: Option<EarlyForecast>,
 }
 
-impl<'a> Outlook<'a> {
+impl<'a> EarlySample<'a> {
     /// Of what an earlier run has left of a share.
     pub fn new(job: &'a Job, share: &Share, taken_over: &TakenOver, threads: usize) -> Self {
         let length = job.chain_length();
@@ -80,7 +80,7 @@ impl<'a> Outlook<'a> {
             },
             ratios: Vec::new(),
             prepared: 0.0,
-            foretold: None,
+            forecast: None,
         }
     }
 
@@ -120,7 +120,7 @@ impl<'a> Outlook<'a> {
         self.ratios.push(row.placement.wall_time / work);
         if self.ratios.len() == self.needed {
             let wall_time = self.load.wall_time(&self.ratios);
-            self.foretold = Some(Foretold {
+            self.forecast = Some(EarlyForecast {
                 points: self.needed as u64,
                 after: self.prepared + elapsed.as_secs_f64(),
                 wall_time: wall_time.after(self.prepared),
@@ -128,9 +128,9 @@ impl<'a> Outlook<'a> {
         }
     }
 
-    /// What was foretold; none before enough points are finished.
-    pub fn foretold(&self) -> Option<Foretold> {
-        self.foretold
+    /// What was forecast; none before enough points are finished.
+    pub fn forecast(&self) -> Option<EarlyForecast> {
+        self.forecast
     }
 }
 

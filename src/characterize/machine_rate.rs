@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// The rate of a machine for a job.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Outlook {
+pub struct MachineRate {
     /// Name of the machine.
     pub host: String,
     /// When it was measured.
@@ -24,7 +24,7 @@ pub struct Outlook {
 
 /// Rates of the structured kernel with a number of modes on a number of threads, interpolated in
 /// logarithms between those measured; none where it was not measured.
-pub fn outlook(machine: &Characteristics, modes: usize, threads: u64) -> Option<Outlook> {
+pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Option<MachineRate> {
     let rate = |threads: u64| over_modes(&machine.solver, modes as f64, threads);
     let mut counts: Vec<u64> = volterra(&machine.solver).map(|row| row.threads).collect();
     counts.sort_unstable();
@@ -38,7 +38,7 @@ pub fn outlook(machine: &Characteristics, modes: usize, threads: u64) -> Option<
     let alone = interpolated(&rates, 1.0)?;
     let best = rates.iter().map(|[_, rate]| *rate).fold(0.0, f64::max);
     let worthwhile = rates.iter().find(|[_, rate]| *rate >= 0.98 * best)?;
-    Some(Outlook {
+    Some(MachineRate {
         host: machine.host.clone(),
         measured: machine.started.clone(),
         threads,

@@ -11,13 +11,13 @@ use std::path::Path;
 use std::process::ExitCode;
 
 /// Says what it is told, as the user asked for it.
-pub struct Voice<'a> {
+pub struct Console<'a> {
     quiet: bool,
     display: Display,
     events: Option<Events<'a>>,
 }
 
-impl<'a> Voice<'a> {
+impl<'a> Console<'a> {
     /// The voice of a run whose results go to `folder`.
     pub fn new(args: &RunArgs, job: &'a Job, folder: &'a Path) -> Self {
         Self {
@@ -45,7 +45,7 @@ impl<'a> Voice<'a> {
     }
 }
 
-impl Watcher for Voice<'_> {
+impl Watcher for Console<'_> {
     fn begun(&mut self, begun: &Begun<'_>) {
         self.each(|watcher| watcher.begun(begun));
     }
