@@ -13,6 +13,7 @@ use atlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
     TrajectoryState,
 };
+use atlas::numerics::random::PointSeed;
 use atlas::propagate::{
     Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop, Tangents, Volterra,
     Window,
@@ -278,8 +279,10 @@ fn energy_balance_closes_and_a_planted_error_opens_it() {
 
 fn questions(transient: u64, cycles: u64) -> Questions {
     Questions {
-        seed: 11,
-        point_id: 5,
+        point: PointSeed {
+            seed: 11,
+            point_id: 5,
+        },
         transient,
         cycles,
         settle: false,

@@ -9,7 +9,7 @@ use atlas::analysis::{
     GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, investigate,
 };
 use atlas::model::{InitialState, Model, TrajectoryState};
-use atlas::numerics::random::Stream;
+use atlas::numerics::random::{PointSeed, Stream};
 use common::march::volterra;
 use std::sync::atomic::AtomicBool;
 
@@ -23,8 +23,7 @@ type Known = [(f64, f64); 2];
 
 fn ask(model: &Model, seed: u64, cycles: u64, stop_at_stderr: Option<f64>) -> PointOutcome {
     let questions = Questions {
-        seed,
-        point_id: 0,
+        point: PointSeed { seed, point_id: 0 },
         transient: 300,
         cycles,
         settle: false,

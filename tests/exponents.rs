@@ -12,7 +12,7 @@ use atlas::analysis::{
     TangentGrowth, investigate,
 };
 use atlas::model::{Contact, Division, InitialState, Model, TrajectoryState};
-use atlas::numerics::random::Stream;
+use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{Counters, Kernel, Tangents};
 use atlas::reference::Reference;
 use common::march::{march, settled, volterra};
@@ -22,8 +22,10 @@ use std::sync::atomic::AtomicBool;
 
 fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
     Questions {
-        seed: 1,
-        point_id: 2,
+        point: PointSeed {
+            seed: 1,
+            point_id: 2,
+        },
         transient,
         cycles,
         settle: false,

@@ -37,6 +37,7 @@ use atlas::analysis::{
     investigate_onward,
 };
 use atlas::model::{Model, TrajectoryState};
+use atlas::numerics::random::PointSeed;
 use atlas::propagate::{
     Conditioning, Counters, Fused, Kernel, Spectral, TableSize, Tangents, Volterra,
 };
@@ -82,8 +83,10 @@ struct Tally {
 
 fn questions() -> Questions {
     Questions {
-        seed: 1,
-        point_id: 0,
+        point: PointSeed {
+            seed: 1,
+            point_id: 0,
+        },
         transient: TRANSIENT,
         cycles: CYCLES,
         settle: true,

@@ -39,10 +39,19 @@ fn probes(model: &Model, seed: u64, question: MultistabilityQuestion) -> Probes 
 }
 
 fn probe(model: &Model, seed: u64, question: MultistabilityQuestion) -> MultistabilityOutcome {
+    probe_with(&volterra(model), model, seed, question)
+}
+
+fn probe_with(
+    kernel: &Volterra<'_>,
+    model: &Model,
+    seed: u64,
+    question: MultistabilityQuestion,
+) -> MultistabilityOutcome {
     let start = model.start(&InitialState::Static);
     let called_off = AtomicBool::new(false);
     let probes = probes(model, seed, question);
-    probe_basins(model, &volterra(model), &start, &probes, &called_off).unwrap()
+    probe_basins(model, kernel, &start, &probes, &called_off).unwrap()
 }
 
 /// Modes on springs, shaken at the mesh frequency between two symmetric stops.
@@ -373,17 +382,8 @@ fn a_continuum_is_one() {
 fn all_may_storm() {
     let model = ONE_DEGREE.model(0.3e-6, 160.0);
     let kernel = Volterra::new(&model, f64::EPSILON, 1);
-    let start = model.start(&InitialState::Static);
-    let called_off = AtomicBool::new(false);
     let two = TWO_DEGREES.model(0.3e-6, 160.0);
-    let found = probe_basins(
-        &model,
-        &kernel,
-        &start,
-        &probes(&model, 1, question()),
-        &called_off,
-    )
-    .unwrap();
+    let found = probe_with(&kernel, &model, 1, question());
     assert!(found.attractors.is_empty());
     for probe in &found.probes {
         assert_eq!(
@@ -396,8 +396,7 @@ fn all_may_storm() {
         ..question()
     };
     let kernel = Volterra::new(&two, f64::EPSILON, 1);
-    let start = two.start(&InitialState::Static);
-    let found = probe_basins(&two, &kernel, &start, &probes(&two, 1, sliced), &called_off).unwrap();
+    let found = probe_with(&kernel, &two, 1, sliced);
     assert!(found.attractors.is_empty());
     assert_eq!(found.cells.len(), 16);
     for cell in &found.cells {
@@ -414,14 +413,7 @@ fn troubled_probes_are_counted() {
     let called_off = AtomicBool::new(false);
     // The motion between the stops has four events a cycle.
     let kernel = Volterra::new(&model, f64::EPSILON, 3);
-    let found = probe_basins(
-        &model,
-        &kernel,
-        &start,
-        &probes(&model, 1, question()),
-        &called_off,
-    )
-    .unwrap();
+    let found = probe_with(&kernel, &model, 1, question());
     assert_eq!(found.attractors.len(), 1);
     assert_eq!(found.probes.len(), PROBES as usize);
     let (settled, stormed): (Vec<_>, Vec<_>) =

@@ -13,7 +13,7 @@ use atlas::model::{
     Segment, Stiffness, TorqueRipple,
 };
 use atlas::numerics::exponential::legendre_series;
-use atlas::numerics::random::Stream;
+use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{Event, Observer, Window};
 use common::march::{Events, march_with, settled, volterra};
 use common::{forty_modes, model, one_degree};
@@ -258,8 +258,10 @@ fn standard_errors_are_those_of_independent_draws() {
 /// A model's answers, spectra among them.
 fn ask(model: &Model, harmonics: usize) -> PointOutcome {
     let questions = Questions {
-        seed: 3,
-        point_id: 0,
+        point: PointSeed {
+            seed: 3,
+            point_id: 0,
+        },
         transient: 300,
         cycles: 1000,
         settle: true,

@@ -14,6 +14,7 @@ use atlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, TorqueRipple, TrajectoryState,
 };
 use atlas::numerics::linalg::{eigenpair, eigenvalues};
+use atlas::numerics::random::PointSeed;
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::reference::Reference;
 use common::relative_difference;
@@ -22,8 +23,10 @@ use std::sync::atomic::AtomicBool;
 
 fn questions(transient: u64) -> Questions {
     Questions {
-        seed: 3,
-        point_id: 1,
+        point: PointSeed {
+            seed: 3,
+            point_id: 1,
+        },
         transient,
         cycles: 12_000,
         settle: true,

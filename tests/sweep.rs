@@ -533,8 +533,10 @@ const MEASURED: u64 = 100;
 /// Samples of a section from cycle [`TRANSIENT`] on, for [`MEASURED`] cycles.
 fn samples(model: &Model, section: Section) -> Vec<PoincareSample> {
     let questions = Questions {
-        seed: 1,
-        point_id: 0,
+        point: PointSeed {
+            seed: 1,
+            point_id: 0,
+        },
         transient: TRANSIENT,
         cycles: MEASURED,
         settle: false,

@@ -22,6 +22,7 @@ use atlas::analysis::{
     Class, GrowthNorm, LyapunovQuestion, PointOutcome, Questions, Section, Status, investigate,
 };
 use atlas::model::{InitialState, MeshHarmonic, Model, TrajectoryState};
+use atlas::numerics::random::PointSeed;
 use common::march::volterra;
 use common::motions::{Kind, Planted, contracts, planted};
 use std::collections::BTreeMap;
@@ -33,8 +34,7 @@ const BUDGETS: [u64; 5] = [100, 150, 320, 800, 4000];
 
 fn ask(model: &Model, start: &TrajectoryState, seed: u64, cycles: u64) -> PointOutcome {
     let questions = Questions {
-        seed,
-        point_id: 0,
+        point: PointSeed { seed, point_id: 0 },
         transient: 200,
         cycles,
         settle: true,

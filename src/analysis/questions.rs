@@ -1,15 +1,14 @@
 //! What may be asked of a trajectory.
 
 use super::poincare::Section;
+use crate::numerics::random::PointSeed;
 use serde::Serialize;
 
 /// What is asked of one trajectory of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Questions {
-    /// Root seed of the random streams.
-    pub seed: u64,
-    /// The point, as the streams know it.
-    pub point_id: u64,
+    /// The point, as its random streams know it.
+    pub point: PointSeed,
     /// Mesh cycles discarded.
     pub transient: u64,
     /// Most mesh cycles measured.

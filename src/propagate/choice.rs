@@ -4,9 +4,11 @@ use super::{DenseError, Dyadic, Fused, Hermite, KeptTables, Kernel, Spectral, St
 use crate::model::Model;
 use serde::Serialize;
 use std::ops::Deref;
+use strum::IntoStaticStr;
 
 /// A kernel and its settings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, IntoStaticStr)]
+#[strum(serialize_all = "lowercase")]
 pub enum KernelChoice {
     /// The structured kernel.
     Volterra {
@@ -51,16 +53,6 @@ pub enum KeptKernel {
     Fused,
 }
 
-impl KeptKernel {
-    /// Its name in files and messages.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Spectral => "spectral",
-            Self::Fused => "fused",
-        }
-    }
-}
-
 /// What is done with a kernel, whichever it is.
 pub trait KernelUse {
     /// What comes of it.
@@ -83,14 +75,7 @@ impl KernelChoice {
 
     /// Its name in manifests and result files.
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Volterra { .. } => "volterra",
-            Self::Stepping { .. } => "stepping",
-            Self::Dyadic { .. } => "dyadic",
-            Self::Hermite { .. } => "hermite",
-            Self::Spectral { .. } => "spectral",
-            Self::Fused { .. } => "fused",
-        }
+        self.into()
     }
 
     /// Fewest unit steps of its tables a mesh cycle; none of a kernel without tables.

@@ -5,6 +5,7 @@ pub use super::parts::{Parts, tables_wanted};
 use crate::analysis::{Questions, SliceError};
 use crate::manifest::{DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, Model, ModelError, OperatingPoint};
+use crate::numerics::random::PointSeed;
 use crate::propagate::{KernelChoice, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::OperatorFetchError;
@@ -154,11 +155,10 @@ pub(super) fn model(
 }
 
 /// What is asked of a point's own trajectory.
-pub fn questions(point: &PointSpec, seed: u64) -> Questions {
+pub fn questions(point: &PointSpec, seed: PointSeed) -> Questions {
     let (run, analyses) = (&point.run, &point.analyses);
     Questions {
-        seed,
-        point_id: point.point_id,
+        point: seed,
         transient: run.transient,
         cycles: run.cycles,
         settle: run.settle,

@@ -123,7 +123,7 @@ fn answer(
         model: &model,
         start,
         own,
-        questions: questions(point, seed.seed),
+        questions: questions(point, seed),
         probes,
         analyses: &point.analyses,
         seed,

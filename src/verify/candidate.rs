@@ -10,7 +10,7 @@ use crate::analysis::{
     Nvh, NvhOutcome, Probes, Questions, Section, TangentGrowth, investigate, probe_basins,
 };
 use crate::model::{InitialState, Model, TrajectoryState};
-use crate::numerics::random::Stream;
+use crate::numerics::random::{PointSeed, Stream};
 use crate::propagate::{
     Counters, DenseError, Dyadic, Event, Fused, Hermite, InstructionSet, Kernel, Observer,
     Spectral, Stop, Tangents, Volterra, Window,
@@ -334,8 +334,10 @@ impl<K: Kernel + Sync> March for K {
         cycles: u64,
     ) -> Result<Option<LyapunovOutcome>, Trouble> {
         let questions = Questions {
-            seed: 1,
-            point_id: 2,
+            point: PointSeed {
+                seed: 1,
+                point_id: 2,
+            },
             transient: 200,
             cycles,
             settle: false,

@@ -112,8 +112,7 @@ impl Probes {
     /// What is asked of one probe.
     fn questions(&self) -> Questions {
         Questions {
-            seed: self.point.seed,
-            point_id: self.point.point_id,
+            point: self.point,
             transient: self.asked.transient,
             cycles: self.asked.cycles,
             settle: self.settle,

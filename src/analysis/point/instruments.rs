@@ -11,7 +11,6 @@ use crate::analysis::recurrence::Recurrence;
 use crate::analysis::spectrum::{Spectra, Welch};
 use crate::analysis::twin::Twin;
 use crate::model::{Model, TrajectoryState};
-use crate::numerics::random::Stream;
 use crate::propagate::{Counters, Event, Observer, Window};
 
 /// What is measured beside the trajectory.
@@ -88,7 +87,7 @@ impl Instruments {
         let q = questions;
         let growth = q.lyapunov.map(|l| {
             let count = l.exponents.min(norm.dimension());
-            let mut stream = Stream::new(q.seed, q.point_id, 0);
+            let mut stream = q.point.stream(0);
             TangentGrowth::new(norm, model.modes(), count, &mut stream)
         });
         let wanted = q.lyapunov.is_some_and(|l| l.twin);

@@ -241,16 +241,7 @@ fn nearest_axis(name: &str) -> Option<String> {
                 .filter(|path| !path.contains(['*', '<'])),
         )
         .collect();
-    let last: Vec<&str> = paths
-        .iter()
-        .map(|path| path.rsplit('.').next().unwrap_or(path))
-        .collect();
-    let whole = schema::nearest(name, &paths);
-    let by_last = || {
-        let near = schema::nearest(name, &last)?;
-        last.iter().position(|part| *part == near).map(|i| paths[i])
-    };
-    whole.or_else(by_last).map(|near| match near.contains('.') {
+    schema::nearest_path(name, &paths).map(|near| match near.contains('.') {
         true => format!("\"{near}\""),
         false => near.to_owned(),
     })

@@ -93,17 +93,7 @@ fn nearest(topic: &str) -> Option<String> {
         .filter(|key| stands_alone(key))
         .map(|key| key.path)
         .collect();
-    let last: Vec<&str> = paths
-        .iter()
-        .map(|path| path.rsplit('.').next().unwrap_or(path))
-        .collect();
-    let by_last = || {
-        let near = schema::nearest(topic, &last)?;
-        last.iter().position(|name| *name == near).map(|i| paths[i])
-    };
-    schema::nearest(topic, &paths)
-        .or_else(by_last)
-        .map(str::to_owned)
+    schema::nearest_path(topic, &paths).map(str::to_owned)
 }
 
 fn of_table(key: &Key, path: &str) -> String {

@@ -20,11 +20,7 @@ pub(super) fn takes(key: &Key) -> String {
         Kind::Integer => "whole number".to_owned(),
         Kind::Boolean => "true or false".to_owned(),
         Kind::Text => "text".to_owned(),
-        Kind::Choice(words) => words
-            .iter()
-            .map(|word| format!("\"{word}\""))
-            .collect::<Vec<_>>()
-            .join(", "),
+        Kind::Choice(words) => schema::quoted(words),
         Kind::List(of) => format!("list of {of}"),
         Kind::ContactDamping => format!(
             "damping ratio, or damping coefficient [{}]",

@@ -1,6 +1,6 @@
 //! One key of a file: what it takes, its range, its default, what it means, an example.
 
-use super::{MANIFEST, children, number};
+use super::{MANIFEST, children, number, quoted};
 use crate::units::Dimension;
 
 /// A key of the manifest or of a modal file.
@@ -269,11 +269,7 @@ impl Key {
             }
             Kind::Boolean => "true or false".to_owned(),
             Kind::Text => format!("a text in quotes; for example {example}"),
-            Kind::Choice(choices) => choices
-                .iter()
-                .map(|choice| format!("\"{choice}\""))
-                .collect::<Vec<_>>()
-                .join(", "),
+            Kind::Choice(choices) => quoted(choices),
             Kind::List(of) => format!("a list of {of}; for example {example}"),
             Kind::ContactDamping => format!(
                 "a damping ratio (bare number or %){range}, or a coefficient with its unit ({}); for example 0.05 or \"1483 N*s/m\"",

@@ -122,6 +122,23 @@ pub(in crate::manifest) fn nearest<'n>(name: &str, known: &[&'n str]) -> Option<
         .map(|(_, candidate)| candidate)
 }
 
+/// The nearest of some dotted paths: by its whole, or by its last part.
+pub(in crate::manifest) fn nearest_path<'n>(name: &str, paths: &[&'n str]) -> Option<&'n str> {
+    let last = |path: &&'n str| path.rsplit('.').next().unwrap_or(path);
+    let last: Vec<&str> = paths.iter().map(last).collect();
+    let by_last = || {
+        let near = nearest(name, &last)?;
+        last.iter().position(|part| *part == near).map(|i| paths[i])
+    };
+    nearest(name, paths).or_else(by_last)
+}
+
+/// Words as they stand in a file, one behind the other.
+pub(in crate::manifest) fn quoted(words: &[&str]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
+    quoted.join(", ")
+}
+
 /// The other places where a key of exactly this name belongs.
 pub(in crate::manifest) fn homes(schema: Schema, name: &str) -> Vec<&'static str> {
     all(schema)
