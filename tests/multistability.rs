@@ -544,7 +544,7 @@ fn probes_do_not_depend_on_threads_and_are_shown() {
     assert!(shown.contains(heading), "{shown}");
     let lines = shown
         .lines()
-        .filter(|line| line.contains("steady_contact, RMS"));
+        .filter(|line| line.contains("steady contact, RMS"));
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), several, "{shown}");
     assert!(lines.iter().all(|line| line.contains("period 1, RMS")));

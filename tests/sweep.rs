@@ -703,7 +703,7 @@ fn sweeps_are_shown_and_drawn() {
     place.run("r", &[]);
     let shown = String::from_utf8(place.atlas(&["show", "r"]).stdout).unwrap();
     assert!(shown.contains("changes of motion along speed"), "{shown}");
-    assert!(shown.contains("locked           → period 1"), "{shown}");
+    assert!(shown.contains("steady contact   → period 1"), "{shown}");
     let drawn = place.atlas(&["plot", "r", "--format", "svg", "--quiet"]);
     assert!(
         drawn.status.success(),

@@ -93,7 +93,7 @@ fn what_a_kind_does_not_feel_may_be_left_out() {
     let bare = without(&translational, &["tilt", "axial", "gear_position"]);
     assert_eq!(structure(&bare), structure(&translational));
     let torsional = text("torsional");
-    let keys = ["x", "across", "tilt", "axial", "gear_position"];
+    let keys = ["x", "y", "tilt", "axial", "gear_position"];
     let bare = without(&torsional, &keys);
     let (header, rest) = bare.split_once("[shafts.bearings]").unwrap();
     let (_, rest) = rest.split_once('\n').unwrap();
@@ -105,7 +105,7 @@ fn pedestals_of_one_shaft_override_what_both_share() {
     let pedestal = text("pedestal");
     let own = pedestal.replace(
         "[shafts.pedestals]",
-        "[shafts.wheel.pedestals]\nmass = [\"2 kg\", \"5000 g\"]\nacross = 2e8\n\n[shafts.pedestals]",
+        "[shafts.wheel.pedestals]\nmass = [\"2 kg\", \"5000 g\"]\ny = 2e8\n\n[shafts.pedestals]",
     );
     let [pinion, wheel] = rigid(&job(&own)).pedestals.unwrap();
     assert_eq!(pinion.map(|p| p.mass), [3.0, 3.0]);

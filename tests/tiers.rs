@@ -416,7 +416,7 @@ fn what_a_tier_releases_must_be_held() {
     assert_eq!(modes(Tier::Tilting, axial()), free("axially"));
     let y = || without(|bearing| bearing.y = 0.0);
     assert!(modes(Tier::Torsional, y()).is_ok());
-    let direction = "y the line of centres";
+    let direction = "across the line of centres";
     assert_eq!(modes(Tier::Translational, y()), free(direction));
     let floating = on_pedestals(Pedestal {
         mass: 0.0,
@@ -448,7 +448,7 @@ fn bearing_forces_balance_the_mesh_force() {
                 .sum()
         };
         for (shaft, sign) in [("pinion", -1.0), ("wheel", 1.0)] {
-            for (direction, exact) in [("line", sin), ("y", cos)] {
+            for (direction, exact) in [("x", sin), ("y", cos)] {
                 let felt = structure.bearings.iter().filter(|bearing| {
                     bearing.name.starts_with(shaft) && bearing.name.ends_with(direction)
                 });

@@ -190,7 +190,7 @@ mod tests {
         }
         let spectra = lines.spectra();
         let names: Vec<&str> = spectra.iter().map(|s| s.signal.as_str()).collect();
-        assert_eq!(names, ["deflection", "force", "bearing pinion 1 across"]);
+        assert_eq!(names, ["deflection", "force", "bearing pinion 1 y"]);
         for (spectrum, sines) in spectra.iter().zip(signals) {
             assert_eq!(spectrum.lines.len(), 3 * HIGHEST_ORDER);
             for (m, line) in (1..).zip(&spectrum.lines) {

@@ -65,7 +65,7 @@ impl Motion {
 
     pub fn name(self) -> String {
         match self {
-            Self::SteadyContact => "steady_contact".into(),
+            Self::SteadyContact => "steady contact".into(),
             Self::Periodic(0) => "periodic".into(),
             Self::Periodic(period) => format!("period {period}"),
             Self::QuasiPeriodic => "quasi-periodic".into(),
