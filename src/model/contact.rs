@@ -74,6 +74,15 @@ impl Contact {
         }
     }
 
+    /// The surfaces through which the state is left.
+    pub fn surfaces(self) -> &'static [Surface] {
+        match self {
+            Self::Drive => &[Surface::Drive],
+            Self::Coast => &[Surface::Coast],
+            Self::Free => &[Surface::Drive, Surface::Coast],
+        }
+    }
+
     /// The state on the other side of a surface.
     pub fn across(self, surface: Surface) -> Self {
         match (self, surface) {

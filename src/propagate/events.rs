@@ -5,7 +5,7 @@
 //! moment a margin becomes negative. After an event the surface just crossed is a known
 //! root at the window's start; it is divided out rather than stepped over.
 
-use super::Counters;
+use super::{Counters, Event, Observer, Stop};
 use crate::model::{Contact, Surface};
 use crate::numerics::arithmetic::Arithmetic;
 use crate::numerics::legendre::Transforms;
@@ -18,6 +18,76 @@ pub struct Crossing {
     pub x: f64,
     /// Surface crossed.
     pub surface: Surface,
+}
+
+/// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
+pub const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
+
+/// The margin of a contact state against one surface, positive inside: `scale δ + shift`.
+#[derive(Debug, Clone, Copy)]
+pub struct Margin {
+    /// The surface.
+    pub surface: Surface,
+    /// Factor of δ, ±1.
+    pub scale: f64,
+    /// ± the half gap \[m\].
+    pub shift: f64,
+}
+
+impl Margin {
+    /// The margin of a contact state against a surface.
+    pub fn new(contact: Contact, surface: Surface, half_gap: f64) -> Self {
+        let inside = if contact.touching() { 1.0 } else { -1.0 };
+        Self {
+            surface,
+            scale: inside * surface.sign(),
+            shift: -inside * half_gap,
+        }
+    }
+
+    /// All margins of a contact state.
+    pub fn of(contact: Contact, half_gap: f64) -> impl Iterator<Item = Self> {
+        let margin = move |&surface| Self::new(contact, surface, half_gap);
+        contact.surfaces().iter().map(margin)
+    }
+}
+
+/// The changes of contact state in one mesh cycle: limited, counted, shown.
+#[derive(Debug, Clone, Copy)]
+pub struct Changes {
+    /// So far in this cycle.
+    met: u32,
+    /// Most in a cycle.
+    limit: u32,
+}
+
+impl Changes {
+    /// None yet; at most `limit` in this cycle.
+    pub fn new(limit: u32) -> Self {
+        Self { met: 0, limit }
+    }
+
+    /// Meets one more.
+    ///
+    /// # Errors
+    /// [`Stop::EventStorm`] beyond the limit.
+    pub fn meet<O: Observer>(
+        &mut self,
+        event: &Event,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        self.met += 1;
+        if self.met > self.limit {
+            return Err(Stop::EventStorm {
+                cycle: event.cycle,
+                limit: self.limit,
+            });
+        }
+        counters.events += 1;
+        observer.event(event);
+        Ok(())
+    }
 }
 
 /// Dividing out a root amplifies round-off by about the square of the series' length.
@@ -62,9 +132,10 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     };
     // Inside it a state's margin is positive.
     let margin = |surface: Surface| {
-        let inside = if contact.touching() { 1.0 } else { -1.0 };
-        let mut margin = A::scaled(series, inside * surface.sign(), -inside * half_gap);
+        let Margin { scale, shift, .. } = Margin::new(contact, surface, half_gap);
+        let mut margin = A::scaled(series, scale, shift);
         if let Some(widening) = widening {
+            let inside = scale * surface.sign();
             for n in 0..P {
                 margin[n] -= inside * widening[n];
             }
@@ -79,14 +150,9 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
         counters.certified += u64::from(search.certified);
         return take(search, surface);
     }
-    let surfaces: &[Surface] = match contact {
-        Contact::Drive => &[Surface::Drive],
-        Contact::Coast => &[Surface::Coast],
-        Contact::Free => &[Surface::Drive, Surface::Coast],
-    };
     let mut first: Option<Crossing> = None;
     let mut certified = true;
-    for &surface in surfaces {
+    for &surface in contact.surfaces() {
         let mut margin = margin(surface);
         let mut noise = noise;
         if crossed == Some(surface) {

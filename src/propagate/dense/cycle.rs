@@ -6,14 +6,12 @@
 //! end of the cycle and a change of direction. A method may also cross several cells at once.
 
 use super::cell_model::{CellModel, Position};
-use super::exits::{DeflectionAt, Margin};
+use super::exits::DeflectionAt;
 use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
 use crate::model::{Contact, Surface, TrajectoryState};
+use crate::propagate::events::{Changes, Margin, ROUND_OFF};
 use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
-
-/// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
-const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// A stretch of one contact state to be passed.
 #[derive(Debug, Clone, Copy)]
@@ -147,7 +145,7 @@ impl CellModel<'_> {
             crossed: None,
         };
         let mut contact = trajectory.contact;
-        let mut events = 0;
+        let mut changes = Changes::new(self.event_limit);
         while position.cell < self.grid.cells.len() {
             if observer.called_off() {
                 return Err(Stop::CalledOff {
@@ -158,7 +156,7 @@ impl CellModel<'_> {
                 method,
                 &mut position,
                 &mut contact,
-                &mut events,
+                &mut changes,
                 w,
                 observer,
                 counters,
@@ -185,7 +183,7 @@ impl CellModel<'_> {
         method: &M,
         position: &mut Position,
         contact: &mut Contact,
-        events: &mut u32,
+        changes: &mut Changes,
         w: &mut Workspace<M::Scratch>,
         observer: &mut O,
         counters: &mut Counters,
@@ -238,7 +236,7 @@ impl CellModel<'_> {
         if let Some(surface) = self.outside(&stretch, deflection) {
             // δ stepped across the surface at a prescribed time: tangents stay as they are.
             return self.switch(
-                position, contact, surface, events, &w.state, observer, counters,
+                position, contact, surface, changes, &w.state, observer, counters,
             );
         }
         counters.windows += 1;
@@ -314,7 +312,7 @@ impl CellModel<'_> {
             );
         }
         self.switch(
-            position, contact, surface, events, &w.state, observer, counters,
+            position, contact, surface, changes, &w.state, observer, counters,
         )?;
         position.crossed = self.event_grid.is_none().then_some(surface);
         Ok(())
@@ -367,30 +365,22 @@ impl CellModel<'_> {
         position: &Position,
         contact: &mut Contact,
         surface: Surface,
-        events: &mut u32,
+        changes: &mut Changes,
         z: &[f64],
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        *events += 1;
-        if *events > self.event_limit {
-            return Err(Stop::EventStorm {
-                cycle: position.cycle,
-                limit: self.event_limit,
-            });
-        }
         let from = *contact;
         *contact = from.across(surface);
-        counters.events += 1;
-        observer.event(&Event {
+        let event = Event {
             cycle: position.cycle,
             time: position.time,
             from,
             to: *contact,
             surface,
             rate: dot(&self.generator(position.cell, from).rate, z),
-        });
-        Ok(())
+        };
+        changes.meet(&event, observer, counters)
     }
 
     /// Shows the cells of a run one by one: their starts follow from the same generators.

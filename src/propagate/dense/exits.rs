@@ -6,8 +6,8 @@
 //! neither of two close roots can be skipped; what stays undecided within round-off is a
 //! tangency.
 
-use crate::model::{Contact, Surface};
 use crate::propagate::Counters;
+use crate::propagate::events::Margin;
 
 /// Deepest halving of an interval.
 const DEEPEST: usize = 52;
@@ -32,31 +32,7 @@ pub struct Bounds {
     pub noise: f64,
 }
 
-/// The margin of a contact state against one surface: `scale δ + shift`.
-#[derive(Debug, Clone, Copy)]
-pub struct Margin {
-    /// The surface.
-    pub surface: Surface,
-    scale: f64,
-    shift: f64,
-}
-
 impl Margin {
-    /// Margins of a contact state.
-    pub fn of(contact: Contact, half_gap: f64) -> impl Iterator<Item = Self> {
-        let surfaces: &'static [Surface] = match contact {
-            Contact::Drive => &[Surface::Drive],
-            Contact::Coast => &[Surface::Coast],
-            Contact::Free => &[Surface::Drive, Surface::Coast],
-        };
-        let inside = if contact.touching() { 1.0 } else { -1.0 };
-        surfaces.iter().map(move |&surface| Self {
-            surface,
-            scale: inside * surface.sign(),
-            shift: -inside * half_gap,
-        })
-    }
-
     /// Margin, slope and curvature.
     pub fn at(&self, here: &DeflectionAt) -> MarginAt {
         let [value, slope, curvature] = here.deflection;
@@ -269,6 +245,7 @@ pub fn hermite_root(a: &MarginAt, b: &MarginAt) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Surface;
 
     fn exit(f: impl Fn(f64) -> [f64; 3], bounds: [f64; 3], root: bool) -> (Option<f64>, Counters) {
         let mut counters = Counters::default();

@@ -9,7 +9,7 @@
 use super::DenseError;
 use super::cell_model::CellModel;
 use super::cycle::{Exit, Method, Stretch};
-use super::exits::{DeflectionAt, Margin};
+use super::exits::DeflectionAt;
 use super::exponential::{self, bound_row};
 use super::kept::{KeptTables, Reader, TableArray, Writer};
 use super::kernel::Dense;
@@ -18,6 +18,7 @@ use super::spectral::{Conditioning, SpectralScratch, SpectralTables};
 use super::steady::{CycleMap, Steady};
 use crate::model::Model;
 use crate::propagate::Counters;
+use crate::propagate::events::Margin;
 use faer::Mat;
 
 /// Longest run, in cells.

@@ -1,12 +1,13 @@
 //! The guard of a short stretch as a Taylor polynomial, and certificates from rows.
 
 use super::cycle::{Exit, Stretch};
-use super::exits::{Bounds, DeflectionAt, Margin, Verdict, earliest_exit, judge};
+use super::exits::{Bounds, DeflectionAt, Verdict, earliest_exit, judge};
 use super::exponential::bound_row;
 use super::generator::Generator;
 use super::matrix::{dot, reach};
 use super::show::Taylor;
 use crate::propagate::Counters;
+use crate::propagate::events::Margin;
 
 /// Terms of a guard's polynomial: 0.25¹⁶/16! is 10⁻²³.
 pub const TERMS: usize = 16;

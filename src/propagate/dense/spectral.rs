@@ -9,7 +9,7 @@ use super::DenseError;
 use super::basis::POWERS;
 use super::cell_model::CellModel;
 use super::cycle::{Exit, Method, Stretch};
-use super::exits::{Bounds, DeflectionAt, Margin};
+use super::exits::{Bounds, DeflectionAt};
 use super::generator::Generator;
 use super::kept::{KeptTables, Reader, TableArray, Writer};
 use super::kernel::{Dense, Stock};
@@ -19,6 +19,7 @@ use super::spectral_table::{Factors, Guard, SpectralTable};
 use super::waves;
 use crate::model::Model;
 use crate::propagate::Counters;
+use crate::propagate::events::Margin;
 
 /// Round-off of a wave, in units of its size.
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;

@@ -3,13 +3,14 @@
 use super::DenseError;
 use super::cell_model::CellModel;
 use super::cycle::Stretch;
-use super::exits::{DeflectionAt, Margin};
+use super::exits::DeflectionAt;
 use super::exponential::{self, bound_row};
 use super::kept::{Reader, Writer};
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::BoundRows;
 use crate::model::Contact;
 use crate::numerics::linalg;
+use crate::propagate::events::Margin;
 use faer::Mat;
 
 /// The map of a cycle in contact, whatever the load and the gap.

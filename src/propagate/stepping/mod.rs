@@ -15,6 +15,7 @@
 
 mod rotation;
 
+use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::{Contact, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
 use rotation::Rotation;
@@ -200,8 +201,9 @@ impl Stepping {
         trajectory: &mut TrajectoryState,
         j: usize,
         last: MeshState,
-        events: &mut u32,
+        changes: &mut Changes,
         observer: &mut O,
+        counters: &mut Counters,
     ) -> Result<MeshState, Stop> {
         let segment = self.middles[j].segment;
         let starts = j == 0 || self.middles[j - 1].segment != segment;
@@ -210,7 +212,15 @@ impl Stepping {
         }
         let mesh = self.mesh_state(&trajectory.state, j, 2 * j);
         let unmoved = &mut Tangents::none();
-        self.follow(trajectory, unmoved, j, [mesh, mesh], events, observer)?;
+        self.follow(
+            trajectory,
+            unmoved,
+            j,
+            [mesh, mesh],
+            changes,
+            observer,
+            counters,
+        )?;
         Ok(mesh)
     }
 
@@ -222,8 +232,9 @@ impl Stepping {
         tangents: &mut Tangents,
         j: usize,
         [before, after]: [MeshState; 2],
-        events: &mut u32,
+        changes: &mut Changes,
         observer: &mut O,
+        counters: &mut Counters,
     ) -> Result<(), Stop> {
         let (direction, damping) = (self.direction(j), self.segment(j).damping);
         let target = Contact::classify(after.deflection, after.rate, after.gap);
@@ -241,21 +252,15 @@ impl Stepping {
                 ((level - before.deflection) / change).clamp(0.0, 1.0)
             };
             let rate = |mesh: MeshState| mesh.rate - surface.sign() * mesh.gap[1];
-            *events += 1;
-            if *events > self.event_limit {
-                return Err(Stop::EventStorm {
-                    cycle: trajectory.cycle,
-                    limit: self.event_limit,
-                });
-            }
-            observer.event(&Event {
+            let event = Event {
                 cycle: trajectory.cycle,
                 time: before.time + fraction * (after.time - before.time),
                 from,
                 to,
                 surface,
                 rate: rate(before) + fraction * (rate(after) - rate(before)),
-            });
+            };
+            changes.meet(&event, observer, counters)?;
             // I ∓ c g w: minus on entry, plus on release.
             let jump = if to.touching() { damping } else { -damping };
             for index in 0..tangents.count() {
@@ -380,7 +385,7 @@ impl Kernel for Stepping {
             let (sin, cos) = ripple.source.phase_at(trajectory.cycle, 0.0).sin_cos();
             *turned = [cos, sin];
         }
-        let mut events = 0;
+        let mut changes = Changes::new(self.event_limit);
         let mut last = self.mesh_state(&trajectory.state, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
@@ -396,12 +401,13 @@ impl Kernel for Stepping {
                         tangents,
                         j - 1,
                         [last, end],
-                        &mut events,
+                        &mut changes,
                         observer,
+                        counters,
                     )?;
                     last = end;
                 }
-                last = self.turn(trajectory, j, last, &mut events, observer)?;
+                last = self.turn(trajectory, j, last, &mut changes, observer, counters)?;
                 left = last;
             }
             if O::WINDOWS {
@@ -412,7 +418,15 @@ impl Kernel for Stepping {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
             let mesh = self.mesh_state(&trajectory.state, j, 2 * j + 1);
-            self.follow(trajectory, tangents, j, [last, mesh], &mut events, observer)?;
+            self.follow(
+                trajectory,
+                tangents,
+                j,
+                [last, mesh],
+                &mut changes,
+                observer,
+                counters,
+            )?;
             self.kick(trajectory, tangents, j, mesh, &workspace.turned);
             self.half.advance(&mut trajectory.state);
             for index in 0..tangents.count() {
@@ -438,13 +452,13 @@ impl Kernel for Stepping {
             tangents,
             self.steps - 1,
             [last, end],
-            &mut events,
+            &mut changes,
             observer,
+            counters,
         )?;
         counters.cycles += 1;
         counters.windows += self.steps as u64;
         counters.tangent_windows += (self.steps * tangents.count()) as u64;
-        counters.events += u64::from(events);
         trajectory.cycle += 1;
         Ok(())
     }

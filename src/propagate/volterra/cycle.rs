@@ -13,11 +13,8 @@ use super::workspace::Workspace;
 use super::{TERMS, Volterra};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::numerics::legendre;
-use crate::propagate::events::WindowDeflection;
+use crate::propagate::events::{Changes, ROUND_OFF, WindowDeflection};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
-
-/// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
-const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// Where a window starts.
 #[derive(Debug, Clone, Copy)]
@@ -56,24 +53,21 @@ impl Kernel for Volterra<'_> {
             crossed: None,
         };
         let mut contact = trajectory.contact;
-        let mut events = 0;
+        let mut changes = Changes::new(self.event_limit);
         while position.aligned != Some(cells) {
             if observer.called_off() {
                 return Err(Stop::CalledOff {
                     cycle: position.cycle,
                 });
             }
-            let before = contact;
-            self.step(&mut position, &mut contact, workspace, observer, counters)?;
-            if contact != before {
-                events += 1;
-                if events > self.event_limit {
-                    return Err(Stop::EventStorm {
-                        cycle: position.cycle,
-                        limit: self.event_limit,
-                    });
-                }
-            }
+            self.step(
+                &mut position,
+                &mut contact,
+                &mut changes,
+                workspace,
+                observer,
+                counters,
+            )?;
         }
         trajectory.contact = contact;
         trajectory.cycle += 1;
@@ -89,6 +83,7 @@ impl Volterra<'_> {
         &self,
         position: &mut Position,
         contact: &mut Contact,
+        changes: &mut Changes,
         workspace: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
@@ -189,15 +184,15 @@ impl Volterra<'_> {
                     position.aligned = None;
                 }
                 let to = contact.across(c.surface);
-                observer.event(&Event {
+                let event = Event {
                     cycle: position.cycle,
                     time: position.time,
                     from: *contact,
                     to,
                     surface: c.surface,
                     rate: 2.0 / table.delta * slope,
-                });
-                counters.events += 1;
+                };
+                changes.meet(&event, observer, counters)?;
                 // A step of δ at a prescribed time leaves tangents as they are.
                 if workspace.tangents() > 0 && on_surface {
                     self.salt(self.segment(position), to.touching(), workspace);
