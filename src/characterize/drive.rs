@@ -1,8 +1,8 @@
 //! The drive that kernels are timed on: the default one, read from the manifest `flex80` as it
 //! was when the program was built, with any number of its modes.
 
+use super::error::MeasurementError;
 use super::plan::Mesh;
-use super::trouble::Trouble;
 use crate::manifest::{self, DampingSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Tangents, Volterra};
@@ -31,8 +31,8 @@ pub struct DefaultDrive {
 
 impl DefaultDrive {
     /// Reads the manifest that is built in.
-    pub fn new() -> Result<Self, Trouble> {
-        let lacks = |what| Trouble::Drive { what };
+    pub fn new() -> Result<Self, MeasurementError> {
+        let lacks = |what| MeasurementError::Drive { what };
         let job = manifest::parse(MANIFEST, "manifests/flex80.toml", Path::new(""))
             .map_err(|_| lacks("a manifest that can be read"))?;
         let point = job.points.first().ok_or(lacks("an operating point"))?;
@@ -63,7 +63,7 @@ impl DefaultDrive {
     }
 
     /// Its structure with some of its modes.
-    pub fn structure(&self, modes: usize) -> Result<ModalStructure, Trouble> {
+    pub fn structure(&self, modes: usize) -> Result<ModalStructure, MeasurementError> {
         Ok(self.shafts.modes(modes, modes, false)?)
     }
 
@@ -73,7 +73,7 @@ impl DefaultDrive {
         structure: &ModalStructure,
         mesh: Mesh,
         point: OperatingPoint,
-    ) -> Result<Model, Trouble> {
+    ) -> Result<Model, MeasurementError> {
         let mut levels = self.levels.clone();
         if mesh == Mesh::SixtyLevels {
             let count = levels.len() as f64;
@@ -90,7 +90,7 @@ impl DefaultDrive {
 
     /// The system by which it is seen whether the machine is quiet: as the default manifest has
     /// it, near resonance.
-    pub fn probed(&self) -> Result<Model, Trouble> {
+    pub fn probed(&self) -> Result<Model, MeasurementError> {
         const MODES: usize = 40;
         let point = OperatingPoint {
             load: 0.05,
@@ -106,7 +106,7 @@ pub fn volterra(model: &Model) -> Volterra<'_> {
 }
 
 /// The state of a model past its transient.
-pub fn settled(model: &Model) -> Result<TrajectoryState, Trouble> {
+pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     let kernel = volterra(model);
     let mut trajectory = model.start(&InitialState::Static);
     let mut workspace = kernel.workspace();

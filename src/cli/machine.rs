@@ -140,7 +140,7 @@ fn measure(args: &MeasureArgs) -> ExitCode {
     let found = match found {
         Ok(Some(found)) => found,
         Ok(None) => return ExitCode::from(INTERRUPTED),
-        Err(trouble) => return fail(1, &with_causes(&trouble)),
+        Err(error) => return fail(1, &with_causes(&error)),
     };
     if let Err(error) = found.write(&folder) {
         return fail(1, &with_causes(&error));
