@@ -1,7 +1,7 @@
 //! What the system says of the machine: read from `/proc` and `/sys`, what is not there left out.
 
 use crate::store::{CacheRecord, Description, HugePages, NodeRecord};
-use crate::topology::{Machine, Topology};
+use crate::topology::{Machine, Topology, field, kibibytes};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -93,20 +93,6 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
         hypervisor: hypervisor(root, &cpuinfo),
         container: container(root),
     }
-}
-
-/// Value of the first `key: value` line.
-fn field<'t>(text: &'t str, key: &str) -> Option<&'t str> {
-    text.lines().find_map(|line| {
-        let (name, value) = line.split_once(':')?;
-        (name.trim() == key).then(|| value.trim())
-    })
-}
-
-/// A number of KiB \[bytes\].
-fn kibibytes(text: &str, key: &str) -> Option<u64> {
-    let number = field(text, key)?.strip_suffix("kB")?.trim();
-    Some(1024 * number.parse::<u64>().ok()?)
 }
 
 /// How many numbers a list such as `0-3,8` holds.
