@@ -56,24 +56,21 @@ impl<R> Worked<(bool, R)> {
     /// # Errors
     /// A member says that it computed something wrong.
     pub fn checked(self, what: &'static str) -> Result<Worked<R>, MeasurementError> {
-        let right = |(right, result)| match right {
-            true => Ok(result),
-            false => Err(MeasurementError::Wrong { what }),
-        };
-        Ok(Worked {
-            times: self.times,
-            results: self
-                .results
-                .into_iter()
-                .map(right)
-                .collect::<Result<_, _>>()?,
-            unbound: self.unbound,
-        })
+        let (right, results): (Vec<bool>, Vec<R>) = self.results.into_iter().unzip();
+        match right.contains(&false) {
+            true => Err(MeasurementError::Wrong { what }),
+            false => Ok(Worked {
+                times: self.times,
+                results,
+                unbound: self.unbound,
+            }),
+        }
     }
 }
 
-/// Lets a member on every hardware thread `prepare` its state, `warm` up for each of `tasks` pieces of work,
-/// do it again and again, and `finish`. The first error of a preparation is returned, and nothing is then repeated.
+/// Lets a member on every hardware thread `prepare` its state, `warm` up for each of `tasks` pieces
+/// of work, do it again and again, and `finish`. The first error of a preparation is returned, and
+/// nothing is then repeated.
 ///
 /// # Errors
 /// A preparation failed.

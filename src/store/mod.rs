@@ -47,9 +47,8 @@ pub use chains::{
     ChainColumns, ChainEnd, ChainPart, Level, Transition, TransitionRow, transitions_table,
 };
 pub use characteristics::{
-    ArithmeticKey, BandwidthKey, CacheRecord, Characteristics, Cliff, Description, Figure,
-    HugePages, LatencyKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, RoofRow,
-    SolverKey,
+    ArithmeticKey, BandwidthKey, Characteristics, Cliff, Description, Figure, HugePages,
+    LatencyKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, RoofRow, SolverKey,
 };
 pub use clock::timestamp;
 pub use columns::{

@@ -6,7 +6,7 @@ mod findings;
 mod keys;
 mod measurement;
 
-pub use description::{CacheRecord, Description, HugePages, NodeRecord};
+pub use description::{Description, HugePages, NodeRecord};
 pub use findings::{Cliff, Noise, RoofRow};
 pub use keys::{ArithmeticKey, BandwidthKey, LatencyKey, MountainKey, OperatorKey, SolverKey};
 pub use measurement::{Figure, Measurement};

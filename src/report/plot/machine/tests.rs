@@ -1,8 +1,9 @@
 use super::*;
 use crate::store::{
-    ArithmeticKey, BandwidthKey, CacheRecord, Description, Figure, LatencyKey, Measurement,
-    MountainKey, Noise, OperatorKey, ProgramRecord, RoofRow, SolverKey,
+    ArithmeticKey, BandwidthKey, Description, Figure, LatencyKey, Measurement, MountainKey, Noise,
+    OperatorKey, ProgramRecord, RoofRow, SolverKey,
 };
+use crate::topology::Cache;
 
 fn figure(value: f64) -> Figure {
     Figure {
@@ -17,7 +18,7 @@ fn figure(value: f64) -> Figure {
 
 /// Two nodes, two caches, everything measured once or twice.
 fn machine() -> Characteristics {
-    let cache = |level, size| CacheRecord {
+    let cache = |level, size| Cache {
         level,
         size,
         line: Some(64),
