@@ -5,7 +5,7 @@ use super::error::MeasurementError;
 use super::plan::Mesh;
 use crate::manifest::{self, DampingSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Stop, Tangents, Volterra};
 use crate::shaft::{FlexibleDrive, ModalStructure};
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const MANIFEST: &str = include_str!("../../manifests/flex80.toml");
 pub const EVENT_LIMIT: u32 = 10_000;
 
 /// Mesh cycles after which the drive rattles.
-const TRANSIENT: u32 = 60;
+const TRANSIENT: usize = 60;
 
 /// How much the stiffness of sixty levels rises from the first to the last, beside the two
 /// levels of the default mesh: enough to make each its own.
@@ -110,16 +110,27 @@ pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     let kernel = volterra(model);
     let mut trajectory = model.start(&InitialState::Static);
     let mut workspace = kernel.workspace();
-    for _ in 0..TRANSIENT {
-        kernel.march(
-            &mut trajectory,
-            &mut Tangents::none(),
-            &mut workspace,
-            &mut (),
-            &mut Counters::default(),
-        )?;
-    }
+    let mut counters = Counters::default();
+    march(
+        &kernel,
+        TRANSIENT,
+        &mut trajectory,
+        &mut workspace,
+        &mut counters,
+    )?;
     Ok(trajectory)
+}
+
+/// Marches so many mesh cycles, without tangents or observers.
+pub fn march<K: Kernel>(
+    kernel: &K,
+    cycles: usize,
+    trajectory: &mut TrajectoryState,
+    workspace: &mut K::Workspace,
+    counters: &mut Counters,
+) -> Result<(), Stop> {
+    let none = &mut Tangents::none();
+    (0..cycles).try_for_each(|_| kernel.march(trajectory, none, workspace, &mut (), counters))
 }
 
 #[cfg(test)]
@@ -155,18 +166,7 @@ mod tests {
         let mut trajectory = settled(&model).unwrap();
         let kernel = volterra(&model);
         let (mut counters, mut workspace) = (Counters::default(), kernel.workspace());
-        for _ in 0..50 {
-            let mut none = Tangents::none();
-            kernel
-                .march(
-                    &mut trajectory,
-                    &mut none,
-                    &mut workspace,
-                    &mut (),
-                    &mut counters,
-                )
-                .unwrap();
-        }
+        march(&kernel, 50, &mut trajectory, &mut workspace, &mut counters).unwrap();
         assert!(counters.events > 50, "{}", counters.events);
     }
 }

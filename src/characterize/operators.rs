@@ -7,7 +7,7 @@ use super::measured::Measured;
 use super::plan::Mesh;
 use super::team::{self, HardwareThread, Pace, Worked};
 use crate::model::{OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Operator, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Operator, Volterra};
 use crate::topology::Topology;
 use faer::Mat;
 use std::time::Duration;
@@ -139,16 +139,15 @@ impl PointRotation<'_> {
         for _ in 0..stays {
             self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
             trajectory.clone_from(&self.start);
-            for _ in 0..cycles {
-                let ended = self.kernels[self.at].march(
-                    &mut trajectory,
-                    &mut Tangents::none(),
-                    &mut workspace,
-                    &mut (),
-                    &mut counters,
-                );
-                self.stopped |= ended.is_err();
-            }
+            let kernel = &self.kernels[self.at];
+            let ended = drive::march(
+                kernel,
+                cycles,
+                &mut trajectory,
+                &mut workspace,
+                &mut counters,
+            );
+            self.stopped |= ended.is_err();
         }
         counters.windows
     }

@@ -10,7 +10,7 @@ use super::drive;
 use super::error::MeasurementError;
 use super::team::{self, HardwareThread, Pace};
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Volterra};
 use crate::topology::Topology;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -52,19 +52,9 @@ impl<'m> Probe<'m> {
     /// Marches some cycles, the same ones each time.
     fn march(&self, workspace: &mut <Volterra<'m> as Kernel>::Workspace) {
         let mut trajectory = self.start.clone();
-        for _ in 0..CYCLES {
-            let mut none = Tangents::none();
-            let mut counters = Counters::default();
-            let kernel = &self.kernel;
-            // It went this way before.
-            _ = kernel.march(
-                &mut trajectory,
-                &mut none,
-                workspace,
-                &mut (),
-                &mut counters,
-            );
-        }
+        let counters = &mut Counters::default();
+        // It went this way before.
+        _ = drive::march(&self.kernel, CYCLES, &mut trajectory, workspace, counters);
     }
 
     /// Time of some cycles, on all threads at once \[s\].

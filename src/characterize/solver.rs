@@ -11,7 +11,7 @@ use super::plan::{Mesh, Sharing, Solver};
 use super::tables::{BuiltTables, LocalTables};
 use super::team::{self, HardwareThread, Pace};
 use crate::model::{Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Fused, Kernel, Spectral, Stop, Tangents, Volterra};
+use crate::propagate::{Counters, Fused, Kernel, Spectral, Stop, Volterra};
 use crate::topology::Topology;
 
 /// Unit steps of the dense tables, as published.
@@ -275,16 +275,14 @@ impl<'k, K: Kernel> Trajectories<'k, K> {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
             self.states[point].clone_from(&self.starts[point]);
-            for _ in 0..STAY {
-                let ended = self.kernels[point].march(
-                    &mut self.states[point],
-                    &mut Tangents::none(),
-                    &mut self.workspaces[point],
-                    &mut (),
-                    &mut self.counters,
-                );
-                self.stopped = self.stopped.or(ended.err());
-            }
+            let ended = drive::march(
+                &self.kernels[point],
+                STAY,
+                &mut self.states[point],
+                &mut self.workspaces[point],
+                &mut self.counters,
+            );
+            self.stopped = self.stopped.or(ended.err());
         }
     }
 
