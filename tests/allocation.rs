@@ -1,4 +1,4 @@
-//! Does a marched cycle allocate? Every kernel is marched under a counting allocator.
+//! Does an integrated cycle allocate? Every kernel is integrated under a counting allocator.
 
 // The one place where unsafe code is needed: an allocator cannot be replaced without.
 #![allow(unsafe_code)]
@@ -54,7 +54,7 @@ impl Observer for Sum {
     }
 }
 
-/// Marches a rattling drive, watched and with tangents, and beside it one without, as a twin
+/// Advances a rattling drive, watched and with tangents, and beside it one without, as a twin
 /// would be; counts allocations after the first cycle, which makes room for the tangents.
 fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
     let mut trajectory = model.start(&InitialState::Static);
@@ -73,7 +73,7 @@ fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
         let mut none = Tangents::none();
         for (trajectory, tangents) in [(&mut trajectory, &mut tangents), (&mut twin, &mut none)] {
             kernel
-                .march(
+                .advance_cycle(
                     trajectory,
                     tangents,
                     &mut workspace,
@@ -105,7 +105,7 @@ fn kernels(model: &Model) -> Vec<(&'static str, u64)> {
 }
 
 #[test]
-fn marching_allocates_nothing() {
+fn integrating_allocates_nothing() {
     for (drive, case) in common::drives() {
         let model = common::model(&case);
         for (kernel, count) in kernels(&model) {

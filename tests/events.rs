@@ -11,7 +11,7 @@ use atlas::model::{
     TorqueRipple, TrajectoryState,
 };
 use atlas::propagate::{Counters, Event, Kernel, Stop, Tangents, Volterra};
-use common::march::{Events, ROUND_OFF, march_with, volterra};
+use common::advance::{Events, ROUND_OFF, advance_with, volterra};
 use std::f64::consts::{PI, TAU};
 
 /// One mode `q'' + ω² q = load − F` that is the deflection itself, undamped.
@@ -92,7 +92,7 @@ fn events(
     cycles: u64,
 ) -> (Vec<(f64, Event)>, Counters, TrajectoryState) {
     let mut seen = Events::default();
-    let (end, counters) = march_with(&volterra(model), start, cycles, &mut seen);
+    let (end, counters) = advance_with(&volterra(model), start, cycles, &mut seen);
     assert_eq!(counters.events, seen.0.len() as u64);
     let absolute = |e: &Event| e.cycle as f64 * model.period() + e.time;
     let list = seen.0.iter().map(|e| (absolute(e), *e)).collect();
@@ -420,7 +420,7 @@ fn hundreds_of_events_in_a_cycle_and_their_limit() {
         let kernel = Volterra::new(&model, ROUND_OFF, limit);
         let mut counters = Counters::default();
         let mut trajectory = from.clone();
-        let result = kernel.march(
+        let result = kernel.advance_cycle(
             &mut trajectory,
             &mut Tangents::none(),
             &mut kernel.workspace(),
@@ -470,7 +470,7 @@ fn nonsense_diverges_at_once() {
             let mut state = rest.state.clone();
             state[component] = value;
             let mut trajectory = TrajectoryState::new(&model, state, 7);
-            let stop = kernel.march(
+            let stop = kernel.advance_cycle(
                 &mut trajectory,
                 &mut Tangents::none(),
                 &mut kernel.workspace(),

@@ -15,8 +15,8 @@ use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, p
 
 fn default_drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
-        line_of_centres: 1.25e8,
-        across: 1e8,
+        x: 1.25e8,
+        y: 1e8,
         axial,
         tilt: 2e4,
     };

@@ -8,7 +8,7 @@ use atlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, surve
 use atlas::model::{Model, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents};
 use atlas::reference::Reference;
-use common::march::{mean_equilibrium, volterra};
+use common::advance::{mean_equilibrium, volterra};
 use common::relative_difference;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
@@ -26,7 +26,7 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
     let mut workspace = kernel.workspace();
     for _ in 0..after {
         kernel
-            .march(
+            .advance_cycle(
                 &mut trajectory,
                 &mut Tangents::none(),
                 &mut workspace,
@@ -64,7 +64,7 @@ fn a_doubled_period_has_an_unstable_parent() {
     let kernel = volterra(&model);
     let mut next = settled.clone();
     kernel
-        .march(
+        .advance_cycle(
             &mut next,
             &mut Tangents::none(),
             &mut kernel.workspace(),
@@ -93,7 +93,7 @@ fn a_chaotic_set_is_threaded_by_unstable_orbits() {
         assert!(!orbit.character.stable, "chaos settles on none: {orbit:?}");
         let start = at_strobe(&model, orbit.deflection, orbit.velocity);
         let end = reference
-            .march(&start, u64::from(orbit.period))
+            .advance(&start, u64::from(orbit.period))
             .unwrap()
             .end;
         let open = relative_difference(&end.state, &start.state);
@@ -142,7 +142,7 @@ fn a_kick_grows_as_predicted_away_from_grazing() {
 
 /// Motion without events: nothing grazes but what the margin says.
 #[test]
-fn locked_motion_keeps_its_distance() {
+fn steady_contact_keeps_its_distance() {
     let model = one_degree(1.0, 400.0);
     let (found, _) = survey(&model, 300, &[1, 2]);
     assert_eq!(found.orbits.len(), 1);
@@ -188,7 +188,7 @@ fn deflection_at(model: &Model, deflection: f64, velocity: f64, phase: f64) -> f
     let kernel = volterra(model);
     let mut state = at_strobe(model, deflection, velocity);
     kernel
-        .march(
+        .advance_cycle(
             &mut state,
             &mut Tangents::none(),
             &mut kernel.workspace(),

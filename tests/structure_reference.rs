@@ -12,8 +12,8 @@ const MEAN_STIFFNESS: f64 = 4e8;
 
 fn default_drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
-        line_of_centres: 1.25e8,
-        across: 1e8,
+        x: 1.25e8,
+        y: 1e8,
         axial,
         tilt: 2e4,
     };

@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
 
-/// How long every thread marches.
+/// How long every thread advances.
 const SPELL: Duration = Duration::from_millis(400);
 
 /// Repetitions; the best one counts: what disturbs only takes.
@@ -26,7 +26,7 @@ fn rate<K: Kernel + Sync>(kernel: &K, start: &TrajectoryState, threads: usize) -
         while clock.elapsed() < SPELL {
             for _ in 0..16 {
                 kernel
-                    .march(
+                    .advance_cycle(
                         &mut trajectory,
                         &mut Tangents::none(),
                         &mut workspace,

@@ -114,7 +114,7 @@ impl BearingForces {
         self.sums.iter_mut().for_each(Stretches::advance);
     }
 
-    /// The statistics so far and their standard errors, whole cycles having been marched.
+    /// The statistics so far and their standard errors, whole cycles having been integrated.
     pub fn statistics(&self) -> [BearingStatistics; 2] {
         let time = self.cycles as f64 * self.period;
         let mut found = [BearingStatistics::default(), BearingStatistics::default()];
@@ -170,8 +170,8 @@ mod tests {
             friction_lever: vec![0.0; n],
             residual_flexibility: 0.0,
             bearings: vec![
-                gain("pinion 1 line", [0.0, 3e7, -2e7]),
-                gain("wheel 2 across", [0.0, 1e7, 4e7]),
+                gain("pinion 1 x", [0.0, 3e7, -2e7]),
+                gain("wheel 2 y", [0.0, 1e7, 4e7]),
             ],
         };
         let drive = Drive {
@@ -237,7 +237,7 @@ mod tests {
         let mut workspace = kernel.workspace();
         for _ in 0..330 {
             kernel
-                .march(
+                .advance_cycle(
                     &mut trajectory,
                     &mut Tangents::none(),
                     &mut workspace,

@@ -307,7 +307,7 @@ mod tests {
         };
         for _ in 0..40 {
             kernel
-                .march(
+                .advance_cycle(
                     &mut trajectory,
                     &mut Tangents::none(),
                     &mut workspace,

@@ -111,7 +111,7 @@ pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     let mut trajectory = model.start(&InitialState::Static);
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
-    march(
+    advance(
         &kernel,
         TRANSIENT,
         &mut trajectory,
@@ -121,8 +121,8 @@ pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     Ok(trajectory)
 }
 
-/// Marches so many mesh cycles, without tangents or observers.
-pub fn march<K: Kernel>(
+/// Advances so many mesh cycles, without tangents or observers.
+pub fn advance_cycle<K: Kernel>(
     kernel: &K,
     cycles: usize,
     trajectory: &mut TrajectoryState,
@@ -130,7 +130,8 @@ pub fn march<K: Kernel>(
     counters: &mut Counters,
 ) -> Result<(), Stop> {
     let none = &mut Tangents::none();
-    (0..cycles).try_for_each(|_| kernel.march(trajectory, none, workspace, &mut (), counters))
+    (0..cycles)
+        .try_for_each(|_| kernel.advance_cycle(trajectory, none, workspace, &mut (), counters))
 }
 
 #[cfg(test)]
@@ -166,7 +167,7 @@ mod tests {
         let mut trajectory = settled(&model).unwrap();
         let kernel = volterra(&model);
         let (mut counters, mut workspace) = (Counters::default(), kernel.workspace());
-        march(&kernel, 50, &mut trajectory, &mut workspace, &mut counters).unwrap();
+        advance(&kernel, 50, &mut trajectory, &mut workspace, &mut counters).unwrap();
         assert!(counters.events > 50, "{}", counters.events);
     }
 }

@@ -9,7 +9,7 @@ pub struct Measured {
     pub times: Vec<Vec<f64>>,
     /// Bytes of one table, where it has tables.
     pub bytes: usize,
-    /// Work of a mesh cycle, where kernels march.
+    /// Work of a mesh cycle, where kernels integrate.
     pub work: Work,
     /// Why threads could not be bound, where they could not.
     pub unbound: Option<String>,

@@ -119,7 +119,7 @@ fn rotated(
     })
 }
 
-/// Kernels with tables of their own that are marched in turn, the same cycles each.
+/// Kernels with tables of their own that are integrated in turn, the same cycles each.
 struct PointRotation<'m> {
     kernels: Vec<Volterra<'m>>,
     start: TrajectoryState,
@@ -130,9 +130,9 @@ struct PointRotation<'m> {
 }
 
 impl PointRotation<'_> {
-    /// Marches so many cycles at the next points, always from the same start; gives the windows
+    /// Advances so many cycles at the next points, always from the same start; gives the windows
     /// that they took.
-    fn march(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
+    fn advance(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
         let mut counters = Counters::default();
         let mut workspace = self.kernels[0].workspace();
         let mut trajectory = self.start.clone();
@@ -140,7 +140,7 @@ impl PointRotation<'_> {
             self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
             trajectory.clone_from(&self.start);
             let kernel = &self.kernels[self.at];
-            let ended = drive::march(
+            let ended = drive::advance(
                 kernel,
                 cycles,
                 &mut trajectory,
@@ -185,7 +185,7 @@ pub fn points(
             };
             for &count in counts {
                 let stays = team::rounds_for(REPETITION, |stays| {
-                    rotation.march(count, stays, STAY);
+                    rotation.advance_cycle(count, stays, STAY);
                 });
                 rotation.stays.push(stays);
             }
@@ -193,18 +193,18 @@ pub fn points(
         },
         // Once round, so that what fits a cache is there.
         |rotation: &mut PointRotation<'_>, task| {
-            rotation.march(counts[task], counts[task], 1);
+            rotation.advance_cycle(counts[task], counts[task], 1);
         },
         |rotation: &mut PointRotation<'_>, task| {
-            rotation.march(counts[task], rotation.stays[task], STAY);
+            rotation.advance_cycle(counts[task], rotation.stays[task], STAY);
         },
         |mut rotation| {
-            let windows = rotation.march(1, 1, STAY) as f64;
+            let windows = rotation.advance_cycle(1, 1, STAY) as f64;
             let pieces: Vec<f64> = rotation.stays.iter().map(|&n| n as f64 * windows).collect();
             (!rotation.stopped, (rotation.kernels[0].bytes(), pieces))
         },
     )?;
-    rotated(worked, "marching in turn")
+    rotated(worked, "integrating in turn")
 }
 
 #[cfg(test)]

@@ -49,12 +49,12 @@ impl<'m> Probe<'m> {
         })
     }
 
-    /// Marches some cycles, the same ones each time.
-    fn march(&self, workspace: &mut <Volterra<'m> as Kernel>::Workspace) {
+    /// Advances some cycles, the same ones each time.
+    fn advance(&self, workspace: &mut <Volterra<'m> as Kernel>::Workspace) {
         let mut trajectory = self.start.clone();
         let counters = &mut Counters::default();
         // It went this way before.
-        _ = drive::march(&self.kernel, CYCLES, &mut trajectory, workspace, counters);
+        _ = drive::advance(&self.kernel, CYCLES, &mut trajectory, workspace, counters);
     }
 
     /// Time of some cycles, on all threads at once \[s\].
@@ -68,9 +68,18 @@ impl<'m> Probe<'m> {
             least: TIMES,
             most: TIMES,
         };
-        let march = |workspace: &mut _, _| self.march(workspace);
+        let integrate = |workspace: &mut _, _| self.advance(workspace);
         let prepare = |_| Ok(self.kernel.workspace());
-        let worked = team::work(topology, threads, 1, pace, prepare, march, march, |_| ())?;
+        let worked = team::work(
+            topology,
+            threads,
+            1,
+            pace,
+            prepare,
+            integrate,
+            integrate,
+            |_| (),
+        )?;
         Ok(worked
             .times
             .into_iter()
@@ -110,7 +119,7 @@ impl<'a> QuietMachine<'a> {
         self.patience += patience;
     }
 
-    /// Waits until marching on these threads is as fast as it ever was, measures, and measures
+    /// Waits until integrating on these threads is as fast as it ever was, measures, and measures
     /// once more if it is slowed after that, as long as there is patience. Gives what was
     /// measured, once or twice.
     ///
@@ -147,7 +156,7 @@ impl<'a> QuietMachine<'a> {
         Ok(measured)
     }
 
-    /// Looks until marching is fast, or patience ends; whether it is fast.
+    /// Looks until integrating is fast, or patience ends; whether it is fast.
     fn settle(
         &mut self,
         members: usize,
@@ -181,7 +190,7 @@ impl<'a> QuietMachine<'a> {
         self.waited
     }
 
-    /// Part of the measurements that marching was slowed before or after; none before the first.
+    /// Part of the measurements that integrating was slowed before or after; none before the first.
     pub fn slowed(&self) -> Option<f64> {
         let part = self.slowed as f64 / self.measurements as f64;
         (self.measurements > 0).then_some(part)

@@ -66,7 +66,7 @@ pub enum Part {
     Bandwidth,
     /// Dense products and the structured kernel over rotating tables.
     Operators,
-    /// Marching over threads, modes and kinds of tables.
+    /// Integrating over threads, modes and kinds of tables.
     Solver,
     /// Reading buffers by size and stride.
     Mountain,

@@ -1,7 +1,7 @@
-//! Solver scaling: teams that march the default drive with one table for all, a table a node, or
+//! Solver scaling: teams that integrate the default drive with one table for all, a table a node, or
 //! the tables of eight operating points.
 //!
-//! Every member marches the same trajectories over the same cycles in every repetition, so that all
+//! Every member advances the same trajectories over the same cycles in every repetition, so that all
 //! have the same work and must end in the same bits.
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT};
@@ -83,7 +83,7 @@ impl TableKernel for Fused<'_> {
     }
 }
 
-/// Marches on every team.
+/// Advances on every team.
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
@@ -118,7 +118,7 @@ pub fn measure(
         Solver::Volterra => {
             let build = |_| Ok(models.iter().map(drive::volterra).collect());
             let kernels = on_each(topology, &nodes, build)?;
-            march(topology, &models, &nodes, &kernels, teams, pace)
+            advance(topology, &models, &nodes, &kernels, teams, pace)
         }
         Solver::Spectral => {
             let built = || Ok(Spectral::new(&models[0], CELLS, EVENT_LIMIT, None)?.arrays());
@@ -131,7 +131,7 @@ pub fn measure(
                     })
                     .collect()
             })?;
-            march(topology, &models, &nodes, &kernels, teams, pace)
+            advance(topology, &models, &nodes, &kernels, teams, pace)
         }
         Solver::Fused => {
             let built = || Ok(Fused::new(&models[0], CELLS, EVENT_LIMIT)?.arrays());
@@ -142,7 +142,7 @@ pub fn measure(
                     .map(|(model, copy)| Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, copy)?))
                     .collect()
             })?;
-            march(topology, &models, &nodes, &kernels, teams, pace)
+            advance(topology, &models, &nodes, &kernels, teams, pace)
         }
     }
 }
@@ -179,8 +179,8 @@ fn on_each<T: Send>(
     nodes.iter().enumerate().map(of_node).collect()
 }
 
-/// Marches on every team with the kernels of each node, one an operating point.
-fn march<K: TableKernel + Sync>(
+/// Advances on every team with the kernels of each node, one an operating point.
+fn advance<K: TableKernel + Sync>(
     topology: &Topology,
     models: &[Model],
     nodes: &[u32],
@@ -221,7 +221,7 @@ fn march<K: TableKernel + Sync>(
         }
         if ends.windows(2).any(|pair| pair[0] != pair[1]) {
             return Err(MeasurementError::Wrong {
-                what: "marching on several threads",
+                what: "integrating on several threads",
             });
         }
         let cycles = (team.len() * STAY * models.len()) as f64;
@@ -270,12 +270,12 @@ impl<'k, K: Kernel> Trajectories<'k, K> {
         }
     }
 
-    /// Marches [`STAY`] cycles at every point, from its start.
+    /// Advances [`STAY`] cycles at every point, from its start.
     fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
             self.states[point].clone_from(&self.starts[point]);
-            let ended = drive::march(
+            let ended = drive::advance(
                 &self.kernels[point],
                 STAY,
                 &mut self.states[point],
@@ -314,7 +314,7 @@ mod tests {
     /// All kernels on two members that share a core: equal ends, times, and work that says what
     /// the tables are.
     #[test]
-    fn kernels_march_on_teams_and_count_their_work() {
+    fn kernels_advance_on_teams_and_count_their_work() {
         let topology = Topology::current().unwrap();
         let default = DefaultDrive::new().unwrap();
         let index = topology.cores[0].threads[0];

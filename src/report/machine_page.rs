@@ -272,7 +272,7 @@ fn solver(page: &mut String, machine: &Characteristics) {
         .collect();
     _ = writeln!(
         page,
-        "\nmarching {modes} modes    table      one thread    best of threads"
+        "\nrates at {modes} modes     table      one thread    best of threads"
     );
     let mut kinds: Vec<(&str, &str)> = (rows.iter())
         .map(|row| (row.key.kernel.as_str(), row.key.tables.as_str()))

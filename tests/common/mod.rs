@@ -8,7 +8,7 @@
 // Every test binary uses a part of it; benches use it too, outside any test.
 #![allow(dead_code, clippy::unwrap_used)]
 
-pub mod march;
+pub mod advance;
 pub mod motions;
 
 use atlas::model::{

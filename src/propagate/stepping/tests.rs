@@ -109,7 +109,7 @@ fn windows_tile_the_cycle_and_agree_with_the_model() {
     let mut work = kernel.workspace();
     let mut counters = Counters::default();
     kernel
-        .march(
+        .advance_cycle(
             &mut trajectory,
             &mut Tangents::none(),
             &mut work,
@@ -145,10 +145,10 @@ fn watching_does_not_change_the_trajectory() {
     for _ in 0..20 {
         let none = &mut Tangents::none();
         kernel
-            .march(&mut seen, none, &mut work, &mut record, &mut counters)
+            .advance_cycle(&mut seen, none, &mut work, &mut record, &mut counters)
             .unwrap();
         kernel
-            .march(&mut unseen, none, &mut work, &mut (), &mut counters)
+            .advance_cycle(&mut unseen, none, &mut work, &mut (), &mut counters)
             .unwrap();
     }
     assert_eq!(seen, unseen);
@@ -164,26 +164,28 @@ fn watching_does_not_change_the_trajectory() {
 }
 
 #[test]
-fn event_limit_and_divergence_stop_the_march() {
+fn event_limit_and_divergence_stop_the_integration() {
     let model = model(&[4.4e8, 3.3e8]);
     let mut counters = Counters::default();
-    let mut march = |kernel: &Stepping, trajectory: &mut TrajectoryState| {
+    let mut advance = |kernel: &Stepping, trajectory: &mut TrajectoryState| {
         let none = &mut Tangents::none();
         let mut work = kernel.workspace();
-        (0..50).try_for_each(|_| kernel.march(trajectory, none, &mut work, &mut (), &mut counters))
+        (0..50).try_for_each(|_| {
+            kernel.advance_cycle(trajectory, none, &mut work, &mut (), &mut counters)
+        })
     };
     let mut trajectory = model.start(&InitialState::Static);
-    let stop = march(&Stepping::new(&model, 500, 0), &mut trajectory);
+    let stop = advance(&Stepping::new(&model, 500, 0), &mut trajectory);
     assert!(matches!(stop, Err(Stop::EventStorm { limit: 0, .. })));
 
     let mut lost = model.start(&InitialState::Static);
     lost.state[0] = f64::NAN;
     lost.cycle = 3;
-    let stop = march(&Stepping::new(&model, 500, 100), &mut lost);
+    let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert_eq!(stop, Err(Stop::Diverged { cycle: 3 }));
     // Flying off: 100 m/s for a period is far beyond a million half gaps of 10 µm.
     let mut lost = model.start(&InitialState::Static);
     lost.state[2] = 1e9;
-    let stop = march(&Stepping::new(&model, 500, 100), &mut lost);
+    let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert!(matches!(stop, Err(Stop::Diverged { .. })));
 }

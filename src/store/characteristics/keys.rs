@@ -176,7 +176,7 @@ impl Key for ArithmeticKey {
     }
 }
 
-/// Marching the default drive, the same trajectory on every thread.
+/// Integrating the default drive, the same trajectory on every thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolverKey {
     /// `volterra`, `spectral` or `fused`.

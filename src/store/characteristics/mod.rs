@@ -58,7 +58,7 @@ pub struct Characteristics {
     pub latency: Vec<Measurement<LatencyKey>>,
     /// Multiply-adds of numbers in registers.
     pub arithmetic: Vec<Measurement<ArithmeticKey>>,
-    /// Marching the default drive on many threads.
+    /// Integrating the default drive on many threads.
     pub solver: Vec<Measurement<SolverKey>>,
     /// Kernels under the roof of arithmetic and bandwidth.
     pub roofline: Vec<RoofRow>,

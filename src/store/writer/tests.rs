@@ -53,11 +53,11 @@ fn full(point_id: u64) -> PointRow {
                 method: LyapunovMethod::Tangent,
             }),
             nvh: Some(NvhOutcome {
-                dte_mean: 1e-6,
-                dte_rms: 2e-6,
-                dte_pp: 3e-6,
-                dte_crest: 4.0,
-                dte_kurtosis: 5.0,
+                deflection_mean: 1e-6,
+                deflection_rms: 2e-6,
+                deflection_pp: 3e-6,
+                deflection_crest: 4.0,
+                deflection_kurtosis: 5.0,
                 harmonics: vec![6e-6, 7e-6],
                 force_mean: 8.0,
                 force_std: 9.0,
@@ -82,7 +82,7 @@ fn full(point_id: u64) -> PointRow {
                     median: Some(8e-5),
                 },
                 stderr: Some(NvhErrors {
-                    dte_rms: 1e-8,
+                    deflection_rms: 1e-8,
                     harmonics: vec![1e-9, 2e-9],
                     // Too few flights for an error bar.
                     flight_median: f64::INFINITY,
@@ -159,7 +159,7 @@ fn probe(probe_id: u32, attractor: Option<u32>) -> ProbeOutcome {
         class: Some(Class::Periodic(3)),
         lambda: Some(-0.2),
         lambda_stderr: Some(1e-9),
-        dte_rms: Some(3e-5),
+        deflection_rms: Some(3e-5),
         force_peak: Some(1.8e4),
         events_per_cycle: Some(4.0),
         cycles: 2500,
@@ -177,7 +177,7 @@ fn attractor() -> AttractorOutcome {
         class: Class::Periodic(2),
         lambda: Some(-0.3),
         lambda_stderr: Some(2e-9),
-        dte_rms: Some(4e-5),
+        deflection_rms: Some(4e-5),
         force_peak: Some(1.7e4),
         events_per_cycle: Some(3.0),
         probes: 1,
@@ -323,11 +323,11 @@ fn every_column_comes_back() {
         ("fraction_drive", 0.5),
         ("fraction_free", 0.3),
         ("fraction_coast", 0.2),
-        ("dte_mean", 1e-6),
-        ("dte_rms", 2e-6),
-        ("dte_pp", 3e-6),
-        ("dte_crest", 4.0),
-        ("dte_kurtosis", 5.0),
+        ("deflection_mean", 1e-6),
+        ("deflection_rms", 2e-6),
+        ("deflection_pp", 3e-6),
+        ("deflection_crest", 4.0),
+        ("deflection_kurtosis", 5.0),
         ("force_mean", 8.0),
         ("force_std", 9.0),
         ("force_peak", 10.0),
@@ -386,7 +386,7 @@ fn every_column_comes_back() {
         ("amplitude", 1.5),
         ("lambda", -0.2),
         ("lambda_stderr", 1e-9),
-        ("dte_rms", 3e-5),
+        ("deflection_rms", 3e-5),
         ("force_peak", 1.8e4),
         ("events_per_cycle", 4.0),
         ("basin_share", 0.5),
@@ -410,7 +410,7 @@ fn every_column_comes_back() {
     for (name, value) in [
         ("lambda", -0.3),
         ("lambda_stderr", 2e-9),
-        ("dte_rms", 4e-5),
+        ("deflection_rms", 4e-5),
         ("force_peak", 1.7e4),
         ("events_per_cycle", 3.0),
         ("basin_share", 0.5),
@@ -447,8 +447,8 @@ fn every_column_comes_back() {
 #[test]
 fn periods_are_stored_where_there_is_one() {
     let classes = [
-        (Class::Locked(Some(20)), Some(20)),
-        (Class::Locked(None), None),
+        (Class::SteadyContact(Some(20)), Some(20)),
+        (Class::SteadyContact(None), None),
         (Class::Periodic(4), Some(4)),
         (Class::QuasiPeriodic, None),
         (Class::NotConverged, None),
@@ -477,18 +477,18 @@ fn what_is_not_finite_becomes_a_null_and_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let mut row = full(0);
     let nvh = row.outcome.nvh.as_mut().unwrap();
-    nvh.dte_crest = f64::NAN;
+    nvh.deflection_crest = f64::NAN;
     nvh.harmonics[1] = f64::INFINITY;
     write(folder.path(), &layout(), vec![row]);
     let points = ResultTable::read(folder.path(), TableKind::Points).unwrap();
-    assert_eq!(points.f64("dte_crest").unwrap(), [None]);
+    assert_eq!(points.f64("deflection_crest").unwrap(), [None]);
     assert_eq!(
         points.lists("harmonics").unwrap(),
         [Some(vec![Some(6e-6), None])]
     );
     let reason = points.text("reason").unwrap().remove(0).unwrap();
     assert!(
-        reason.ends_with("(not a finite number: dte_crest, harmonics)"),
+        reason.ends_with("(not a finite number: deflection_crest, harmonics)"),
         "{reason}"
     );
 }
