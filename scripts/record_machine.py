@@ -48,7 +48,7 @@ def main(work, out):
 
     def ours(kernel, threads):
         return max(
-            row["bandwidth"]["best"]
+            row["figure"]["best"]
             for turn in turns
             for row in turn["bandwidth"]
             if (row["kernel"], row["threads"], row["placement"]) == (kernel, threads, "compact")
@@ -88,7 +88,7 @@ def main(work, out):
         atlas = {}
         for row in (row for turn in turns for row in turn["latency"]):
             if row["order"] == "hops" and not row["huge_pages"] and row["cpu_node"] == row["memory_node"]:
-                atlas.setdefault(row["size"], []).append(row["latency"]["median"])
+                atlas.setdefault(row["size"], []).append(row["figure"]["median"])
         sizes = [size for size in sorted(atlas) if size in lmbench]
         rows, worst = [], 0.0
         for i, size in enumerate(sizes):

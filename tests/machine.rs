@@ -42,37 +42,22 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
     let page = stdout(&output);
     let found = Characteristics::read(&place.path("m")).unwrap();
 
-    found
-        .mountain
-        .iter()
-        .for_each(|row| check(&row.bandwidth, false));
-    found
-        .operators
-        .iter()
-        .for_each(|row| check(&row.time, true));
-    found
-        .bandwidth
-        .iter()
-        .for_each(|row| check(&row.bandwidth, false));
-    found
-        .latency
-        .iter()
-        .for_each(|row| check(&row.latency, true));
-    found
-        .arithmetic
-        .iter()
-        .for_each(|row| check(&row.rate, false));
-    found.solver.iter().for_each(|row| check(&row.rate, false));
+    for (what, figure) in found.figures() {
+        let time = ["operators, ", "latency, "]
+            .iter()
+            .any(|of| what.starts_with(of));
+        check(&figure, time);
+    }
     assert!(!found.mountain.is_empty() && !found.latency.is_empty());
     for kernel in ["read", "copy", "triad"] {
         assert!(
-            found.bandwidth.iter().any(|row| row.kernel == kernel),
+            found.bandwidth.iter().any(|row| row.key.kernel == kernel),
             "{kernel}"
         );
     }
     for kernel in ["volterra", "spectral", "fused"] {
         assert!(
-            found.solver.iter().any(|row| row.kernel == kernel),
+            found.solver.iter().any(|row| row.key.kernel == kernel),
             "{kernel}"
         );
         assert!(
@@ -119,13 +104,11 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
     let compared = place.atlas(&["machine", "compare", "m", "m", "--json"]);
     let document: Value = serde_json::from_str(&stdout(&compared)).unwrap();
     let pairs = document["pairs"].as_array().unwrap();
-    let figures = found.mountain.len()
-        + found.operators.len()
-        + found.bandwidth.len()
-        + found.latency.len()
-        + found.arithmetic.len()
-        + found.solver.len();
-    assert_eq!(pairs.len(), figures, "every figure has a name of its own");
+    assert_eq!(
+        pairs.len(),
+        found.figures().count(),
+        "every figure has a name of its own"
+    );
     assert!(pairs.iter().all(|pair| pair["ratio"] == 1.0));
 
     // The run would take here what it takes here.
@@ -159,7 +142,7 @@ fn without_rights_to_bind_the_rest_is_measured_and_the_lack_is_said() {
     let found = Characteristics::read(&place.path("m")).unwrap();
     assert_eq!(found.description.nodes.len(), 2);
     assert!(!found.bandwidth.is_empty() && !found.solver.is_empty());
-    assert!(found.solver.iter().any(|row| row.tables == "node"));
+    assert!(found.solver.iter().any(|row| row.key.tables == "node"));
     let said = found.missing.join("\n");
     for words in ["threads bound to cores", "no memory of node"] {
         assert!(said.contains(words), "{words}: {said}");

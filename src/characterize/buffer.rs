@@ -14,6 +14,9 @@ pub const LANES: usize = 8;
 /// Bytes of a line.
 pub const LINE: usize = 8 * LANES;
 
+/// Lines of a usual page.
+pub const PAGE: usize = 4096 / LINE;
+
 /// A line of memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(64))]

@@ -5,6 +5,7 @@
 //! its top. It belongs to the reported cache whose size is nearest, if it is within a factor of
 //! two.
 
+use crate::store::Cliff;
 use crate::topology::Cache;
 
 /// A climb by less than this is none.
@@ -16,19 +17,9 @@ const LEAST_STEP: f64 = 1.04;
 /// Factor between a cliff and the size of its cache.
 const NEAR: f64 = 2.0;
 
-/// A jump of the cost.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Jump {
-    /// Working set at the middle of the jump \[bytes\].
-    pub size: f64,
-    /// Working set before and after it \[bytes\].
-    pub between: [f64; 2],
-    /// Cost after over cost before.
-    pub ratio: f64,
-}
-
-/// The jumps of a curve (working set, cost), in ascending order of the working set.
-pub fn jumps(curve: &[[f64; 2]]) -> Vec<Jump> {
+/// The cliffs of a curve (working set, cost) of what `of` says, in ascending order of the working
+/// set.
+pub fn cliffs(of: &str, curve: &[[f64; 2]], caches: &[Cache]) -> Vec<Cliff> {
     let mut found = Vec::new();
     let mut foot = 0;
     while foot + 1 < curve.len() {
@@ -38,10 +29,14 @@ pub fn jumps(curve: &[[f64; 2]]) -> Vec<Jump> {
         }
         let ratio = curve[top][1] / curve[foot][1];
         if top > foot && ratio >= LEAST_RISE {
-            found.push(Jump {
-                size: middle(&curve[foot..=top]),
-                between: [curve[foot][0], curve[top][0]],
+            let size = middle(&curve[foot..=top]);
+            found.push(Cliff {
+                of: of.to_owned(),
+                size,
+                from: curve[foot][0],
+                to: curve[top][0],
                 ratio,
+                cache: cache_of(size, caches),
             });
         }
         foot = top.max(foot + 1);
@@ -61,9 +56,9 @@ fn middle(climb: &[[f64; 2]]) -> f64 {
     pair[0][0] * (pair[1][0] / pair[0][0]).powf(part)
 }
 
-/// The cache that a jump belongs to.
-pub fn cache_of(jump: &Jump, caches: &[Cache]) -> Option<usize> {
-    let distance = |cache: &&Cache| (jump.size / cache.size as f64).ln().abs();
+/// The cache that a cliff at this working set belongs to.
+fn cache_of(size: f64, caches: &[Cache]) -> Option<usize> {
+    let distance = |cache: &&Cache| (size / cache.size as f64).ln().abs();
     caches
         .iter()
         .filter(|cache| cache.size > 0)
@@ -104,36 +99,32 @@ mod tests {
     #[test]
     fn steps_are_found_at_their_caches() {
         let caches = [cache(1, 49152), cache(2, 2 << 20), cache(3, 35 << 20)];
-        let found = jumps(&curve());
+        let found = cliffs("x", &curve(), &caches);
         assert_eq!(found.len(), 2, "{found:?}");
-        for (jump, (level, size, ratio)) in found.iter().zip([(1, 49152.0, 2.0), (3, 35e6, 3.0)]) {
-            assert_eq!(cache_of(jump, &caches), Some(level));
-            assert!(jump.between[0] < size && size < jump.between[1] * 1.01);
-            assert!((jump.size / size).ln().abs() < 0.4, "{jump:?}");
-            assert!((jump.ratio / ratio - 1.0).abs() < 0.05, "{jump:?}");
+        for (cliff, (level, size, ratio)) in found.iter().zip([(1, 49152.0, 2.0), (3, 35e6, 3.0)]) {
+            assert_eq!((&*cliff.of, cliff.cache), ("x", Some(level)));
+            assert!(cliff.from < size && size < cliff.to * 1.01);
+            assert!((cliff.size / size).ln().abs() < 0.4, "{cliff:?}");
+            assert!((cliff.ratio / ratio - 1.0).abs() < 0.05, "{cliff:?}");
         }
     }
 
     #[test]
-    fn a_jump_far_from_any_cache_belongs_to_none() {
-        let jump = Jump {
-            size: 512e3,
-            between: [4e5, 6e5],
-            ratio: 2.0,
-        };
-        assert_eq!(cache_of(&jump, &[cache(1, 49152), cache(2, 2 << 20)]), None);
-        assert_eq!(cache_of(&jump, &[]), None);
+    fn a_cliff_far_from_any_cache_belongs_to_none() {
+        let caches = [cache(1, 49152), cache(2, 2 << 20)];
+        assert_eq!(cache_of(512e3, &caches), None);
+        assert_eq!(cache_of(512e3, &[]), None);
     }
 
     #[test]
     fn flat_and_falling_curves_have_none() {
         let flat: Vec<[f64; 2]> = (1..20).map(|i| [f64::from(i), 5.0]).collect();
-        assert_eq!(jumps(&flat), []);
+        assert_eq!(cliffs("x", &flat, &[]), []);
         let falling: Vec<[f64; 2]> = (1..20)
             .map(|i| [f64::from(i), 1.0 / f64::from(i)])
             .collect();
-        assert_eq!(jumps(&falling), []);
-        assert_eq!(jumps(&[[1.0, 1.0]]), []);
-        assert_eq!(jumps(&[]), []);
+        assert_eq!(cliffs("x", &falling, &[]), []);
+        assert_eq!(cliffs("x", &[[1.0, 1.0]], &[]), []);
+        assert_eq!(cliffs("x", &[], &[]), []);
     }
 }

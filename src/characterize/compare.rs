@@ -1,6 +1,6 @@
 //! Do two runs of `atlas machine` agree? Figure by figure, within the spread that each states.
 
-use crate::store::{Characteristics, Figure, Keyed};
+use crate::store::{Characteristics, Figure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -67,6 +67,7 @@ impl Comparison {
 
 /// Compares two runs.
 pub fn compare(a: &Characteristics, b: &Characteristics) -> Comparison {
+    let figures = |run: &Characteristics| -> BTreeMap<_, _> { run.figures().collect() };
     let (a, b) = (figures(a), figures(b));
     let pairs: Vec<Pair> = (a.iter())
         .filter_map(|(what, a)| Some(pair(what, a, b.get(what)?)))
@@ -90,20 +91,6 @@ fn pair(what: &str, a: &Figure, b: &Figure) -> Pair {
         spread,
         agrees: spread.map(|spread| (a.value - b.value).abs() <= spread * a.value.max(b.value)),
     }
-}
-
-/// All figures of a run by what they are of.
-fn figures(run: &Characteristics) -> BTreeMap<String, Figure> {
-    fn of<R: Keyed>(rows: &[R]) -> impl Iterator<Item = (String, Figure)> {
-        rows.iter().map(|row| (row.key(), *row.figure()))
-    }
-    of(&run.mountain)
-        .chain(of(&run.operators))
-        .chain(of(&run.bandwidth))
-        .chain(of(&run.latency))
-        .chain(of(&run.arithmetic))
-        .chain(of(&run.solver))
-        .collect()
 }
 
 #[cfg(test)]

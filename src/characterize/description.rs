@@ -1,7 +1,7 @@
 //! What the system says of the machine: read from `/proc` and `/sys`, what is not there left out.
 
-use crate::store::{CacheRecord, Description, HugePages, NodeRecord};
-use crate::topology::{Machine, Topology};
+use crate::store::{Description, HugePages, NodeRecord};
+use crate::topology::{Machine, Topology, field, kibibytes};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -56,13 +56,6 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
             .map(|text| text.split_whitespace().flat_map(str::parse).collect())
             .unwrap_or_default(),
     });
-    let caches = topology.caches.iter().map(|cache| CacheRecord {
-        level: cache.level,
-        size: cache.size,
-        line: cache.line,
-        count: cache.count,
-        shared_by: cache.shared_by,
-    });
     Description {
         cpu: machine.cpu,
         system: match release {
@@ -77,7 +70,7 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
             .map(|list| count_of_list(&list)),
         allowed: field(&status, "Cpus_allowed_list").map(str::to_owned),
         quota_percent: of_group("cpu.max").and_then(|text| quota(&text)),
-        caches: caches.collect(),
+        caches: topology.caches.clone(),
         nodes: nodes.collect(),
         memory: machine.memory,
         memory_available: kibibytes(&meminfo, "MemAvailable"),
@@ -93,20 +86,6 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
         hypervisor: hypervisor(root, &cpuinfo),
         container: container(root),
     }
-}
-
-/// Value of the first `key: value` line.
-fn field<'t>(text: &'t str, key: &str) -> Option<&'t str> {
-    text.lines().find_map(|line| {
-        let (name, value) = line.split_once(':')?;
-        (name.trim() == key).then(|| value.trim())
-    })
-}
-
-/// A number of KiB \[bytes\].
-fn kibibytes(text: &str, key: &str) -> Option<u64> {
-    let number = field(text, key)?.strip_suffix("kB")?.trim();
-    Some(1024 * number.parse::<u64>().ok()?)
 }
 
 /// How many numbers a list such as `0-3,8` holds.

@@ -1,11 +1,11 @@
 //! The drive that kernels are timed on: the default one, read from the manifest `flex80` as it
 //! was when the program was built, with any number of its modes.
 
+use super::error::MeasurementError;
 use super::plan::Mesh;
-use super::trouble::Trouble;
 use crate::manifest::{self, DampingSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Stop, Tangents, Volterra};
 use crate::shaft::{FlexibleDrive, ModalStructure};
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const MANIFEST: &str = include_str!("../../manifests/flex80.toml");
 pub const EVENT_LIMIT: u32 = 10_000;
 
 /// Mesh cycles after which the drive rattles.
-const TRANSIENT: u32 = 60;
+const TRANSIENT: usize = 60;
 
 /// How much the stiffness of sixty levels rises from the first to the last, beside the two
 /// levels of the default mesh: enough to make each its own.
@@ -31,8 +31,8 @@ pub struct DefaultDrive {
 
 impl DefaultDrive {
     /// Reads the manifest that is built in.
-    pub fn new() -> Result<Self, Trouble> {
-        let lacks = |what| Trouble::Drive { what };
+    pub fn new() -> Result<Self, MeasurementError> {
+        let lacks = |what| MeasurementError::Drive { what };
         let job = manifest::parse(MANIFEST, "manifests/flex80.toml", Path::new(""))
             .map_err(|_| lacks("a manifest that can be read"))?;
         let point = job.points.first().ok_or(lacks("an operating point"))?;
@@ -63,7 +63,7 @@ impl DefaultDrive {
     }
 
     /// Its structure with some of its modes.
-    pub fn structure(&self, modes: usize) -> Result<ModalStructure, Trouble> {
+    pub fn structure(&self, modes: usize) -> Result<ModalStructure, MeasurementError> {
         Ok(self.shafts.modes(modes, modes, false)?)
     }
 
@@ -73,7 +73,7 @@ impl DefaultDrive {
         structure: &ModalStructure,
         mesh: Mesh,
         point: OperatingPoint,
-    ) -> Result<Model, Trouble> {
+    ) -> Result<Model, MeasurementError> {
         let mut levels = self.levels.clone();
         if mesh == Mesh::SixtyLevels {
             let count = levels.len() as f64;
@@ -90,7 +90,7 @@ impl DefaultDrive {
 
     /// The system by which it is seen whether the machine is quiet: as the default manifest has
     /// it, near resonance.
-    pub fn probed(&self) -> Result<Model, Trouble> {
+    pub fn probed(&self) -> Result<Model, MeasurementError> {
         const MODES: usize = 40;
         let point = OperatingPoint {
             load: 0.05,
@@ -106,20 +106,32 @@ pub fn volterra(model: &Model) -> Volterra<'_> {
 }
 
 /// The state of a model past its transient.
-pub fn settled(model: &Model) -> Result<TrajectoryState, Trouble> {
+pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     let kernel = volterra(model);
     let mut trajectory = model.start(&InitialState::Static);
     let mut workspace = kernel.workspace();
-    for _ in 0..TRANSIENT {
-        kernel.advance_cycle(
-            &mut trajectory,
-            &mut Tangents::none(),
-            &mut workspace,
-            &mut (),
-            &mut Counters::default(),
-        )?;
-    }
+    let mut counters = Counters::default();
+    advance(
+        &kernel,
+        TRANSIENT,
+        &mut trajectory,
+        &mut workspace,
+        &mut counters,
+    )?;
     Ok(trajectory)
+}
+
+/// Advances so many mesh cycles, without tangents or observers.
+pub fn advance<K: Kernel>(
+    kernel: &K,
+    cycles: usize,
+    trajectory: &mut TrajectoryState,
+    workspace: &mut K::Workspace,
+    counters: &mut Counters,
+) -> Result<(), Stop> {
+    let none = &mut Tangents::none();
+    (0..cycles)
+        .try_for_each(|_| kernel.advance_cycle(trajectory, none, workspace, &mut (), counters))
 }
 
 #[cfg(test)]
@@ -155,18 +167,7 @@ mod tests {
         let mut trajectory = settled(&model).unwrap();
         let kernel = volterra(&model);
         let (mut counters, mut workspace) = (Counters::default(), kernel.workspace());
-        for _ in 0..50 {
-            let mut none = Tangents::none();
-            kernel
-                .advance_cycle(
-                    &mut trajectory,
-                    &mut none,
-                    &mut workspace,
-                    &mut (),
-                    &mut counters,
-                )
-                .unwrap();
-        }
+        advance(&kernel, 50, &mut trajectory, &mut workspace, &mut counters).unwrap();
         assert!(counters.events > 50, "{}", counters.events);
     }
 }

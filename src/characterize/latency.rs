@@ -5,37 +5,35 @@
 
 #![allow(unsafe_code)]
 
-use super::buffer::{Buffer, LINE};
-use super::plan::{Seat, Walk};
-use super::team::{self, Pace, Worked};
-use super::trouble::Trouble;
-use super::{memory, streaming};
+use super::buffer::{Buffer, LINE, PAGE};
+use super::error::MeasurementError;
+use super::measured::Measured;
+use super::memory;
+use super::plan::Walk;
+use super::team::{self, HardwareThread, Pace};
 use crate::numerics::random::Stream;
 use crate::topology::Topology;
 
 /// Loads of a repetition.
-pub const LOADS: usize = 20_000;
+const LOADS: usize = 20_000;
 
 /// Loads of the warm-up: once round 64 MiB of lines, eight times round 8 MiB. Lines that were
 /// just written settle in a last-level cache only after some rounds, and take up to twice the
 /// time until then.
 const WARM: usize = 1 << 20;
 
-/// Lines of a usual page.
-pub const PAGE: usize = 4096 / LINE;
-
-/// Times of [`LOADS`] loads, one after the other, from so many lines of memory of a node.
+/// Times of a load, of many one after the other, from so many lines of memory of a node.
 pub fn measure(
     topology: &Topology,
-    seat: Seat,
+    thread: HardwareThread,
     node: u32,
     sizes: &[usize],
     walk: Walk,
     pace: Pace,
-) -> Result<Worked<()>, Trouble> {
+) -> Result<Measured, MeasurementError> {
     let most = sizes.iter().copied().max().unwrap_or(1);
     let prepare = |_| {
-        let buffer = match (seat.node == node, walk) {
+        let buffer = match (thread.node == node, walk) {
             (false, _) => memory::on_node(topology, node, most)?,
             (true, Walk::HopsHuge) => memory::on_huge_pages(most, 0.0)?,
             (true, Walk::Pages | Walk::Hops) => memory::near(most, 0.0)?,
@@ -44,7 +42,7 @@ pub fn measure(
     };
     let worked = team::work(
         topology,
-        &[seat],
+        &[thread],
         sizes.len(),
         pace,
         prepare,
@@ -53,9 +51,10 @@ pub fn measure(
             chain.follow(WARM);
         },
         |chain, _| chain.follow(LOADS),
-        |chain| chain.place() < most,
+        |chain| (chain.place() < most, ()),
     )?;
-    streaming::checked(worked, "a chain of loads")
+    let checked = worked.checked("a chain of loads")?;
+    Ok(checked.per_unit(&vec![LOADS as f64; sizes.len()]).into())
 }
 
 /// A ring through the first lines of a buffer: each holds the address of the next one.

@@ -1,6 +1,6 @@
 //! What a job would take on another machine, from what both machines were measured to do.
 
-use crate::store::{Characteristics, SolverRow};
+use crate::store::{Characteristics, Measurement, SolverKey};
 use serde::Serialize;
 
 /// The rate of a machine for a job.
@@ -26,7 +26,9 @@ pub struct MachineRate {
 /// logarithms between those measured; none where it was not measured.
 pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Option<MachineRate> {
     let rate = |threads: u64| over_modes(&machine.solver, modes as f64, threads);
-    let mut counts: Vec<u64> = volterra(&machine.solver).map(|row| row.threads).collect();
+    let mut counts: Vec<u64> = volterra(&machine.solver)
+        .map(|row| row.key.threads)
+        .collect();
     counts.sort_unstable();
     counts.dedup();
     let rates: Vec<[f64; 2]> = (counts.iter())
@@ -49,15 +51,16 @@ pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Op
     })
 }
 
-fn volterra(rows: &[SolverRow]) -> impl Iterator<Item = &SolverRow> {
-    let wanted = |row: &&SolverRow| row.kernel == "volterra" && row.tables == "eight";
+fn volterra(rows: &[Measurement<SolverKey>]) -> impl Iterator<Item = &Measurement<SolverKey>> {
+    let wanted =
+        |row: &&Measurement<SolverKey>| row.key.kernel == "volterra" && row.key.tables == "eight";
     rows.iter().filter(wanted)
 }
 
-fn over_modes(rows: &[SolverRow], modes: f64, threads: u64) -> Option<f64> {
+fn over_modes(rows: &[Measurement<SolverKey>], modes: f64, threads: u64) -> Option<f64> {
     let mut places: Vec<[f64; 2]> = volterra(rows)
-        .filter(|row| row.threads == threads)
-        .map(|row| [row.modes as f64, row.rate.value])
+        .filter(|row| row.key.threads == threads)
+        .map(|row| [row.key.modes as f64, row.figure.value])
         .collect();
     places.sort_by(|a, b| a[0].total_cmp(&b[0]));
     interpolated(&places, modes)

@@ -1,29 +1,29 @@
 //! Buffers on a node of one's choice.
 
 use super::buffer::{Buffer, LINE};
-use super::trouble::Trouble;
+use super::error::MeasurementError;
 use crate::topology::Topology;
 
 /// A buffer full of `value`, taken by the calling thread: near it, where the system does as
 /// usual.
-pub fn near(lines: usize, value: f64) -> Result<Buffer, Trouble> {
+pub fn near(lines: usize, value: f64) -> Result<Buffer, MeasurementError> {
     let mut buffer = untouched(lines)?;
     buffer.fill(value);
     Ok(buffer)
 }
 
 /// The same on huge pages.
-pub fn on_huge_pages(lines: usize, value: f64) -> Result<Buffer, Trouble> {
+pub fn on_huge_pages(lines: usize, value: f64) -> Result<Buffer, MeasurementError> {
     let mut buffer = untouched(lines)?;
-    let refused = |source| Trouble::HugePages { source };
+    let refused = |source| MeasurementError::HugePages { source };
     buffer.ask_for_huge_pages().map_err(refused)?;
     buffer.fill(value);
     Ok(buffer)
 }
 
 /// Pages that nobody has touched.
-pub fn untouched(lines: usize) -> Result<Buffer, Trouble> {
-    Buffer::new(lines).map_err(|source| Trouble::Memory {
+pub fn untouched(lines: usize) -> Result<Buffer, MeasurementError> {
+    Buffer::new(lines).map_err(|source| MeasurementError::Memory {
         bytes: lines * LINE,
         source,
     })
@@ -31,7 +31,7 @@ pub fn untouched(lines: usize) -> Result<Buffer, Trouble> {
 
 /// The same on a node: touched first by a thread that is bound to a core of the node, or, where
 /// it has none, by one whose memory is bound to the node.
-pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, Trouble> {
+pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, MeasurementError> {
     let cores = topology.cores.iter().filter(|core| core.numa_node == node);
     let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
     let touch = || {
@@ -39,7 +39,7 @@ pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, T
             true => topology.bind_memory_of_current_thread(node),
             false => topology.bind_current_thread(&threads),
         };
-        bound.map_err(|error| Trouble::Node {
+        bound.map_err(|error| MeasurementError::Node {
             node,
             detail: error.to_string(),
         })?;

@@ -6,11 +6,11 @@
 //! their tables).
 
 use super::buffer::{Buffer, LANES};
-use super::plan::Seat;
-use super::team::{self, Pace, Worked};
-use super::trouble::Trouble;
+use super::error::MeasurementError;
+use super::measured::Measured;
+use super::memory;
+use super::team::{self, HardwareThread, Pace};
 use super::vectors::{self, Set};
-use super::{memory, streaming};
 use crate::topology::Topology;
 use std::time::Duration;
 
@@ -62,14 +62,14 @@ impl Reader {
     }
 }
 
-/// Times of every stride, and the lines of a repetition of each.
+/// Times of a line, for every stride.
 pub fn measure(
     topology: &Topology,
-    seat: Seat,
+    thread: HardwareThread,
     lines: usize,
     strides: &[usize],
     pace: Pace,
-) -> Result<(Worked<()>, Vec<usize>), Trouble> {
+) -> Result<Measured, MeasurementError> {
     let prepare = |_| {
         let mut reader = Reader {
             set: Set::widest(),
@@ -94,7 +94,7 @@ pub fn measure(
     };
     let worked = team::work(
         topology,
-        &[seat],
+        &[thread],
         strides.len(),
         pace,
         prepare,
@@ -109,14 +109,11 @@ pub fn measure(
         },
         |reader| (reader.right, reader.lines),
     )?;
-    let counts = worked.results.first().map(|(_, lines)| lines.clone());
-    let right = Worked {
-        results: worked.results.iter().map(|(right, _)| *right).collect(),
-        times: worked.times,
-        unbound: worked.unbound,
-    };
-    let checked = streaming::checked(right, "reading with a stride")?;
-    Ok((checked, counts.unwrap_or_default()))
+    let checked = worked.checked("reading with a stride")?;
+    let lines: Vec<f64> = (checked.results.iter().flatten())
+        .map(|&lines| lines as f64)
+        .collect();
+    Ok(checked.per_unit(&lines).into())
 }
 
 #[cfg(test)]

@@ -2,12 +2,12 @@
 //! round its points: what a product costs while the set fits a cache, and when it does not.
 
 use super::drive::{self, DefaultDrive};
-use super::plan::{Mesh, Seat};
-use super::streaming::checked;
-use super::team::{self, Pace, Worked};
-use super::trouble::Trouble;
+use super::error::MeasurementError;
+use super::measured::Measured;
+use super::plan::Mesh;
+use super::team::{self, HardwareThread, Pace, Worked};
 use crate::model::{OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Operator, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Operator, Volterra};
 use crate::topology::Topology;
 use faer::Mat;
 use std::time::Duration;
@@ -21,17 +21,8 @@ const STAY: usize = 16;
 /// Modes of the points that rotate.
 pub const MODES: usize = 40;
 
-/// Times of what was repeated, over the pieces of a repetition.
-#[derive(Debug)]
-pub struct Rotated {
-    /// Times of a piece, for every count \[s\].
-    pub worked: Worked<()>,
-    /// Bytes of one table.
-    pub bytes: usize,
-}
-
 /// A vector that operators are applied to in turn.
-struct OperatorCycle {
+struct OperatorRotation {
     operators: Vec<Operator<'static>>,
     x: Vec<f64>,
     y: Vec<f64>,
@@ -41,7 +32,7 @@ struct OperatorCycle {
     products: Vec<usize>,
 }
 
-impl OperatorCycle {
+impl OperatorRotation {
     /// So many cyclic shifts of a vector 0, 1, 2 …: products are exact, and their number can be
     /// read off the vector.
     fn new(dimension: usize, count: usize) -> Self {
@@ -81,61 +72,55 @@ impl OperatorCycle {
 /// Times of a dense product over rotating operators.
 pub fn products(
     topology: &Topology,
-    seat: Seat,
+    thread: HardwareThread,
     dimension: usize,
     counts: &[usize],
     pace: Pace,
-) -> Result<Rotated, Trouble> {
+) -> Result<Measured, MeasurementError> {
     let most = counts.iter().copied().max().unwrap_or(1);
     let worked = team::work(
         topology,
-        &[seat],
+        &[thread],
         counts.len(),
         pace,
         |_| {
-            let mut wheel = OperatorCycle::new(dimension, most);
+            let mut rotation = OperatorRotation::new(dimension, most);
             for &count in counts {
-                let products = team::rounds_for(REPETITION, |n| wheel.turn(count, n));
-                wheel.products.push(products);
+                let products = team::rounds_for(REPETITION, |n| rotation.turn(count, n));
+                rotation.products.push(products);
             }
-            Ok(wheel)
+            Ok(rotation)
         },
         // Once round, so that what fits a cache is there.
-        |wheel: &mut OperatorCycle, task| wheel.turn(counts[task], counts[task]),
-        |wheel: &mut OperatorCycle, task| wheel.turn(counts[task], wheel.products[task]),
-        |wheel| {
-            let bytes = wheel.operators[0].bytes();
-            let pieces = wheel.products.iter().map(|&n| n as f64).collect();
-            (wheel.right(dimension), bytes, pieces)
+        |rotation: &mut OperatorRotation, task| rotation.turn(counts[task], counts[task]),
+        |rotation: &mut OperatorRotation, task| {
+            rotation.turn(counts[task], rotation.products[task])
+        },
+        |rotation| {
+            let bytes = rotation.operators[0].bytes();
+            let pieces = rotation.products.iter().map(|&n| n as f64).collect();
+            (rotation.right(dimension), (bytes, pieces))
         },
     )?;
     rotated(worked, "dense products")
 }
 
-/// What a member found: whether its results were right, bytes of one table, pieces of a
-/// repetition for every count.
-type Found = (bool, usize, Vec<f64>);
-
-/// Times over the pieces of a repetition, if the results were right.
-fn rotated(worked: Worked<Found>, what: &'static str) -> Result<Rotated, Trouble> {
-    let first = worked.results.first();
-    let (bytes, pieces) = first.map_or((0, Vec::new()), |(_, bytes, pieces)| {
-        (*bytes, pieces.clone())
-    });
-    let right = Worked {
-        results: worked.results.iter().map(|(right, ..)| *right).collect(),
-        times: worked.times,
-        unbound: worked.unbound,
-    };
-    let mut worked = checked(right, what)?;
-    for (times, pieces) in worked.times.iter_mut().zip(pieces) {
-        times.iter_mut().for_each(|time| *time /= pieces);
-    }
-    Ok(Rotated { worked, bytes })
+/// Times of a piece, if the results were right: the one member tells the bytes of one table, and
+/// the pieces of a repetition for every count.
+fn rotated(
+    worked: Worked<(bool, (usize, Vec<f64>))>,
+    what: &'static str,
+) -> Result<Measured, MeasurementError> {
+    let mut checked = worked.checked(what)?;
+    let (bytes, pieces) = checked.results.pop().unwrap_or_default();
+    Ok(Measured {
+        bytes,
+        ..checked.per_unit(&pieces).into()
+    })
 }
 
 /// Kernels with tables of their own that are integrated in turn, the same cycles each.
-struct Round<'m> {
+struct PointRotation<'m> {
     kernels: Vec<Volterra<'m>>,
     start: TrajectoryState,
     at: usize,
@@ -144,7 +129,7 @@ struct Round<'m> {
     stopped: bool,
 }
 
-impl Round<'_> {
+impl PointRotation<'_> {
     /// Advances so many cycles at the next points, always from the same start; gives the windows
     /// that they took.
     fn advance(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
@@ -154,16 +139,15 @@ impl Round<'_> {
         for _ in 0..stays {
             self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
             trajectory.clone_from(&self.start);
-            for _ in 0..cycles {
-                let ended = self.kernels[self.at].advance_cycle(
-                    &mut trajectory,
-                    &mut Tangents::none(),
-                    &mut workspace,
-                    &mut (),
-                    &mut counters,
-                );
-                self.stopped |= ended.is_err();
-            }
+            let kernel = &self.kernels[self.at];
+            let ended = drive::advance(
+                kernel,
+                cycles,
+                &mut trajectory,
+                &mut workspace,
+                &mut counters,
+            );
+            self.stopped |= ended.is_err();
         }
         counters.windows
     }
@@ -174,11 +158,11 @@ impl Round<'_> {
 pub fn points(
     topology: &Topology,
     default: &DefaultDrive,
-    seat: Seat,
+    thread: HardwareThread,
     mesh: Mesh,
     counts: &[usize],
     pace: Pace,
-) -> Result<Rotated, Trouble> {
+) -> Result<Measured, MeasurementError> {
     let most = counts.iter().copied().max().unwrap_or(1);
     let point = OperatingPoint {
         load: 0.1,
@@ -188,11 +172,11 @@ pub fn points(
     let start = drive::settled(&model)?;
     let worked = team::work(
         topology,
-        &[seat],
+        &[thread],
         counts.len(),
         pace,
         |_| {
-            let mut round = Round {
+            let mut rotation = PointRotation {
                 kernels: (0..most).map(|_| drive::volterra(&model)).collect(),
                 start: start.clone(),
                 at: 0,
@@ -201,23 +185,23 @@ pub fn points(
             };
             for &count in counts {
                 let stays = team::rounds_for(REPETITION, |stays| {
-                    round.advance(count, stays, STAY);
+                    rotation.advance(count, stays, STAY);
                 });
-                round.stays.push(stays);
+                rotation.stays.push(stays);
             }
-            Ok(round)
+            Ok(rotation)
         },
         // Once round, so that what fits a cache is there.
-        |round: &mut Round<'_>, task| {
-            round.advance(counts[task], counts[task], 1);
+        |rotation: &mut PointRotation<'_>, task| {
+            rotation.advance(counts[task], counts[task], 1);
         },
-        |round: &mut Round<'_>, task| {
-            round.advance(counts[task], round.stays[task], STAY);
+        |rotation: &mut PointRotation<'_>, task| {
+            rotation.advance(counts[task], rotation.stays[task], STAY);
         },
-        |mut round| {
-            let windows = round.advance(1, 1, STAY) as f64;
-            let pieces: Vec<f64> = round.stays.iter().map(|&n| n as f64 * windows).collect();
-            (!round.stopped, round.kernels[0].bytes(), pieces)
+        |mut rotation| {
+            let windows = rotation.advance(1, 1, STAY) as f64;
+            let pieces: Vec<f64> = rotation.stays.iter().map(|&n| n as f64 * windows).collect();
+            (!rotation.stopped, (rotation.kernels[0].bytes(), pieces))
         },
     )?;
     rotated(worked, "integrating in turn")
@@ -228,13 +212,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wheel_counts_its_products() {
-        let mut wheel = OperatorCycle::new(31, 5);
-        wheel.turn(5, 7);
-        wheel.turn(2, 100);
-        assert!(wheel.right(31));
-        assert_eq!(wheel.x[0], (107 % 31) as f64);
-        wheel.applied += 1;
-        assert!(!wheel.right(31));
+    fn a_rotation_counts_its_products() {
+        let mut rotation = OperatorRotation::new(31, 5);
+        rotation.turn(5, 7);
+        rotation.turn(2, 100);
+        assert!(rotation.right(31));
+        assert_eq!(rotation.x[0], (107 % 31) as f64);
+        rotation.applied += 1;
+        assert!(!rotation.right(31));
     }
 }

@@ -1,16 +1,15 @@
 //! From items to samples, from samples to rows.
 
 use super::buffer::LINE;
-use super::cliffs::{self, Jump};
+use super::cliffs::cliffs;
+use super::error::MeasurementError;
 use super::figure::{Kind, figure, median};
-use super::measure::Measured;
-use super::plan::{Item, Mesh, Seat, Sharing, StreamKernel, Walk};
-use super::solver::Work;
-use super::trouble::Trouble;
+use super::measured::{Measured, Work};
+use super::plan::{Item, Mesh, Sharing, StreamKernel, Walk};
 use super::{operators, streaming};
 use crate::store::{
-    ArithmeticRow, BandwidthRow, Characteristics, Cliff, Figure, LatencyRow, MountainRow,
-    OperatorRow, RoofRow, SolverRow,
+    ArithmeticKey, BandwidthKey, Characteristics, Figure, LatencyKey, Measurement, MountainKey,
+    OperatorKey, RoofRow, SolverKey,
 };
 use crate::topology::Cache;
 
@@ -23,15 +22,15 @@ pub struct Sample {
     work: Work,
     unbound: Option<String>,
     /// Why there is nothing more.
-    pub trouble: Option<Trouble>,
+    pub error: Option<MeasurementError>,
 }
 
 impl Sample {
     /// Takes up one more round, of one measurement or several.
-    pub fn take(&mut self, round: Result<Vec<Measured>, Trouble>) {
+    pub fn take(&mut self, round: Result<Vec<Measured>, MeasurementError>) {
         let measured = match round {
-            Err(trouble) => {
-                self.trouble = Some(trouble);
+            Err(error) => {
+                self.error = Some(error);
                 return;
             }
             Ok(measured) => measured,
@@ -53,6 +52,12 @@ impl Sample {
     fn figure(&self, index: usize, kind: Kind) -> Option<Figure> {
         figure(self.figures.get(index)?, kind)
     }
+
+    /// One of its figures with what was measured; none where there was no time for it.
+    fn measurement<K>(&self, index: usize, kind: Kind, key: K) -> Option<Measurement<K>> {
+        let figure = self.figure(index, kind)?;
+        Some(Measurement { key, figure })
+    }
 }
 
 /// How far the median repetition lies behind the best, in the middle of all rounds.
@@ -68,8 +73,8 @@ pub fn scatter(samples: &[Sample]) -> Option<f64> {
     (!behind.is_empty()).then(|| median(&mut behind))
 }
 
-/// What went wrong, a sentence each.
-pub fn troubles(items: &[Item], samples: &[Sample]) -> Vec<String> {
+/// What was not measured as planned, and why, a sentence each.
+pub fn missing(items: &[Item], samples: &[Sample]) -> Vec<String> {
     let mut said: Vec<String> = Vec::new();
     let mut say = |sentence: String| {
         if !said.contains(&sentence) {
@@ -77,15 +82,15 @@ pub fn troubles(items: &[Item], samples: &[Sample]) -> Vec<String> {
         }
     };
     for (item, sample) in items.iter().zip(samples) {
-        if let Some(trouble) = &sample.trouble {
-            say(format!("{}: {trouble}", item.kind()));
+        if let Some(error) = &sample.error {
+            say(format!("{}: {error}", item.kind()));
         }
         if let Some(detail) = &sample.unbound {
             say(format!("threads bound to cores: {detail}"));
         }
     }
     let skipped = (items.iter().zip(samples))
-        .filter(|(_, sample)| sample.figures.is_empty() && sample.trouble.is_none());
+        .filter(|(_, sample)| sample.figures.is_empty() && sample.error.is_none());
     let mut kinds: Vec<&str> = skipped.map(|(item, _)| item.kind()).collect();
     if !kinds.is_empty() {
         let count = kinds.len();
@@ -108,15 +113,14 @@ pub fn fill(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
 }
 
 fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
-    let first_node = |team: &[Seat]| team.first().map(|seat| seat.node);
     match item {
         Item::Arithmetic { set, team } => {
-            let rate = sample.figure(0, Kind::Rate(1.0));
-            found.arithmetic.extend(rate.map(|rate| ArithmeticRow {
+            let key = ArithmeticKey {
                 isa: set.to_string(),
                 threads: team.len() as u64,
-                rate,
-            }));
+            };
+            let row = sample.measurement(0, Kind::Rate(1.0), key);
+            found.arithmetic.extend(row);
         }
         Item::Streams {
             placement,
@@ -124,20 +128,17 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
             lines,
         } => {
             for (i, kernel) in StreamKernel::available().into_iter().enumerate() {
-                let bytes = streaming::bytes(kernel, team.len(), *lines);
-                let bandwidth = sample.figure(i, Kind::Rate(bytes as f64));
-                found
-                    .bandwidth
-                    .extend(bandwidth.map(|bandwidth| BandwidthRow {
-                        kernel: kernel.name().to_owned(),
-                        placement: placement.name().to_owned(),
-                        threads: team.len() as u64,
-                        cpu_node: None,
-                        memory_node: None,
-                        array: (team.len() * lines * LINE) as u64,
-                        bytes,
-                        bandwidth,
-                    }));
+                let key = BandwidthKey {
+                    kernel: kernel.name().to_owned(),
+                    placement: placement.name().to_owned(),
+                    threads: team.len() as u64,
+                    cpu_node: None,
+                    memory_node: None,
+                    array: (team.len() * lines * LINE) as u64,
+                    bytes: streaming::bytes(kernel, team.len(), *lines),
+                };
+                let row = sample.measurement(i, Kind::Rate(key.bytes as f64), key);
+                found.bandwidth.extend(row);
             }
         }
         Item::Nodes {
@@ -146,19 +147,17 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
             lines,
         } => {
             let bytes = streaming::bytes(StreamKernel::Read, team.len(), *lines);
-            let bandwidth = sample.figure(0, Kind::Rate(bytes as f64));
-            found
-                .bandwidth
-                .extend(bandwidth.map(|bandwidth| BandwidthRow {
-                    kernel: StreamKernel::Read.name().to_owned(),
-                    placement: "nodes".to_owned(),
-                    threads: team.len() as u64,
-                    cpu_node: first_node(team),
-                    memory_node: Some(*memory),
-                    array: bytes,
-                    bytes,
-                    bandwidth,
-                }));
+            let key = BandwidthKey {
+                kernel: StreamKernel::Read.name().to_owned(),
+                placement: "nodes".to_owned(),
+                threads: team.len() as u64,
+                cpu_node: team.first().map(|thread| thread.node),
+                memory_node: Some(*memory),
+                array: bytes,
+                bytes,
+            };
+            let row = sample.measurement(0, Kind::Rate(bytes as f64), key);
+            found.bandwidth.extend(row);
         }
         Item::Operators {
             dimension, counts, ..
@@ -180,45 +179,47 @@ fn rows(found: &mut Characteristics, item: &Item, sample: &Sample) {
             for (i, team) in teams.iter().enumerate() {
                 let rate = sample.figure(i, Kind::Rate(1.0));
                 let ideal = alone.map(|alone| alone.value * team.len() as f64);
-                found.solver.extend(rate.map(|rate| SolverRow {
+                let key = |figure: &Figure| SolverKey {
                     kernel: solver.name().to_owned(),
                     tables: sharing.name().to_owned(),
                     modes: *modes as u64,
                     threads: team.len() as u64,
                     table_bytes: sample.bytes as u64,
-                    efficiency: ideal.map(|ideal| rate.value / ideal),
-                    rate,
-                }));
+                    efficiency: ideal.map(|ideal| figure.value / ideal),
+                };
+                let row = rate.map(|figure| Measurement {
+                    key: key(&figure),
+                    figure,
+                });
+                found.solver.extend(row);
             }
         }
         Item::Mountain { lines, strides, .. } => {
             for (i, stride) in strides.iter().enumerate() {
-                let bandwidth = sample.figure(i, Kind::Rate(LINE as f64));
-                found
-                    .mountain
-                    .extend(bandwidth.map(|bandwidth| MountainRow {
-                        size: (lines * LINE) as u64,
-                        stride: (stride * LINE) as u64,
-                        bandwidth,
-                    }));
+                let key = MountainKey {
+                    size: (lines * LINE) as u64,
+                    stride: (stride * LINE) as u64,
+                };
+                let row = sample.measurement(i, Kind::Rate(LINE as f64), key);
+                found.mountain.extend(row);
             }
         }
         Item::Latency {
-            seat,
+            thread,
             memory,
             sizes,
             walk,
         } => {
             for (i, lines) in sizes.iter().enumerate() {
-                let latency = sample.figure(i, Kind::Time(1.0));
-                found.latency.extend(latency.map(|latency| LatencyRow {
+                let key = LatencyKey {
                     size: (lines * LINE) as u64,
                     order: walk.name().to_owned(),
                     huge_pages: *walk == Walk::HopsHuge,
-                    cpu_node: seat.node,
+                    cpu_node: thread.node,
                     memory_node: *memory,
-                    latency,
-                }));
+                };
+                let row = sample.measurement(i, Kind::Time(1.0), key);
+                found.latency.extend(row);
             }
         }
     }
@@ -232,14 +233,14 @@ fn rotating(
     sample: &Sample,
 ) {
     for (i, count) in counts.iter().enumerate() {
-        let time = sample.figure(i, Kind::Time(1.0));
-        found.operators.extend(time.map(|time| OperatorRow {
+        let key = OperatorKey {
             kernel: kernel.to_owned(),
             dimension: dimension as u64,
             count: *count as u64,
             working_set: (count * sample.bytes) as u64,
-            time,
-        }));
+        };
+        let row = sample.measurement(i, Kind::Time(1.0), key);
+        found.operators.extend(row);
     }
 }
 
@@ -273,7 +274,7 @@ fn roof(found: &mut Characteristics, items: &[Item], samples: &[Sample]) {
 
 /// Finds the cliffs of all curves over the working set, of best figures, lest a disturbance pass
 /// for one, and says of which reported cache none was seen.
-pub fn place_cliffs(found: &mut Characteristics, caches: &[Cache]) {
+pub fn find_cliffs(found: &mut Characteristics, caches: &[Cache]) {
     let mut curves: Vec<(String, Vec<[f64; 2]>)> = Vec::new();
     let mut add =
         |of: String, place: [f64; 2]| match curves.iter_mut().find(|(known, _)| *known == of) {
@@ -281,38 +282,21 @@ pub fn place_cliffs(found: &mut Characteristics, caches: &[Cache]) {
             None => curves.push((of, vec![place])),
         };
     for row in &found.operators {
-        let of = format!("{} of dimension {}", row.kernel, row.dimension);
-        add(of, [row.working_set as f64, row.time.best]);
+        let of = format!("{} of dimension {}", row.key.kernel, row.key.dimension);
+        add(of, [row.key.working_set as f64, row.figure.best]);
     }
-    for row in found
-        .mountain
-        .iter()
-        .filter(|row| row.stride == LINE as u64)
-    {
-        add(
-            "reading line after line".to_owned(),
-            [row.size as f64, 1.0 / row.bandwidth.best],
-        );
+    for row in (found.mountain.iter()).filter(|row| row.key.stride == LINE as u64) {
+        let of = "reading line after line".to_owned();
+        add(of, [row.key.size as f64, 1.0 / row.figure.best]);
     }
-    let local = |row: &&LatencyRow| row.order == "pages" && row.cpu_node == row.memory_node;
-    for row in found.latency.iter().filter(local) {
-        let of = format!("latency on node {}", row.cpu_node);
-        add(of, [row.size as f64, row.latency.best]);
+    for Measurement { key, figure } in &found.latency {
+        if key.order == "pages" && key.cpu_node == key.memory_node {
+            let of = format!("latency on node {}", key.cpu_node);
+            add(of, [key.size as f64, figure.best]);
+        }
     }
-    let cliff = |of: &str, jump: Jump| Cliff {
-        of: of.to_owned(),
-        size: jump.size,
-        from: jump.between[0],
-        to: jump.between[1],
-        ratio: jump.ratio,
-        cache: cliffs::cache_of(&jump, caches),
-    };
-    for (of, curve) in &curves {
-        let jumps = cliffs::jumps(curve);
-        found
-            .cliffs
-            .extend(jumps.into_iter().map(|jump| cliff(of, jump)));
-    }
+    let of_curves = (curves.iter()).flat_map(|(of, curve)| cliffs(of, curve, caches));
+    found.cliffs.extend(of_curves);
     let largest = curves
         .iter()
         .flat_map(|(_, curve)| curve)

@@ -4,12 +4,12 @@
 mod item;
 mod places;
 
-pub use item::{Item, Mesh, Placement, Seat, Sharing, Solver, StreamKernel, Walk};
+pub use item::{Item, Mesh, Placement, Sharing, Solver, StreamKernel, Walk};
 
-use super::buffer::LINE;
-use super::latency::PAGE;
+use super::buffer::{LINE, PAGE};
+use super::settings::{Extent, Part};
+use super::team::HardwareThread;
 use super::vectors::Set;
-use super::{Extent, Part};
 use crate::topology::Topology;
 use places::{caches_spanned, order, pairs, same_places, teams};
 use strum::VariantArray;
@@ -169,9 +169,8 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
             .map(|size| (size / bytes) as usize)
             .collect();
         if !counts.is_empty() {
-            let seat = first;
             items.push(Item::Operators {
-                seat,
+                thread: first,
                 dimension,
                 counts,
             });
@@ -180,8 +179,11 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     for (i, mesh) in [Mesh::TwoLevels, Mesh::SixtyLevels].into_iter().enumerate() {
         let most = (largest / POINT_BYTES[i]).clamp(1, MOST_POINTS[i]) as usize;
         let counts = (0..).map(|i| 1 << i).take_while(|&n| n <= most).collect();
-        let seat = first;
-        items.push(Item::Points { seat, mesh, counts });
+        items.push(Item::Points {
+            thread: first,
+            mesh,
+            counts,
+        });
     }
     solvers(&mut items, &mut missing, topology, &compact, &scale, limits);
     for size in sizes(8 << 10, largest, scale.steps) {
@@ -193,7 +195,7 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
             .copied()
             .filter(|s| 32 * s <= lines || *s == 1);
         items.push(Item::Mountain {
-            seat: first,
+            thread: first,
             lines,
             strides: strides.collect(),
         });
@@ -227,7 +229,7 @@ fn sizes(smallest: u64, largest: u64, steps: u32) -> impl Iterator<Item = u64> {
         .filter(move |size| std::mem::replace(&mut last, *size) != *size)
 }
 
-fn arithmetic(teams: &[Vec<Seat>]) -> Vec<Item> {
+fn arithmetic(teams: &[Vec<HardwareThread>]) -> Vec<Item> {
     let mut items = Vec::new();
     for set in Set::available() {
         let (first, last) = (&teams[0], &teams[teams.len() - 1]);
@@ -245,7 +247,7 @@ fn arithmetic(teams: &[Vec<Seat>]) -> Vec<Item> {
 /// the caches.
 fn array_lines(
     topology: &Topology,
-    team: &[Seat],
+    team: &[HardwareThread],
     arrays: u64,
     scale: &Scale,
     limits: Limits,
@@ -264,7 +266,7 @@ fn streams(
     items: &mut Vec<Item>,
     missing: &mut Vec<Missing>,
     topology: &Topology,
-    compact: &[Vec<Seat>],
+    compact: &[Vec<HardwareThread>],
     scale: &Scale,
     limits: Limits,
 ) {
@@ -314,7 +316,7 @@ fn nodes(
         let mut team = order(topology, Placement::Compact);
         let cores = (topology.cores.iter()).filter(|core| core.numa_node == node);
         let cores = cores.count();
-        team.retain(|seat| seat.node == node);
+        team.retain(|thread| thread.node == node);
         team.truncate(cores.min(limits.processors));
         let (lines, _) = array_lines(topology, &team, 1, scale, limits);
         items.push(Item::Nodes {
@@ -340,7 +342,7 @@ fn solvers(
     items: &mut Vec<Item>,
     missing: &mut Vec<Missing>,
     topology: &Topology,
-    teams: &[Vec<Seat>],
+    teams: &[Vec<HardwareThread>],
     scale: &Scale,
     limits: Limits,
 ) {
@@ -396,7 +398,7 @@ fn latencies(
     items: &mut Vec<Item>,
     missing: &mut Vec<Missing>,
     topology: &Topology,
-    first: Seat,
+    first: HardwareThread,
     largest: u64,
     scale: &Scale,
     limits: Limits,
@@ -405,8 +407,8 @@ fn latencies(
     let mut all: Vec<usize> = sizes(8 << 10, largest, scale.steps).map(whole).collect();
     all.dedup();
     let last = all[all.len().saturating_sub(1)..].to_vec();
-    let item = |seat: Seat, memory, sizes: &[usize], walk| Item::Latency {
-        seat,
+    let item = |thread: HardwareThread, memory, sizes: &[usize], walk| Item::Latency {
+        thread,
         memory,
         sizes: sizes.to_vec(),
         walk,
@@ -421,13 +423,13 @@ fn latencies(
         }),
     }
     for (node, memory) in pairs(topology) {
-        let seat = order(topology, Placement::Compact)
+        let thread = order(topology, Placement::Compact)
             .into_iter()
-            .find(|seat| seat.node == node);
-        if let Some(seat) = seat
+            .find(|thread| thread.node == node);
+        if let Some(thread) = thread
             && (node, memory) != (first.node, first.node)
         {
-            items.push(item(seat, memory, &last, Walk::Hops));
+            items.push(item(thread, memory, &last, Walk::Hops));
         }
     }
 }

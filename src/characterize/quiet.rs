@@ -7,11 +7,10 @@
 //! and what had to be measured all the same is counted.
 
 use super::drive;
-use super::plan::Seat;
-use super::team::{self, Pace};
-use super::trouble::Trouble;
+use super::error::MeasurementError;
+use super::team::{self, HardwareThread, Pace};
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Volterra};
 use crate::topology::Topology;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,7 +42,7 @@ pub struct Probe<'m> {
 
 impl<'m> Probe<'m> {
     /// The probe of a drive.
-    pub fn new(model: &'m Model) -> Result<Self, Trouble> {
+    pub fn new(model: &'m Model) -> Result<Self, MeasurementError> {
         Ok(Self {
             kernel: drive::volterra(model),
             start: drive::settled(model)?,
@@ -53,23 +52,17 @@ impl<'m> Probe<'m> {
     /// Advances some cycles, the same ones each time.
     fn advance(&self, workspace: &mut <Volterra<'m> as Kernel>::Workspace) {
         let mut trajectory = self.start.clone();
-        for _ in 0..CYCLES {
-            let mut none = Tangents::none();
-            let mut counters = Counters::default();
-            let kernel = &self.kernel;
-            // It went this way before.
-            _ = kernel.advance_cycle(
-                &mut trajectory,
-                &mut none,
-                workspace,
-                &mut (),
-                &mut counters,
-            );
-        }
+        let counters = &mut Counters::default();
+        // It went this way before.
+        _ = drive::advance(&self.kernel, CYCLES, &mut trajectory, workspace, counters);
     }
 
-    /// Time of some cycles, on all seats at once \[s\].
-    fn look(&self, topology: &Topology, seats: &[Seat]) -> Result<f64, Trouble> {
+    /// Time of some cycles, on all threads at once \[s\].
+    fn look(
+        &self,
+        topology: &Topology,
+        threads: &[HardwareThread],
+    ) -> Result<f64, MeasurementError> {
         let pace = Pace {
             slice: Duration::ZERO,
             least: TIMES,
@@ -79,7 +72,7 @@ impl<'m> Probe<'m> {
         let prepare = |_| Ok(self.kernel.workspace());
         let worked = team::work(
             topology,
-            seats,
+            threads,
             1,
             pace,
             prepare,
@@ -126,7 +119,7 @@ impl<'a> QuietMachine<'a> {
         self.patience += patience;
     }
 
-    /// Waits until integrating on these seats is as fast as it ever was, measures, and measures
+    /// Waits until integrating on these threads is as fast as it ever was, measures, and measures
     /// once more if it is slowed after that, as long as there is patience. Gives what was
     /// measured, once or twice.
     ///
@@ -136,18 +129,18 @@ impl<'a> QuietMachine<'a> {
         &mut self,
         probe: &Probe<'_>,
         topology: &Topology,
-        seats: &[Seat],
-        measure: impl FnMut() -> Result<M, Trouble>,
-    ) -> Result<Vec<M>, Trouble> {
-        self.between(seats.len(), || probe.look(topology, seats), measure)
+        threads: &[HardwareThread],
+        measure: impl FnMut() -> Result<M, MeasurementError>,
+    ) -> Result<Vec<M>, MeasurementError> {
+        self.between(threads.len(), || probe.look(topology, threads), measure)
     }
 
     fn between<M>(
         &mut self,
         members: usize,
-        mut look: impl FnMut() -> Result<f64, Trouble>,
-        mut measure: impl FnMut() -> Result<M, Trouble>,
-    ) -> Result<Vec<M>, Trouble> {
+        mut look: impl FnMut() -> Result<f64, MeasurementError>,
+        mut measure: impl FnMut() -> Result<M, MeasurementError>,
+    ) -> Result<Vec<M>, MeasurementError> {
         let mut fast = self.settle(members, &mut look)?;
         let mut measured = vec![measure()?];
         fast &= self.judge(members, look()?);
@@ -167,8 +160,8 @@ impl<'a> QuietMachine<'a> {
     fn settle(
         &mut self,
         members: usize,
-        mut look: impl FnMut() -> Result<f64, Trouble>,
-    ) -> Result<bool, Trouble> {
+        mut look: impl FnMut() -> Result<f64, MeasurementError>,
+    ) -> Result<bool, MeasurementError> {
         let (begun, before) = (Instant::now(), self.waited);
         loop {
             let fast = self.judge(members, look()?);
@@ -244,7 +237,7 @@ mod tests {
         // Another number of threads has a best time of its own.
         assert_eq!(measured(&mut quiet, 2, &[9.0, 9.0]), 1);
         assert_eq!(quiet.slowed(), Some(3.0 / 8.0));
-        let wrong = || Err(Trouble::Wrong { what: "x" });
+        let wrong = || Err(MeasurementError::Wrong { what: "x" });
         assert!(
             quiet
                 .between(1, || Ok(1.0), wrong as fn() -> Result<(), _>)
@@ -253,14 +246,14 @@ mod tests {
     }
 
     #[test]
-    fn every_core_advances() {
+    fn every_thread_marches() {
         let topology = Topology::current().unwrap();
-        let thread = topology.cores[0].threads[0];
+        let index = topology.cores[0].threads[0];
         let default = drive::DefaultDrive::new().unwrap();
         let model = default.probed().unwrap();
         let probe = Probe::new(&model).unwrap();
         let time = probe
-            .look(&topology, &[Seat { thread, node: 0 }; 2])
+            .look(&topology, &[HardwareThread { index, node: 0 }; 2])
             .unwrap();
         assert!(time > 0.0 && time < 1.0, "{time}");
     }

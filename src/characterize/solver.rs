@@ -5,12 +5,13 @@
 //! have the same work and must end in the same bits.
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT};
-use super::plan::{Mesh, Seat, Sharing, Solver};
+use super::error::MeasurementError;
+use super::measured::{Measured, Work};
+use super::plan::{Mesh, Sharing, Solver};
 use super::tables::{BuiltTables, LocalTables};
-use super::team::{self, Pace};
-use super::trouble::Trouble;
+use super::team::{self, HardwareThread, Pace};
 use crate::model::{Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Fused, Kernel, Spectral, Stop, Tangents, Volterra};
+use crate::propagate::{Counters, Fused, Kernel, Spectral, Stop, Volterra};
 use crate::topology::Topology;
 
 /// Unit steps of the dense tables, as published.
@@ -29,37 +30,15 @@ const PASSES: usize = 2;
 const SPEED: f64 = 1200.0;
 const LOADS: [f64; 8] = [0.05, 0.08, 0.12, 0.15, 0.19, 0.22, 0.26, 0.30];
 
-/// Work of a mesh cycle, counted.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Work {
-    /// Numbers of tables read, each for one multiply-add.
-    pub numbers: f64,
-    /// Bytes of different numbers among them.
-    pub distinct: f64,
-}
-
-/// What integrating gave.
-#[derive(Debug)]
-pub struct Integrated {
-    /// Time of a cycle on every team: of a repetition, over the cycles of all members \[s\].
-    pub times: Vec<Vec<f64>>,
-    /// Bytes of the tables of one operating point.
-    pub bytes: usize,
-    /// Work of a cycle.
-    pub work: Work,
-    /// Why members could not be bound, where they could not.
-    pub unbound: Option<String>,
-}
-
 /// A kernel that can say what it reads.
-trait Tabled: Kernel {
+trait TableKernel: Kernel {
     /// Bytes of its tables.
     fn table_bytes(&self) -> usize;
     /// Work of a cycle.
     fn work(&self, counted: &Counters) -> Work;
 }
 
-impl Tabled for Volterra<'_> {
+impl TableKernel for Volterra<'_> {
     fn table_bytes(&self) -> usize {
         self.bytes()
     }
@@ -84,7 +63,7 @@ fn of_operators(size: crate::propagate::TableSize, counted: &Counters) -> Work {
     }
 }
 
-impl Tabled for Spectral<'_> {
+impl TableKernel for Spectral<'_> {
     fn table_bytes(&self) -> usize {
         self.bytes().bytes
     }
@@ -94,7 +73,7 @@ impl Tabled for Spectral<'_> {
     }
 }
 
-impl Tabled for Fused<'_> {
+impl TableKernel for Fused<'_> {
     fn table_bytes(&self) -> usize {
         self.bytes().bytes
     }
@@ -112,9 +91,9 @@ pub fn measure(
     solver: Solver,
     sharing: Sharing,
     modes: usize,
-    teams: &[Vec<Seat>],
+    teams: &[Vec<HardwareThread>],
     pace: Pace,
-) -> Result<Integrated, Trouble> {
+) -> Result<Measured, MeasurementError> {
     let structure = default.structure(modes)?;
     let loads = match sharing {
         Sharing::Eight => &LOADS[..],
@@ -130,47 +109,47 @@ pub fn measure(
     };
     let models = loads.iter().map(model).collect::<Result<Vec<_>, _>>()?;
     let nodes = nodes(sharing, teams);
-    let casts = |mould| {
+    let copies = |built| {
         on_each(topology, &nodes, |_| {
-            models.iter().map(|_| LocalTables::new(mould)).collect()
+            models.iter().map(|_| LocalTables::new(built)).collect()
         })
     };
     match solver {
         Solver::Volterra => {
             let build = |_| Ok(models.iter().map(drive::volterra).collect());
-            let shelves = on_each(topology, &nodes, build)?;
-            advance(topology, &models, &nodes, &shelves, teams, pace)
+            let kernels = on_each(topology, &nodes, build)?;
+            advance(topology, &models, &nodes, &kernels, teams, pace)
         }
         Solver::Spectral => {
             let built = || Ok(Spectral::new(&models[0], CELLS, EVENT_LIMIT, None)?.arrays());
-            let casts: Vec<Vec<LocalTables>> = casts(built_tables.of(solver, modes, built)?)?;
-            let shelves = on_each(topology, &nodes, |node| {
-                let pairs = models.iter().zip(&casts[node]);
+            let copies: Vec<Vec<LocalTables>> = copies(built_tables.of(solver, modes, built)?)?;
+            let kernels = on_each(topology, &nodes, |node| {
+                let pairs = models.iter().zip(&copies[node]);
                 pairs
-                    .map(|(model, cast)| {
-                        Ok(Spectral::of_kept(model, CELLS, EVENT_LIMIT, None, cast)?)
+                    .map(|(model, copy)| {
+                        Ok(Spectral::of_kept(model, CELLS, EVENT_LIMIT, None, copy)?)
                     })
                     .collect()
             })?;
-            advance(topology, &models, &nodes, &shelves, teams, pace)
+            advance(topology, &models, &nodes, &kernels, teams, pace)
         }
         Solver::Fused => {
             let built = || Ok(Fused::new(&models[0], CELLS, EVENT_LIMIT)?.arrays());
-            let casts: Vec<Vec<LocalTables>> = casts(built_tables.of(solver, modes, built)?)?;
-            let shelves = on_each(topology, &nodes, |node| {
-                let pairs = models.iter().zip(&casts[node]);
+            let copies: Vec<Vec<LocalTables>> = copies(built_tables.of(solver, modes, built)?)?;
+            let kernels = on_each(topology, &nodes, |node| {
+                let pairs = models.iter().zip(&copies[node]);
                 pairs
-                    .map(|(model, cast)| Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, cast)?))
+                    .map(|(model, copy)| Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, copy)?))
                     .collect()
             })?;
-            advance(topology, &models, &nodes, &shelves, teams, pace)
+            advance(topology, &models, &nodes, &kernels, teams, pace)
         }
     }
 }
 
 /// Nodes that get tables of their own.
-fn nodes(sharing: Sharing, teams: &[Vec<Seat>]) -> Vec<u32> {
-    let mut nodes: Vec<u32> = teams.iter().flatten().map(|seat| seat.node).collect();
+fn nodes(sharing: Sharing, teams: &[Vec<HardwareThread>]) -> Vec<u32> {
+    let mut nodes: Vec<u32> = teams.iter().flatten().map(|thread| thread.node).collect();
     if sharing != Sharing::Node {
         nodes.truncate(1);
     }
@@ -183,9 +162,9 @@ fn nodes(sharing: Sharing, teams: &[Vec<Seat>]) -> Vec<u32> {
 fn on_each<T: Send>(
     topology: &Topology,
     nodes: &[u32],
-    make: impl Fn(usize) -> Result<Vec<T>, Trouble> + Sync,
-) -> Result<Vec<Vec<T>>, Trouble> {
-    let shelf = |(index, &node): (usize, &u32)| {
+    make: impl Fn(usize) -> Result<Vec<T>, MeasurementError> + Sync,
+) -> Result<Vec<Vec<T>>, MeasurementError> {
+    let of_node = |(index, &node): (usize, &u32)| {
         let cores = topology.cores.iter().filter(|core| core.numa_node == node);
         let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();
         std::thread::scope(|scope| {
@@ -197,24 +176,24 @@ fn on_each<T: Send>(
             (maker.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic))
         })
     };
-    nodes.iter().enumerate().map(shelf).collect()
+    nodes.iter().enumerate().map(of_node).collect()
 }
 
-/// Advances on every team; a shelf holds the kernels of a node, one an operating point.
-fn advance<K: Tabled + Sync>(
+/// Advances on every team with the kernels of each node, one an operating point.
+fn advance<K: TableKernel + Sync>(
     topology: &Topology,
     models: &[Model],
     nodes: &[u32],
-    shelves: &[Vec<K>],
-    teams: &[Vec<Seat>],
+    kernels: &[Vec<K>],
+    teams: &[Vec<HardwareThread>],
     pace: Pace,
-) -> Result<Integrated, Trouble> {
+) -> Result<Measured, MeasurementError> {
     let starts = (models.iter().map(drive::settled)).collect::<Result<Vec<_>, _>>()?;
-    let counted = counted(&shelves[0], &starts)?;
-    let mut integrated = Integrated {
+    let counted = counted(&kernels[0], &starts)?;
+    let mut measured = Measured {
         times: vec![Vec::new(); teams.len()],
-        bytes: shelves[0][0].table_bytes(),
-        work: shelves[0][0].work(&counted),
+        bytes: kernels[0][0].table_bytes(),
+        work: kernels[0][0].work(&counted),
         unbound: None,
     };
     for index in (0..PASSES).flat_map(|_| 0..teams.len()) {
@@ -226,43 +205,50 @@ fn advance<K: Tabled + Sync>(
             pace,
             |member| {
                 let own = nodes.iter().position(|&node| node == team[member].node);
-                Ok(Integrator::new(&shelves[own.unwrap_or(0)], &starts, member))
+                Ok(Trajectories::new(
+                    &kernels[own.unwrap_or(0)],
+                    &starts,
+                    member,
+                ))
             },
-            |integrator: &mut Integrator<'_, K>, _| integrator.repeat(),
-            |integrator: &mut Integrator<'_, K>, _| integrator.repeat(),
-            Integrator::end,
+            |trajectories: &mut Trajectories<'_, K>, _| trajectories.repeat(),
+            |trajectories: &mut Trajectories<'_, K>, _| trajectories.repeat(),
+            Trajectories::end,
         )?;
         let mut ends = Vec::new();
         for end in worked.results {
             ends.push(end?);
         }
         if ends.windows(2).any(|pair| pair[0] != pair[1]) {
-            return Err(Trouble::Wrong {
+            return Err(MeasurementError::Wrong {
                 what: "integrating on several threads",
             });
         }
         let cycles = (team.len() * STAY * models.len()) as f64;
         let times = worked.times.into_iter().flatten();
-        integrated.times[index].extend(times.map(|time| time / cycles));
-        integrated.unbound = integrated.unbound.or(worked.unbound);
+        measured.times[index].extend(times.map(|time| time / cycles));
+        measured.unbound = measured.unbound.or(worked.unbound);
     }
-    Ok(integrated)
+    Ok(measured)
 }
 
 /// The work of a repetition.
-fn counted<K: Tabled>(kernels: &[K], starts: &[TrajectoryState]) -> Result<Counters, Trouble> {
-    let mut integrator = Integrator::new(kernels, starts, 0);
-    integrator.repeat();
-    let counters = integrator.counters;
-    integrator.end()?;
+fn counted<K: TableKernel>(
+    kernels: &[K],
+    starts: &[TrajectoryState],
+) -> Result<Counters, MeasurementError> {
+    let mut trajectories = Trajectories::new(kernels, starts, 0);
+    trajectories.repeat();
+    let counters = trajectories.counters;
+    trajectories.end()?;
     Ok(counters)
 }
 
 /// A member's trajectories.
-struct Integrator<'k, K: Kernel> {
+struct Trajectories<'k, K: Kernel> {
     kernels: &'k [K],
     starts: &'k [TrajectoryState],
-    trajectories: Vec<TrajectoryState>,
+    states: Vec<TrajectoryState>,
     /// One an operating point: kernels keep in them what they have prepared.
     workspaces: Vec<K::Workspace>,
     counters: Counters,
@@ -271,12 +257,12 @@ struct Integrator<'k, K: Kernel> {
     stopped: Option<Stop>,
 }
 
-impl<'k, K: Kernel> Integrator<'k, K> {
+impl<'k, K: Kernel> Trajectories<'k, K> {
     fn new(kernels: &'k [K], starts: &'k [TrajectoryState], index: usize) -> Self {
         Self {
             kernels,
             starts,
-            trajectories: starts.to_vec(),
+            states: starts.to_vec(),
             workspaces: kernels.iter().map(K::workspace).collect(),
             counters: Counters::default(),
             first: index % kernels.len(),
@@ -288,17 +274,15 @@ impl<'k, K: Kernel> Integrator<'k, K> {
     fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
-            self.trajectories[point].clone_from(&self.starts[point]);
-            for _ in 0..STAY {
-                let ended = self.kernels[point].advance_cycle(
-                    &mut self.trajectories[point],
-                    &mut Tangents::none(),
-                    &mut self.workspaces[point],
-                    &mut (),
-                    &mut self.counters,
-                );
-                self.stopped = self.stopped.or(ended.err());
-            }
+            self.states[point].clone_from(&self.starts[point]);
+            let ended = drive::advance(
+                &self.kernels[point],
+                STAY,
+                &mut self.states[point],
+                &mut self.workspaces[point],
+                &mut self.counters,
+            );
+            self.stopped = self.stopped.or(ended.err());
         }
     }
 
@@ -307,7 +291,7 @@ impl<'k, K: Kernel> Integrator<'k, K> {
         match self.stopped {
             Some(stop) => Err(stop),
             None => Ok(self
-                .trajectories
+                .states
                 .iter()
                 .flat_map(|t| t.state.iter().map(|x| x.to_bits()).chain([t.cycle]))
                 .collect()),
@@ -333,12 +317,12 @@ mod tests {
     fn kernels_advance_on_teams_and_count_their_work() {
         let topology = Topology::current().unwrap();
         let default = DefaultDrive::new().unwrap();
-        let thread = topology.cores[0].threads[0];
-        let seat = Seat { thread, node: 0 };
-        let teams = [vec![seat], vec![seat; 2]];
+        let index = topology.cores[0].threads[0];
+        let thread = HardwareThread { index, node: 0 };
+        let teams = [vec![thread], vec![thread; 2]];
         let mut built_tables = BuiltTables::default();
         for sharing in [Sharing::Shared, Sharing::Eight] {
-            let mut measured = |solver| {
+            let mut on_teams = |solver| {
                 measure(
                     &topology,
                     &default,
@@ -352,24 +336,24 @@ mod tests {
                 .unwrap()
             };
             for &solver in Solver::VARIANTS {
-                let integrated = measured(solver);
-                assert_eq!(integrated.times.len(), 2);
-                assert!(integrated.times.iter().flatten().all(|time| *time > 0.0));
-                assert!(integrated.work.numbers > 0.0);
-                assert!(integrated.work.distinct <= integrated.bytes as f64);
+                let measured = on_teams(solver);
+                assert_eq!(measured.times.len(), 2);
+                assert!(measured.times.iter().flatten().all(|time| *time > 0.0));
+                assert!(measured.work.numbers > 0.0);
+                assert!(measured.work.distinct <= measured.bytes as f64);
             }
             // A dense table is read once a cycle, a structured one more often.
-            let dense = measured(Solver::Spectral).work;
+            let dense = on_teams(Solver::Spectral).work;
             assert!(dense.distinct > 0.5 * 8.0 * dense.numbers);
-            let structured = measured(Solver::Volterra).work;
+            let structured = on_teams(Solver::Volterra).work;
             assert!(structured.distinct < 0.9 * 8.0 * structured.numbers);
         }
     }
 
     #[test]
     fn tables_a_node_only_where_asked_for() {
-        let seat = |thread, node| Seat { thread, node };
-        let teams = [vec![seat(0, 1)], vec![seat(0, 1), seat(1, 0)]];
+        let thread = |index, node| HardwareThread { index, node };
+        let teams = [vec![thread(0, 1)], vec![thread(0, 1), thread(1, 0)]];
         assert_eq!(nodes(Sharing::Node, &teams), [0, 1]);
         assert_eq!(nodes(Sharing::Shared, &teams), [1]);
         assert_eq!(nodes(Sharing::Eight, &teams), [1]);

@@ -1,10 +1,11 @@
 //! Streaming through large arrays: read, copy and triad on teams, and from node to node.
 
 use super::buffer::{Buffer, LANES, LINE};
+use super::error::MeasurementError;
+use super::measured::Measured;
 use super::memory;
-use super::plan::{Seat, StreamKernel};
-use super::team::{self, Pace, Worked};
-use super::trouble::Trouble;
+use super::plan::StreamKernel;
+use super::team::{self, HardwareThread, Pace};
 use super::vectors::{self, Set};
 use crate::topology::Topology;
 
@@ -24,15 +25,15 @@ struct Arrays {
 /// Times of every kernel of [`StreamKernel::available`] on a team.
 pub fn streams(
     topology: &Topology,
-    seats: &[Seat],
+    team: &[HardwareThread],
     lines: usize,
     pace: Pace,
-) -> Result<Worked<()>, Trouble> {
+) -> Result<Measured, MeasurementError> {
     let kernels = StreamKernel::available();
     let set = Set::widest();
     let worked = team::work(
         topology,
-        seats,
+        team,
         kernels.len(),
         pace,
         |_| {
@@ -45,9 +46,9 @@ pub fn streams(
         },
         |arrays: &mut Arrays, task| arrays.pass(set, kernels[task]),
         |arrays: &mut Arrays, task| arrays.pass(set, kernels[task]),
-        |arrays| arrays.right,
+        |arrays| (arrays.right, ()),
     )?;
-    checked(worked, "streaming")
+    Ok(worked.checked("streaming")?.into())
 }
 
 impl Arrays {
@@ -73,18 +74,18 @@ impl Arrays {
 }
 
 /// Bytes that a repetition of a kernel reads and writes on a team.
-pub fn bytes(kernel: StreamKernel, seats: usize, lines: usize) -> u64 {
-    (kernel.arrays() * seats * lines * LINE) as u64
+pub fn bytes(kernel: StreamKernel, members: usize, lines: usize) -> u64 {
+    (kernel.arrays() * members * lines * LINE) as u64
 }
 
 /// Times of reading memory of a node.
 pub fn nodes(
     topology: &Topology,
-    seats: &[Seat],
+    team: &[HardwareThread],
     node: u32,
     lines: usize,
     pace: Pace,
-) -> Result<Worked<()>, Trouble> {
+) -> Result<Measured, MeasurementError> {
     let set = Set::widest();
     let pass = |(buffer, right): &mut (Buffer, bool), _| {
         let sum = vectors::read(set, buffer.lines(), 1, lines, 1);
@@ -92,24 +93,24 @@ pub fn nodes(
     };
     let worked = team::work(
         topology,
-        seats,
+        team,
         1,
         pace,
         |_| Ok((memory::on_node(topology, node, lines)?, true)),
         pass,
         pass,
-        |(_, right)| right,
+        |(_, right)| (right, ()),
     )?;
-    checked(worked, "reading from node to node")
+    Ok(worked.checked("reading from node to node")?.into())
 }
 
-/// Times of multiply-adds in registers, and the operations of a repetition of the whole team.
+/// Times of a multiply-add's operation in registers, over those of the whole team.
 pub fn arithmetic(
     topology: &Topology,
-    seats: &[Seat],
+    team: &[HardwareThread],
     set: Set,
     pace: Pace,
-) -> Result<(Worked<()>, u64), Trouble> {
+) -> Result<Measured, MeasurementError> {
     /// Less than a millisecond.
     const ROUNDS: usize = 100_000;
     let iterate = |(right, operations): &mut (bool, u64), _| {
@@ -120,7 +121,7 @@ pub fn arithmetic(
     };
     let worked = team::work(
         topology,
-        seats,
+        team,
         1,
         pace,
         |_| Ok((true, 0)),
@@ -128,27 +129,7 @@ pub fn arithmetic(
         iterate,
         |state| state,
     )?;
-    let operations = worked
-        .results
-        .iter()
-        .map(|(_, operations)| operations)
-        .sum();
-    let right = Worked {
-        results: worked.results.iter().map(|(right, _)| *right).collect(),
-        times: worked.times,
-        unbound: worked.unbound,
-    };
-    Ok((checked(right, "arithmetic")?, operations))
-}
-
-/// Lets times through whose results were right.
-pub fn checked(worked: Worked<bool>, what: &'static str) -> Result<Worked<()>, Trouble> {
-    match worked.results.iter().all(|right| *right) {
-        true => Ok(Worked {
-            times: worked.times,
-            results: Vec::new(),
-            unbound: worked.unbound,
-        }),
-        false => Err(Trouble::Wrong { what }),
-    }
+    let checked = worked.checked("arithmetic")?;
+    let operations = checked.results.iter().sum::<u64>() as f64;
+    Ok(checked.per_unit(&[operations]).into())
 }

@@ -5,9 +5,9 @@
 //! points of one speed have equal tables. Their time is one of memory, whoever wrote it.
 
 use super::buffer::{Buffer, LANES, Line};
+use super::error::MeasurementError;
 use super::memory;
 use super::plan::Solver;
-use super::trouble::Trouble;
 use crate::propagate::{DenseError, KeptTables, TableArray};
 
 /// Tables as they were built, for every kernel and number of modes.
@@ -40,7 +40,7 @@ pub struct LocalTables(Vec<(&'static str, usize, Buffer)>);
 
 impl LocalTables {
     /// Copies tables.
-    pub fn new(built: &[TableArray]) -> Result<Self, Trouble> {
+    pub fn new(built: &[TableArray]) -> Result<Self, MeasurementError> {
         let arrays = built.iter().map(|array| {
             let lines = array.values.len().div_ceil(LANES);
             let mut buffer = memory::untouched(lines)?;
@@ -55,7 +55,7 @@ impl LocalTables {
             }
             Ok((array.name, array.values.len(), buffer))
         });
-        Ok(Self(arrays.collect::<Result<_, Trouble>>()?))
+        Ok(Self(arrays.collect::<Result<_, MeasurementError>>()?))
     }
 }
 
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cast_holds_what_the_mould_holds() {
+    fn a_copy_holds_what_was_built() {
         let array = |name, count: usize| TableArray {
             name,
             unit: "1",
@@ -90,12 +90,12 @@ mod tests {
         };
         assert_eq!(again(&mut built_tables, 4), Ok(built.clone()));
         assert!(again(&mut built_tables, 5).is_err());
-        let cast = LocalTables::new(&built).unwrap();
+        let copy = LocalTables::new(&built).unwrap();
         for array in &built {
-            let numbers = cast.numbers(array.name).unwrap();
+            let numbers = copy.numbers(array.name).unwrap();
             assert_eq!(numbers, array.values);
             assert_eq!(numbers.as_ptr() as usize % super::super::buffer::LINE, 0);
         }
-        assert_eq!(cast.numbers("d"), None);
+        assert_eq!(copy.numbers("d"), None);
     }
 }

@@ -4,11 +4,19 @@
 //! Every thread takes its memory itself, after it was bound, and warms up before anything is
 //! timed.
 
-use super::plan::Seat;
-use super::trouble::Trouble;
+use super::error::MeasurementError;
 use crate::topology::Topology;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+
+/// A hardware thread that a member of a team is bound to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HardwareThread {
+    /// As the system numbers it.
+    pub index: u32,
+    /// Its NUMA node, as the system numbers it.
+    pub node: u32,
+}
 
 /// How long something is repeated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,35 +40,64 @@ pub struct Worked<R> {
     pub unbound: Option<String>,
 }
 
-/// Lets a thread on every seat `prepare` its state, `warm` up for each of `tasks` pieces of work,
-/// do it again and again, and `finish`. The first error of a preparation is returned, and nothing is then repeated.
+impl<R> Worked<R> {
+    /// Times of a unit of work, where a repetition of each task does so many.
+    pub fn per_unit(mut self, units: &[f64]) -> Self {
+        for (times, units) in self.times.iter_mut().zip(units) {
+            times.iter_mut().for_each(|time| *time /= units);
+        }
+        self
+    }
+}
+
+impl<R> Worked<(bool, R)> {
+    /// Lets times through whose results were right.
+    ///
+    /// # Errors
+    /// A member says that it computed something wrong.
+    pub fn checked(self, what: &'static str) -> Result<Worked<R>, MeasurementError> {
+        let (right, results): (Vec<bool>, Vec<R>) = self.results.into_iter().unzip();
+        match right.contains(&false) {
+            true => Err(MeasurementError::Wrong { what }),
+            false => Ok(Worked {
+                times: self.times,
+                results,
+                unbound: self.unbound,
+            }),
+        }
+    }
+}
+
+/// Lets a member on every hardware thread `prepare` its state, `warm` up for each of `tasks` pieces
+/// of work, do it again and again, and `finish`. The first error of a preparation is returned, and
+/// nothing is then repeated.
 ///
 /// # Errors
 /// A preparation failed.
 pub fn work<S, R: Send>(
     topology: &Topology,
-    seats: &[Seat],
+    threads: &[HardwareThread],
     tasks: usize,
     pace: Pace,
-    prepare: impl Fn(usize) -> Result<S, Trouble> + Sync,
+    prepare: impl Fn(usize) -> Result<S, MeasurementError> + Sync,
     warm: impl Fn(&mut S, usize) + Sync,
     once: impl Fn(&mut S, usize) + Sync,
     finish: impl Fn(S) -> R + Sync,
-) -> Result<Worked<R>, Trouble> {
-    let clocks: Vec<Clock> = seats.iter().map(|_| Clock::default()).collect();
-    let (gate, failed, on) = (
-        Gate::new(seats.len()),
+) -> Result<Worked<R>, MeasurementError> {
+    let intervals: Vec<Interval> = threads.iter().map(|_| Interval::default()).collect();
+    let (barrier, failed, on) = (
+        SpinBarrier::new(threads.len()),
         AtomicBool::new(false),
         AtomicBool::new(true),
     );
     let epoch = Instant::now();
     let member = |index: usize| {
-        let unbound = (topology.bind_current_thread(&[seats[index].thread]))
+        let unbound = (topology.bind_current_thread(&[threads[index].index]))
             .err()
             .map(|error| error.to_string());
         let prepared = prepare(index);
         failed.fetch_or(prepared.is_err(), Ordering::SeqCst);
-        gate.pass();
+        barrier.wait();
         let mut state = match prepared {
             Err(error) => return Err(error),
             Ok(_) if failed.load(Ordering::SeqCst) => return Ok(None),
@@ -69,20 +106,20 @@ pub fn work<S, R: Send>(
         let mut times = vec![Vec::new(); tasks];
         for (task, times) in times.iter_mut().enumerate() {
             warm(&mut state, task);
-            gate.pass();
+            barrier.wait();
             let begun = Instant::now();
             loop {
-                gate.pass();
+                barrier.wait();
                 let start = epoch.elapsed();
                 once(&mut state, task);
-                clocks[index].set(start, epoch.elapsed());
-                gate.pass();
+                intervals[index].set(start, epoch.elapsed());
+                barrier.wait();
                 if index == 0 {
-                    times.push(Clock::over_all(&clocks));
+                    times.push(Interval::over_all(&intervals));
                     let enough = times.len() >= pace.least && begun.elapsed() >= pace.slice;
                     on.store(!enough && times.len() < pace.most, Ordering::SeqCst);
                 }
-                gate.pass();
+                barrier.wait();
                 if !on.load(Ordering::SeqCst) {
                     break;
                 }
@@ -90,13 +127,13 @@ pub fn work<S, R: Send>(
         }
         Ok(Some((times, finish(state), unbound)))
     };
-    // Threads of their own even for one seat: whoever calls keeps its freedom.
+    // A thread of its own even for one member: whoever calls keeps its freedom.
     let ended: Vec<_> = std::thread::scope(|scope| {
         let member = &member;
-        let threads: Vec<_> = (0..seats.len())
+        let started: Vec<_> = (0..threads.len())
             .map(|index| scope.spawn(move || member(index)))
             .collect();
-        (threads.into_iter())
+        (started.into_iter())
             .map(|thread| (thread.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
             .collect()
     });
@@ -121,9 +158,9 @@ pub fn work<S, R: Send>(
 pub fn rounds_for(wanted: Duration, mut run: impl FnMut(usize)) -> usize {
     let mut rounds = 1;
     loop {
-        let clock = Instant::now();
+        let begun = Instant::now();
         run(rounds);
-        let taken = clock.elapsed();
+        let taken = begun.elapsed();
         if 2 * taken >= wanted || rounds > 1 << 40 {
             let scale = wanted.as_secs_f64() / taken.as_secs_f64().max(1e-9);
             return ((rounds as f64 * scale) as usize).max(1);
@@ -135,21 +172,25 @@ pub fn rounds_for(wanted: Duration, mut run: impl FnMut(usize)) -> usize {
 /// When one member worked \[ns since the epoch\], on a line of its own.
 #[derive(Debug, Default)]
 #[repr(align(128))]
-struct Clock {
+struct Interval {
     start: AtomicU64,
     end: AtomicU64,
 }
 
-impl Clock {
+impl Interval {
     fn set(&self, start: Duration, end: Duration) {
         self.start.store(start.as_nanos() as u64, Ordering::SeqCst);
         self.end.store(end.as_nanos() as u64, Ordering::SeqCst);
     }
 
     /// From the first start to the last end \[s\].
-    fn over_all(clocks: &[Self]) -> f64 {
-        let starts = clocks.iter().map(|c| c.start.load(Ordering::SeqCst));
-        let ends = clocks.iter().map(|c| c.end.load(Ordering::SeqCst));
+    fn over_all(intervals: &[Self]) -> f64 {
+        let starts = intervals
+            .iter()
+            .map(|interval| interval.start.load(Ordering::SeqCst));
+        let ends = intervals
+            .iter()
+            .map(|interval| interval.end.load(Ordering::SeqCst));
         let (first, last) = (starts.min().unwrap_or(0), ends.max().unwrap_or(0));
         1e-9 * last.saturating_sub(first) as f64
     }
@@ -157,16 +198,16 @@ impl Clock {
 
 /// A barrier that spins before it sleeps: a member that the system must wake up would start
 /// late.
-struct Gate {
+struct SpinBarrier {
     members: usize,
     waiting: AtomicUsize,
     passed: AtomicUsize,
 }
 
-/// Looks at the gate before the processor is given to others.
+/// Looks at the barrier before the processor is given to others.
 const SPINS: usize = 20_000;
 
-impl Gate {
+impl SpinBarrier {
     fn new(members: usize) -> Self {
         Self {
             members,
@@ -176,7 +217,7 @@ impl Gate {
     }
 
     /// Waits for all members.
-    fn pass(&self) {
+    fn wait(&self) {
         let turn = self.passed.load(Ordering::SeqCst);
         if self.waiting.fetch_add(1, Ordering::SeqCst) + 1 == self.members {
             self.waiting.store(0, Ordering::SeqCst);
@@ -204,19 +245,19 @@ mod tests {
         most: 10,
     };
 
-    fn seats(count: usize) -> (Topology, Vec<Seat>) {
+    fn shared_core(count: usize) -> (Topology, Vec<HardwareThread>) {
         let topology = Topology::current().unwrap();
-        let thread = topology.cores[0].threads[0];
-        (topology, vec![Seat { thread, node: 0 }; count])
+        let index = topology.cores[0].threads[0];
+        (topology, vec![HardwareThread { index, node: 0 }; count])
     }
 
     /// Three members on one core: the barrier does not depend on cores of their own.
     #[test]
     fn all_members_do_all_tasks_equally_often() {
-        let (topology, seats) = seats(3);
+        let (topology, threads) = shared_core(3);
         let worked = work(
             &topology,
-            &seats,
+            &threads,
             2,
             PACE,
             |index| Ok((index, [0, 0])),
@@ -232,21 +273,24 @@ mod tests {
 
     #[test]
     fn one_failed_preparation_lets_everybody_go() {
-        let (topology, seats) = seats(2);
+        let (topology, threads) = shared_core(2);
         let ended = work(
             &topology,
-            &seats,
+            &threads,
             1,
             PACE,
             |index| match index {
-                1 => Err(Trouble::Wrong { what: "this" }),
+                1 => Err(MeasurementError::Wrong { what: "this" }),
                 _ => Ok(()),
             },
             |(), _| (),
             |(), _| (),
             |()| (),
         );
-        assert!(matches!(ended, Err(Trouble::Wrong { what: "this" })));
+        assert!(matches!(
+            ended,
+            Err(MeasurementError::Wrong { what: "this" })
+        ));
     }
 
     #[test]

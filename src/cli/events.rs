@@ -31,7 +31,7 @@ enum Event<'a> {
         resumed: u64,
         chain_length: usize,
         threads: usize,
-        placement: Seating<'a>,
+        placement: WorkerPlacement<'a>,
     },
     Point {
         point_id: u64,
@@ -70,7 +70,7 @@ enum Event<'a> {
 }
 
 #[derive(Debug, Serialize)]
-struct Seating<'a> {
+struct WorkerPlacement<'a> {
     asked: &'a str,
     obtained: &'a str,
 }
@@ -164,7 +164,7 @@ impl Watcher for Events<'_> {
             resumed: begun.progress.resumed,
             chain_length: job.chain_length(),
             threads: begun.threads,
-            placement: Seating {
+            placement: WorkerPlacement {
                 asked: begun.asked,
                 obtained: begun.obtained,
             },

@@ -140,7 +140,7 @@ fn measure(args: &MeasureArgs) -> ExitCode {
     let found = match found {
         Ok(Some(found)) => found,
         Ok(None) => return ExitCode::from(INTERRUPTED),
-        Err(trouble) => return fail(1, &with_causes(&trouble)),
+        Err(error) => return fail(1, &with_causes(&error)),
     };
     if let Err(error) = found.write(&folder) {
         return fail(1, &with_causes(&error));
@@ -212,8 +212,10 @@ fn show(args: &ShowArgs) -> ExitCode {
 }
 
 fn compared(args: &CompareArgs) -> ExitCode {
-    let read = |folder: &Path| Characteristics::read(folder);
-    let (a, b) = match (read(&args.a), read(&args.b)) {
+    let (a, b) = match (
+        Characteristics::read(&args.a),
+        Characteristics::read(&args.b),
+    ) {
         (Ok(a), Ok(b)) => (a, b),
         (Err(error), _) | (_, Err(error)) => return fail(BAD_INPUT, &with_causes(&error)),
     };

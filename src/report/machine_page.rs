@@ -3,7 +3,7 @@
 mod words;
 
 use crate::report::size_text;
-use crate::store::{BandwidthRow, Characteristics, LatencyRow, OperatorRow, SolverRow};
+use crate::store::{Characteristics, Measurement, MountainKey, OperatorKey, SolverKey};
 use std::fmt::Write;
 use words::{caches, memory_words, plural, processor, rate_text, seconds, system, time_text};
 
@@ -59,7 +59,7 @@ fn head(page: &mut String, machine: &Characteristics) {
 /// geometric middle of a later one and the one before it (of a large shared cache only a part may
 /// be there for this process), and the largest buffer measured, where it is none of a cache.
 pub(super) fn levels(machine: &Characteristics) -> Vec<(String, u64)> {
-    let Some(largest) = machine.mountain.iter().map(|row| row.size).max() else {
+    let Some(largest) = machine.mountain.iter().map(|row| row.key.size).max() else {
         return Vec::new();
     };
     let mut before = None;
@@ -92,21 +92,24 @@ fn memory(page: &mut String, machine: &Characteristics) {
     for (name, size) in places {
         let near = |other: u64| (other as f64 / size as f64).ln().abs();
         let at = |stride: u64| {
-            let rows = machine.mountain.iter().filter(|row| row.stride == stride);
-            rows.min_by(|a, b| near(a.size).total_cmp(&near(b.size)))
-                .filter(|row| near(row.size) < 0.4)
+            let rows = machine
+                .mountain
+                .iter()
+                .filter(|row| row.key.stride == stride);
+            rows.min_by(|a, b| near(a.key.size).total_cmp(&near(b.key.size)))
+                .filter(|row| near(row.key.size) < 0.4)
         };
         let load = |order: &str| {
             (machine.latency.iter())
-                .filter(|row| row.order == order && !row.huge_pages)
-                .filter(|row| row.cpu_node == row.memory_node)
-                .min_by(|a, b| near(a.size).total_cmp(&near(b.size)))
-                .map_or_else(String::new, |row| time_text(&row.latency))
+                .filter(|row| row.key.order == order && !row.key.huge_pages)
+                .filter(|row| row.key.cpu_node == row.key.memory_node)
+                .min_by(|a, b| near(a.key.size).total_cmp(&near(b.key.size)))
+                .map_or_else(String::new, |row| time_text(&row.figure))
         };
-        let rate = |row: Option<&crate::store::MountainRow>| {
-            row.map_or_else(String::new, |row| rate_text(&row.bandwidth))
+        let rate = |row: Option<&Measurement<MountainKey>>| {
+            row.map_or_else(String::new, |row| rate_text(&row.figure))
         };
-        let shown = at(64).map_or(size, |row| row.size);
+        let shown = at(64).map_or(size, |row| row.key.size);
         _ = writeln!(
             page,
             "  {name:<10} {:<11} {:<14} {:<14} {:<14} {}",
@@ -117,12 +120,12 @@ fn memory(page: &mut String, machine: &Characteristics) {
             load("hops"),
         );
     }
-    for row in machine.latency.iter().filter(|row| row.huge_pages) {
+    for row in machine.latency.iter().filter(|row| row.key.huge_pages) {
         _ = writeln!(
             page,
             "  a load to another page in {}, on huge pages: {}",
-            size_text(row.size),
-            time_text(&row.latency)
+            size_text(row.key.size),
+            time_text(&row.figure)
         );
     }
     nodes(page, machine);
@@ -130,17 +133,16 @@ fn memory(page: &mut String, machine: &Characteristics) {
 
 /// Rows are the nodes of the threads, columns those of the memory.
 fn nodes(page: &mut String, machine: &Characteristics) {
-    let between = |row: &&BandwidthRow| row.placement == "nodes";
-    let rows: Vec<&BandwidthRow> = machine.bandwidth.iter().filter(between).collect();
+    let between = (machine.bandwidth.iter()).filter(|row| row.key.placement == "nodes");
+    let rows: Vec<_> = between.collect();
     if rows.is_empty() {
         return;
     }
     let latency = |cpu: Option<u32>, memory: Option<u32>| {
-        let wanted = |row: &&LatencyRow| {
-            row.order == "hops" && Some(row.cpu_node) == cpu && Some(row.memory_node) == memory
-        };
-        let rows = (machine.latency.iter()).filter(|row| !row.huge_pages && wanted(row));
-        rows.max_by_key(|row| row.size)
+        let hops = (machine.latency.iter())
+            .filter(|row| row.key.order == "hops" && !row.key.huge_pages)
+            .filter(|row| Some(row.key.cpu_node) == cpu && Some(row.key.memory_node) == memory);
+        hops.max_by_key(|row| row.key.size)
     };
     page.push_str("\ncores of node → memory of node: reading, a load to another page\n");
     for row in rows {
@@ -148,11 +150,11 @@ fn nodes(page: &mut String, machine: &Characteristics) {
         _ = writeln!(
             page,
             "  {} → {}: {}, {}",
-            name(row.cpu_node),
-            name(row.memory_node),
-            rate_text(&row.bandwidth),
-            latency(row.cpu_node, row.memory_node)
-                .map_or_else(String::new, |row| time_text(&row.latency)),
+            name(row.key.cpu_node),
+            name(row.key.memory_node),
+            rate_text(&row.figure),
+            latency(row.key.cpu_node, row.key.memory_node)
+                .map_or_else(String::new, |row| time_text(&row.figure)),
         );
     }
 }
@@ -160,8 +162,8 @@ fn nodes(page: &mut String, machine: &Characteristics) {
 fn bandwidth(page: &mut String, machine: &Characteristics) {
     let kernels = ["read", "copy", "triad", "copy_nt", "triad_nt"];
     let mut teams: Vec<(&str, u64)> = (machine.bandwidth.iter())
-        .filter(|row| row.placement != "nodes")
-        .map(|row| (row.placement.as_str(), row.threads))
+        .filter(|row| row.key.placement != "nodes")
+        .map(|row| (row.key.placement.as_str(), row.key.threads))
         .collect();
     teams.dedup();
     if teams.is_empty() {
@@ -171,9 +173,11 @@ fn bandwidth(page: &mut String, machine: &Characteristics) {
     for (placement, threads) in teams {
         let cell = |kernel: &str| {
             let row = machine.bandwidth.iter().find(|row| {
-                row.kernel == kernel && row.placement == placement && row.threads == threads
+                row.key.kernel == kernel
+                    && row.key.placement == placement
+                    && row.key.threads == threads
             });
-            row.map_or_else(String::new, |row| rate_text(&row.bandwidth))
+            row.map_or_else(String::new, |row| rate_text(&row.figure))
         };
         let name = match placement {
             "compact" => threads.to_string(),
@@ -188,7 +192,7 @@ fn arithmetic(page: &mut String, machine: &Characteristics) {
     let mut sets: Vec<&str> = machine
         .arithmetic
         .iter()
-        .map(|row| row.isa.as_str())
+        .map(|row| row.key.isa.as_str())
         .collect();
     sets.dedup();
     if sets.is_empty() {
@@ -196,11 +200,11 @@ fn arithmetic(page: &mut String, machine: &Characteristics) {
     }
     page.push_str("\nmultiply-adds, 10⁹ operations a second\n");
     for set in sets {
-        let rows = machine.arithmetic.iter().filter(|row| row.isa == set);
+        let rows = machine.arithmetic.iter().filter(|row| row.key.isa == set);
         let cells: Vec<String> = rows
             .map(|row| {
-                let threads = plural(row.threads as usize, "thread");
-                format!("{threads} {:.1}", 1e-9 * row.rate.value)
+                let threads = plural(row.key.threads as usize, "thread");
+                format!("{threads} {:.1}", 1e-9 * row.figure.value)
             })
             .collect();
         _ = writeln!(page, "  {set:<10} {}", cells.join(", "));
@@ -209,7 +213,7 @@ fn arithmetic(page: &mut String, machine: &Characteristics) {
 
 fn operators(page: &mut String, machine: &Characteristics) {
     let mut curves: Vec<(&str, u64)> = (machine.operators.iter())
-        .map(|row| (row.kernel.as_str(), row.dimension))
+        .map(|row| (row.key.kernel.as_str(), row.key.dimension))
         .collect();
     curves.dedup();
     if curves.is_empty() {
@@ -217,11 +221,14 @@ fn operators(page: &mut String, machine: &Characteristics) {
     }
     page.push_str("\nrotating tables: time of a product or window, smallest set → largest\n");
     for (kernel, dimension) in curves {
-        let own = |row: &&OperatorRow| row.kernel == kernel && row.dimension == dimension;
-        let rows: Vec<&OperatorRow> = machine.operators.iter().filter(own).collect();
-        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+        let own = |row: &&Measurement<OperatorKey>| {
+            row.key.kernel == kernel && row.key.dimension == dimension
+        };
+        let mut rows = machine.operators.iter().filter(own);
+        let Some(first) = rows.next() else {
             continue;
         };
+        let last = rows.last().unwrap_or(first);
         let of = format!("{kernel} of dimension {dimension}");
         let cliffs = machine.cliffs.iter().filter(|cliff| cliff.of == of);
         let words: Vec<String> = cliffs
@@ -247,36 +254,36 @@ fn operators(page: &mut String, machine: &Characteristics) {
         _ = writeln!(
             page,
             "  {name:<20} {:>9} at {:<9} → {:>9} at {:<9} {words}",
-            time_text(&first.time),
-            size_text(first.working_set),
-            time_text(&last.time),
-            size_text(last.working_set),
+            time_text(&first.figure),
+            size_text(first.key.working_set),
+            time_text(&last.figure),
+            size_text(last.key.working_set),
         );
     }
 }
 
 fn solver(page: &mut String, machine: &Characteristics) {
-    let modes = machine.solver.iter().map(|row| row.modes);
+    let modes = machine.solver.iter().map(|row| row.key.modes);
     let Some(modes) = modes.min_by_key(|modes| modes.abs_diff(SHOWN_MODES)) else {
         return;
     };
-    let rows: Vec<&SolverRow> = (machine.solver.iter())
-        .filter(|r| r.modes == modes)
+    let rows: Vec<&Measurement<SolverKey>> = (machine.solver.iter())
+        .filter(|r| r.key.modes == modes)
         .collect();
     _ = writeln!(
         page,
         "\nrates at {modes} modes     table      one thread    best of threads"
     );
     let mut kinds: Vec<(&str, &str)> = (rows.iter())
-        .map(|row| (row.kernel.as_str(), row.tables.as_str()))
+        .map(|row| (row.key.kernel.as_str(), row.key.tables.as_str()))
         .collect();
     kinds.dedup();
     for (kernel, tables) in kinds {
         let own = rows
             .iter()
-            .filter(|r| r.kernel == kernel && r.tables == tables);
-        let alone = own.clone().find(|row| row.threads == 1);
-        let best = own.max_by(|a, b| a.rate.value.total_cmp(&b.rate.value));
+            .filter(|r| r.key.kernel == kernel && r.key.tables == tables);
+        let alone = own.clone().find(|row| row.key.threads == 1);
+        let best = own.max_by(|a, b| a.figure.value.total_cmp(&b.figure.value));
         let (Some(alone), Some(best)) = (alone, best) else {
             continue;
         };
@@ -284,22 +291,23 @@ fn solver(page: &mut String, machine: &Characteristics) {
             page,
             "  {:<20} {:<10} {:<13} {} × on {}{}",
             format!("{kernel}, {tables}"),
-            size_text(alone.table_bytes),
-            format!("{} a cycle", seconds(1.0 / alone.rate.value)),
+            size_text(alone.key.table_bytes),
+            format!("{} a cycle", seconds(1.0 / alone.figure.value)),
             gain(best, alone),
-            plural(best.threads as usize, "thread"),
-            best.efficiency
-                .filter(|_| best.threads > 1)
+            plural(best.key.threads as usize, "thread"),
+            best.key
+                .efficiency
+                .filter(|_| best.key.threads > 1)
                 .map_or_else(String::new, |e| format!(", {:.0} % of ideal", 100.0 * e)),
         );
     }
 }
 
 /// How many times as fast as one thread a team is, with the spread of both rates.
-fn gain(best: &SolverRow, alone: &SolverRow) -> String {
-    let ratio = best.rate.value / alone.rate.value;
-    match best.rate.spread.zip(alone.rate.spread) {
-        Some((a, b)) if best.threads > 1 => format!("{ratio:.2} ± {:.2}", ratio * a.hypot(b)),
+fn gain(best: &Measurement<SolverKey>, alone: &Measurement<SolverKey>) -> String {
+    let ratio = best.figure.value / alone.figure.value;
+    match best.figure.spread.zip(alone.figure.spread) {
+        Some((a, b)) if best.key.threads > 1 => format!("{ratio:.2} ± {:.2}", ratio * a.hypot(b)),
         _ => format!("{ratio:.2}"),
     }
 }

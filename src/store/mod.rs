@@ -47,8 +47,8 @@ pub use chains::{
     ChainColumns, ChainEnd, ChainPart, Level, Transition, TransitionRow, transitions_table,
 };
 pub use characteristics::{
-    ArithmeticRow, BandwidthRow, CacheRecord, Characteristics, Cliff, Description, Figure,
-    HugePages, Keyed, LatencyRow, MountainRow, NodeRecord, Noise, OperatorRow, RoofRow, SolverRow,
+    ArithmeticKey, BandwidthKey, Characteristics, Cliff, Description, Figure, HugePages,
+    LatencyKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, RoofRow, SolverKey,
 };
 pub use clock::timestamp;
 pub use columns::{

@@ -293,7 +293,7 @@ fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology
         return "not pinned".into();
     };
     let taken = pool.broadcast(|context| {
-        let seat = &seats.seats[context.index()];
+        let seat = &seats.places[context.index()];
         topology.bind_current_thread(&seat.threads)
     });
     let bound = taken.iter().filter(|taken| taken.is_ok()).count();

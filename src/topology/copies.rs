@@ -1,6 +1,6 @@
 //! Which NUMA nodes get a copy of what all workers read?
 //!
-//! A pure decision over the seats of workers: where workers are bound and sit on several nodes,
+//! A pure decision over the places of workers: where workers are bound and run on several nodes,
 //! each of these nodes has a copy, which its own workers make and read; anywhere else one copy
 //! does for all, since a worker that moves would leave its copy behind.
 
@@ -18,20 +18,20 @@ pub struct Copies {
     pub of_worker: Vec<Option<usize>>,
 }
 
-/// The copies for workers on these seats.
-pub fn copies(seats: &Plan) -> Copies {
-    let mut nodes: Vec<u32> = seats.seats.iter().map(|seat| seat.numa_node).collect();
+/// The copies for workers at these places.
+pub fn copies(plan: &Plan) -> Copies {
+    let mut nodes: Vec<u32> = plan.places.iter().map(|place| place.numa_node).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    if !seats.pinned || nodes.len() < 2 {
+    if !plan.pinned || nodes.len() < 2 {
         nodes.clear();
     }
     let copy = |node: u32| nodes.binary_search(&node).ok();
     Copies {
-        of_worker: seats
-            .seats
+        of_worker: plan
+            .places
             .iter()
-            .map(|seat| copy(seat.numa_node))
+            .map(|place| copy(place.numa_node))
             .collect(),
         nodes,
     }
@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(found.of_worker[4..], [Some(0), Some(0), Some(1), Some(1)]);
         let four = planned("package:2 numa:2 core:1 pu:1", 4, Pinning::Full);
         assert_eq!(four.nodes, [0, 1, 2, 3]);
-        // Three of four nodes are sat on.
+        // Three of four nodes are used.
         let three = planned("package:2 numa:2 core:1 pu:1", 3, Pinning::Always);
         assert_eq!(three.nodes, [0, 1, 2]);
     }

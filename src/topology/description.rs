@@ -10,6 +10,7 @@ use hwlocality::cpu::cpuset::CpuSet;
 use hwlocality::object::TopologyObject;
 use hwlocality::object::attributes::ObjectAttributes;
 use hwlocality::object::types::{CacheType, ObjectType};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// The machine cannot be described.
@@ -56,7 +57,7 @@ pub struct NumaNode {
 }
 
 /// A kind of data cache; all of one kind are taken to be alike.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cache {
     /// 1, 2, 3 …
     pub level: usize,

@@ -24,7 +24,7 @@ impl Machine {
             cpu: field(&read("/proc/cpuinfo"), "model name")
                 .unwrap_or("unknown")
                 .to_owned(),
-            memory: memory_bytes(&read("/proc/meminfo")).unwrap_or(0),
+            memory: kibibytes(&read("/proc/meminfo"), "MemTotal").unwrap_or(0),
             isa: instruction_sets(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         }
@@ -39,20 +39,15 @@ pub fn peak_memory() -> Option<u64> {
 }
 
 /// Value of the first `key : value` line.
-fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
+pub(crate) fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     text.lines().find_map(|line| {
         let (name, value) = line.split_once(':')?;
         (name.trim() == key).then(|| value.trim())
     })
 }
 
-/// `MemTotal` is given in KiB.
-fn memory_bytes(meminfo: &str) -> Option<u64> {
-    kibibytes(meminfo, "MemTotal")
-}
-
-/// A number of KiB \[bytes\].
-fn kibibytes(text: &str, key: &str) -> Option<u64> {
+/// Value of a line that gives a number of KiB \[bytes\].
+pub(crate) fn kibibytes(text: &str, key: &str) -> Option<u64> {
     let kibibytes = field(text, key)?.strip_suffix("kB")?.trim();
     Some(1024 * kibibytes.parse::<u64>().ok()?)
 }
@@ -84,7 +79,10 @@ mod tests {
         let cpuinfo = "processor\t: 0\nmodel name\t: Some CPU @ 2.40GHz\nflags\t\t: fpu avx\n";
         assert_eq!(field(cpuinfo, "model name"), Some("Some CPU @ 2.40GHz"));
         assert_eq!(field(cpuinfo, "model"), None);
-        assert_eq!(memory_bytes("MemTotal:       16384 kB\n"), Some(16 << 20));
-        assert_eq!(memory_bytes("MemTotal: unknown\n"), None);
+        assert_eq!(
+            kibibytes("MemTotal:       16384 kB\n", "MemTotal"),
+            Some(16 << 20)
+        );
+        assert_eq!(kibibytes("MemTotal: unknown\n", "MemTotal"), None);
     }
 }

@@ -10,4 +10,5 @@ pub use binding::BindingError;
 pub use copies::{Copies, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
 pub use machine::{Machine, peak_memory};
-pub use placement::{Pinning, Plan, Seat, default_workers, plan};
+pub(crate) use machine::{field, kibibytes};
+pub use placement::{Pinning, Place, Plan, default_workers, plan};

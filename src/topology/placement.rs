@@ -1,10 +1,10 @@
-//! Which core does a worker sit on?
+//! Which core does a worker run on?
 //!
 //! A pure decision over a list of cores: one worker a core, fast cores before slow ones,
 //! spread over NUMA nodes and packages where there are fewer workers than cores, second
 //! hardware threads only where there are more. Workers are pinned where they take every core:
 //! with fewer, the system may move them out of the way of other programs (and of other
-//! shards of the same job, which would sit on the same cores).
+//! shards of the same job, which would run on the same cores).
 
 use super::Core;
 use std::cmp::Reverse;
@@ -23,9 +23,9 @@ pub enum Pinning {
     Never,
 }
 
-/// Where a worker sits.
+/// Where a worker runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Seat {
+pub struct Place {
     /// Index into the list of cores.
     pub core: usize,
     /// NUMA node of the core, as the system numbers it.
@@ -35,11 +35,11 @@ pub struct Seat {
     pub threads: Vec<u32>,
 }
 
-/// Where all workers sit, in the order of their numbers.
+/// Where all workers run, in the order of their numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
-    /// A seat a worker.
-    pub seats: Vec<Seat>,
+    /// A place a worker.
+    pub places: Vec<Place>,
     /// Whether they are to be bound to them.
     pub pinned: bool,
     /// Cores that could be used.
@@ -56,7 +56,7 @@ pub fn default_workers(cores: usize, parallelism: Option<usize>) -> usize {
     }
 }
 
-/// Seats `workers` on cores, which may be none where the machine is not known.
+/// Places `workers` on cores, which may be none where the machine is not known.
 pub fn plan(cores: &[Core], workers: usize, pinning: Pinning) -> Plan {
     let pinned = !cores.is_empty()
         && match pinning {
@@ -69,25 +69,25 @@ pub fn plan(cores: &[Core], workers: usize, pinning: Pinning) -> Plan {
     for &core in order.iter().cycle().take(workers) {
         on_core[core] += 1;
     }
-    let mut seats: Vec<(usize, Seat)> = Vec::new();
+    let mut places: Vec<(usize, Place)> = Vec::new();
     for (index, (core, &count)) in cores.iter().zip(&on_core).enumerate() {
         for lap in 0..count {
             let threads = match count {
                 1 => core.threads.clone(),
                 _ => vec![core.threads[lap % core.threads.len()]],
             };
-            let seat = Seat {
+            let place = Place {
                 core: index,
                 numa_node: core.numa_node,
                 threads,
             };
-            seats.push((lap, seat));
+            places.push((lap, place));
         }
     }
     // First threads of all cores, then second ones.
-    seats.sort_by_key(|(lap, seat)| (*lap, seat.core));
+    places.sort_by_key(|(lap, place)| (*lap, place.core));
     Plan {
-        seats: seats.into_iter().map(|(_, seat)| seat).collect(),
+        places: places.into_iter().map(|(_, place)| place).collect(),
         pinned,
         cores: cores.len(),
     }
@@ -124,8 +124,8 @@ impl fmt::Display for Plan {
         if self.cores == 0 {
             return f.write_str("not pinned: the cores of this machine are not known");
         }
-        let distinct = |pick: fn(&Seat) -> u64| {
-            let mut values: Vec<u64> = self.seats.iter().map(pick).collect();
+        let distinct = |pick: fn(&Place) -> u64| {
+            let mut values: Vec<u64> = self.places.iter().map(pick).collect();
             values.sort_unstable();
             values.dedup();
             values.len()
@@ -135,13 +135,13 @@ impl fmt::Display for Plan {
             _ => format!("{count} {noun}s"),
         };
         let (used, nodes) = (
-            distinct(|seat| seat.core as u64),
-            distinct(|seat| seat.numa_node.into()),
+            distinct(|place| place.core as u64),
+            distinct(|place| place.numa_node.into()),
         );
         write!(
             f,
             "{} on {used} of {}, {}; {}",
-            plural(self.seats.len(), "worker"),
+            plural(self.places.len(), "worker"),
             plural(self.cores, "core"),
             plural(nodes, "NUMA node"),
             if self.pinned { "pinned" } else { "not pinned" },
@@ -154,22 +154,25 @@ mod tests {
     use super::*;
     use crate::topology::Topology;
 
-    fn seated(description: &str, workers: usize) -> Plan {
+    fn placed(description: &str, workers: usize) -> Plan {
         let topology = Topology::synthetic(description).unwrap();
         plan(&topology.cores, workers, Pinning::Full)
     }
 
     fn cores(plan: &Plan) -> Vec<usize> {
-        plan.seats.iter().map(|seat| seat.core).collect()
+        plan.places.iter().map(|place| place.core).collect()
     }
 
     fn threads(plan: &Plan) -> Vec<Vec<u32>> {
-        plan.seats.iter().map(|seat| seat.threads.clone()).collect()
+        plan.places
+            .iter()
+            .map(|place| place.threads.clone())
+            .collect()
     }
 
     #[test]
     fn one_node_has_a_worker_a_core() {
-        let plan = seated("package:1 core:4 pu:2", 4);
+        let plan = placed("package:1 core:4 pu:2", 4);
         assert_eq!(cores(&plan), [0, 1, 2, 3]);
         assert_eq!(threads(&plan), [[0, 1], [2, 3], [4, 5], [6, 7]]);
         assert!(plan.pinned);
@@ -182,31 +185,31 @@ mod tests {
     #[test]
     fn few_workers_are_spread_over_two_sockets_and_left_unpinned() {
         let two = "package:2 [numa] core:14 pu:2";
-        let few = seated(two, 4);
+        let few = placed(two, 4);
         assert_eq!(cores(&few), [0, 1, 14, 15]);
         assert!(!few.pinned);
         assert_eq!(
             few.to_string(),
             "4 workers on 4 of 28 cores, 2 NUMA nodes; not pinned"
         );
-        assert!(seated(two, 28).pinned);
-        assert_eq!(cores(&seated(two, 28)), (0..28).collect::<Vec<_>>());
+        assert!(placed(two, 28).pinned);
+        assert_eq!(cores(&placed(two, 28)), (0..28).collect::<Vec<_>>());
     }
 
     #[test]
     fn clusters_of_a_package_come_after_other_packages() {
         // Two packages of two nodes of two cores.
         let clusters = "package:2 numa:2 core:2 pu:1";
-        assert_eq!(cores(&seated(clusters, 2)), [0, 4]);
-        assert_eq!(cores(&seated(clusters, 4)), [0, 2, 4, 6]);
-        assert_eq!(cores(&seated(clusters, 5)), [0, 1, 2, 4, 6]);
+        assert_eq!(cores(&placed(clusters, 2)), [0, 4]);
+        assert_eq!(cores(&placed(clusters, 4)), [0, 2, 4, 6]);
+        assert_eq!(cores(&placed(clusters, 5)), [0, 1, 2, 4, 6]);
     }
 
     #[test]
     fn second_threads_come_after_all_cores_and_then_cores_are_shared() {
-        let plan = seated("package:1 core:2 pu:2", 3);
+        let plan = placed("package:1 core:2 pu:2", 3);
         assert_eq!(threads(&plan), [vec![0], vec![2, 3], vec![1]]);
-        let plan = seated("package:1 core:2 pu:2", 6);
+        let plan = placed("package:1 core:2 pu:2", 6);
         assert_eq!(threads(&plan), [[0], [2], [1], [3], [0], [2]]);
         assert!(plan.pinned);
     }
@@ -246,9 +249,9 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_machine_has_no_seats() {
+    fn an_unknown_machine_has_no_places() {
         let plan = plan(&[], 3, Pinning::Always);
-        assert!(plan.seats.is_empty() && !plan.pinned);
+        assert!(plan.places.is_empty() && !plan.pinned);
         assert!(plan.to_string().contains("not known"));
     }
 

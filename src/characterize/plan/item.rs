@@ -1,16 +1,9 @@
 //! What can be measured: the items of a plan, and the words that they are made of.
 
+use crate::characterize::settings::Part;
+use crate::characterize::team::HardwareThread;
 use crate::characterize::vectors::{NON_TEMPORAL, Set};
 use strum::{IntoStaticStr, VariantArray};
-
-/// Where a thread sits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Seat {
-    /// Hardware thread, as the system numbers it.
-    pub thread: u32,
-    /// Its NUMA node, as the system numbers it.
-    pub node: u32,
-}
 
 /// How threads are placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
@@ -104,21 +97,21 @@ pub enum Item {
         /// Instruction set.
         set: Set,
         /// Members.
-        team: Vec<Seat>,
+        team: Vec<HardwareThread>,
     },
     /// Read, copy, triad: a figure a kernel of [`StreamKernel::available`].
     Streams {
         /// How the members are placed.
         placement: Placement,
         /// Members.
-        team: Vec<Seat>,
+        team: Vec<HardwareThread>,
         /// Lines of each of a member's arrays.
         lines: usize,
     },
     /// Reading memory of one node from the cores of another: one figure.
     Nodes {
         /// Members, all of one node.
-        team: Vec<Seat>,
+        team: Vec<HardwareThread>,
         /// Node of the memory.
         memory: u32,
         /// Lines of a member's array.
@@ -127,7 +120,7 @@ pub enum Item {
     /// Dense products over rotating operators: a figure a count.
     Operators {
         /// Where.
-        seat: Seat,
+        thread: HardwareThread,
         /// Rows and columns.
         dimension: usize,
         /// How many operators rotate.
@@ -136,7 +129,7 @@ pub enum Item {
     /// Integrating rotating operating points with the structured kernel: a figure a count.
     Points {
         /// Where.
-        seat: Seat,
+        thread: HardwareThread,
         /// The mesh.
         mesh: Mesh,
         /// How many points rotate.
@@ -151,12 +144,12 @@ pub enum Item {
         /// Modes.
         modes: usize,
         /// The teams.
-        teams: Vec<Vec<Seat>>,
+        teams: Vec<Vec<HardwareThread>>,
     },
     /// Reading a buffer: a figure a stride.
     Mountain {
         /// Where.
-        seat: Seat,
+        thread: HardwareThread,
         /// Lines of the buffer.
         lines: usize,
         /// Strides in lines.
@@ -165,7 +158,7 @@ pub enum Item {
     /// A chain of loads: a figure a size.
     Latency {
         /// Where.
-        seat: Seat,
+        thread: HardwareThread,
         /// Node of the memory.
         memory: u32,
         /// Lines of the buffer that the chain goes through.
@@ -177,16 +170,42 @@ pub enum Item {
 
 impl Item {
     /// Where it is measured; where on teams, on the largest of them.
-    pub fn seats(&self) -> &[Seat] {
+    pub fn threads(&self) -> &[HardwareThread] {
         match self {
             Self::Arithmetic { team, .. }
             | Self::Streams { team, .. }
             | Self::Nodes { team, .. } => team,
-            Self::Operators { seat, .. }
-            | Self::Points { seat, .. }
-            | Self::Mountain { seat, .. }
-            | Self::Latency { seat, .. } => std::slice::from_ref(seat),
+            Self::Operators { thread, .. }
+            | Self::Points { thread, .. }
+            | Self::Mountain { thread, .. }
+            | Self::Latency { thread, .. } => std::slice::from_ref(thread),
             Self::Solver { teams, .. } => teams.last().map_or(&[], Vec::as_slice),
+        }
+    }
+
+    /// The part that it belongs to.
+    pub fn part(&self) -> Part {
+        match self {
+            Self::Arithmetic { .. } => Part::Arithmetic,
+            Self::Streams { .. } | Self::Nodes { .. } => Part::Bandwidth,
+            Self::Operators { .. } | Self::Points { .. } => Part::Operators,
+            Self::Solver { .. } => Part::Solver,
+            Self::Mountain { .. } => Part::Mountain,
+            Self::Latency { .. } => Part::Latency,
+        }
+    }
+
+    /// What it measures, in a word or two.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Arithmetic { .. } => "arithmetic",
+            Self::Streams { .. } => "bandwidth",
+            Self::Nodes { .. } => "bandwidth between nodes",
+            Self::Operators { .. } => "rotating operators",
+            Self::Points { .. } => "rotating points",
+            Self::Solver { .. } => "solver scaling",
+            Self::Mountain { .. } => "memory mountain",
+            Self::Latency { .. } => "latency",
         }
     }
 }

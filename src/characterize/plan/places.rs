@@ -1,32 +1,33 @@
-//! Where threads sit: their order, teams of growing size, the caches and nodes that they span.
+//! Where threads run: their order, teams of growing size, the caches and nodes that they span.
 
-use super::item::{Placement, Seat};
+use super::item::Placement;
+use crate::characterize::team::HardwareThread;
 use crate::topology::{Cache, Topology};
 
 /// All hardware threads in the order in which they are taken: first threads of all cores before
 /// second ones.
-pub fn order(topology: &Topology, placement: Placement) -> Vec<Seat> {
+pub fn order(topology: &Topology, placement: Placement) -> Vec<HardwareThread> {
     let mut ranked = Vec::new();
     let mut in_node = std::collections::HashMap::new();
-    for (index, core) in topology.cores.iter().enumerate() {
+    for (place, core) in topology.cores.iter().enumerate() {
         let rank: &mut usize = in_node.entry(core.numa_node).or_default();
-        for (lap, &thread) in core.threads.iter().enumerate() {
+        for (lap, &index) in core.threads.iter().enumerate() {
             let node = core.numa_node;
             let key = match placement {
-                Placement::Compact => (lap, node as usize, index),
+                Placement::Compact => (lap, node as usize, place),
                 Placement::Scattered => (lap, *rank, node as usize),
             };
-            ranked.push((key, Seat { thread, node }));
+            ranked.push((key, HardwareThread { index, node }));
         }
         *rank += 1;
     }
     ranked.sort_by_key(|(key, _)| *key);
-    ranked.into_iter().map(|(_, seat)| seat).collect()
+    ranked.into_iter().map(|(_, thread)| thread).collect()
 }
 
 /// Teams of growing size: powers of two, a node's cores, all cores, all threads; no more than
 /// `most` members.
-pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<Seat>> {
+pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<HardwareThread>> {
     let order = order(topology, placement);
     let most = order.len().min(most);
     let of_node = |node: u32| {
@@ -49,11 +50,14 @@ pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<
 }
 
 /// Last-level caches that a team spans; hwloc lists cores that share a cache side by side.
-pub fn caches_spanned(topology: &Topology, team: &[Seat], cache: &Cache) -> usize {
+pub fn caches_spanned(topology: &Topology, team: &[HardwareThread], cache: &Cache) -> usize {
     let mut before = 0;
     let mut spanned: Vec<usize> = Vec::new();
     for core in &topology.cores {
-        if team.iter().any(|seat| core.threads.contains(&seat.thread)) {
+        if team
+            .iter()
+            .any(|thread| core.threads.contains(&thread.index))
+        {
             spanned.push(before / cache.shared_by.max(1));
         }
         before += core.threads.len();
@@ -63,9 +67,9 @@ pub fn caches_spanned(topology: &Topology, team: &[Seat], cache: &Cache) -> usiz
 }
 
 /// Whether a team of this size with the same threads is among those given.
-pub fn same_places(team: &[Seat], teams: &[Vec<Seat>]) -> bool {
-    let sorted = |team: &[Seat]| {
-        let mut threads: Vec<u32> = team.iter().map(|seat| seat.thread).collect();
+pub fn same_places(team: &[HardwareThread], teams: &[Vec<HardwareThread>]) -> bool {
+    let sorted = |team: &[HardwareThread]| {
+        let mut threads: Vec<u32> = team.iter().map(|thread| thread.index).collect();
         threads.sort_unstable();
         threads
     };

@@ -29,7 +29,7 @@ fn node_pairs(plan: &Plan) -> Vec<(u32, u32, usize)> {
     (plan.items.iter())
         .filter_map(|item| match item {
             Item::Nodes { team, memory, .. } => {
-                assert!(team.iter().all(|seat| seat.node == team[0].node));
+                assert!(team.iter().all(|thread| thread.node == team[0].node));
                 Some((team[0].node, *memory, team.len()))
             }
             _ => None,
@@ -55,7 +55,7 @@ fn two_sockets_with_second_threads() {
     );
     let latencies: Vec<(u32, u32)> = (plan.items.iter())
         .filter_map(|item| match item {
-            Item::Latency { seat, memory, .. } => Some((seat.node, *memory)),
+            Item::Latency { thread, memory, .. } => Some((thread.node, *memory)),
             _ => None,
         })
         .collect();
@@ -84,8 +84,8 @@ fn two_sockets_with_second_threads() {
 fn threads_are_taken_in_order() {
     let topology = Topology::synthetic("package:2 [numa] core:2 pu:2").unwrap();
     let threads = |placement| -> Vec<u32> {
-        let seats = order(&topology, placement);
-        seats.iter().map(|seat| seat.thread).collect()
+        let order = order(&topology, placement);
+        order.iter().map(|thread| thread.index).collect()
     };
     assert_eq!(threads(Placement::Compact), [0, 2, 4, 6, 1, 3, 5, 7]);
     assert_eq!(threads(Placement::Scattered), [0, 4, 2, 6, 1, 5, 3, 7]);

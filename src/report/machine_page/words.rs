@@ -1,7 +1,8 @@
 //! A machine's description and its figures in words.
 
 use crate::report::size_text;
-use crate::store::{CacheRecord, Description, Figure};
+use crate::store::{Description, Figure};
+use crate::topology::Cache;
 use std::fmt::Write;
 
 pub fn processor(d: &Description) -> String {
@@ -25,7 +26,7 @@ pub fn processor(d: &Description) -> String {
 }
 
 pub fn caches(d: &Description) -> String {
-    let one = |cache: &CacheRecord| {
+    let one = |cache: &Cache| {
         let size = size_text(cache.size);
         format!("L{} {size} × {}", cache.level, cache.count)
     };

@@ -1,5 +1,6 @@
 //! A machine as its system describes it.
 
+use crate::topology::Cache;
 use serde::{Deserialize, Serialize};
 
 /// A machine as its system describes it; what it does not tell is absent or empty.
@@ -24,7 +25,7 @@ pub struct Description {
     /// Processors' worth of time that a control group grants.
     pub quota_percent: Option<u64>,
     /// Data and unified caches, smallest level first.
-    pub caches: Vec<CacheRecord>,
+    pub caches: Vec<Cache>,
     /// NUMA nodes.
     pub nodes: Vec<NodeRecord>,
     /// Memory \[bytes\].
@@ -43,21 +44,6 @@ pub struct Description {
     pub hypervisor: Option<String>,
     /// The kind of container that this runs in.
     pub container: Option<String>,
-}
-
-/// Caches of one level.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CacheRecord {
-    /// 1, 2, 3 …
-    pub level: usize,
-    /// Size of one \[bytes\].
-    pub size: u64,
-    /// Length of a line \[bytes\].
-    pub line: Option<usize>,
-    /// How many there are.
-    pub count: usize,
-    /// Hardware threads that share one.
-    pub shared_by: usize,
 }
 
 /// A NUMA node.

@@ -2,25 +2,27 @@
 //! and `machine.json`, which holds all of it.
 
 mod description;
-mod rows;
-mod tables;
+mod findings;
+mod keys;
+mod measurement;
 
-pub use description::{CacheRecord, Description, HugePages, NodeRecord};
-pub use rows::{
-    ArithmeticRow, BandwidthRow, Cliff, Figure, Keyed, LatencyRow, MountainRow, Noise, OperatorRow,
-    RoofRow, SolverRow,
-};
+pub use description::{Description, HugePages, NodeRecord};
+pub use findings::{Cliff, Noise, RoofRow};
+pub use keys::{ArithmeticKey, BandwidthKey, LatencyKey, MountainKey, OperatorKey, SolverKey};
+pub use measurement::{Figure, Measurement};
 
 use super::StoreError;
-use super::file::{TableFile, create_folder, publish, remove_stale, temporary_file};
+use super::file::{Row, TableFile, create_folder, publish, remove_stale, temporary_file};
 use super::run::ProgramRecord;
+use super::table::Table;
+use measurement::Key;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
 /// Version of `machine.json`.
-const FORMAT: &str = "atlas-machine-1";
+const FORMAT: &str = "atlas-machine-2";
 
 /// The file that holds everything.
 const RECORD: &str = "machine.json";
@@ -45,19 +47,19 @@ pub struct Characteristics {
     /// What disturbed the measurements.
     pub noise: Noise,
     /// Reading buffers of many sizes with many strides, one thread.
-    pub mountain: Vec<MountainRow>,
+    pub mountain: Vec<Measurement<MountainKey>>,
     /// Kernels that go round a set of tables, one thread.
-    pub operators: Vec<OperatorRow>,
+    pub operators: Vec<Measurement<OperatorKey>>,
     /// Where their cost jumps.
     pub cliffs: Vec<Cliff>,
     /// Reading, copying and combining large arrays on many threads.
-    pub bandwidth: Vec<BandwidthRow>,
+    pub bandwidth: Vec<Measurement<BandwidthKey>>,
     /// Time of a load that depends on the one before.
-    pub latency: Vec<LatencyRow>,
+    pub latency: Vec<Measurement<LatencyKey>>,
     /// Multiply-adds of numbers in registers.
-    pub arithmetic: Vec<ArithmeticRow>,
+    pub arithmetic: Vec<Measurement<ArithmeticKey>>,
     /// Integrating the default drive on many threads.
-    pub solver: Vec<SolverRow>,
+    pub solver: Vec<Measurement<SolverKey>>,
     /// Kernels under the roof of arithmetic and bandwidth.
     pub roofline: Vec<RoofRow>,
     /// What could not be measured, and why, a sentence each.
@@ -83,20 +85,14 @@ impl Characteristics {
             ("cpu", self.description.cpu.clone()),
             ("started", self.started.clone()),
         ];
-        macro_rules! tables {
-            ($($name:ident),*) => {
-                $({
-                    let table = tables::$name();
-                    let name = concat!(stringify!($name), ".parquet");
-                    let mut file = TableFile::create_alone(folder, name, table, &metadata)?;
-                    self.$name.iter().try_for_each(|row| file.push(row.clone()))?;
-                    file.finish()?;
-                })*
-            };
-        }
-        tables!(
-            mountain, operators, bandwidth, latency, arithmetic, solver, roofline
-        );
+        let file = TableFolder { folder, metadata };
+        file.measurements(&self.mountain)?;
+        file.measurements(&self.operators)?;
+        file.measurements(&self.bandwidth)?;
+        file.measurements(&self.latency)?;
+        file.measurements(&self.arithmetic)?;
+        file.measurements(&self.solver)?;
+        file.rows("roofline", RoofRow::table(), &self.roofline)?;
         let path = folder.join(RECORD);
         let refused = |source| StoreError::io(&path, "write", source);
         let mut text = serde_json::to_string_pretty(self).map_err(|error| refused(error.into()))?;
@@ -133,5 +129,43 @@ impl Characteristics {
                 found.format
             ))),
         }
+    }
+
+    /// All measured figures, each with what was measured in words.
+    pub fn figures(&self) -> impl Iterator<Item = (String, Figure)> {
+        fn of<K: Key>(rows: &[Measurement<K>]) -> impl Iterator<Item = (String, Figure)> {
+            rows.iter().map(|row| (row.words(), row.figure))
+        }
+        of(&self.mountain)
+            .chain(of(&self.operators))
+            .chain(of(&self.bandwidth))
+            .chain(of(&self.latency))
+            .chain(of(&self.arithmetic))
+            .chain(of(&self.solver))
+    }
+}
+
+/// Where Parquet files go, and what each of them says of the machine.
+struct TableFolder<'a> {
+    folder: &'a Path,
+    metadata: [(&'static str, String); 3],
+}
+
+impl TableFolder<'_> {
+    fn measurements<K: Key + Clone>(&self, rows: &[Measurement<K>]) -> Result<(), StoreError> {
+        self.rows(K::NAME, Measurement::table(), rows)
+    }
+
+    fn rows<R: Row + Clone>(
+        &self,
+        name: &str,
+        table: Table<R>,
+        rows: &[R],
+    ) -> Result<(), StoreError> {
+        let name = format!("{name}.parquet");
+        let mut file = TableFile::create_alone(self.folder, &name, table, &self.metadata)?;
+        rows.iter().try_for_each(|row| file.push(row.clone()))?;
+        file.finish()?;
+        Ok(())
     }
 }

@@ -25,8 +25,8 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
                 // The palette's yellow is too pale for a thin curve.
                 colour: colour([0, 3, 4, 2, 6][i]),
                 places: (machine.bandwidth.iter())
-                    .filter(|row| row.placement == placement && row.kernel == *kernel)
-                    .map(|row| [row.threads as f64, row.bandwidth.value])
+                    .filter(|row| row.key.placement == placement && row.key.kernel == *kernel)
+                    .map(|row| [row.key.threads as f64, row.figure.value])
                     .collect(),
             })
             .filter(|curve| !curve.places.is_empty())
@@ -87,7 +87,7 @@ pub(super) fn threads(most: f64) -> Axis {
 /// A square a pair of nodes; none on a machine with one.
 pub(super) fn draw_nodes(machine: &Characteristics) -> Option<Picture> {
     let rows: Vec<_> = (machine.bandwidth.iter())
-        .filter_map(|row| Some((row.cpu_node?, row.memory_node?, row)))
+        .filter_map(|row| Some((row.key.cpu_node?, row.key.memory_node?, row)))
         .collect();
     let mut cpus: Vec<u32> = rows.iter().map(|(cpu, ..)| *cpu).collect();
     let mut memories: Vec<u32> = rows.iter().map(|(_, memory, _)| *memory).collect();
@@ -98,7 +98,7 @@ pub(super) fn draw_nodes(machine: &Characteristics) -> Option<Picture> {
     if memories.len() < 2 {
         return None;
     }
-    let [low, high] = range(rows.iter().map(|(_, _, row)| row.bandwidth.value));
+    let [low, high] = range(rows.iter().map(|(_, _, row)| row.figure.value));
     let mut canvas = titled(
         "Reading memory of one node from the cores of another",
         machine,
@@ -113,7 +113,7 @@ pub(super) fn draw_nodes(machine: &Characteristics) -> Option<Picture> {
             continue;
         };
         let from = [left + cell * j as f64, top + cell * i as f64];
-        let value = row.bandwidth.value;
+        let value = row.figure.value;
         let shade = viridis((value - low) / (high - low).max(f64::MIN_POSITIVE));
         canvas.rectangle(from, [from[0] + cell - 2.0, from[1] + cell - 2.0], shade);
         if cell > 40.0 {

@@ -64,30 +64,30 @@ fn working_sets(machine: &Characteristics) -> Vec<(String, u64, Colour)> {
     for row in machine
         .operators
         .iter()
-        .filter(|row| row.kernel == "matvec")
+        .filter(|row| row.key.kernel == "matvec")
     {
-        let name = format!("operator of dimension {}", row.dimension);
+        let name = format!("operator of dimension {}", row.key.dimension);
         if !sets.iter().any(|(known, ..)| *known == name) {
-            sets.push((name, row.working_set / row.count.max(1), SOFT));
+            sets.push((name, row.key.working_set / row.key.count.max(1), SOFT));
         }
     }
-    for row in machine.solver.iter().filter(|row| row.threads == 1) {
-        let (number, wanted) = match row.kernel.as_str() {
+    for row in machine.solver.iter().filter(|row| row.key.threads == 1) {
+        let (number, wanted) = match row.key.kernel.as_str() {
             "volterra" => (3, true),
             "spectral" => (0, true),
-            _ => (4, row.modes >= 40),
+            _ => (4, row.key.modes >= 40),
         };
-        let tables = match row.tables.as_str() {
+        let tables = match row.key.tables.as_str() {
             "shared" => 1,
-            "eight" if row.modes == 40 => 8,
+            "eight" if row.key.modes == 40 => 8,
             _ => continue,
         };
         let name = match tables {
-            1 => format!("{}, {} modes", row.kernel, row.modes),
-            _ => format!("eight of {}, {} modes", row.kernel, row.modes),
+            1 => format!("{}, {} modes", row.key.kernel, row.key.modes),
+            _ => format!("eight of {}, {} modes", row.key.kernel, row.key.modes),
         };
         if wanted {
-            sets.push((name, tables * row.table_bytes, colour(number)));
+            sets.push((name, tables * row.key.table_bytes, colour(number)));
         }
     }
     sets.sort_by_key(|(_, bytes, _)| *bytes);

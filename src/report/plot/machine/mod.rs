@@ -126,15 +126,15 @@ fn sizes<'c>(name: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
 /// Bandwidth of one thread that reads line after line, at every level of memory.
 fn levels(machine: &Characteristics) -> Vec<(String, f64)> {
     let near = |size: u64| {
-        let rows = machine.mountain.iter().filter(|row| row.stride == 64);
+        let rows = machine.mountain.iter().filter(|row| row.key.stride == 64);
         rows.min_by(|a, b| {
             let far = |bytes: u64| (bytes as f64 / size as f64).ln().abs();
-            far(a.size).total_cmp(&far(b.size))
+            far(a.key.size).total_cmp(&far(b.key.size))
         })
     };
     let places = crate::report::machine_page::levels(machine);
     (places.into_iter())
-        .filter_map(|(name, size)| Some((name, near(size)?.bandwidth.value)))
+        .filter_map(|(name, size)| Some((name, near(size)?.figure.value)))
         .collect()
 }
 

@@ -9,7 +9,7 @@ use crate::report::size_text;
 use crate::store::Characteristics;
 
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
-    let mut strides: Vec<u64> = machine.mountain.iter().map(|row| row.stride).collect();
+    let mut strides: Vec<u64> = machine.mountain.iter().map(|row| row.key.stride).collect();
     strides.sort_unstable();
     strides.dedup();
     let last = strides.len().saturating_sub(1).max(1) as f64;
@@ -22,8 +22,8 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
             // Yellow ends of the ramp do not show on white.
             colour: viridis(0.82 * i as f64 / last),
             places: (machine.mountain.iter())
-                .filter(|row| row.stride == stride)
-                .map(|row| [row.size as f64, row.bandwidth.value])
+                .filter(|row| row.key.stride == stride)
+                .map(|row| [row.key.size as f64, row.figure.value])
                 .collect(),
         })
         .collect();
@@ -44,10 +44,9 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     mark_caches(&mut canvas, &panel, machine);
     draw_curves(&mut canvas, &panel, &curves);
 
-    let near = |row: &&crate::store::LatencyRow| row.cpu_node == row.memory_node;
-    let first = machine.latency.first().map(|row| row.cpu_node);
-    let own: Vec<_> = (machine.latency.iter().filter(near))
-        .filter(|row| Some(row.cpu_node) == first)
+    let first = machine.latency.first().map(|row| row.key.cpu_node);
+    let own: Vec<_> = (machine.latency.iter())
+        .filter(|row| row.key.cpu_node == row.key.memory_node && Some(row.key.cpu_node) == first)
         .collect();
     let kinds = [
         ("page by page", "pages", false, BLUE),
@@ -59,8 +58,8 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
             name: name.to_owned(),
             colour,
             places: (own.iter())
-                .filter(|row| row.order == order && row.huge_pages == huge_pages)
-                .map(|row| [row.size as f64, row.latency.value])
+                .filter(|row| row.key.order == order && row.key.huge_pages == huge_pages)
+                .map(|row| [row.key.size as f64, row.figure.value])
                 .collect(),
         })
         .filter(|curve| !curve.places.is_empty())

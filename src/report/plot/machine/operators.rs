@@ -10,12 +10,12 @@ use crate::store::Characteristics;
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let mut curves: Vec<Curve> = Vec::new();
     for row in &machine.operators {
-        let name = match row.kernel.as_str() {
-            "matvec" => format!("product, dimension {}", row.dimension),
+        let name = match row.key.kernel.as_str() {
+            "matvec" => format!("product, dimension {}", row.key.dimension),
             "volterra" => "volterra window".to_owned(),
             other => other.replacen("volterra", "volterra window", 1),
         };
-        let place = [row.working_set as f64, row.time.value];
+        let place = [row.key.working_set as f64, row.figure.value];
         match curves.iter_mut().find(|curve| curve.name == name) {
             Some(curve) => curve.places.push(place),
             None => curves.push(Curve {

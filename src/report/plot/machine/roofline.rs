@@ -11,8 +11,8 @@ use crate::store::Characteristics;
 
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let peaks: Vec<(String, f64)> = (machine.arithmetic.iter())
-        .filter(|row| row.threads == 1)
-        .map(|row| (row.isa.clone(), row.rate.value))
+        .filter(|row| row.key.threads == 1)
+        .map(|row| (row.key.isa.clone(), row.figure.value))
         .collect();
     let levels = levels(machine);
     let peak = peaks.iter().map(|(_, rate)| *rate).fold(0.0, f64::max);

@@ -7,7 +7,7 @@ use super::super::categories::colour;
 use super::super::panel::{LABEL_SIZE, Panel};
 use super::bandwidth::threads;
 use super::{Curve, draw_curves, logarithmic, titled};
-use crate::store::{Characteristics, SolverRow};
+use crate::store::{Characteristics, Measurement, SolverKey};
 
 /// Modes at which the gain from threads is shown, where it was measured.
 const MODES: u64 = 40;
@@ -16,7 +16,7 @@ const MODES: u64 = 40;
 const KERNELS: [(&str, usize); 3] = [("volterra", 3), ("spectral", 0), ("fused", 4)];
 
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
-    let modes = machine.solver.iter().map(|row| row.modes);
+    let modes = machine.solver.iter().map(|row| row.key.modes);
     let modes = modes.min_by_key(|modes| modes.abs_diff(MODES))?;
     let mut canvas = titled(
         "Depth and breadth: modes of a trajectory, threads of a campaign",
@@ -30,8 +30,8 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
 /// A curve of every kernel and kind of tables, where it has places.
 fn curves(
     machine: &Characteristics,
-    wanted: impl Fn(&SolverRow) -> bool,
-    place: impl Fn(&SolverRow) -> Option<[f64; 2]>,
+    wanted: impl Fn(&Measurement<SolverKey>) -> bool,
+    place: impl Fn(&Measurement<SolverKey>) -> Option<[f64; 2]>,
 ) -> Vec<Curve> {
     let mut curves = Vec::new();
     for (kernel, number) in KERNELS {
@@ -40,8 +40,9 @@ fn curves(
             ("node", "one a node"),
             ("eight", "eight tables"),
         ] {
-            let own =
-                |row: &&SolverRow| row.kernel == kernel && row.tables == tables && wanted(row);
+            let own = |row: &&Measurement<SolverKey>| {
+                row.key.kernel == kernel && row.key.tables == tables && wanted(row)
+            };
             let places: Vec<[f64; 2]> = machine
                 .solver
                 .iter()
@@ -72,8 +73,8 @@ fn darker(Colour(r, g, b): Colour, much: bool) -> Colour {
 fn depth(canvas: &mut Canvas, machine: &Characteristics) {
     let curves = curves(
         machine,
-        |row| row.threads == 1,
-        |row| Some([row.modes as f64, 1.0 / row.rate.value]),
+        |row| row.key.threads == 1,
+        |row| Some([row.key.modes as f64, 1.0 / row.figure.value]),
     );
     if curves.is_empty() {
         return;
@@ -99,19 +100,19 @@ fn depth(canvas: &mut Canvas, machine: &Characteristics) {
 }
 
 fn breadth(canvas: &mut Canvas, machine: &Characteristics, modes: u64) {
-    let alone = |row: &SolverRow| {
-        let same = |other: &&SolverRow| {
-            other.kernel == row.kernel
-                && other.tables == row.tables
-                && other.modes == row.modes
-                && other.threads == 1
+    let alone = |row: &Measurement<SolverKey>| {
+        let same = |other: &&Measurement<SolverKey>| {
+            other.key.kernel == row.key.kernel
+                && other.key.tables == row.key.tables
+                && other.key.modes == row.key.modes
+                && other.key.threads == 1
         };
-        machine.solver.iter().find(same).map(|row| row.rate.value)
+        machine.solver.iter().find(same).map(|row| row.figure.value)
     };
     let mut curves = curves(
         machine,
-        |row| row.modes == modes,
-        |row| Some([row.threads as f64, row.rate.value / alone(row)?]),
+        |row| row.key.modes == modes,
+        |row| Some([row.key.threads as f64, row.figure.value / alone(row)?]),
     );
     let places = || curves.iter().flat_map(|curve| &curve.places);
     let most = range(places().map(|place| place[0]))[1];

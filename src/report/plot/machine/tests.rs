@@ -1,8 +1,9 @@
 use super::*;
 use crate::store::{
-    ArithmeticRow, BandwidthRow, CacheRecord, Description, Figure, LatencyRow, MountainRow, Noise,
-    OperatorRow, ProgramRecord, RoofRow, SolverRow,
+    ArithmeticKey, BandwidthKey, Description, Figure, LatencyKey, Measurement, MountainKey, Noise,
+    OperatorKey, ProgramRecord, RoofRow, SolverKey,
 };
+use crate::topology::Cache;
 
 fn figure(value: f64) -> Figure {
     Figure {
@@ -17,7 +18,7 @@ fn figure(value: f64) -> Figure {
 
 /// Two nodes, two caches, everything measured once or twice.
 fn machine() -> Characteristics {
-    let cache = |level, size| CacheRecord {
+    let cache = |level, size| Cache {
         level,
         size,
         line: Some(64),
@@ -26,24 +27,28 @@ fn machine() -> Characteristics {
     };
     let sizes = [16u64 << 10, 256 << 10, 64 << 20];
     let bandwidth =
-        |placement: &str, kernel: &str, threads, nodes: Option<(u32, u32)>| BandwidthRow {
-            kernel: kernel.to_owned(),
-            placement: placement.to_owned(),
-            threads,
-            cpu_node: nodes.map(|n| n.0),
-            memory_node: nodes.map(|n| n.1),
-            array: 1 << 30,
-            bytes: 1 << 30,
-            bandwidth: figure(1e10 * threads as f64),
+        |placement: &str, kernel: &str, threads, nodes: Option<(u32, u32)>| Measurement {
+            key: BandwidthKey {
+                kernel: kernel.to_owned(),
+                placement: placement.to_owned(),
+                threads,
+                cpu_node: nodes.map(|n| n.0),
+                memory_node: nodes.map(|n| n.1),
+                array: 1 << 30,
+                bytes: 1 << 30,
+            },
+            figure: figure(1e10 * threads as f64),
         };
-    let solver = |kernel: &str, tables: &str, modes, threads: u64| SolverRow {
-        kernel: kernel.to_owned(),
-        tables: tables.to_owned(),
-        modes,
-        threads,
-        table_bytes: 9000 * modes,
-        rate: figure(1e5 / modes as f64 * threads as f64),
-        efficiency: Some(1.0),
+    let solver = |kernel: &str, tables: &str, modes, threads: u64| Measurement {
+        key: SolverKey {
+            kernel: kernel.to_owned(),
+            tables: tables.to_owned(),
+            modes,
+            threads,
+            table_bytes: 9000 * modes,
+            efficiency: Some(1.0),
+        },
+        figure: figure(1e5 / modes as f64 * threads as f64),
     };
     Characteristics {
         format: Characteristics::format(),
@@ -69,20 +74,21 @@ fn machine() -> Characteristics {
         },
         mountain: (sizes.iter())
             .flat_map(|&size| [64, 4096].map(|stride| (size, stride)))
-            .map(|(size, stride)| MountainRow {
-                size,
-                stride,
-                bandwidth: figure(1e17 / size as f64 / stride as f64),
+            .map(|(size, stride)| Measurement {
+                key: MountainKey { size, stride },
+                figure: figure(1e17 / size as f64 / stride as f64),
             })
             .collect(),
         operators: (sizes.iter())
             .flat_map(|&size| [("matvec", 41), ("matvec", 81), ("volterra", 81)].map(|k| (size, k)))
-            .map(|(working_set, (kernel, dimension))| OperatorRow {
-                kernel: kernel.to_owned(),
-                dimension,
-                count: 2,
-                working_set,
-                time: figure(1e-12 * working_set as f64),
+            .map(|(working_set, (kernel, dimension))| Measurement {
+                key: OperatorKey {
+                    kernel: kernel.to_owned(),
+                    dimension,
+                    count: 2,
+                    working_set,
+                },
+                figure: figure(1e-12 * working_set as f64),
             })
             .collect(),
         cliffs: Vec::new(),
@@ -95,20 +101,24 @@ fn machine() -> Characteristics {
         ],
         latency: ([("pages", false), ("hops", false), ("hops", true)].iter())
             .flat_map(|&(order, huge_pages)| {
-                sizes.iter().map(move |&size| LatencyRow {
-                    size,
-                    order: order.to_owned(),
-                    huge_pages,
-                    cpu_node: 0,
-                    memory_node: 0,
-                    latency: figure(1e-15 * size as f64),
+                sizes.iter().map(move |&size| Measurement {
+                    key: LatencyKey {
+                        size,
+                        order: order.to_owned(),
+                        huge_pages,
+                        cpu_node: 0,
+                        memory_node: 0,
+                    },
+                    figure: figure(1e-15 * size as f64),
                 })
             })
             .collect(),
-        arithmetic: vec![ArithmeticRow {
-            isa: "avx2".to_owned(),
-            threads: 1,
-            rate: figure(4e10),
+        arithmetic: vec![Measurement {
+            key: ArithmeticKey {
+                isa: "avx2".to_owned(),
+                threads: 1,
+            },
+            figure: figure(4e10),
         }],
         solver: [("volterra", "shared"), ("spectral", "eight")]
             .into_iter()

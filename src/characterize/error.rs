@@ -8,7 +8,7 @@ use thiserror::Error;
 
 /// Why a measurement gives no figure.
 #[derive(Debug, Error)]
-pub enum Trouble {
+pub enum MeasurementError {
     /// The system does not grant the memory.
     #[error("{} MiB of memory were not granted: {source}", .bytes >> 20)]
     Memory {
