@@ -10,6 +10,7 @@ use atlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
 use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
 use atlas::reference::{Passage, Reference};
 use common::march::{Events, ROUND_OFF, march, march_with, mean_equilibrium, settled, volterra};
+use common::skipped::skipped;
 use common::{drives, relative_difference, state_difference};
 
 /// How two marches of one stretch differ.
@@ -164,6 +165,12 @@ fn instruction_sets_agree_within_rounding() {
     let sets = InstructionSet::available();
     assert_eq!(sets[0], InstructionSet::PORTABLE);
     assert_eq!(sets.last(), Some(&InstructionSet::best()));
+    let names: Vec<_> = sets.iter().map(|set| set.name()).collect();
+    for missing in ["avx2", "avx512"] {
+        if !names.contains(&missing) {
+            skipped(format!("{missing}, which this processor does not have"));
+        }
+    }
     for (name, case) in drives() {
         let model = common::model(&case);
         let mut start = settled(&model, 40);
