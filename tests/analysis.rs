@@ -332,9 +332,7 @@ fn poincare_samples_are_the_states_at_mesh_phase_zero() {
 
 /// One degree at a load and a speed.
 fn small_oscillator(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::one_degree();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::one_degree(), load, speed)
 }
 
 /// Kinds of motion of one degree, each shown by the reference integrator to be what it is

@@ -48,11 +48,7 @@ impl Oscillator {
         structure.rated_force = 1.0;
         structure.pinion_torque = Some(vec![1.0]);
         let drive = Drive {
-            half_gap: self.half_gap,
             mesh: Division::levels(&[self.stiffness; 60], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
             torque_ripple: ripple
                 .iter()
                 .map(|&(order, amplitude, phase)| TorqueRipple {
@@ -62,6 +58,7 @@ impl Oscillator {
                     phase,
                 })
                 .collect(),
+            ..common::constant_mesh(self.half_gap, self.stiffness)
         };
         let point = OperatingPoint {
             load: self.load,
@@ -328,12 +325,8 @@ fn event_on_an_edge() {
             .map(|i| o.stiffness * (1.0 + 1e-15 * f64::from(i % 2)))
             .collect();
         let drive = Drive {
-            half_gap: o.half_gap,
             mesh: Division::levels(&levels, &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
+            ..common::constant_mesh(o.half_gap, o.stiffness)
         };
         let point = OperatingPoint {
             load: 0.0,

@@ -14,9 +14,7 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 fn one_degree(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::one_degree();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::one_degree(), load, speed)
 }
 
 /// A survey from where the equilibrium of the mean stiffness has got to after some cycles, and where it started.
@@ -122,9 +120,7 @@ fn at_strobe(model: &Model, deflection: f64, velocity: f64) -> TrajectoryState {
 /// A kick within the margin of the event sequence grows as the monodromy matrix says.
 #[test]
 fn a_kick_grows_as_predicted_away_from_grazing() {
-    let (structure, drive, mut point) = common::forty_modes();
-    (point.load, point.speed) = (0.1, 700.0);
-    let forty = Model::new(&structure, &drive, point).unwrap();
+    let forty = common::model_at(&common::forty_modes(), 0.1, 700.0);
     for (name, model) in [
         ("one degree", one_degree(0.3, 600.0)),
         ("forty modes", forty),

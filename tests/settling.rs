@@ -61,16 +61,12 @@ fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
 
 /// One degree at a load and a speed.
 fn one_degree(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::one_degree();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::one_degree(), load, speed)
 }
 
 /// Forty modes at a load and a speed.
 fn forty_modes(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::forty_modes();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::forty_modes(), load, speed)
 }
 
 /// One degree under ripple of half a pinion turn: period 20 in mesh cycles of 40 teeth.

@@ -1,7 +1,7 @@
 //! What is marched: drives of any number of modes, their settled trajectories, and the work
 //! that a cycle takes.
 
-use crate::common::{self, Case};
+use crate::common::{self, Case, default_drive};
 use atlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
 use atlas::model::{
     Division, FlankError, InitialState, Model, OperatingPoint, Stiffness, TrajectoryState,
@@ -64,16 +64,11 @@ pub fn quiet(modes: usize) -> Case {
 pub fn computed(segments: Option<usize>) -> Case {
     let mut case = drive(40, 0.05, 1200.0);
     let gears = GearPair {
-        teeth: [20, 30],
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        face_width: 20e-3,
-        body_length: [70e-3, 40e-3],
-        rated_torque: 50.0,
         form: ToothForm {
             bore: [Some(48e-3), Some(76e-3)],
             ..ToothForm::default()
         },
+        ..default_drive::gears()
     };
     let inputs = MeshTableInputs {
         longest_piece: 0.25,

@@ -1,40 +1,22 @@
 use super::*;
-use crate::model::{Division, Drive, InitialState, MeshHarmonic, OperatingPoint};
+use crate::model::{Division, Drive, InitialState, MeshHarmonic, fixtures};
 use crate::shaft::ModalStructure;
 
 fn structure() -> ModalStructure {
     ModalStructure {
-        teeth: 20,
-        wheel_teeth: None,
         rated_force: 1000.0,
-        frequency: vec![0.0, 5000.0],
-        damping: vec![0.0, 0.02],
-        mesh: vec![1.0, 0.5],
-        mesh_tilt: vec![0.0; 2],
-        torque: vec![1.0, 0.2],
-        pinion_torque: None,
-        wheel_torque: None,
-        friction: vec![0.0; 2],
-        friction_lever: vec![0.0; 2],
-        residual_flexibility: 0.0,
-        bearings: Vec::new(),
+        ..fixtures::structure(&[0.0, 5000.0], 0.02, &[1.0, 0.5], &[1.0, 0.2])
     }
 }
 
 fn model(stiffness: &[f64]) -> Model {
     let drive = Drive {
-        half_gap: 1e-5,
         mesh: Division::levels(stiffness, &[]),
         damping: 1000.0,
-        friction: 0.0,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.3)],
-        torque_ripple: Vec::new(),
+        ..fixtures::constant_mesh(1e-5, 4e8)
     };
-    let point = OperatingPoint {
-        load: 0.05,
-        speed: 1200.0,
-    };
-    Model::new(&structure(), &drive, point).unwrap()
+    Model::new(&structure(), &drive, fixtures::strong_rattle()).unwrap()
 }
 
 /// One window, kept.
