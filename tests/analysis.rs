@@ -678,9 +678,9 @@ fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
     [&flag, &never].map(|watched| {
         let kernel = Interruptible::new(kernel, watched);
         let mut raising = Raising(0, &flag);
-        let ended = kernel.march(
+        let ended = kernel.advance(
+            1,
             &mut model.start(&InitialState::Static),
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut raising,
             &mut Counters::default(),

@@ -10,7 +10,7 @@ use atlas::model::{
     Contact, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, Surface,
     TorqueRipple, TrajectoryState,
 };
-use atlas::propagate::{Counters, Event, Kernel, Stop, Tangents, Volterra};
+use atlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
 use common::march::{Events, ROUND_OFF, march_with, volterra};
 use std::f64::consts::{PI, TAU};
 
@@ -413,9 +413,9 @@ fn hundreds_of_events_in_a_cycle_and_their_limit() {
         let kernel = Volterra::new(&model, ROUND_OFF, limit);
         let mut counters = Counters::default();
         let mut trajectory = from.clone();
-        let result = kernel.march(
+        let result = kernel.advance(
+            1,
             &mut trajectory,
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut (),
             &mut counters,
@@ -463,9 +463,9 @@ fn nonsense_diverges_at_once() {
             let mut state = rest.state.clone();
             state[component] = value;
             let mut trajectory = TrajectoryState::new(&model, state, 7);
-            let stop = kernel.march(
+            let stop = kernel.advance(
+                1,
                 &mut trajectory,
-                &mut Tangents::none(),
                 &mut kernel.workspace(),
                 &mut (),
                 &mut Counters::default(),

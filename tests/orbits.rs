@@ -6,7 +6,7 @@ mod common;
 
 use atlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Kernel, Tangents};
+use atlas::propagate::{Counters, Kernel};
 use atlas::reference::Reference;
 use common::march::{mean_equilibrium, volterra};
 use common::relative_difference;
@@ -22,17 +22,15 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
     let kernel = volterra(model);
     let mut trajectory = mean_equilibrium(model);
     let mut workspace = kernel.workspace();
-    for _ in 0..after {
-        kernel
-            .march(
-                &mut trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut Counters::default(),
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(
+            u64::from(after),
+            &mut trajectory,
+            &mut workspace,
+            &mut (),
+            &mut Counters::default(),
+        )
+        .unwrap();
     let question = OrbitQuestion {
         periods: periods.to_vec(),
         guesses: 24,
@@ -62,9 +60,9 @@ fn a_doubled_period_has_an_unstable_parent() {
     let kernel = volterra(&model);
     let mut next = settled.clone();
     kernel
-        .march(
+        .advance(
+            1,
             &mut next,
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut (),
             &mut Counters::default(),
@@ -184,9 +182,9 @@ fn deflection_at(model: &Model, deflection: f64, velocity: f64, phase: f64) -> f
     let kernel = volterra(model);
     let mut state = at_strobe(model, deflection, velocity);
     kernel
-        .march(
+        .advance(
+            1,
             &mut state,
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut at,
             &mut Counters::default(),

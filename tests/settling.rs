@@ -15,7 +15,7 @@ use atlas::model::{
 };
 use atlas::numerics::linalg::{eigenpair, eigenvalues};
 use atlas::numerics::random::PointSeed;
-use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use atlas::propagate::{Counters, Kernel, Volterra};
 use atlas::reference::Reference;
 use common::relative_difference;
 use faer::Mat;
@@ -87,17 +87,15 @@ fn rippled() -> Model {
 fn march(model: &Model, state: &mut TrajectoryState, cycles: u32) {
     let kernel = Volterra::new(model, f64::EPSILON, 1000);
     let mut workspace = kernel.workspace();
-    for _ in 0..cycles {
-        kernel
-            .march(
-                state,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut Counters::default(),
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(
+            u64::from(cycles),
+            state,
+            &mut workspace,
+            &mut (),
+            &mut Counters::default(),
+        )
+        .unwrap();
 }
 
 #[test]
@@ -216,17 +214,9 @@ fn motion_in_constant_contact_is_solved_in_one_step() {
     assert!(orbit.residual < 1e-11, "{:e}", orbit.residual);
     let mut state = orbit.start.clone();
     let mut counters = Counters::default();
-    for _ in 0..10 {
-        kernel
-            .march(
-                &mut state,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(10, &mut state, &mut workspace, &mut (), &mut counters)
+        .unwrap();
     assert_eq!(counters.events, 0, "the drive stays in contact");
     assert!(norm.distance(&state.state, &orbit.start.state) < 1e-10 * norm.unit());
 }

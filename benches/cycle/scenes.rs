@@ -6,7 +6,7 @@ use atlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
 use atlas::model::{
     Division, FlankError, InitialState, Model, OperatingPoint, Stiffness, TrajectoryState,
 };
-use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use atlas::propagate::{Counters, Kernel, Volterra};
 use serde_json::{Value, json};
 
 /// Cycles marched before the clock starts.
@@ -117,17 +117,15 @@ pub fn settled(model: &Model) -> TrajectoryState {
 fn march<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, cycles: u32) -> Counters {
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
-    for _ in 0..cycles {
-        kernel
-            .march(
-                trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
-            .expect("the default drive does not diverge");
-    }
+    kernel
+        .advance(
+            u64::from(cycles),
+            trajectory,
+            &mut workspace,
+            &mut (),
+            &mut counters,
+        )
+        .expect("the default drive does not diverge");
     counters
 }
 

@@ -146,7 +146,7 @@ mod tests {
     use crate::model::{Division, Drive, InitialState, OperatingPoint, fixtures};
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
-    use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
+    use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
     use crate::shaft::{BearingGain, ModalStructure};
 
     fn model() -> Model {
@@ -224,17 +224,15 @@ mod tests {
             sums: vec![[0.0; 2]; 2],
         };
         let mut workspace = kernel.workspace();
-        for _ in 0..330 {
-            kernel
-                .march(
-                    &mut trajectory,
-                    &mut Tangents::none(),
-                    &mut workspace,
-                    &mut check,
-                    &mut Counters::default(),
-                )
-                .unwrap();
-        }
+        kernel
+            .advance(
+                330,
+                &mut trajectory,
+                &mut workspace,
+                &mut check,
+                &mut Counters::default(),
+            )
+            .unwrap();
         let [values, errors] = check.forces.statistics();
         for i in 0..2 {
             let [mean, square] = check.sums[i].map(|sum| sum / check.time);

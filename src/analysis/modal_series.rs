@@ -204,7 +204,7 @@ mod tests {
     use super::*;
     use crate::model::{Drive, DriveShaft, InitialState, OperatingPoint, TorqueRipple, fixtures};
     use crate::numerics::legendre::{at_end, at_start, evaluate};
-    use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
+    use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
     use crate::shaft::ModalStructure;
 
     /// Two rigid rotations and two elastic modes, with friction and ripple: rattles.
@@ -294,17 +294,15 @@ mod tests {
             largest: [0.0; 2],
             worst: [0.0; 2],
         };
-        for _ in 0..40 {
-            kernel
-                .march(
-                    &mut trajectory,
-                    &mut Tangents::none(),
-                    &mut workspace,
-                    &mut chain,
-                    &mut Counters::default(),
-                )
-                .unwrap();
-        }
+        kernel
+            .advance(
+                40,
+                &mut trajectory,
+                &mut workspace,
+                &mut chain,
+                &mut Counters::default(),
+            )
+            .unwrap();
         assert!(chain.events > 20, "{} events: no rattle", chain.events);
         assert!(chain.windows > 200, "{} windows", chain.windows);
         for row in 0..2 {

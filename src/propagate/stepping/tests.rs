@@ -91,13 +91,7 @@ fn windows_tile_the_cycle_and_agree_with_the_model() {
     let mut work = kernel.workspace();
     let mut counters = Counters::default();
     kernel
-        .march(
-            &mut trajectory,
-            &mut Tangents::none(),
-            &mut work,
-            &mut record,
-            &mut counters,
-        )
+        .advance(1, &mut trajectory, &mut work, &mut record, &mut counters)
         .unwrap();
     assert_eq!(record.windows.len(), 900);
     assert_eq!(counters.windows, 900);
@@ -125,12 +119,11 @@ fn watching_does_not_change_the_trajectory() {
     let mut unseen = seen.clone();
     let mut record = Record::default();
     for _ in 0..20 {
-        let none = &mut Tangents::none();
         kernel
-            .march(&mut seen, none, &mut work, &mut record, &mut counters)
+            .advance(1, &mut seen, &mut work, &mut record, &mut counters)
             .unwrap();
         kernel
-            .march(&mut unseen, none, &mut work, &mut (), &mut counters)
+            .advance(1, &mut unseen, &mut work, &mut (), &mut counters)
             .unwrap();
     }
     assert_eq!(seen, unseen);
@@ -150,9 +143,13 @@ fn event_limit_and_divergence_stop_the_march() {
     let model = model(&[4.4e8, 3.3e8]);
     let mut counters = Counters::default();
     let mut march = |kernel: &Stepping, trajectory: &mut TrajectoryState| {
-        let none = &mut Tangents::none();
-        let mut work = kernel.workspace();
-        (0..50).try_for_each(|_| kernel.march(trajectory, none, &mut work, &mut (), &mut counters))
+        kernel.advance(
+            50,
+            trajectory,
+            &mut kernel.workspace(),
+            &mut (),
+            &mut counters,
+        )
     };
     let mut trajectory = model.start(&InitialState::Static);
     let stop = march(&Stepping::new(&model, 500, 0), &mut trajectory);
