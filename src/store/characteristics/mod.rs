@@ -25,6 +25,16 @@ const FORMAT: &str = "atlas-machine-1";
 /// The file that holds everything.
 const RECORD: &str = "machine.json";
 
+/// Hands the names of all measurements with a file, which are those of the fields and of their columns,
+/// to a macro.
+macro_rules! of_all {
+    ($then:ident) => {
+        $then!(
+            mountain, operators, bandwidth, latency, arithmetic, solver, roofline
+        )
+    };
+}
+
 /// Everything that was found out about a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Characteristics {
@@ -94,9 +104,7 @@ impl Characteristics {
                 })*
             };
         }
-        tables!(
-            mountain, operators, bandwidth, latency, arithmetic, solver, roofline
-        );
+        of_all!(tables);
         let path = folder.join(RECORD);
         let refused = |source| StoreError::io(&path, "write", source);
         let mut text = serde_json::to_string_pretty(self).map_err(|error| refused(error.into()))?;
@@ -133,5 +141,20 @@ impl Characteristics {
                 found.format
             ))),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_units_and_descriptions() {
+        macro_rules! listed {
+            ($($name:ident),*) => {
+                $(insta::assert_snapshot!(stringify!($name), tables::$name().listing());)*
+            };
+        }
+        of_all!(listed);
     }
 }

@@ -16,8 +16,8 @@ use crate::analysis::{
 use crate::model::{Contact, Surface};
 use crate::propagate::Event;
 use crate::store::{
-    ChainPart, Level, Placement, ResultTable, Table, TraceLabel, TraceWriter, Transition,
-    events_table, trace_table,
+    ChainPart, Level, Placement, ResultTable, TraceLabel, TraceWriter, Transition, events_table,
+    trace_table,
 };
 use strum::VariantArray;
 
@@ -338,36 +338,22 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-fn listing<R>(table: &Table<R>) -> String {
-    let fields = table.schema();
-    let lines = fields.fields().iter().map(|field| {
-        let (metadata, kind) = (field.metadata(), field.data_type());
-        format!(
-            "{}: {kind} [{}] {}",
-            field.name(),
-            &metadata["unit"],
-            &metadata["description"]
-        )
-    });
-    lines.collect::<Vec<_>>().join("\n")
-}
-
 #[test]
 fn columns_units_and_descriptions() {
-    let points = |chains| listing(&points_table(&layout().axes, chains).unwrap());
+    let points = |chains| points_table(&layout().axes, chains).unwrap().listing();
     for kind in TableKind::VARIANTS {
         let listed = match kind {
             TableKind::Points => points(None),
-            TableKind::Poincare => listing(&poincare_table()),
-            TableKind::Spectra => listing(&spectra_table()),
-            TableKind::Probes => listing(&probes_table()),
-            TableKind::Orbits => listing(&orbits_table()),
-            TableKind::Transitions => listing(&transitions_table(&chains().axis)),
-            TableKind::Attractors => listing(&attractors_table()),
-            TableKind::Basins => listing(&basins_table()),
-            TableKind::Horizon => listing(&horizon_table()),
-            TableKind::Trace => listing(&trace_table(true)),
-            TableKind::Events => listing(&events_table()),
+            TableKind::Poincare => poincare_table().listing(),
+            TableKind::Spectra => spectra_table().listing(),
+            TableKind::Probes => probes_table().listing(),
+            TableKind::Orbits => orbits_table().listing(),
+            TableKind::Transitions => transitions_table(&chains().axis).listing(),
+            TableKind::Attractors => attractors_table().listing(),
+            TableKind::Basins => basins_table().listing(),
+            TableKind::Horizon => horizon_table().listing(),
+            TableKind::Trace => trace_table(true).listing(),
+            TableKind::Events => events_table().listing(),
         };
         let name = kind.file_name().strip_suffix(".parquet").unwrap();
         insta::assert_snapshot!(name, listed);
