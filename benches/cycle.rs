@@ -6,7 +6,7 @@
 //! scripts/bench            runs this and records it under benches/runs/
 //! ```
 //!
-//! All kernels run in one process, so ratios between them hold. Every bench marches a
+//! All kernels run in one process, so ratios between them hold. Every bench advances a
 //! settled trajectory on.
 
 // Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
@@ -35,8 +35,8 @@ const LOADS: [f64; 2] = [0.05, 0.30];
 /// Speeds beside the 1200 rad/s of the scenes by number of modes: each scene is timed once.
 const SPEEDS: [f64; 5] = [600.0, 900.0, 1100.0, 1500.0, 2400.0];
 
-/// Marches a settled trajectory on, cycle after cycle.
-fn march<K: Kernel>(
+/// Advances a settled trajectory on, cycle after cycle.
+fn advance<K: Kernel>(
     bench: &mut criterion::Bencher<'_>,
     kernel: &K,
     model: &Model,
@@ -51,7 +51,7 @@ fn march<K: Kernel>(
             tangent.vector_mut(i).fill(1e-9);
         }
         kernel
-            .march(
+            .advance_cycle(
                 black_box(&mut trajectory),
                 &mut tangent,
                 &mut workspace,
@@ -92,7 +92,7 @@ fn cycles(criterion: &mut Criterion) {
         let model = common::model(&case);
         let (kind, parameter) = name.split_once('/').unwrap();
         group.bench_function(BenchmarkId::new(kind, parameter), |b| {
-            march(b, &volterra(&model), &model, 0);
+            advance(b, &volterra(&model), &model, 0);
         });
     }
     group.finish();
@@ -104,7 +104,7 @@ fn tangents(criterion: &mut Criterion) {
         let model = common::model(&drive(modes, 0.05, 1200.0));
         for count in [1, 8] {
             group.bench_function(BenchmarkId::new(count.to_string(), modes), |b| {
-                march(b, &volterra(&model), &model, count);
+                advance(b, &volterra(&model), &model, count);
             });
         }
     }
@@ -129,7 +129,7 @@ fn instruction_sets(criterion: &mut Criterion) {
             let model = common::model(&case);
             let kernel = Volterra::with_instructions(&model, f64::EPSILON, 1000, set);
             group.bench_function(BenchmarkId::new(set.name(), scene), |b| {
-                march(b, &kernel, &model, 0);
+                advance(b, &kernel, &model, 0);
             });
         }
     }
@@ -144,12 +144,16 @@ fn others(criterion: &mut Criterion) {
         // Steps of 100 ns, as published for small-step integration of this class of drive.
         let stepping = Stepping::new(&model, (model.period() / 100e-9) as u32, 1000);
         group.bench_function(BenchmarkId::new("stepping-100ns", modes), |b| {
-            march(b, &stepping, &model, 0);
+            advance(b, &stepping, &model, 0);
         });
         let reference = Reference::new(&model);
         let start = settled(&model);
         group.bench_function(BenchmarkId::new("reference", modes), |b| {
-            b.iter(|| reference.march(black_box(&start), 1).expect("it marches"));
+            b.iter(|| {
+                reference
+                    .advance(black_box(&start), 1)
+                    .expect("it advances")
+            });
         });
     }
     group.finish();

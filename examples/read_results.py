@@ -41,7 +41,7 @@ def mark(point: dict) -> str:
         return str(int(point["period"]))
     if point["status"] not in ("ok", "not_converged"):
         return "x"
-    return {"locked": "L", "quasi_periodic": "q", "not_converged": "?"}.get(point["class"], ".")
+    return {"steady_contact": "L", "quasi_periodic": "q", "not_converged": "?"}.get(point["class"], ".")
 
 
 def plot(points: pd.DataFrame, axes: list[str], units: dict[str, str], path: Path) -> None:

@@ -143,13 +143,13 @@ def contact(record: dict) -> list[str]:
                 significant(jump["ns"]),
                 str(jump["products"]),
                 significant(1e6 * value["fused"]["ns"] / jump["ns"]),
-                significant(jump["against_marching"]),
+                significant(jump["against_integrating"]),
                 significant(value["segments_against_fused"]),
                 significant(value["volterra_against_fused"]),
             ]
         )
     head = [
-        "modes", "10⁶ cycles [ns]", "products", "× marching them", "against marching (relative)",
+        "modes", "10⁶ cycles [ns]", "products", "× integrating them", "against integrating (relative)",
         "segments against fused [gaps]", "volterra against fused [gaps]",
     ]  # fmt: skip
     return lines + table(head, rows)

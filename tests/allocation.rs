@@ -1,4 +1,4 @@
-//! Does a marched cycle allocate? Every kernel is marched under a counting allocator.
+//! Does an integrated cycle allocate? Every kernel is integrated under a counting allocator.
 
 // The one place where unsafe code is needed: an allocator cannot be replaced without.
 #![allow(unsafe_code)]
@@ -57,7 +57,7 @@ impl Observer for Sum {
     }
 }
 
-/// Marches a rattling drive, watched and with tangents, and beside it one without, as a twin
+/// Advances a rattling drive, watched and with tangents, and beside it one without, as a twin
 /// would be; counts allocations after the first cycle, which makes room for the tangents.
 fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
     let mut trajectory = model.start(&InitialState::Static);
@@ -76,7 +76,7 @@ fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
         let mut none = Tangents::none();
         for (trajectory, tangents) in [(&mut trajectory, &mut tangents), (&mut twin, &mut none)] {
             kernel
-                .march(
+                .advance_cycle(
                     trajectory,
                     tangents,
                     &mut workspace,
@@ -113,7 +113,7 @@ fn kernels() -> Vec<KernelChoice> {
             event_grid: None,
         },
         "fused" => KernelChoice::Fused { cells: CELLS },
-        _ => panic!("no settings for `{name}`, which is to be marched here too"),
+        _ => panic!("no settings for `{name}`, which is to be integrated here too"),
     };
     let names = KernelChoice::SETTINGS.iter().map(|(name, _)| *name);
     let on_a_grid = KernelChoice::Spectral {
@@ -123,7 +123,7 @@ fn kernels() -> Vec<KernelChoice> {
     names.map(choice).chain([on_a_grid]).collect()
 }
 
-/// Counts the allocations of a kernel that marches a model.
+/// Counts the allocations of a kernel that advances a model.
 struct Count<'m>(&'m Model);
 
 impl KernelUse for Count<'_> {
@@ -145,7 +145,7 @@ fn count(kernel: KernelChoice, model: &Model) -> Result<u64, DenseError> {
 }
 
 #[test]
-fn marching_allocates_nothing() {
+fn integrating_allocates_nothing() {
     for (drive, case) in common::drives() {
         let model = common::model(&case);
         for kernel in kernels() {

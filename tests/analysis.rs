@@ -20,7 +20,7 @@ use atlas::propagate::{
 };
 use atlas::reference::Reference;
 use atlas::shaft::ModalStructure;
-use common::march::{march, march_with, settled, volterra};
+use common::advance::{advance, advance_with, settled, volterra};
 use common::{drives, relative_difference};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -125,11 +125,12 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
     }
     let impacts = record.impacts.len();
     NvhOutcome {
-        dte_mean: mean,
-        dte_rms: variance.sqrt(),
-        dte_pp: high - low,
-        dte_crest: (high - mean).max(mean - low) / variance.sqrt(),
-        dte_kurtosis: average(|s, mean| (s.deflection - mean).powi(4), mean) / variance.powi(2),
+        deflection_mean: mean,
+        deflection_rms: variance.sqrt(),
+        deflection_pp: high - low,
+        deflection_crest: (high - mean).max(mean - low) / variance.sqrt(),
+        deflection_kurtosis: average(|s, mean| (s.deflection - mean).powi(4), mean)
+            / variance.powi(2),
         harmonics: (1..=harmonics)
             .map(|h| {
                 let omega = TAU * h as f64 / model.period();
@@ -156,20 +157,20 @@ fn difference(a: &NvhOutcome, b: &NvhOutcome) -> [f64; 2] {
     let harmonics = a.harmonics.iter().zip(&b.harmonics);
     let fractions = a.fractions.iter().zip(&b.fractions);
     let integrals = [
-        relative(a.dte_mean, b.dte_mean),
-        relative(a.dte_rms, b.dte_rms),
-        relative(a.dte_kurtosis, b.dte_kurtosis),
+        relative(a.deflection_mean, b.deflection_mean),
+        relative(a.deflection_rms, b.deflection_rms),
+        relative(a.deflection_kurtosis, b.deflection_kurtosis),
         relative(a.force_mean, b.force_mean),
         relative(a.force_std, b.force_std),
         relative(a.impact_rate, b.impact_rate),
         relative(a.impact_velocity, b.impact_velocity),
     ]
     .into_iter()
-    .chain(harmonics.map(|(x, y)| (x - y).abs() / b.dte_rms))
+    .chain(harmonics.map(|(x, y)| (x - y).abs() / b.deflection_rms))
     .chain(fractions.map(|(x, y)| (x - y).abs()));
     let extremes = [
-        relative(a.dte_pp, b.dte_pp),
-        relative(a.dte_crest, b.dte_crest),
+        relative(a.deflection_pp, b.deflection_pp),
+        relative(a.deflection_crest, b.deflection_crest),
         relative(a.force_peak, b.force_peak),
     ];
     let worst = |m: f64, v: f64| if v.is_nan() { f64::NAN } else { v.max(m) };
@@ -198,7 +199,7 @@ fn statistics_are_those_of_fine_samples() {
     for (name, model) in models {
         let start = settled(&model, 100);
         let mut both = (Record::default(), Nvh::new(&model, 8));
-        march_with(&volterra(&model), &start, 25, &mut both);
+        advance_with(&volterra(&model), &start, 25, &mut both);
         let exact = brute_force(&model, &both.0, 8);
         let found = both.1.outcome().unwrap();
         let [integrals, extremes] = difference(&found, &exact);
@@ -224,10 +225,10 @@ fn statistics_agree_with_those_of_small_steps() {
         let mut close = 0;
         for _ in 0..8 {
             let mut exact = Nvh::new(&model, 4);
-            let (end, counters) = march_with(&volterra(&model), &start, 1, &mut exact);
+            let (end, counters) = advance_with(&volterra(&model), &start, 1, &mut exact);
             let mut stepped = Nvh::new(&model, 4);
             let small = Stepping::new(&model, 30_000, 1000);
-            march_with(&small, &start, 1, &mut stepped);
+            advance_with(&small, &start, 1, &mut stepped);
             let error = difference(&stepped.outcome().unwrap(), &exact.outcome().unwrap());
             let error = error[0].max(error[1]);
             assert!(counters.events == 0 || error > 0.0);
@@ -266,7 +267,7 @@ fn energy_balance_closes_and_a_planted_error_opens_it() {
         let start = settled(&model, 20);
         let residual = |planted: f64| {
             let mut audit = Planted(EnergyAudit::new(&model), planted);
-            let (end, counters) = march_with(&volterra(&model), &start, 100, &mut audit);
+            let (end, counters) = advance_with(&volterra(&model), &start, 100, &mut audit);
             assert!(counters.events > 100, "{name} does not rattle");
             audit.0.residual(&end).unwrap()
         };
@@ -323,7 +324,7 @@ fn poincare_samples_are_the_states_at_mesh_phase_zero() {
     let kernel = volterra(&model);
     let mut state: TrajectoryState = model.start(&InitialState::Static);
     for sample in &outcome.poincare {
-        state = march(&kernel, &state, sample.cycle - state.cycle);
+        state = advance(&kernel, &state, sample.cycle - state.cycle);
         let (deflection, velocity) = model.deflection(&state.state, 0.0);
         assert_eq!((sample.deflection, sample.velocity), (deflection, velocity));
     }
@@ -340,7 +341,7 @@ fn small_oscillator(load: f64, speed: f64) -> Model {
 #[test]
 fn small_oscillators_are_of_their_known_kind() {
     for (load, speed, class, events) in [
-        (1.0, 400.0, Class::Locked(Some(1)), 0.0),
+        (1.0, 400.0, Class::SteadyContact(Some(1)), 0.0),
         (0.3, 600.0, Class::Periodic(1), 4.0),
         (0.2, 1800.0, Class::Periodic(2), 2.0),
         (2.0, 1500.0, Class::Periodic(3), 4.0 / 3.0),
@@ -352,7 +353,7 @@ fn small_oscillators_are_of_their_known_kind() {
         let period = u64::from(class.period().unwrap());
         let state = settled(&model, outcome.cycles);
         for cycles in 1..=period {
-            let end = Reference::new(&model).march(&state, cycles).unwrap().end;
+            let end = Reference::new(&model).advance(&state, cycles).unwrap().end;
             let moved = relative_difference(&end.state, &state.state);
             if cycles == period {
                 assert!(moved < 1e-9, "{class:?}: {moved:e}");
@@ -382,14 +383,19 @@ fn small_oscillators_are_of_their_known_kind() {
 }
 
 /// Torque ripple of a shaft order lengthens the period to the shaft's teeth; ripple that
-/// never comes back leaves locked motion locked.
+/// never comes back leaves steady contact steady.
 #[test]
 fn ripple_sets_the_period() {
     for (load, speed, order, class) in [
-        (1.0, 400.0, 1.0, Class::Locked(Some(40))),
+        (1.0, 400.0, 1.0, Class::SteadyContact(Some(40))),
         (0.3, 600.0, 1.0, Class::Periodic(40)),
         (0.3, 600.0, 4.0, Class::Periodic(10)),
-        (1.0, 400.0, std::f64::consts::SQRT_2, Class::Locked(None)),
+        (
+            1.0,
+            400.0,
+            std::f64::consts::SQRT_2,
+            Class::SteadyContact(None),
+        ),
     ] {
         let (mut structure, mut drive, mut point) = common::one_degree();
         structure.teeth = 40;
@@ -449,7 +455,7 @@ fn a_period_may_be_a_multiple_of_the_ripples() {
         // The reference integrator's motion does as well, and no sooner.
         let state = settled(&model, 4000);
         for (cycles, returns) in [(20, false), (30, false), (60, true)] {
-            let end = Reference::new(&model).march(&state, cycles).unwrap().end;
+            let end = Reference::new(&model).advance(&state, cycles).unwrap().end;
             let moved = relative_difference(&end.state, &state.state);
             assert_eq!(moved < 1e-9, returns, "{cycles}: {moved:e}");
         }
@@ -494,7 +500,11 @@ fn free_rest_has_no_events_and_no_spread() {
     let nvh = outcome.nvh.unwrap();
     assert_eq!(nvh.fractions.map(|f| (f * 1e12).round()), [0.0, 1e12, 0.0]);
     assert_eq!(
-        (nvh.dte_rms, nvh.dte_crest, nvh.dte_kurtosis),
+        (
+            nvh.deflection_rms,
+            nvh.deflection_crest,
+            nvh.deflection_kurtosis
+        ),
         (0.0, 0.0, 0.0)
     );
     assert_eq!(
@@ -506,7 +516,7 @@ fn free_rest_has_no_events_and_no_spread() {
 }
 
 /// A start that counts as diverged before anything has moved: told as such, with the key to
-/// change, by every kernel with its own bound. Within it motion is marched.
+/// change, by every kernel with its own bound. Within it motion is integrated.
 #[test]
 fn a_start_out_of_range_is_told_as_such() {
     let model = small_oscillator(0.3, 1200.0);
@@ -554,7 +564,7 @@ fn residual_at_rest(structure: &ModalStructure, half_gap: f64, load: f64) -> f64
     let model = Model::new(structure, &drive, point).unwrap();
     let start = model.start(&InitialState::Static);
     let mut audit = EnergyAudit::new(&model);
-    let (end, counters) = march_with(&volterra(&model), &start, 20, &mut audit);
+    let (end, counters) = advance_with(&volterra(&model), &start, 20, &mut audit);
     assert_eq!(counters.events, 0);
     audit.residual(&end).unwrap()
 }
@@ -591,7 +601,7 @@ impl Kernel for Kicking<'_> {
         self.kernel.workspace()
     }
 
-    fn march<O: Observer>(
+    fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
@@ -599,7 +609,7 @@ impl Kernel for Kicking<'_> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        (self.kernel).march(trajectory, tangents, workspace, observer, counters)?;
+        (self.kernel).advance_cycle(trajectory, tangents, workspace, observer, counters)?;
         let last = trajectory.state.len() - 1;
         trajectory.state[last] *= 1.0 + self.kick;
         Ok(())
@@ -642,9 +652,9 @@ fn a_kernel_that_approximates_is_not_called_inaccurate() {
     assert_ne!(outcome.status.name(), "inaccurate");
 }
 
-/// A flag that is raised while the first cycle is marched: the march ends in the midst of it.
+/// A flag that is raised while the first cycle is integrated: the integration ends in the midst of it.
 #[test]
-fn a_march_ends_within_the_cycle_in_which_it_is_called_off() {
+fn an_integration_ends_within_the_cycle_in_which_it_is_called_off() {
     for (name, case) in drives() {
         let model = common::model(&case);
         let small = Stepping::new(&model, 4000, 1000);
@@ -660,7 +670,7 @@ fn a_march_ends_within_the_cycle_in_which_it_is_called_off() {
     }
 }
 
-/// Windows shown before the flag that the third raises ends the march, and of a whole cycle.
+/// Windows shown before the flag that the third raises ends the integration, and of a whole cycle.
 fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
     struct Raising<'a>(u64, &'a AtomicBool);
     impl Observer for Raising<'_> {

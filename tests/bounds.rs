@@ -93,7 +93,7 @@ fn kinds() -> Vec<(&'static str, String)> {
         ),
         ("one value again and again", loads(&pieces(|_| "1,".into()))),
         (
-            "as many sound values",
+            "as many valid values",
             loads(&pieces(|i| format!("{},", i + 1))),
         ),
         (
@@ -259,7 +259,7 @@ fn a_megabyte_of_anything_is_judged_in_little_memory_and_few_words() {
                 output.status.signal(),
                 &words(&output.stderr)[..200.min(output.stderr.len())]
             );
-            // Programs get every fault that is kept, and ten thousand values of a sound axis.
+            // Programs get every fault that is kept, and ten thousand values of a valid axis.
             let most = if arguments.is_empty() {
                 WORDS
             } else {
@@ -445,7 +445,7 @@ fn points_of_a_huge_grid_are_made_when_they_are_asked_for() {
 }
 
 /// One value in a hundred thousand does not fit the others, and is not among those judged: its
-/// points say so, and the rest is sound.
+/// points say so, and the rest is valid.
 #[test]
 fn a_combination_without_a_drive_is_a_failed_point() {
     const ODD: usize = 50_001;
@@ -458,10 +458,10 @@ fn a_combination_without_a_drive_is_a_failed_point() {
     let text = with(LOAD, &grid).replacen("cycles = 5000", "audit_cycles = 20", 1);
     let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
     let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
-    for (combination, sound) in [(ODD - 1, true), (ODD, false), (ODD + 1, true)] {
+    for (combination, valid) in [(ODD - 1, true), (ODD, false), (ODD + 1, true)] {
         let point = job.points.at(4 * combination);
         let built = parts.model(&point);
-        assert_eq!(built.is_ok(), sound, "{combination}");
+        assert_eq!(built.is_ok(), valid, "{combination}");
         if let Err(error) = built {
             assert!(error.to_string().contains("audit_cycles"), "{error}");
         }

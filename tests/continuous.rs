@@ -7,7 +7,7 @@ mod common;
 use atlas::model::{Division, Drive, Model};
 use atlas::propagate::{Stepping, Volterra};
 use atlas::reference::Reference;
-use common::march::{Events, march, march_with, settled, volterra};
+use common::advance::{Events, advance, advance_with, settled, volterra};
 use common::{Case, drives, relative_difference, state_difference};
 
 const DOUBLE_PAIR: f64 = 4.444e8;
@@ -46,9 +46,9 @@ fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64,
     let mut start = settled(model, 40);
     let (mut worst, mut events) = (0.0f64, 0);
     for _ in 0..cycles {
-        let exact = reference.march(&start, 1).unwrap();
+        let exact = reference.advance(&start, 1).unwrap();
         let mut seen = Events::default();
-        let (end, _) = march_with(kernel, &start, 1, &mut seen);
+        let (end, _) = advance_with(kernel, &start, 1, &mut seen);
         let kinds = |a: &atlas::propagate::Event, b: &atlas::reference::Crossing| {
             (a.from, a.to) == (b.from, b.to)
         };
@@ -112,8 +112,8 @@ fn sixty_segments_are_exact_where_the_step_lies_on_a_border() {
         let sixty = model(&case, |drive| on_segments(60, 0.6, drive));
         let mut start = settled(&exact, 40);
         for _ in 0..8 {
-            let end = march(&volterra(&exact), &start, 1);
-            let other = march(&volterra(&sixty), &start, 1);
+            let end = advance(&volterra(&exact), &start, 1);
+            let other = advance(&volterra(&sixty), &start, 1);
             let difference = relative_difference(&other.state, &end.state);
             assert!(difference < 1e-12, "{name}: {difference:e}");
             start = end;
@@ -129,13 +129,13 @@ fn errors_of_segments(phase: f64) -> [f64; 3] {
     case.2.load = 1.0;
     let exact = model(&case, |drive| step_at(phase, drive));
     let start = settled(&exact, 3);
-    let end = march(&volterra(&exact), &start, 1);
+    let end = advance(&volterra(&exact), &start, 1);
     [60, 600, 6000].map(|segments| {
         let rounded = model(&case, |drive| on_segments(segments, phase, drive));
         let kernel = volterra(&rounded);
         // Windows are fitted to the three segments that are left, not to sixty and more.
         assert!(kernel.windows_per_cycle() < 20);
-        relative_difference(&march(&kernel, &start, 1).state, &end.state)
+        relative_difference(&advance(&kernel, &start, 1).state, &end.state)
     })
 }
 
@@ -175,10 +175,10 @@ fn small_steps_converge_to_it() {
     for (phase, least, most) in [(0.63, 3.8, 4.2), (0.5 + 1.0 / 7919.0, 1.0, 100.0)] {
         let model = model(&case, |drive| step_at(phase, drive));
         let start = settled(&model, 3);
-        let end = march(&volterra(&model), &start, 1);
+        let end = advance(&volterra(&model), &start, 1);
         let [coarse, fine] = [1900, 3800].map(|steps| {
             let small = Stepping::new(&model, steps, 100);
-            relative_difference(&march(&small, &start, 1).state, &end.state)
+            relative_difference(&advance(&small, &start, 1).state, &end.state)
         });
         println!("step at {phase}: {coarse:.1e}, {fine:.1e}");
         assert!(coarse < 1e-3);

@@ -10,7 +10,7 @@ use atlas::analysis::{
 };
 use atlas::model::{InitialState, Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
-use common::march::volterra;
+use common::advance::volterra;
 use std::sync::atomic::AtomicBool;
 
 const SEEDS: u64 = 100;
@@ -66,7 +66,7 @@ fn known(outcome: &PointOutcome) -> Known {
     let stderr = nvh.stderr.as_ref().unwrap();
     [
         (lyapunov.exponents[0], lyapunov.stderr),
-        (nvh.dte_rms, stderr.dte_rms),
+        (nvh.deflection_rms, stderr.deflection_rms),
     ]
 }
 

@@ -216,7 +216,7 @@ fn points_of_no_job_and_numbers_that_no_run_writes_are_refused() {
     put_back();
     for (column, value, text) in [
         ("lambda_max", f64::NAN, "NaN"),
-        ("dte_rms", f64::INFINITY, "inf"),
+        ("deflection_rms", f64::INFINITY, "inf"),
     ] {
         rewrite(&place.path(table), column, |values| {
             let values = values.as_primitive::<Float64Type>().iter().enumerate();

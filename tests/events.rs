@@ -11,7 +11,7 @@ use atlas::model::{
     TorqueRipple, TrajectoryState,
 };
 use atlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
-use common::march::{Events, ROUND_OFF, march_with, volterra};
+use common::advance::{Events, ROUND_OFF, advance_with, volterra};
 use std::f64::consts::{PI, TAU};
 
 /// One mode `q'' + ω² q = load − F` that is the deflection itself, undamped.
@@ -89,7 +89,7 @@ fn events(
     cycles: u64,
 ) -> (Vec<(f64, Event)>, Counters, TrajectoryState) {
     let mut seen = Events::default();
-    let (end, counters) = march_with(&volterra(model), start, cycles, &mut seen);
+    let (end, counters) = advance_with(&volterra(model), start, cycles, &mut seen);
     assert_eq!(counters.events, seen.0.len() as u64);
     let absolute = |e: &Event| e.cycle as f64 * model.period() + e.time;
     let list = seen.0.iter().map(|e| (absolute(e), *e)).collect();

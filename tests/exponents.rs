@@ -15,7 +15,7 @@ use atlas::model::{Contact, Division, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{Counters, Kernel, Tangents};
 use atlas::reference::Reference;
-use common::march::{march, settled, volterra};
+use common::advance::{advance, settled, volterra};
 use common::{drives, relative_difference};
 use faer::Mat;
 use std::sync::atomic::AtomicBool;
@@ -162,7 +162,7 @@ fn multipliers_in_constant_contact_are_eigenvalues_of_the_map() {
 }
 
 #[test]
-fn investigation_of_locked_motion_gives_them_too() {
+fn investigation_of_steady_contact_gives_them_too() {
     for (name, case) in drives() {
         let model = quiet(case);
         let exact = independent_exponents(&model);
@@ -179,7 +179,7 @@ fn investigation_of_locked_motion_gives_them_too() {
         .unwrap();
         assert_eq!(
             outcome.class,
-            Some(Class::Locked(Some(1))),
+            Some(Class::SteadyContact(Some(1))),
             "{name}: {}",
             outcome.reason
         );
@@ -224,7 +224,7 @@ fn stable_fixed_point_has_its_negative_exponent() {
         .unwrap();
         assert_eq!(
             outcome.class,
-            Some(Class::Locked(Some(1))),
+            Some(Class::SteadyContact(Some(1))),
             "{}",
             outcome.reason
         );
@@ -252,7 +252,7 @@ fn sum_of_all_exponents_is_the_mean_trace() {
         let mut nvh = Nvh::new(&model, 0);
         for _ in 0..200 {
             kernel
-                .march(
+                .advance_cycle(
                     &mut trajectory,
                     growth.tangents(),
                     &mut workspace,
@@ -295,8 +295,8 @@ fn tangents_are_the_derivative_through_impacts() {
         let kernel = volterra(&model);
         let reference = Reference::new(&model);
         let mut start = settled(&model, 40);
-        while reference.march(&start, 1).unwrap().crossings.len() < 2 {
-            start = march(&kernel, &start, 1);
+        while reference.advance(&start, 1).unwrap().crossings.len() < 2 {
+            start = advance(&kernel, &start, 1);
         }
         let scale = [1e-11, 1e-7];
         let mut tangents = Tangents::zeros(n, 2 * n);
@@ -304,7 +304,7 @@ fn tangents_are_the_derivative_through_impacts() {
             tangents.vector_mut(i)[i] = scale[i / n];
         }
         kernel
-            .march(
+            .advance_cycle(
                 &mut start.clone(),
                 &mut tangents,
                 &mut kernel.workspace(),
@@ -317,7 +317,7 @@ fn tangents_are_the_derivative_through_impacts() {
             let end = |side: f64| {
                 let mut moved = start.clone();
                 moved.state[i] += side * scale[i / n];
-                reference.march(&moved, 1).unwrap().end.state
+                reference.advance(&moved, 1).unwrap().end.state
             };
             let difference: Vec<_> = end(1.0)
                 .iter()
@@ -342,7 +342,7 @@ fn twin_and_tangent_agree_on_chaos() {
             &model,
             &volterra(&model),
             model.start(&InitialState::Static),
-            // As many cycles as a twin is marched.
+            // As many cycles as a twin is integrated.
             &questions(1, 200, 320),
             &AtomicBool::new(false),
         )
@@ -393,7 +393,7 @@ fn neutral_pair_is_left_out() {
     let mut growth = TangentGrowth::new(&norm, 2, 2, &mut Stream::new(3, 1, 4));
     for _ in 0..50 {
         kernel
-            .march(
+            .advance_cycle(
                 &mut trajectory,
                 growth.tangents(),
                 &mut kernel.workspace(),

@@ -8,7 +8,7 @@ mod common;
 use atlas::analysis::EnergyNorm;
 use atlas::model::{Model, TrajectoryState};
 use atlas::reference::{Extended, ExtendedPassage, Reference};
-use common::march::{Events, march_with, settled, volterra};
+use common::advance::{Events, advance_with, settled, volterra};
 
 /// Error of a state in the energy norm, in half gaps.
 fn error(model: &Model, exact: &ExtendedPassage, state: &[f64]) -> f64 {
@@ -30,7 +30,7 @@ fn follow(model: &Model, cycles: u64, mut each: impl FnMut(&TrajectoryState, &Ex
     let extended = Extended::new(model);
     let mut start = settled(model, 40);
     for _ in 0..cycles {
-        let exact = extended.march(&start, 1).unwrap();
+        let exact = extended.advance(&start, 1).unwrap();
         each(&start, &exact);
         start = exact.end();
     }
@@ -43,7 +43,7 @@ fn one_cycle_of_the_structured_kernel_is_exact_to_round_off() {
         let (mut state, mut time, mut events) = (0.0f64, 0.0f64, 0);
         follow(&model, cycles, |start, exact| {
             let mut seen = Events::default();
-            let (end, _) = march_with(&kernel, start, 1, &mut seen);
+            let (end, _) = advance_with(&kernel, start, 1, &mut seen);
             assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
             for (a, b) in seen.0.iter().zip(&exact.crossings) {
                 assert_eq!((a.from, a.to), (b.from, b.to), "{name}");
@@ -67,7 +67,7 @@ fn one_cycle_of_the_reference_is_exact_to_round_off() {
         let reference = Reference::new(&model);
         let mut state = 0.0f64;
         follow(&model, 4, |start, exact| {
-            let passage = reference.march(start, 1).unwrap();
+            let passage = reference.advance(start, 1).unwrap();
             assert_eq!(passage.crossings.len(), exact.crossings.len(), "{name}");
             state = state.max(error(&model, exact, &passage.end.state));
         });
@@ -81,8 +81,8 @@ fn one_cycle_of_the_reference_is_exact_to_round_off() {
 fn extended_trajectory_does_not_depend_on_its_steps() {
     for (name, model, _) in drives() {
         let start = settled(&model, 40);
-        let usual = Extended::new(&model).march(&start, 5).unwrap();
-        let other = Extended::new(&model).refined(2).march(&start, 5).unwrap();
+        let usual = Extended::new(&model).advance(&start, 5).unwrap();
+        let other = Extended::new(&model).refined(2).advance(&start, 5).unwrap();
         assert!(!usual.crossings.is_empty(), "{name} does not rattle");
         let difference: Vec<f64> = usual
             .state

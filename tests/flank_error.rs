@@ -13,7 +13,7 @@ use atlas::numerics::legendre::evaluate;
 use atlas::propagate::{Dyadic, Event, Observer, Window};
 use atlas::reference::{Extended, Reference};
 use atlas::sweep::build::Parts;
-use common::march::{Events, march, march_with, mean_equilibrium, volterra};
+use common::advance::{Events, advance, advance_with, mean_equilibrium, volterra};
 use common::{relative_difference, state_difference};
 use std::path::Path;
 use std::process::Command;
@@ -150,9 +150,9 @@ fn a_slow_drive_follows_the_loaded_flanks() {
     let moved = |edits: &[(&str, &str)]| {
         let job = job(&[edits, &[FRICTIONLESS, QUIET]].concat());
         let model = model(&parts, &job, 1.0, 10.0);
-        let start = march(&volterra(&model), &model.start(&InitialState::Static), 6);
+        let start = advance(&volterra(&model), &model.start(&InitialState::Static), 6);
         let mut seen = Seen::default();
-        march_with(&volterra(&model), &start, 1, &mut seen);
+        advance_with(&volterra(&model), &start, 1, &mut seen);
         range(seen.0.into_iter())
     };
     let whole = job(&[]);
@@ -193,19 +193,19 @@ fn kernels_follow_the_error_to_round_off() {
         assert!(model.cycle.has_error());
         let kernel = volterra(&model);
         let (reference, extended) = (Reference::new(&model), Extended::new(&model));
-        let mut start = march(&kernel, &model.start(&InitialState::Static), 40);
+        let mut start = advance(&kernel, &model.start(&InitialState::Static), 40);
         let (mut off, mut events) = ([0.0f64; 2], 0);
         for cycle in 0..6 {
             let mut seen = Events::default();
-            let (end, _) = march_with(&kernel, &start, 1, &mut seen);
-            let exact = reference.march(&start, 1).unwrap();
+            let (end, _) = advance_with(&kernel, &start, 1, &mut seen);
+            let exact = reference.advance(&start, 1).unwrap();
             assert_eq!(seen.0.len(), exact.crossings.len());
             for (a, b) in seen.0.iter().zip(&exact.crossings) {
                 assert_eq!((a.from, a.to), (b.from, b.to));
             }
             off[0] = off[0].max(state_difference(&model, &end.state, &exact.end.state));
             if cycle < 2 {
-                let exact = extended.march(&start, 1).unwrap().end();
+                let exact = extended.advance(&start, 1).unwrap().end();
                 off[1] = off[1].max(state_difference(&model, &end.state, &exact.state));
             }
             events += seen.0.len();
@@ -216,7 +216,7 @@ fn kernels_follow_the_error_to_round_off() {
         assert!(events > 4, "{edits:?} does not rattle");
 
         let mut audit = EnergyAudit::new(&model);
-        let (end, _) = march_with(&kernel, &start, 50, &mut audit);
+        let (end, _) = advance_with(&kernel, &start, 50, &mut audit);
         let residual = audit.residual(&end).unwrap();
         assert!(residual < 1e-11, "{edits:?}: {residual:e}");
     }
@@ -228,14 +228,14 @@ fn segments_converge_to_the_relieved_course() {
     let parts = common::parts();
     let edited = job(&[COURSE[0], COURSE[1], FRICTIONLESS]);
     let course = model(&parts, &edited, 0.3, 1200.0);
-    let start = march(&volterra(&course), &mean_equilibrium(&course), 60);
-    let exact = march(&volterra(&course), &start, 1);
+    let start = advance(&volterra(&course), &mean_equilibrium(&course), 60);
+    let exact = advance(&volterra(&course), &start, 1);
     let errors = ["60", "240", "960"].map(|count| {
         let count = format!("segments = {count}");
         let segments = job(&[("segments = 60", &count), FRICTIONLESS]);
         let model = model(&parts, &segments, 0.3, 1200.0);
         let start = TrajectoryState::new(&model, start.state.clone(), start.cycle);
-        relative_difference(&march(&volterra(&model), &start, 1).state, &exact.state)
+        relative_difference(&advance(&volterra(&model), &start, 1).state, &exact.state)
     });
     println!("segments against the relieved course: {errors:?}");
     for pair in errors.windows(2) {

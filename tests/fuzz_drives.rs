@@ -12,7 +12,7 @@
 //! | `finite` | every number of a row is finite |
 //! | `shares` | shares of drive contact, flight and coast contact lie in [0, 1] and add up to 1 |
 //! | `energy` | the energy balance closes to 1e-9, where forces act |
-//! | `kind` | locked motion has no event and touches; chaos and flights have events |
+//! | `kind` | steady contact has no event and touches; chaos and flights have events |
 //! | `balance` | where the motion repeats and a rotation is free, the mean force is the load's, to 1e-8 of the largest force |
 //! | `state` | single cycles, from the start and from the row's end, end where `volterra` ends, to 1e-11 times what a cycle magnifies and 1e-14 of the largest place times the fastest rate, and what tables of nearly parallel eigenvectors say they are off by, with as many events where none is a tangency |
 //! | `tangent` | a tangent carried along does so to 1e-8, and to what a change of 1e-13 makes of it, where no event is a tangency |
@@ -42,7 +42,7 @@ use atlas::propagate::{
     Conditioning, Counters, Fused, Kernel, Spectral, TableSize, Tangents, Volterra,
 };
 use atlas::reference::Reference;
-use common::march::{Events, volterra};
+use common::advance::{Events, volterra};
 use common::state_difference;
 use drawn::Drawn;
 use std::collections::BTreeMap;
@@ -158,9 +158,9 @@ impl Trial<'_> {
         let nvh = row.nvh.as_ref().unwrap();
         let lambda = row.lyapunov.as_ref();
         let numbers = [
-            nvh.dte_mean,
-            nvh.dte_rms,
-            nvh.dte_pp,
+            nvh.deflection_mean,
+            nvh.deflection_rms,
+            nvh.deflection_pp,
             nvh.force_mean,
             nvh.force_std,
             nvh.force_peak,
@@ -182,7 +182,7 @@ impl Trial<'_> {
             self.fault(name, "shares", format!("{shares:?}"));
         }
         // What lies still turns no energy over.
-        let acts = nvh.force_peak > 0.0 && nvh.dte_rms > 1e-3 * self.model.half_gap;
+        let acts = nvh.force_peak > 0.0 && nvh.deflection_rms > 1e-3 * self.model.half_gap;
         if let Some(residual) = row.energy_residual.filter(|r| acts && *r > 1e-9) {
             let how = format!("{residual:e}, {:?}, {shares:?}", row.class);
             self.fault(name, "energy", how);
@@ -190,7 +190,7 @@ impl Trial<'_> {
         let events = row.events_per_cycle.unwrap_or(0.0);
         let [drive, free, coast] = shares;
         let strange = match row.class {
-            Some(Class::Locked(_)) => events > 0.0 || free > 1e-9 || drive * coast > 1e-9,
+            Some(Class::SteadyContact(_)) => events > 0.0 || free > 1e-9 || drive * coast > 1e-9,
             Some(Class::Chaotic) => events == 0.0,
             _ => free > 1e-9 && free < 1.0 - 1e-9 && events == 0.0,
         };
@@ -202,7 +202,10 @@ impl Trial<'_> {
 
     /// Mean force of motion that repeats.
     fn balance(&mut self, name: &'static str, row: &PointOutcome) {
-        let repeats = matches!(row.class, Some(Class::Locked(Some(_)) | Class::Periodic(_)));
+        let repeats = matches!(
+            row.class,
+            Some(Class::SteadyContact(Some(_)) | Class::Periodic(_))
+        );
         let Some(free) = self.model.relative_rotation().filter(|_| repeats) else {
             return;
         };
@@ -267,7 +270,7 @@ impl Trial<'_> {
             return;
         }
         // A touch within the last digit is no comparison.
-        if let Ok(passage) = Reference::new(model).march(start, 1) {
+        if let Ok(passage) = Reference::new(model).advance(start, 1) {
             let off = state_difference(model, &end.end.state, &passage.end.state);
             let counts = [end.events, passage.crossings.len()];
             let touches = end.grazings > 0;
@@ -302,7 +305,10 @@ impl Trial<'_> {
         let exact = Volterra::new(self.model, f64::EPSILON, EVENT_LIMIT);
         let (again, _) = investigate(self.model, &exact, end);
         let same = again.status == Status::Ok && again.class == row.class;
-        if !matches!(row.class, Some(Class::Locked(Some(_)) | Class::Periodic(_))) {
+        if !matches!(
+            row.class,
+            Some(Class::SteadyContact(Some(_)) | Class::Periodic(_))
+        ) {
             self.tally.later += u64::from(!same);
             return;
         }
@@ -314,7 +320,7 @@ impl Trial<'_> {
             self.fault(name, "onward", how);
             return;
         }
-        let rms = [row, &again].map(|r| r.nvh.as_ref().unwrap().dte_rms);
+        let rms = [row, &again].map(|r| r.nvh.as_ref().unwrap().deflection_rms);
         if (rms[0] - rms[1]).abs() > 1e-6 * (rms[0] + self.model.half_gap) {
             self.fault(name, "onward", format!("RMS deflections {rms:?} m"));
         }
@@ -377,7 +383,7 @@ struct Cycle {
     grazings: u64,
 }
 
-/// A cycle of a kernel, with one tangent; none where the march stops.
+/// A cycle of a kernel, with one tangent; none where the integration stops.
 fn cycle<K: Kernel>(kernel: &K, start: &TrajectoryState) -> Option<Cycle> {
     let (mut end, mut events) = (start.clone(), Events::default());
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
@@ -385,14 +391,14 @@ fn cycle<K: Kernel>(kernel: &K, start: &TrajectoryState) -> Option<Cycle> {
     for (i, x) in tangents.vector_mut(0).iter_mut().enumerate() {
         *x = (1.0 + i as f64).sin();
     }
-    let marched = kernel.march(
+    let integrated = kernel.advance_cycle(
         &mut end,
         &mut tangents,
         &mut workspace,
         &mut events,
         &mut counters,
     );
-    marched.ok()?;
+    integrated.ok()?;
     Some(Cycle {
         end,
         tangent: tangents.vector(0).to_vec(),

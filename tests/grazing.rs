@@ -12,7 +12,7 @@
 mod common;
 
 use atlas::model::{Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple};
-use common::march::{march_with, volterra};
+use common::advance::{advance_with, volterra};
 
 const GAP: f64 = 10e-6;
 const NATURAL: f64 = 4000.0;
@@ -78,7 +78,7 @@ impl Oscillator {
             displacement: vec![self.push / (NATURAL * NATURAL) + size * angle.cos()],
             velocity: vec![-size * self.forcing() * angle.sin()],
         });
-        let (_, counters) = march_with(&volterra(&model), &start, 2, &mut ());
+        let (_, counters) = advance_with(&volterra(&model), &start, 2, &mut ());
         counters.events > 0
     }
 }

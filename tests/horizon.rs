@@ -12,7 +12,7 @@ use atlas::model::{Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
 use atlas::numerics::statistics::mean;
 use atlas::propagate::{Counters, Kernel};
-use common::march::{settled, volterra};
+use common::advance::{settled, volterra};
 use common::{model, one_degree, two_modes};
 use std::sync::atomic::AtomicBool;
 
@@ -49,7 +49,7 @@ fn exponent(model: &Model, start: &TrajectoryState) -> f64 {
     let (mut trajectory, mut workspace) = (start.clone(), kernel.workspace());
     for _ in 0..6000 {
         kernel
-            .march(
+            .advance_cycle(
                 &mut trajectory,
                 growth.tangents(),
                 &mut workspace,

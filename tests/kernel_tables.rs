@@ -1,4 +1,4 @@
-//! Tables of dense kernels on disk: do they march the bits of tables just computed, are they
+//! Tables of dense kernels on disk: do they integrate the bits of tables just computed, are they
 //! found again for every load and gap and for nothing else, and is what is damaged refused?
 
 #![allow(clippy::unwrap_used)]
@@ -13,7 +13,7 @@ use atlas::store::{OperatorFetchError, Origin, TableStore};
 use atlas::sweep::KernelTables;
 use atlas::sweep::build::BuildError;
 use common::Case;
-use common::march::{Events, march_with, settled};
+use common::advance::{Events, advance_with, settled};
 use place::{OSCILLATOR, Place, status, stderr, stdout};
 use serde_json::Value;
 use std::fs;
@@ -33,16 +33,16 @@ fn other_load(case: &Case) -> Case {
 
 fn bits<K: Kernel>(kernel: &K, start: &TrajectoryState) -> (Vec<u64>, usize) {
     let mut events = Events::default();
-    let (end, _) = march_with(kernel, start, 20, &mut events);
+    let (end, _) = advance_with(kernel, start, 20, &mut events);
     (
         end.state.iter().map(|x| x.to_bits()).collect(),
         events.0.len(),
     )
 }
 
-/// Tables kept for one load march any other, to the bits of tables computed for that one.
+/// Tables kept for one load integrate any other, to the bits of tables computed for that one.
 #[test]
-fn a_kept_table_marches_the_bits_of_a_new_one() {
+fn a_kept_table_gives_the_bits_of_a_new_one() {
     let folder = tempfile::tempdir().unwrap();
     let store = TableStore::open(folder.path());
     for case in [common::six_modes(), common::forty_modes()] {

@@ -1,4 +1,4 @@
-//! Do the table kernels march the same system as the structured kernel and the reference?
+//! Do the table kernels integrate the same system as the structured kernel and the reference?
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use atlas::propagate::{
     Counters, DenseError, Dyadic, Fused, Hermite, Kernel, Spectral, Stepping, Stop, Tangents,
 };
 use atlas::reference::Reference;
-use common::march::{Events, march, march_with, settled, volterra};
+use common::advance::{Events, advance, advance_with, settled, volterra};
 use common::{Case, drives, relative_difference, state_difference};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -70,9 +70,9 @@ fn hold<K: Kernel>(name: &str, model: &Model, kernel: &K) {
     let mut start = settled(model, 40);
     let (mut state, mut time, mut work) = (0.0f64, 0.0f64, Counters::default());
     for _ in 0..12 {
-        let exact = reference.march(&start, 1).unwrap();
+        let exact = reference.advance(&start, 1).unwrap();
         let mut seen = Events::default();
-        let (end, counters) = march_with(kernel, &start, 1, &mut seen);
+        let (end, counters) = advance_with(kernel, &start, 1, &mut seen);
         assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
         for (a, b) in seen.0.iter().zip(&exact.crossings) {
             assert_eq!((a.cycle, a.from, a.to), (b.cycle, b.from, b.to));
@@ -153,14 +153,14 @@ fn tangents_are_those_of_the_structured_kernel() {
             let kernel = volterra(&model);
             let (mut w, mut c) = (kernel.workspace(), Counters::default());
             kernel
-                .march(trajectory, tangents, &mut w, &mut (), &mut c)
+                .advance_cycle(trajectory, tangents, &mut w, &mut (), &mut c)
                 .unwrap();
         });
         each!(&ladder, name, kernel => {
             let mut found = seed.clone();
             go(&mut found, &|trajectory, tangents| {
                 let (mut w, mut c) = (kernel.workspace(), Counters::default());
-                kernel.march(trajectory, tangents, &mut w, &mut (), &mut c).unwrap();
+                kernel.advance_cycle(trajectory, tangents, &mut w, &mut (), &mut c).unwrap();
                 assert!(c.tangent_windows > 0);
             });
             for index in 0..3 {
@@ -396,7 +396,7 @@ proptest! {
     })]
 
     #[test]
-    fn any_drive_is_marched_alike(case in any_case()) {
+    fn any_drive_is_integrated_alike(case in any_case()) {
         agree(&case)?;
     }
 }
@@ -410,8 +410,8 @@ fn an_event_grid_is_of_first_order() {
         let errors = [6_000, 60_000, 600_000].map(|parts| {
             let late = Spectral::new(&model, CELLS, 1000, Some(parts)).unwrap();
             let error = |start: &TrajectoryState| {
-                let exact = march(&volterra(&model), start, 1);
-                relative_difference(&march(&late, start, 1).state, &exact.state)
+                let exact = advance(&volterra(&model), start, 1);
+                relative_difference(&advance(&late, start, 1).state, &exact.state)
             };
             starts.iter().map(error).fold(0.0, f64::max)
         });
@@ -465,10 +465,10 @@ fn work_seen_in_windows_closes_the_energy_balance() {
     let start = settled(&model, 40);
     each!(&ladder, name, kernel => {
         let mut audit = atlas::analysis::EnergyAudit::new(&model);
-        let (end, _) = march_with(kernel, &start, 20, &mut audit);
+        let (end, _) = advance_with(kernel, &start, 20, &mut audit);
         let residual = audit.residual(&end).unwrap();
         assert!(residual < 1e-10, "{name}: {residual:e}");
         // Watching changes nothing.
-        assert_eq!(march(kernel, &start, 20), end, "{name}");
+        assert_eq!(advance(kernel, &start, 20), end, "{name}");
     });
 }

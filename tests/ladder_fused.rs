@@ -7,7 +7,7 @@ mod common;
 
 use atlas::model::{Division, InitialState, Model, OperatingPoint, TrajectoryState};
 use atlas::propagate::{Counters, Dyadic, Fused, Hermite, Kernel, PowerJumps, Spectral, Tangents};
-use common::march::{Events, march, march_with, mean_equilibrium, settled, volterra};
+use common::advance::{Events, advance, advance_with, mean_equilibrium, settled, volterra};
 use common::{drives, relative_difference, state_difference};
 
 /// Unit steps a mesh cycle, as published.
@@ -23,8 +23,8 @@ fn fused_runs_are_the_cells_they_stand_for() {
         let (mut saved, mut worst) = (0, 0.0f64);
         for _ in 0..20 {
             let (mut fast, mut slow) = (Events::default(), Events::default());
-            let (end, few) = march_with(&fused, &start, 1, &mut fast);
-            let (exact, many) = march_with(&spectral, &start, 1, &mut slow);
+            let (end, few) = advance_with(&fused, &start, 1, &mut fast);
+            let (exact, many) = advance_with(&spectral, &start, 1, &mut slow);
             assert_eq!(fast.0.len(), slow.0.len());
             saved += many.matvecs - few.matvecs;
             worst = worst.max(state_difference(&model, &end.state, &exact.state));
@@ -63,12 +63,12 @@ fn a_cycle_of_contact_is_one_product() {
     for (name, model) in quiet() {
         let fused = Fused::new(&model, CELLS, 1000).unwrap();
         let start = settled(&model, 2000);
-        let (end, work) = march_with(&fused, &start, 50, &mut ());
+        let (end, work) = advance_with(&fused, &start, 50, &mut ());
         assert_eq!((work.matvecs, work.events), (50, 0), "{name}");
         let off = state_difference(
             &model,
             &end.state,
-            &march(&volterra(&model), &start, 50).state,
+            &advance(&volterra(&model), &start, 50).state,
         );
         println!("{name}: {off:.1e}");
         assert!(off < 1e-12, "{name}: {off:e}");
@@ -91,31 +91,31 @@ fn a_cycle_of_contact_is_one_product() {
 fn step<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, tangents: &mut Tangents) {
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
     kernel
-        .march(trajectory, tangents, &mut workspace, &mut (), &mut counters)
+        .advance_cycle(trajectory, tangents, &mut workspace, &mut (), &mut counters)
         .unwrap();
 }
 
-/// A million cycles by twenty products are a million cycles marched. The neutral rotation
-/// gathers the round-off of a million steps of marching; all else has forgotten it.
+/// A million cycles by twenty products are a million cycles integrated. The neutral rotation
+/// gathers the round-off of a million steps of integrating; all else has forgotten it.
 #[test]
-fn a_jump_is_the_march_it_stands_for() {
+fn a_jump_is_the_integration_it_stands_for() {
     let cycles = 1_000_000;
     for (name, model) in quiet().into_iter().take(3) {
         let mut jumps = PowerJumps::new(&model, cycles).unwrap();
         let start = settled(&model, 100);
         let fused = Fused::new(&model, CELLS, 1000).unwrap();
-        let marched = march(&fused, &start, cycles);
+        let integrated = advance(&fused, &start, cycles);
         let mut jumped = start.clone();
         let products = jumps.jump(&mut jumped, cycles);
         assert!(products <= 20, "{products} products");
-        assert_eq!(jumped.cycle, marched.cycle);
+        assert_eq!(jumped.cycle, integrated.cycle);
         let n = model.modes();
         let felt = |state: &[f64]| -> Vec<f64> {
             let kept = (0..2 * n).filter(|i| !model.neutral.contains(&(i % n)));
             kept.map(|i| state[i]).collect()
         };
-        let off = relative_difference(&felt(&jumped.state), &felt(&marched.state));
-        let drift = relative_difference(&jumped.state, &marched.state);
+        let off = relative_difference(&felt(&jumped.state), &felt(&integrated.state));
+        let drift = relative_difference(&jumped.state, &integrated.state);
         println!("{name}: {off:.1e}, with the neutral rotation {drift:.1e}");
         assert!(off < 1e-10 && drift < 1e-9, "{name}: {off:e}, {drift:e}");
         // Any number of cycles is a sum of powers.
@@ -155,10 +155,10 @@ fn work_of_a_fixed_case_is_known() {
     let spectral = Spectral::new(&model, CELLS, 100, None).unwrap();
     let fused = Fused::new(&model, CELLS, 100).unwrap();
     let found = [
-        work(march_with(&dyadic, &start, 6, &mut ()).1),
-        work(march_with(&hermite, &start, 6, &mut ()).1),
-        work(march_with(&spectral, &start, 6, &mut ()).1),
-        work(march_with(&fused, &start, 6, &mut ()).1),
+        work(advance_with(&dyadic, &start, 6, &mut ()).1),
+        work(advance_with(&hermite, &start, 6, &mut ()).1),
+        work(advance_with(&spectral, &start, 6, &mut ()).1),
+        work(advance_with(&fused, &start, 6, &mut ()).1),
     ];
     insta::assert_debug_snapshot!(found);
     // Each rung takes fewer products than the one below it; rows stand in for some.

@@ -105,7 +105,7 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
     for words in [
         &*found.description.cpu,
         "rotating tables",
-        "marching",
+        "integrating",
         "not measured",
     ] {
         assert!(page.contains(words), "{words}: {page}");

@@ -1,4 +1,4 @@
-//! Sound manifests: what they resolve to, how grids expand, what the hash sees.
+//! Valid manifests: what they resolve to, how grids expand, what the hash sees.
 
 #![allow(clippy::unwrap_used)]
 
@@ -73,10 +73,7 @@ fn flex80_is_the_default_drive() {
             (0.12, 0.04, 0.45)
         );
         let [first, second] = shaft.bearings;
-        assert_eq!(
-            (first.line_of_centres, first.across, first.tilt),
-            (1.25e8, 1e8, 2e4)
-        );
+        assert_eq!((first.x, first.y, first.tilt), (1.25e8, 1e8, 2e4));
         assert_eq!((first.axial, second.axial), (1e8, 0.0));
         assert_eq!(second.tilt, 2e4);
     }
@@ -202,7 +199,7 @@ fn table_kernels_are_named_in_the_manifest() {
 }
 
 #[test]
-fn probes_are_marched_as_long_as_the_point_unless_told_otherwise() {
+fn probes_are_integrated_as_long_as_the_point_unless_told_otherwise() {
     let probes = |analyses: &str| {
         let run = "[run]\ntransient = 50\ncycles = 400\naudit_cycles = 0\n";
         let text = format!("{run}\n[analyses]\nmultistability = {analyses}\n\n[grid]");
@@ -271,7 +268,7 @@ fn shafts_override_what_they_share() {
     assert_eq!((pinion.span, wheel.span), (0.12, 0.15));
     assert_eq!(pinion.bearings.map(|b| b.tilt), [2e4, 2e4]);
     assert_eq!(wheel.bearings.map(|b| b.tilt), [1e4, 3e4]);
-    assert_eq!(wheel.bearings.map(|b| b.across), [1e8, 1e8]);
+    assert_eq!(wheel.bearings.map(|b| b.y), [1e8, 1e8]);
 }
 
 #[test]
@@ -541,7 +538,7 @@ fn the_hash_sees_every_change_that_matters() {
         ),
         (
             "[grid]",
-            "[analyses]\npoincare = { section = \"turning\" }\n\n[grid]",
+            "[analyses]\npoincare = { section = \"extremum\" }\n\n[grid]",
         ),
         ("[grid]", "[grid]\norder = \"sweep-up\""),
         ("[grid]", "[grid]\norder = \"sweep-down\""),
@@ -640,7 +637,7 @@ fn the_default_drive_hash_sees_every_field() {
         ("\"22 mm\"", "\"23 mm\""),
         ("\"5e-3 kg*m^2\"", "\"6e-3 kg*m^2\""),
         ("\"1.25e8 N/m\"", "\"1.26e8 N/m\""),
-        ("across = \"1e8 N/m\"", "across = \"1.1e8 N/m\""),
+        ("y = \"1e8 N/m\"", "y = \"1.1e8 N/m\""),
         ("\"2e4 N*m/rad\"", "[2e4, 3e4]"),
         ("[\"1e8 N/m\", 0]", "[0, \"1e8 N/m\"]"),
         ("modes = 40", "modes = 41"),

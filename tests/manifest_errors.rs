@@ -75,7 +75,7 @@ fn programs_get_every_place_as_json() {
     assert_eq!(output.status.code(), Some(2));
     assert!(output.stderr.is_empty());
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(json["sound"], false);
+    assert_eq!(json["valid"], false);
     let errors = json["errors"].as_array().unwrap();
     assert_eq!(errors.len(), 2);
     let first = &errors[0];

@@ -12,7 +12,7 @@ use atlas::model::{
 };
 use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
 use atlas::reference::{Extended, Reference};
-use common::march::{Events, ROUND_OFF, march, march_with, settled, volterra};
+use common::advance::{Events, ROUND_OFF, advance, advance_with, settled, volterra};
 use common::{Case, relative_difference, state_difference};
 use std::f64::consts::TAU;
 
@@ -134,7 +134,7 @@ fn rattling(model: &Model) -> TrajectoryState {
     let kernel = volterra(model);
     let mut start = settled(model, 40);
     loop {
-        let (next, counters) = march_with(&kernel, &start, 1, &mut ());
+        let (next, counters) = advance_with(&kernel, &start, 1, &mut ());
         if counters.events > 0 {
             return start;
         }
@@ -148,9 +148,9 @@ fn against_reference(model: &Model, kernel: &Volterra<'_>, cycles: u64) -> (f64,
     let mut start = settled(model, 40);
     let (mut state, mut time, mut events) = (0.0f64, 0.0f64, 0);
     for _ in 0..cycles {
-        let exact = reference.march(&start, 1).unwrap();
+        let exact = reference.advance(&start, 1).unwrap();
         let mut seen = Events::default();
-        let (end, _) = march_with(kernel, &start, 1, &mut seen);
+        let (end, _) = advance_with(kernel, &start, 1, &mut seen);
         assert_eq!(seen.0.len(), exact.crossings.len());
         for (a, b) in seen.0.iter().zip(&exact.crossings) {
             assert_eq!((a.from, a.to), (b.from, b.to));
@@ -186,8 +186,8 @@ fn the_structured_kernel_is_exact_to_thirty_digits() {
         let (extended, kernel) = (Extended::new(&model), volterra(&model));
         let mut start = settled(&model, 40);
         for _ in 0..3 {
-            let exact = extended.march(&start, 1).unwrap();
-            let end = march(&kernel, &start, 1);
+            let exact = extended.advance(&start, 1).unwrap();
+            let end = advance(&kernel, &start, 1);
             let off = state_difference(&model, &end.state, &exact.end().state);
             assert!(off < 1e-13, "{name}: {off:e}");
             start = end;
@@ -204,8 +204,8 @@ fn small_steps_converge_to_it() {
         let errors = [2_000, 16_000, 128_000].map(|steps| {
             let stepping = Stepping::new(&model, steps, 10_000);
             let error = |start| {
-                let exact = march(&volterra(&model), start, 1);
-                let end = march(&stepping, start, 1);
+                let exact = advance(&volterra(&model), start, 1);
+                let end = advance(&stepping, start, 1);
                 relative_difference(&end.state, &exact.state)
             };
             starts.iter().map(error).fold(0.0, f64::max)
@@ -227,7 +227,7 @@ fn energy_closes() {
         let kernel = volterra(&model);
         let mut audit = EnergyAudit::new(&model);
         let start = settled(&model, 40);
-        let (end, counters) = march_with(&kernel, &start, 200, &mut audit);
+        let (end, counters) = advance_with(&kernel, &start, 200, &mut audit);
         let residual = audit.residual(&end).unwrap();
         println!(
             "{name}: residual {residual:.1e}, {} events",
@@ -251,14 +251,14 @@ fn tangents_are_differences() {
             let moved = |by: f64| {
                 let mut from = start.clone();
                 from.state[component] += by;
-                march(&kernel, &TrajectoryState::new(&model, from.state, 41), 1).state
+                advance(&kernel, &TrajectoryState::new(&model, from.state, 41), 1).state
             };
             let (ahead, behind) = (moved(step), moved(-step));
             let mut tangents = Tangents::zeros(n, 1);
             tangents.vector_mut(0)[component] = 1.0;
             let mut trajectory = start.clone();
             kernel
-                .march(
+                .advance_cycle(
                     &mut trajectory,
                     &mut tangents,
                     &mut kernel.workspace(),
@@ -285,7 +285,7 @@ fn levels_converge_to_the_course() {
     };
     let smooth = Model::new(&structure, &exact, point).unwrap();
     let start = rattling(&smooth);
-    let end = march(&volterra(&smooth), &start, 1);
+    let end = advance(&volterra(&smooth), &start, 1);
     let errors = [60u32, 240, 960].map(|count| {
         let mesh = (0..count)
             .map(|i| {
@@ -304,7 +304,7 @@ fn levels_converge_to_the_course() {
             point,
         )
         .unwrap();
-        let coarse = march(&volterra(&model), &start, 1);
+        let coarse = advance(&volterra(&model), &start, 1);
         relative_difference(&coarse.state, &end.state)
     });
     println!("{errors:?}");
@@ -332,8 +332,8 @@ fn back_flanks_lack_as_much() {
     let mirrored: Vec<f64> = start.state.iter().map(|x| -x).collect();
     let mirrored = TrajectoryState::new(&back, mirrored, start.cycle);
     assert_eq!(mirrored.contact.sign(), -start.contact.sign());
-    let (end, counters) = march_with(&volterra(&front), &start, 8, &mut ());
-    let turned: Vec<f64> = (march(&volterra(&back), &mirrored, 8).state.iter())
+    let (end, counters) = advance_with(&volterra(&front), &start, 8, &mut ());
+    let turned: Vec<f64> = (advance(&volterra(&back), &mirrored, 8).state.iter())
         .map(|x| -x)
         .collect();
     assert!(counters.events > 4);
@@ -357,7 +357,7 @@ fn a_step_of_the_half_gap_opens_the_contact() {
     let model = Model::new(&structure, &drive, point).unwrap();
     let start = model.start(&InitialState::Static);
     let mut seen = Events::default();
-    march_with(&volterra(&model), &start, 1, &mut seen);
+    advance_with(&volterra(&model), &start, 1, &mut seen);
     let first = seen.0.first().unwrap();
     assert_eq!((first.from, first.to), (Contact::Drive, Contact::Free));
     assert_eq!(first.time, model.cycle.start(1));

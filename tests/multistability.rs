@@ -15,7 +15,7 @@ use atlas::model::{
 use atlas::numerics::random::PointSeed;
 use atlas::propagate::Volterra;
 use atlas::store::{ResultTable, TableKind};
-use common::march::volterra;
+use common::advance::volterra;
 use std::f64::consts::{SQRT_2, TAU};
 use std::path::Path;
 use std::process::Command;
@@ -159,12 +159,12 @@ fn found_for_every_seed(model: &Model, quiet: (Class, f64, f64), events: f64) {
             panic!("seed {seed}: {found:?}")
         };
         assert_eq!((&quiet.status, quiet.class), (&Status::Ok, Some(class)));
-        assert!((quiet.dte_rms.unwrap() / rms - 1.0).abs() < 1e-7);
+        assert!((quiet.deflection_rms.unwrap() / rms - 1.0).abs() < 1e-7);
         assert!((quiet.lambda.unwrap() / lambda - 1.0).abs() < 1e-7);
         let (loud, _) = rest[0];
         assert_eq!(loud.class, Some(Class::Periodic(1)), "seed {seed}");
         assert_eq!(loud.events_per_cycle, Some(events), "seed {seed}");
-        assert!(loud.dte_rms.unwrap() > 2.0 * rms && loud.lambda.unwrap() < 0.0);
+        assert!(loud.deflection_rms.unwrap() > 2.0 * rms && loud.lambda.unwrap() < 0.0);
         assert_eq!(quiet.basin.share, f64::from(count) / f64::from(PROBES));
         on_quiet += count;
         intervals.push(quiet.basin);
@@ -193,11 +193,11 @@ fn two_degrees_between_stops() {
 }
 
 #[test]
-fn locked_motion_beside_rattle() {
+fn steady_contact_beside_rattle() {
     let (rms, lambda) = locked(950.0);
     found_for_every_seed(
         &loaded(0.5, 950.0),
-        (Class::Locked(Some(1)), rms, lambda),
+        (Class::SteadyContact(Some(1)), rms, lambda),
         2.0,
     );
 }
@@ -220,7 +220,7 @@ fn mirror_images_are_two_attractors() {
         assert_eq!(a.class, Some(Class::Periodic(1)));
         assert_eq!(a.class, b.class);
         same(|p| p.lambda);
-        same(|p| p.dte_rms);
+        same(|p| p.deflection_rms);
         same(|p| p.force_peak);
         same(|p| p.events_per_cycle);
     }
@@ -250,23 +250,24 @@ fn plane(extent: f64, count: u32) -> SliceQuestion {
     }
 }
 
-/// A cell that is seen to approach a known orbit ends where it ends when it is marched out.
+/// A cell that is seen to approach a known orbit ends where it ends when it is integrated to the end.
 #[test]
-fn cells_are_decided_as_they_are_when_marched_out() {
+fn cells_are_decided_as_they_are_when_integrated_to_the_end() {
     let model = TWO_DEGREES.model(10e-6, 280.0);
     for (seed, extent) in [(0, 20e-6), (1, 200e-6)] {
         let watched = MultistabilityQuestion {
             slice: Some(plane(extent, 16)),
             ..question()
         };
-        let marched = MultistabilityQuestion {
+        let integrated = MultistabilityQuestion {
             transient: 0,
             ..watched
         };
-        let [watched, marched] = [watched, marched].map(|question| probe(&model, seed, question));
+        let [watched, integrated] =
+            [watched, integrated].map(|question| probe(&model, seed, question));
         assert_eq!(watched.cells.len(), 256);
         assert_eq!(watched.attractors.len(), 2);
-        for (a, b) in watched.cells.iter().zip(&marched.cells) {
+        for (a, b) in watched.cells.iter().zip(&integrated.cells) {
             assert_eq!((a.column, a.row, a.place), (b.column, b.row, b.place));
             assert_eq!(
                 (a.attractor, a.class),
@@ -281,7 +282,7 @@ fn cells_are_decided_as_they_are_when_marched_out() {
         let cycles = |found: &MultistabilityOutcome| -> u64 {
             found.cells.iter().map(|cell| cell.cycles).sum()
         };
-        assert!(4 * cycles(&watched) < cycles(&marched));
+        assert!(4 * cycles(&watched) < cycles(&integrated));
         for (id, attractor) in (0..).zip(&watched.attractors) {
             let on = |cell: &&atlas::analysis::CellOutcome| cell.attractor == Some(id);
             let cells = watched.cells.iter().filter(on).count();
@@ -356,7 +357,7 @@ fn a_continuum_is_one() {
         assert!(free.len() >= 5, "{}", free.len());
         assert!(free.iter().all(|p| p.attractor == Some(0)), "{free:?}");
         // At rest, and on two of the circles.
-        let rms = |p: &ProbeOutcome| p.dte_rms.unwrap();
+        let rms = |p: &ProbeOutcome| p.deflection_rms.unwrap();
         assert!(rms(free[0]) < 1e-15 && rms(free[2]) > 1.2 * rms(free[1]));
         assert!(free.iter().all(|p| p.lambda.unwrap().abs() < 1e-3));
     }
@@ -526,7 +527,9 @@ fn probes_do_not_depend_on_threads_and_are_shown() {
     let shown = atlas(path, &["show", "1"]);
     let heading = "more than one attractor, shares of the probes with 95 % intervals";
     assert!(shown.contains(heading), "{shown}");
-    let lines = shown.lines().filter(|line| line.contains("locked, RMS"));
+    let lines = shown
+        .lines()
+        .filter(|line| line.contains("steady contact, RMS"));
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), several, "{shown}");
     assert!(lines.iter().all(|line| line.contains("period 1, RMS")));

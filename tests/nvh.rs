@@ -15,7 +15,7 @@ use atlas::model::{
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{Event, Observer, Window};
-use common::march::{Events, march_with, settled, volterra};
+use common::advance::{Events, advance_with, settled, volterra};
 use common::{forty_modes, model, one_degree};
 use std::f64::consts::{SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;
@@ -81,11 +81,11 @@ fn a_sine_has_its_crest_and_kurtosis() {
     show(&model, &mut nvh, &signal, 5..45);
     nvh.repeats(1);
     let found = nvh.outcome().unwrap();
-    close(found.dte_mean, 2e-5, 1e-13);
-    close(found.dte_rms, 3e-6 / SQRT_2, 1e-12);
-    close(found.dte_crest, SQRT_2, 1e-9);
-    close(found.dte_kurtosis, 1.5, 1e-11);
-    close(found.dte_pp, 6e-6, 1e-9);
+    close(found.deflection_mean, 2e-5, 1e-13);
+    close(found.deflection_rms, 3e-6 / SQRT_2, 1e-12);
+    close(found.deflection_crest, SQRT_2, 1e-9);
+    close(found.deflection_kurtosis, 1.5, 1e-11);
+    close(found.deflection_pp, 6e-6, 1e-9);
     close(found.harmonics[1], 3e-6, 1e-12);
     assert!([0, 2, 3].iter().all(|&h| found.harmonics[h] < 1e-17));
     close(found.force_std, 3e-3 / SQRT_2, 1e-12);
@@ -147,7 +147,7 @@ fn impacts_and_stays_are_those_of_the_events() {
     let model = model(&forty_modes());
     let start = settled(&model, 200);
     let (mut nvh, mut events) = (Nvh::new(&model, 0), Events::default());
-    march_with(&volterra(&model), &start, 400, &mut (&mut nvh, &mut events));
+    advance_with(&volterra(&model), &start, 400, &mut (&mut nvh, &mut events));
     let found = nvh.outcome().unwrap();
     let events = events.0;
     let time = |e: &Event| e.cycle as f64 * model.period() + e.time;
@@ -240,10 +240,10 @@ fn standard_errors_are_those_of_independent_draws() {
     let root = (blocks as f64).sqrt();
     // σ(a) = 1 µm, σ(a²) = √(4·9 + 2) µm²; the mean of squares a²/2 is 5 µm².
     let exact = [
-        (errors.dte_mean, 1e-7),
+        (errors.deflection_mean, 1e-7),
         (errors.harmonics[0], 1e-6),
         (
-            errors.dte_rms,
+            errors.deflection_rms,
             38f64.sqrt() / 2.0 * 1e-12 / (2.0 * 5f64.sqrt() * 1e-6),
         ),
         (errors.force_mean, 1e-4),
@@ -316,7 +316,7 @@ fn a_line_of_a_shaft_order_has_its_exact_amplitude() {
     let model = Model::new(&structure, &drive, point).unwrap();
     let found = ask(&model, 4);
     let kind = found.class.map(|class| class.name());
-    assert_eq!(kind, Some("locked"), "{}", found.reason);
+    assert_eq!(kind, Some("steady_contact"), "{}", found.reason);
 
     let (w, torque, k, c) = (1.3, 26.0 * 8.0, 4e8, drive.damping);
     let omega = 2.0 * point.speed;
@@ -353,7 +353,10 @@ fn lines_of_rattle_are_its_harmonics_and_suborders() {
         assert_eq!(spectrum.lines.len(), 32 * period as usize);
         for (h, amplitude) in (1..).zip(&nvh.harmonics) {
             let error = (line(spectrum, f64::from(h)) - amplitude).abs();
-            assert!(error < 1e-13 * nvh.dte_rms, "{period}: {h}: {error:e}");
+            assert!(
+                error < 1e-13 * nvh.deflection_rms,
+                "{period}: {h}: {error:e}"
+            );
         }
         for (order, amplitude) in [0.25, 1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75]
             .into_iter()
@@ -361,14 +364,17 @@ fn lines_of_rattle_are_its_harmonics_and_suborders() {
             .filter(|(_, amplitude)| **amplitude > 0.0)
         {
             let error = (line(spectrum, order) - amplitude).abs();
-            assert!(error < 1e-13 * nvh.dte_rms, "{period}: {order}: {error:e}");
+            assert!(
+                error < 1e-13 * nvh.deflection_rms,
+                "{period}: {order}: {error:e}"
+            );
         }
         let power: f64 = spectrum
             .lines
             .iter()
             .map(|l| 0.5 * l.amplitude.powi(2))
             .sum();
-        close(power.sqrt(), nvh.dte_rms, 1e-6);
+        close(power.sqrt(), nvh.deflection_rms, 1e-6);
     }
 }
 
@@ -384,7 +390,7 @@ fn a_thousand_harmonics_take_no_quadrature() {
         let kernel = volterra(&model);
         let found = [12, 32, 40, 1000].map(|harmonics| {
             let mut nvh = Nvh::new(&model, harmonics);
-            let (_, counters) = march_with(&kernel, &start, 120, &mut nvh);
+            let (_, counters) = advance_with(&kernel, &start, 120, &mut nvh);
             assert!(counters.events > 100);
             nvh.outcome().unwrap()
         });

@@ -8,7 +8,7 @@ use atlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, surve
 use atlas::model::{Model, TrajectoryState};
 use atlas::propagate::{Counters, Kernel};
 use atlas::reference::Reference;
-use common::march::{mean_equilibrium, volterra};
+use common::advance::{mean_equilibrium, volterra};
 use common::relative_difference;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
@@ -89,7 +89,7 @@ fn a_chaotic_set_is_threaded_by_unstable_orbits() {
         assert!(!orbit.character.stable, "chaos settles on none: {orbit:?}");
         let start = at_strobe(&model, orbit.deflection, orbit.velocity);
         let end = reference
-            .march(&start, u64::from(orbit.period))
+            .advance(&start, u64::from(orbit.period))
             .unwrap()
             .end;
         let open = relative_difference(&end.state, &start.state);
@@ -136,7 +136,7 @@ fn a_kick_grows_as_predicted_away_from_grazing() {
 
 /// Motion without events: nothing grazes but what the margin says.
 #[test]
-fn locked_motion_keeps_its_distance() {
+fn steady_contact_keeps_its_distance() {
     let model = one_degree(1.0, 400.0);
     let (found, _) = survey(&model, 300, &[1, 2]);
     assert_eq!(found.orbits.len(), 1);

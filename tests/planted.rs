@@ -1,7 +1,7 @@
 //! Is a motion of known kind called by its name? One- and two-degree oscillators with known
 //! attractors, for twenty seeds each. The kind is known from a closed form or from a brute
-//! march by the reference integrator, which shares no code with the kernels; shares are known
-//! from a dense set of initial states, each marched out, or from a symmetry.
+//! integrate by the reference integrator, which shares no code with the kernels; shares are known
+//! from a dense set of initial states, each integrated to the end, or from a symmetry.
 
 #![allow(clippy::unwrap_used)]
 
@@ -16,7 +16,7 @@ use atlas::model::{
 };
 use atlas::numerics::random::PointSeed;
 use atlas::reference::Reference;
-use common::march::{march, march_with, mean_equilibrium, volterra};
+use common::advance::{advance, advance_with, mean_equilibrium, volterra};
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
 
@@ -111,10 +111,10 @@ fn is_called_near_equilibrium(model: &Model, class: Class) {
 fn brute(model: &Model, transient: u64, cycles: u64) -> Vec<Vec<f64>> {
     let reference = Reference::new(model);
     let start = mean_equilibrium(model);
-    let mut at = reference.march(&start, transient).unwrap().end;
+    let mut at = reference.advance(&start, transient).unwrap().end;
     (0..cycles)
         .map(|_| {
-            at = reference.march(&at, 1).unwrap().end;
+            at = reference.advance(&at, 1).unwrap().end;
             at.state.clone()
         })
         .collect()
@@ -146,7 +146,7 @@ fn growth_and_return(model: &Model, cycles: u64) -> (f64, f64) {
     let reference = Reference::new(model);
     let end = |state: Vec<f64>| {
         let start = TrajectoryState::new(model, state, 0);
-        reference.march(&start, cycles).unwrap().end.state
+        reference.advance(&start, cycles).unwrap().end.state
     };
     let here = states.last().unwrap().clone();
     let mut there = here.clone();
@@ -158,14 +158,14 @@ fn growth_and_return(model: &Model, cycles: u64) -> (f64, f64) {
 /// Nothing shakes it: the static equilibrium, whose exponent is half the trace of the closed
 /// mesh, `−c/2` a second for unit participation.
 #[test]
-fn a_fixed_point_is_locked() {
+fn a_fixed_point_is_steady_contact() {
     let model = drive(&[], 1.0, 900.0, 0.0);
-    is_called(&model, Class::Locked(Some(1)));
+    is_called(&model, Class::SteadyContact(Some(1)));
     let found = probe(&model, 0, 3, 1.0);
     let exponent = -0.5 * 1483.0 * model.period();
     let attractor = &found.attractors[0];
     assert!((attractor.lambda.unwrap() / exponent - 1.0).abs() < 1e-6);
-    assert!(attractor.dte_rms.unwrap() < 1e-15);
+    assert!(attractor.deflection_rms.unwrap() < 1e-15);
     let force = attractor.force_peak.unwrap();
     assert!((force / 1330.0 - 1.0).abs() < 1e-9, "{force}");
 }
@@ -249,9 +249,9 @@ fn brute_shares(model: &Model, decades: f64) -> Vec<((u64, bool), f64)> {
             let mut state = start.state.clone();
             state[0] += amplitude * angle.cos() / norm.weights()[0];
             state[1] += amplitude * angle.sin() / norm.weights()[1];
-            let settled = march(&kernel, &TrajectoryState::new(model, state, 0), 400);
-            let (end, counters) = march_with(&kernel, &settled, 12, &mut ());
-            let next = march(&kernel, &end, 1);
+            let settled = advance(&kernel, &TrajectoryState::new(model, state, 0), 400);
+            let (end, counters) = advance_with(&kernel, &settled, 12, &mut ());
+            let next = advance(&kernel, &end, 1);
             let repeats = norm.distance(&next.state, &end.state) < 1e-6 * norm.unit();
             let ending = (counters.events, repeats);
             match counts.iter_mut().find(|(known, _)| *known == ending) {

@@ -157,7 +157,7 @@ fn a_job_over_one_axis_gives_curves_with_units() {
     let spectrum = labels(path, of_point("spectrum-point", ".svg"));
     holds(
         &spectrum,
-        &["mesh order [–]", "amplitude [", "largest dte_rms"],
+        &["mesh order [–]", "amplitude [", "largest deflection_rms"],
     );
     assert!(spectrum.iter().any(|label| label.ends_with("m]")));
     assert!(spectrum.iter().any(|label| label.ends_with("N]")));

@@ -24,8 +24,8 @@ const POINT: OperatingPoint = OperatingPoint {
     speed: 1200.0,
 };
 
-fn march(model: &Model, start: &TrajectoryState, cycles: u64) -> Passage {
-    Reference::new(model).march(start, cycles).unwrap()
+fn advance(model: &Model, start: &TrajectoryState, cycles: u64) -> Passage {
+    Reference::new(model).advance(start, cycles).unwrap()
 }
 
 /// One degree in permanent contact under `e = a cos ωt`: `q'' + 2 β q' + Ω² q = L + w k b +
@@ -62,7 +62,7 @@ fn one_degree_in_contact_follows_its_closed_form() {
         let start = TrajectoryState::new(&model, vec![q0 + p, v0 + v], 0);
         assert_eq!(start.contact, Contact::Drive);
         for cycles in [1, 7, 40] {
-            let passage = march(&model, &start, cycles);
+            let passage = advance(&model, &start, cycles);
             assert!(passage.crossings.is_empty());
             let t = cycles as f64 * model.period();
             let (sin, cos) = (damped * t).sin_cos();
@@ -89,7 +89,7 @@ fn free_flight_is_a_parabola_and_a_cosine() {
     let model = Model::new(&structure, &plain(4e8, 1000.0, 10.0), POINT).unwrap();
     let start = TrajectoryState::new(&model, vec![1e-5, -2e-5, 0.05, 0.1], 0);
     let cycles = 30;
-    let passage = march(&model, &start, cycles);
+    let passage = advance(&model, &start, cycles);
     assert!(passage.crossings.is_empty());
     let t = cycles as f64 * model.period();
     let load = [0.8, 0.4].map(|p| p * structure.rated_force * POINT.load);
@@ -126,7 +126,7 @@ fn bouncing_mass_hits_and_leaves_at_known_times() {
     assert_eq!(start.contact, Contact::Free);
     let period = 2.0 * fall + touch;
     let cycles = (20.0 * period / model.period()).ceil() as u64;
-    let crossings = march(&model, &start, cycles).crossings;
+    let crossings = advance(&model, &start, cycles).crossings;
     assert!(crossings.len() >= 39);
     let mut worst = 0.0f64;
     for (i, crossing) in crossings.iter().enumerate() {
@@ -158,7 +158,7 @@ fn grazing_by_a_hair_is_seen() {
         // Starts a quarter turn before the top; a cycle holds a fifth of a turn.
         let start = TrajectoryState::new(&model, vec![0.0, natural * amplitude], 0);
         let cycles = (0.4 * TAU / natural / model.period()).ceil() as u64;
-        let found = march(&model, &start, cycles).crossings;
+        let found = advance(&model, &start, cycles).crossings;
         assert_eq!(found.len(), crossings, "gap {gap}");
     }
 }
@@ -187,7 +187,7 @@ fn undamped_rattle_conserves_energy() {
         start.state[n + i] = 0.1;
     }
     let before = energy(&start.state);
-    let passage = march(&model, &start, 300);
+    let passage = advance(&model, &start, 300);
     assert!(passage.crossings.len() > 300);
     let change = (energy(&passage.end.state) - before).abs() / before.abs();
     assert!(change < 1e-11, "{change:e}");
@@ -203,12 +203,16 @@ fn every_drive_rattles_and_a_finer_step_agrees() {
     for (name, case) in drives() {
         let model = common::model(&case);
         let reference = Reference::new(&model);
-        let settled = march(&model, &model.start(&InitialState::Static), 60);
+        let settled = advance(&model, &model.start(&InitialState::Static), 60);
         let late = settled.crossings.iter().filter(|c| c.cycle >= 40).count();
         assert!(late >= 20, "{name}: {late} events in 20 cycles");
 
-        let coarse = reference.march(&settled.end, 2).unwrap();
-        let fine = reference.clone().refined(3).march(&settled.end, 2).unwrap();
+        let coarse = reference.advance(&settled.end, 2).unwrap();
+        let fine = reference
+            .clone()
+            .refined(3)
+            .advance(&settled.end, 2)
+            .unwrap();
         let error = relative_difference(&coarse.end.state, &fine.end.state);
         assert!(error < 1e-12, "{name}: {error:e}");
         assert!(!fine.crossings.is_empty());
@@ -222,12 +226,12 @@ fn every_drive_rattles_and_a_finer_step_agrees() {
 
 /// Two cycles at once are one and one.
 #[test]
-fn march_can_be_split() {
+fn an_integration_can_be_split() {
     let model = common::model(&common::six_modes());
     let start = model.start(&InitialState::Static);
-    let whole = march(&model, &start, 6);
-    let half = march(&model, &start, 3);
-    let rest = march(&model, &half.end, 3);
+    let whole = advance(&model, &start, 6);
+    let half = advance(&model, &start, 3);
+    let rest = advance(&model, &half.end, 3);
     assert_eq!(rest.end.cycle, whole.end.cycle);
     assert_eq!(rest.end.contact, whole.end.contact);
     let error = relative_difference(&rest.end.state, &whole.end.state);
@@ -263,7 +267,7 @@ mod general_purpose {
         drive.transmission_error = vec![MeshHarmonic::new(1, 2e-8, 0.0)];
         let model = Model::new(&structure, &drive, point).unwrap();
         let start = model.start(&InitialState::Static);
-        let passage = march(&model, &start, 1);
+        let passage = advance(&model, &start, 1);
         assert!(passage.crossings.is_empty(), "left contact");
 
         let mut state = start.state.clone();

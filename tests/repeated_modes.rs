@@ -11,7 +11,7 @@ use atlas::gear::GearPair;
 use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use atlas::propagate::{DenseError, Fused, Kernel, Spectral};
 use atlas::shaft::{Bearing, FlexibleDrive, ModalStructure, RigidDrive, Shaft, Tier};
-use common::march::{march, volterra};
+use common::advance::{advance, volterra};
 use common::{default_drive, structure};
 
 const CELLS: u32 = 60;
@@ -66,7 +66,7 @@ fn departure<K: Kernel>(
     let mut state = 0.0f64;
     let (mut force, mut largest) = (0.0f64, f64::MIN_POSITIVE);
     for _ in 0..cycles {
-        let (own, end) = (march(kernel, &start, 1), march(&exact, &start, 1));
+        let (own, end) = (advance(kernel, &start, 1), advance(&exact, &start, 1));
         state = state.max(norm.distance(&own.state, &end.state) / norm.unit());
         let forces = |at: &TrajectoryState| -> Vec<f64> {
             let q = model.to_structure(&at.state[..model.modes()]);
@@ -150,7 +150,7 @@ fn repeated_modes_with_friction_are_followed() {
 
 fn like_shafts() -> ([Shaft; 2], GearPair) {
     let bearing = |axial| Bearing {
-        across: 1.25e8,
+        y: 1.25e8,
         ..default_drive::bearing(axial)
     };
     let [pinion, _] = default_drive::shafts();

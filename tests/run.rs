@@ -208,7 +208,7 @@ fn points_that_go_wrong_are_rows() {
     }
 }
 
-/// A mistaken unit asks for millions of windows a mesh cycle: said at once, not marched.
+/// A mistaken unit asks for millions of windows a mesh cycle: said at once, not integrated.
 #[test]
 fn a_mesh_too_stiff_for_its_cycle_is_a_row() {
     let quickstart = include_str!("../manifests/quickstart.toml");

@@ -1,4 +1,4 @@
-//! Orbits found by Newton's method are the ones that marching settles on.
+//! Orbits found by Newton's method are the ones that integrating settles on.
 
 #![allow(clippy::unwrap_used)]
 
@@ -84,7 +84,7 @@ fn rippled() -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-fn march(model: &Model, state: &mut TrajectoryState, cycles: u32) {
+fn advance(model: &Model, state: &mut TrajectoryState, cycles: u32) {
     let kernel = Volterra::new(model, f64::EPSILON, 1000);
     let mut workspace = kernel.workspace();
     kernel
@@ -99,9 +99,13 @@ fn march(model: &Model, state: &mut TrajectoryState, cycles: u32) {
 }
 
 #[test]
-fn shooting_and_marching_agree() {
+fn shooting_and_integrating_agree() {
     for (name, model, class) in [
-        ("locked", one_degree(1.0, 400.0), Class::Locked(Some(1))),
+        (
+            "steady_contact",
+            one_degree(1.0, 400.0),
+            Class::SteadyContact(Some(1)),
+        ),
         ("period 1", one_degree(0.3, 600.0), Class::Periodic(1)),
         ("period 2", one_degree(0.2, 1800.0), Class::Periodic(2)),
         ("period 3", one_degree(2.0, 1500.0), Class::Periodic(3)),
@@ -118,7 +122,7 @@ fn shooting_and_marching_agree() {
             slow.reason
         );
         assert!(quick.reason.contains("Newton"), "{name}: {}", quick.reason);
-        assert!(slow.reason.contains("marched out"), "{name}");
+        assert!(slow.reason.contains("integrated to the end"), "{name}");
         assert_eq!(quick.events_per_cycle, slow.events_per_cycle, "{name}");
         let (quick_lambda, slow_lambda) = (quick.lyapunov.unwrap(), slow.lyapunov.unwrap());
         assert_eq!(quick_lambda.method, LyapunovMethod::Multipliers);
@@ -134,7 +138,7 @@ fn shooting_and_marching_agree() {
 
 /// The map of a cycle in constant contact is affine: its fixed point needs no transient.
 #[test]
-fn constant_contact_is_solved_before_anything_is_marched() {
+fn constant_contact_is_solved_before_anything_is_integrated() {
     for (name, model) in [
         ("one degree", one_degree(3.0, 300.0)),
         ("forty modes", forty_modes(4.0, 250.0)),
@@ -143,7 +147,10 @@ fn constant_contact_is_solved_before_anything_is_marched() {
         let slow = ask(&model, false, 2000);
         assert_eq!(
             (quick.class, slow.class),
-            (Some(Class::Locked(Some(1))), Some(Class::Locked(Some(1))))
+            (
+                Some(Class::SteadyContact(Some(1))),
+                Some(Class::SteadyContact(Some(1)))
+            )
         );
         assert!(
             quick.reason.contains("after 0 cycles"),
@@ -177,14 +184,14 @@ fn an_orbit_is_closed_by_the_reference_too() {
         let norm = EnergyNorm::new(&model);
         let mut workspace = kernel.workspace();
         let mut guess = model.start(&InitialState::Static);
-        march(&model, &mut guess, 300);
+        advance(&model, &mut guess, 300);
         let orbit = shoot(&model, &kernel, &norm, &guess, period, &mut workspace)
             .unwrap()
             .unwrap_or_else(|| panic!("{name}: not found"));
         assert!(orbit.residual < 1e-12, "{name}: {:e}", orbit.residual);
         assert!(orbit.spectral_radius() < 1.0);
         let end = Reference::new(&model)
-            .march(&orbit.start, u64::from(period))
+            .advance(&orbit.start, u64::from(period))
             .unwrap()
             .end;
         let open = relative_difference(&end.state, &orbit.start.state);
@@ -207,7 +214,7 @@ fn motion_in_constant_contact_is_solved_in_one_step() {
     let mut workspace = kernel.workspace();
     let mut guess = model.start(&InitialState::Static);
     // Far from settled, but in contact.
-    march(&model, &mut guess, 3);
+    advance(&model, &mut guess, 3);
     let orbit = shoot(&model, &kernel, &norm, &guess, 1, &mut workspace)
         .unwrap()
         .unwrap();
@@ -228,7 +235,7 @@ fn a_trajectory_elsewhere_is_not_taken_for_one_that_approaches() {
     let norm = EnergyNorm::new(&model);
     let mut workspace = kernel.workspace();
     let mut guess = model.start(&InitialState::Static);
-    march(&model, &mut guess, 300);
+    advance(&model, &mut guess, 300);
     let orbit = shoot(&model, &kernel, &norm, &guess, 1, &mut workspace)
         .unwrap()
         .unwrap();
@@ -275,12 +282,12 @@ fn the_orbit_does_not_depend_on_when_it_is_sought() {
         let found = ask(&model, true, transient);
         assert_eq!(found.class, Some(Class::Periodic(3)), "{}", found.reason);
     }
-    let marched = ask(&model, false, 1300);
+    let integrated = ask(&model, false, 1300);
     assert_eq!(
-        marched.class,
+        integrated.class,
         Some(Class::Periodic(3)),
         "{}",
-        marched.reason
+        integrated.reason
     );
 }
 
@@ -297,7 +304,7 @@ fn twins_confirm_the_multiplier_of_a_rattling_orbit() {
         let norm = EnergyNorm::new(&model);
         let mut workspace = kernel.workspace();
         let mut guess = model.start(&InitialState::Static);
-        march(&model, &mut guess, 300);
+        advance(&model, &mut guess, 300);
         let orbit = shoot(&model, &kernel, &norm, &guess, period, &mut workspace)
             .unwrap()
             .unwrap();

@@ -8,7 +8,7 @@ mod common;
 use atlas::model::{Contact, Division, Drive, InitialState, Model, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::reference::Reference;
-use common::march::{march, march_with, settled, volterra};
+use common::advance::{advance, advance_with, settled, volterra};
 use common::{drives, state_difference};
 
 /// The work of some cycles with so many tangents.
@@ -20,7 +20,7 @@ fn work(model: &Model, start: &TrajectoryState, cycles: u64, tangents: usize) ->
     let mut counters = Counters::default();
     for _ in 0..cycles {
         kernel
-            .march(
+            .advance_cycle(
                 &mut trajectory,
                 &mut tangents,
                 &mut workspace,
@@ -105,7 +105,7 @@ fn free_flight_does_not_see_the_mesh() {
         let mut start = model.start(&InitialState::Rest);
         start.state[0] = -0.5 * model.half_gap / structure.mesh[0];
         start.contact = Contact::Free;
-        let (end, counters) = march_with(&volterra(&model), &start, 1, &mut ());
+        let (end, counters) = advance_with(&volterra(&model), &start, 1, &mut ());
         assert_eq!(counters.events, 0);
         assert_eq!(counters.partial_windows, 0);
         assert_eq!(counters.bisections, 0);
@@ -138,8 +138,8 @@ fn every_choice_of_windows_is_the_reference() {
             for tolerance in [1e-4, 1e-8, 1e-12, f64::EPSILON, 1e-24, 1e-40, 1e-60] {
                 let kernel = Volterra::new(&model, tolerance, 10_000);
                 counts.push(kernel.windows_per_cycle());
-                let exact = Reference::new(&model).march(&start, 1).unwrap();
-                let end = march(&kernel, &start, 1);
+                let exact = Reference::new(&model).advance(&start, 1).unwrap();
+                let end = advance(&kernel, &start, 1);
                 assert_eq!(end.contact, exact.end.contact);
                 let difference = state_difference(&model, &end.state, &exact.end.state);
                 println!(

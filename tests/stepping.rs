@@ -8,15 +8,15 @@ mod common;
 use atlas::model::{Model, TrajectoryState};
 use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Window};
 use atlas::reference::Reference;
-use common::march::mean_equilibrium;
+use common::advance::mean_equilibrium;
 use common::{drives, relative_difference};
 
-/// Marches whole cycles without tangents.
-fn march(model: &Model, start: &TrajectoryState, steps: u32, cycles: u64) -> TrajectoryState {
-    march_with(model, start, steps, cycles, &mut Tangents::none(), &mut ())
+/// Advances whole cycles without tangents.
+fn advance(model: &Model, start: &TrajectoryState, steps: u32, cycles: u64) -> TrajectoryState {
+    advance_with(model, start, steps, cycles, &mut Tangents::none(), &mut ())
 }
 
-fn march_with<O: Observer>(
+fn advance_with<O: Observer>(
     model: &Model,
     start: &TrajectoryState,
     steps: u32,
@@ -30,7 +30,7 @@ fn march_with<O: Observer>(
     let mut counters = Counters::default();
     for _ in 0..cycles {
         kernel
-            .march(
+            .advance_cycle(
                 &mut trajectory,
                 tangents,
                 &mut work,
@@ -75,11 +75,11 @@ fn order_is_two_while_contact_lasts() {
     for (name, case) in drives() {
         let model = constant_contact(case);
         let start = mean_equilibrium(&model);
-        let exact = Reference::new(&model).march(&start, 3).unwrap();
+        let exact = Reference::new(&model).advance(&start, 3).unwrap();
         assert!(exact.crossings.is_empty(), "{name} leaves contact");
         let ladder: Vec<_> = [480, 960, 1920, 3840]
             .map(|steps| {
-                let end = march(&model, &start, steps, 3);
+                let end = advance(&model, &start, steps, 3);
                 (steps, relative_difference(&end.state, &exact.end.state))
             })
             .into();
@@ -101,11 +101,11 @@ fn order_is_one_through_rattle() {
     for (name, case) in drives() {
         let model = common::model(&case);
         let reference = Reference::new(&model);
-        let mut start = march(&model, &mean_equilibrium(&model), 2000, 40);
+        let mut start = advance(&model, &mean_equilibrium(&model), 2000, 40);
         let mut ladder = [480, 960, 1920, 3840, 7680, 15360].map(|steps| (steps, 0.0));
         let mut errors = 0.0;
         for _ in 0..CYCLES {
-            let exact = reference.march(&start, 1).unwrap();
+            let exact = reference.advance(&start, 1).unwrap();
             if exact.crossings.is_empty() {
                 // Without a crossing the order is higher, in free flight there is no error.
                 start = exact.end;
@@ -115,7 +115,7 @@ fn order_is_one_through_rattle() {
             for (steps, log) in &mut ladder {
                 for neighbour in 0..NEIGHBOURS {
                     let steps = *steps + *steps * neighbour / 48;
-                    let end = march(&model, &start, steps, 1);
+                    let end = advance(&model, &start, steps, 1);
                     *log += relative_difference(&end.state, &exact.end.state).ln();
                 }
             }
@@ -149,10 +149,10 @@ impl Observer for Events {
 fn events_are_those_of_the_reference() {
     for (name, case) in drives() {
         let model = common::model(&case);
-        let start = march(&model, &mean_equilibrium(&model), 2000, 40);
-        let exact = Reference::new(&model).march(&start, 2).unwrap();
+        let start = advance(&model, &mean_equilibrium(&model), 2000, 40);
+        let exact = Reference::new(&model).advance(&start, 2).unwrap();
         let mut seen = Events::default();
-        march_with(&model, &start, 20_000, 2, &mut Tangents::none(), &mut seen);
+        advance_with(&model, &start, 20_000, 2, &mut Tangents::none(), &mut seen);
         assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
         for (event, crossing) in seen.0.iter().zip(&exact.crossings) {
             assert_eq!(event.cycle, crossing.cycle, "{name}");
@@ -187,11 +187,11 @@ fn tangents_are_the_differences_in_constant_contact() {
         let start = mean_equilibrium(&model);
         let scale = [1e-8, 1e-4];
         let mut tangents = columns(&model, scale);
-        let base = march_with(&model, &start, 600, 2, &mut tangents, &mut ());
+        let base = advance_with(&model, &start, 600, 2, &mut tangents, &mut ());
         for i in 0..2 * n {
             let mut moved = start.clone();
             moved.state[i] += scale[i / n];
-            let end = march(&model, &moved, 600, 2);
+            let end = advance(&model, &moved, 600, 2);
             // Round-off of displacements of 1e-4 and velocities of 1e-2 bounds what a
             // difference can show.
             let error = (0..2 * n)
@@ -216,22 +216,22 @@ fn tangents_converge_to_those_of_the_flow_through_impacts() {
     ] {
         let model = common::model(&case);
         let n = model.modes();
-        let start = march(&model, &mean_equilibrium(&model), 2000, 40);
+        let start = advance(&model, &mean_equilibrium(&model), 2000, 40);
         let reference = Reference::new(&model);
-        let crossings = reference.march(&start, 1).unwrap().crossings.len();
+        let crossings = reference.advance(&start, 1).unwrap().crossings.len();
         assert!(crossings >= 1, "{name} has no impact");
         let scale = [1e-10, 1e-6];
         let errors: Vec<f64> = [2000, 8000, 32000]
             .iter()
             .map(|&steps| {
                 let mut tangents = columns(&model, scale);
-                march_with(&model, &start, steps, 1, &mut tangents, &mut ());
+                advance_with(&model, &start, steps, 1, &mut tangents, &mut ());
                 let mut worst = 0.0f64;
                 for i in (0..2 * n).step_by(n.div_ceil(2)) {
                     let end = |side: f64| {
                         let mut moved = start.clone();
                         moved.state[i] += side * scale[i / n];
-                        reference.march(&moved, 1).unwrap().end.state
+                        reference.advance(&moved, 1).unwrap().end.state
                     };
                     let difference: Vec<_> = end(1.0)
                         .iter()

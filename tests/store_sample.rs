@@ -68,7 +68,7 @@ fn row(point_id: u64) -> PointRow {
                 },
             }),
             nvh: Some(NvhOutcome {
-                dte_rms: 1e-6 * number,
+                deflection_rms: 1e-6 * number,
                 harmonics: vec![1e-6, 2e-6, 3e-6],
                 fractions: [0.5, 0.3, 0.2],
                 ..NvhOutcome::default()
@@ -135,7 +135,7 @@ fn probes(point_id: u64) -> MultistabilityOutcome {
             class: attractor.map(|id| Class::Periodic(id + 1)),
             lambda: attractor.map(|_| -0.1),
             lambda_stderr: attractor.map(|_| 0.0),
-            dte_rms: attractor.map(|id| 1e-6 * f64::from(id + 1)),
+            deflection_rms: attractor.map(|id| 1e-6 * f64::from(id + 1)),
             force_peak: attractor.map(|_| 1e4),
             events_per_cycle: attractor.map(|_| 4.0),
             cycles: 100,
@@ -154,7 +154,7 @@ fn probes(point_id: u64) -> MultistabilityOutcome {
             class: first.class.unwrap(),
             lambda: first.lambda,
             lambda_stderr: first.lambda_stderr,
-            dte_rms: first.dte_rms,
+            deflection_rms: first.deflection_rms,
             force_peak: first.force_peak,
             events_per_cycle: first.events_per_cycle,
             probes: on(id).count() as u32,

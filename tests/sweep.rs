@@ -18,7 +18,7 @@ use atlas::numerics::random::PointSeed;
 use atlas::propagate::Event;
 use atlas::reference::Reference;
 use atlas::store::{ResultTable, TableKind};
-use common::march::volterra;
+use common::advance::volterra;
 use std::convert::Infallible;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -171,9 +171,9 @@ fn model_of(job: &Job, index: usize) -> Model {
     common::parts().model(point).unwrap()
 }
 
-/// The chains: other axes outermost, then the direction, then the speed as it is marched.
+/// The chains: other axes outermost, then the direction, then the speed as it is integrated.
 #[test]
-fn chains_are_ranges_of_ids_in_marching_order() {
+fn chains_are_ranges_of_ids_in_sweep_order() {
     let place = Place::new(MANIFEST);
     let job = job(&place);
     assert_eq!((job.points.len(), job.chain_length()), (164, 41));
@@ -231,7 +231,7 @@ fn up_and_down_differ_where_two_motions_coexist() {
             let own = rows.iter().filter(|row| row.load == load && row.up == up);
             own.collect()
         };
-        let locked = |row: &Row| row.class == "locked";
+        let locked = |row: &Row| row.class == "steady_contact";
         // Upwards: locked as long as such motion exists, and again as soon as it does.
         for row in sweep(true) {
             let inside = (lost..regained).contains(&row.speed);
@@ -270,8 +270,8 @@ fn up_and_down_differ_where_two_motions_coexist() {
             .find(|row| row.speed > lost)
             .unwrap();
         let row = at.iter().position(|id| *id == Some(first.id)).unwrap();
-        assert_eq!(from[row].as_deref(), Some("locked"));
-        assert_ne!(to[row].as_deref(), Some("locked"));
+        assert_eq!(from[row].as_deref(), Some("steady_contact"));
+        assert_ne!(to[row].as_deref(), Some("steady_contact"));
         let (lower, upper) = (lower[row].unwrap(), upper[row].unwrap());
         assert!(lower < lost && lost < upper, "{lower} {lost} {upper}");
         assert!(
@@ -395,18 +395,18 @@ lyapunov = {{ twin = false }}
         column.into_iter().map(Option::unwrap).collect()
     };
     assert_eq!(text("what"), ["class", "deflection"]);
-    assert_eq!(text("from_class"), ["locked", "periodic"]);
+    assert_eq!(text("from_class"), ["steady_contact", "periodic"]);
     assert_eq!(text("to_class"), ["periodic", "periodic"]);
     let number = |name: &str| table.f64(name).unwrap()[1].unwrap();
     let (lower, upper) = (number("lower"), number("upper"));
     assert!((upper - lower - 0.005 / 64.0).abs() < 1e-12);
     assert!(lower < 0.828_867 && 0.828_864 < upper, "{lower} {upper}");
-    assert!((number("from_dte_rms") - 0.0764).abs() < 1e-3);
-    assert!((number("to_dte_rms") - 0.2058).abs() < 1e-3);
+    assert!((number("from_deflection_rms") - 0.0764).abs() < 1e-3);
+    assert!((number("to_deflection_rms") - 0.2058).abs() < 1e-3);
     // A change of class has no jump, and points that were not asked for statistics have none.
-    assert_eq!(table.f64("from_dte_rms").unwrap()[0], None);
+    assert_eq!(table.f64("from_deflection_rms").unwrap()[0], None);
     let points = ResultTable::read(&out, TableKind::Points).unwrap();
-    let rms = points.f64("dte_rms").unwrap();
+    let rms = points.f64("deflection_rms").unwrap();
     assert!(rms.iter().all(Option::is_none));
     let said = place.atlas(&["show", "r"]);
     let said = String::from_utf8(said.stdout).unwrap();
@@ -608,7 +608,7 @@ fn a_strobe_at_any_phase_is_the_state_there() {
             displacement,
             velocity,
         });
-        let there = reference.march(&start, 1).unwrap().end;
+        let there = reference.advance(&start, 1).unwrap().end;
         let (deflection, rate) = shifted.deflection(&there.state, 0.0);
         assert!((pair[1].deflection - deflection).abs() < 1e-12, "{index}");
         assert!(
@@ -658,7 +658,7 @@ fn entry_samples_lie_on_the_drive_flank() {
 #[test]
 fn turning_samples_are_all_the_extremes() {
     let model = rattling(0.0);
-    let found = samples(&model, Section::Turning);
+    let found = samples(&model, Section::Extremum);
     let dense = traced(&model, 4000).samples;
     let fastest = dense
         .iter()
@@ -692,7 +692,7 @@ fn sweeps_are_shown_and_drawn() {
     place.run("r", &[]);
     let shown = String::from_utf8(place.atlas(&["show", "r"]).stdout).unwrap();
     assert!(shown.contains("changes of motion along speed"), "{shown}");
-    assert!(shown.contains("locked           → period 1"), "{shown}");
+    assert!(shown.contains("steady contact   → period 1"), "{shown}");
     let drawn = place.atlas(&["plot", "r", "--format", "svg", "--quiet"]);
     assert!(
         drawn.status.success(),

@@ -9,7 +9,7 @@ use atlas::manifest::{self, Job};
 use atlas::model::{InitialState, Model};
 use atlas::propagate::{Counters, Kernel, Volterra};
 use atlas::sweep::build::Parts;
-use common::march::{ROUND_OFF, march, mean_equilibrium, volterra};
+use common::advance::{ROUND_OFF, advance, mean_equilibrium, volterra};
 use common::relative_difference;
 use std::path::Path;
 
@@ -40,7 +40,7 @@ fn model(parts: &Parts, job: &Job, load: f64, speed: f64) -> Model {
 /// Events a cycle after a transient, from static equilibrium.
 fn events_per_cycle(model: &Model) -> f64 {
     let kernel = volterra(model);
-    let mut trajectory = march(&kernel, &model.start(&InitialState::Static), 300);
+    let mut trajectory = advance(&kernel, &model.start(&InitialState::Static), 300);
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
     kernel
         .advance(200, &mut trajectory, &mut workspace, &mut (), &mut counters)
@@ -92,13 +92,13 @@ fn segments_converge_to_the_course() {
     for (friction, floor) in [(FRICTIONLESS, 1e-4), (RUBBING, 1e-3)] {
         let edited = job(&[COURSE[0], COURSE[1], friction]);
         let course = model(&parts, &edited, 0.05, 1200.0);
-        let start = march(&volterra(&course), &mean_equilibrium(&course), 60);
-        let exact = march(&volterra(&course), &start, 1);
+        let start = advance(&volterra(&course), &mean_equilibrium(&course), 60);
+        let exact = advance(&volterra(&course), &start, 1);
         let errors = ["60", "120", "240", "480", "960"].map(|count| {
             let count = format!("segments = {count}");
             let segments = job(&[("segments = 60", &count), friction]);
             let model = model(&parts, &segments, 0.05, 1200.0);
-            let end = march(&volterra(&model), &start, 1);
+            let end = advance(&volterra(&model), &start, 1);
             relative_difference(&end.state, &exact.state)
         });
         println!("{}: segments against the course {errors:?}", friction.1);
@@ -121,13 +121,13 @@ fn segments_converge_to_the_course_of_relieved_flanks() {
         let edited = job(&[COURSE[0], COURSE[1], friction, RELIEVED]);
         for load in [0.05, 0.175, 0.3] {
             let course = model(&parts, &edited, load, 1200.0);
-            let start = march(&volterra(&course), &mean_equilibrium(&course), 60);
-            let exact = march(&volterra(&course), &start, 1);
+            let start = advance(&volterra(&course), &mean_equilibrium(&course), 60);
+            let exact = advance(&volterra(&course), &start, 1);
             let errors = ["60", "240", "960", "3840"].map(|count| {
                 let count = format!("segments = {count}");
                 let segments = job(&[("segments = 60", &count), friction, RELIEVED]);
                 let model = model(&parts, &segments, load, 1200.0);
-                let end = march(&volterra(&model), &start, 1);
+                let end = advance(&volterra(&model), &start, 1);
                 relative_difference(&end.state, &exact.state)
             });
             println!("{}, load {load}: {errors:?}", friction.1);

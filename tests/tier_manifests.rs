@@ -10,7 +10,7 @@ use atlas::model::{InitialState, Model};
 use atlas::reference::Reference;
 use atlas::shaft::{RigidDrive, Tier};
 use atlas::sweep::build;
-use common::march::{march, settled, volterra};
+use common::advance::{advance, settled, volterra};
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -93,13 +93,7 @@ fn what_a_kind_does_not_feel_may_be_left_out() {
     let bare = without(&translational, &["tilt", "axial", "gear_position"]);
     assert_eq!(structure(&bare), structure(&translational));
     let torsional = text("torsional");
-    let keys = [
-        "line_of_centres",
-        "across",
-        "tilt",
-        "axial",
-        "gear_position",
-    ];
+    let keys = ["x", "across", "tilt", "axial", "gear_position"];
     let bare = without(&torsional, &keys);
     let (header, rest) = bare.split_once("[shafts.bearings]").unwrap();
     let (_, rest) = rest.split_once('\n').unwrap();
@@ -111,13 +105,13 @@ fn pedestals_of_one_shaft_override_what_both_share() {
     let pedestal = text("pedestal");
     let own = pedestal.replace(
         "[shafts.pedestals]",
-        "[shafts.wheel.pedestals]\nmass = [\"2 kg\", \"5000 g\"]\nacross = 2e8\n\n[shafts.pedestals]",
+        "[shafts.wheel.pedestals]\nmass = [\"2 kg\", \"5000 g\"]\ny = 2e8\n\n[shafts.pedestals]",
     );
     let [pinion, wheel] = rigid(&job(&own)).pedestals.unwrap();
     assert_eq!(pinion.map(|p| p.mass), [3.0, 3.0]);
     assert_eq!(wheel.map(|p| p.mass), [2.0, 5.0]);
-    assert_eq!(wheel.map(|p| p.across), [2e8, 2e8]);
-    assert_eq!(wheel.map(|p| p.line_of_centres), [4e8, 4e8]);
+    assert_eq!(wheel.map(|p| p.y), [2e8, 2e8]);
+    assert_eq!(wheel.map(|p| p.x), [4e8, 4e8]);
     assert_ne!(job(&own).hash, job(&pedestal).hash);
 }
 
@@ -141,8 +135,8 @@ fn rattle_of_every_tier_is_that_of_the_reference() {
         let mut start = settled(&model, 20);
         let (mut events, mut worst) = (0, 0.0_f64);
         for _ in 0..8 {
-            let exact = reference.march(&start, 1).unwrap();
-            let end = march(&kernel, &start, 1);
+            let exact = reference.advance(&start, 1).unwrap();
+            let end = advance(&kernel, &start, 1);
             assert_eq!(end.contact, exact.end.contact);
             worst = worst.max(common::relative_difference(&end.state, &exact.end.state));
             events += exact.crossings.len();

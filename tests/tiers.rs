@@ -14,8 +14,8 @@ use proptest::prelude::*;
 use std::f64::consts::PI;
 
 const PEDESTAL: Pedestal = Pedestal {
-    line_of_centres: 4e8,
-    across: 3e8,
+    x: 4e8,
+    y: 3e8,
     mass: 3.0,
 };
 
@@ -173,7 +173,7 @@ fn translational_bodies_are_masses_on_both_bearings() {
 #[test]
 fn tilting_rotor_on_two_springs_at_unequal_distances() {
     let mut shafts = shafts();
-    shafts[1].bearings[1].across = 0.4e8;
+    shafts[1].bearings[1].y = 0.4e8;
     shafts[1].bearings[1].tilt = 0.0;
     shafts[0].gear_position = 0.7;
     let mut expected = Vec::new();
@@ -181,7 +181,7 @@ fn tilting_rotor_on_two_springs_at_unequal_distances() {
         let body = body(index, shaft);
         let centre = shaft.gear_position * shaft.span + body.centre;
         let arms = [-centre, shaft.span - centre];
-        for pick in [|b: &Bearing| b.line_of_centres, |b: &Bearing| b.across] {
+        for pick in [|b: &Bearing| b.x, |b: &Bearing| b.y] {
             let [mut direct, mut coupled, mut tilting] = [0.0; 3];
             for (bearing, arm) in shaft.bearings.iter().zip(arms) {
                 direct += pick(bearing);
@@ -216,8 +216,8 @@ fn pedestals_make_chains_of_two_masses() {
         assert!(body.centre.abs() < 1e-15);
         let arm = (0.5 * shaft.span).powi(2);
         for (bearing, ground) in [
-            (shaft.bearings[0].line_of_centres, PEDESTAL.line_of_centres),
-            (shaft.bearings[0].across, PEDESTAL.across),
+            (shaft.bearings[0].x, PEDESTAL.x),
+            (shaft.bearings[0].y, PEDESTAL.y),
         ] {
             let seats = 2.0 * PEDESTAL.mass;
             expected.extend(chain(body.mass, seats, 2.0 * bearing, 2.0 * ground, 0.0));
@@ -241,8 +241,8 @@ fn pedestals_make_chains_of_two_masses() {
 fn light_pedestals_are_springs_in_series() {
     let mut softer = shafts();
     for bearing in softer.iter_mut().flat_map(|shaft| &mut shaft.bearings) {
-        bearing.line_of_centres = 1.0 / (1.0 / bearing.line_of_centres + 1.0 / 4e8);
-        bearing.across = 1.0 / (1.0 / bearing.across + 1.0 / 3e8);
+        bearing.x = 1.0 / (1.0 / bearing.x + 1.0 / 4e8);
+        bearing.y = 1.0 / (1.0 / bearing.y + 1.0 / 3e8);
     }
     let series = rigid(Tier::Tilting, softer);
     let [coarse, fine] = [1e-2, 1e-4].map(|mass| {
@@ -288,8 +288,8 @@ fn a_pedestal_drive_on_stiff_pedestals_tilts_only() {
     let lower = rigid(Tier::Tilting, shafts());
     let upper = |stiffening: f64| {
         all_modes(&on_pedestals(Pedestal {
-            line_of_centres: 4e8 * stiffening,
-            across: 3e8 * stiffening,
+            x: 4e8 * stiffening,
+            y: 3e8 * stiffening,
             mass: 3.0,
         }))
     };
@@ -318,8 +318,8 @@ fn a_translational_drive_on_stiff_bearings_rotates_only() {
     let soft = |stiffening: f64| {
         let mut shafts = shafts();
         for bearing in shafts.iter_mut().flat_map(|shaft| &mut shaft.bearings) {
-            bearing.line_of_centres *= stiffening;
-            bearing.across *= stiffening;
+            bearing.x *= stiffening;
+            bearing.y *= stiffening;
         }
         drive(Tier::Translational, shafts)
             .modes(6, 2, true)
@@ -380,10 +380,10 @@ fn what_a_tier_releases_must_be_held() {
     let axial = || without(|bearing| bearing.axial = 0.0);
     assert!(modes(Tier::Translational, axial()).is_ok());
     assert_eq!(modes(Tier::Tilting, axial()), free("axially"));
-    let across = || without(|bearing| bearing.across = 0.0);
-    assert!(modes(Tier::Torsional, across()).is_ok());
+    let y = || without(|bearing| bearing.y = 0.0);
+    assert!(modes(Tier::Torsional, y()).is_ok());
     let direction = "across the line of centres";
-    assert_eq!(modes(Tier::Translational, across()), free(direction));
+    assert_eq!(modes(Tier::Translational, y()), free(direction));
     let floating = on_pedestals(Pedestal {
         mass: 0.0,
         ..PEDESTAL
@@ -414,7 +414,7 @@ fn bearing_forces_balance_the_mesh_force() {
                 .sum()
         };
         for (shaft, sign) in [("pinion", -1.0), ("wheel", 1.0)] {
-            for (direction, exact) in [("line", sin), ("across", cos)] {
+            for (direction, exact) in [("x", sin), ("y", cos)] {
                 let felt = structure.bearings.iter().filter(|bearing| {
                     bearing.name.starts_with(shaft) && bearing.name.ends_with(direction)
                 });
@@ -432,13 +432,11 @@ fn bearing_forces_balance_the_mesh_force() {
 fn any_shaft() -> impl Strategy<Value = Shaft> {
     let stiffness = || 1e7..1e9f64;
     let bearing = move || {
-        (stiffness(), stiffness(), 0.0..1e5f64).prop_map(|(line_of_centres, across, tilt)| {
-            Bearing {
-                line_of_centres,
-                across,
-                axial: 1e8,
-                tilt,
-            }
+        (stiffness(), stiffness(), 0.0..1e5f64).prop_map(|(x, y, tilt)| Bearing {
+            x,
+            y,
+            axial: 1e8,
+            tilt,
         })
     };
     let lengths = (15e-3..35e-3f64, 0.06..0.3f64, 0.0..0.1f64, 0.1..0.9f64);
@@ -456,11 +454,7 @@ fn any_shaft() -> impl Strategy<Value = Shaft> {
 
 fn any_pedestal() -> impl Strategy<Value = Pedestal> {
     let stiffness = || 1e7..1e9f64;
-    (stiffness(), stiffness(), 0.1..10.0f64).prop_map(|(line_of_centres, across, mass)| Pedestal {
-        line_of_centres,
-        across,
-        mass,
-    })
+    (stiffness(), stiffness(), 0.1..10.0f64).prop_map(|(x, y, mass)| Pedestal { x, y, mass })
 }
 
 /// Displacement of a gear by a unit force on it: a rigid bar on two springs and tilt springs.
@@ -516,10 +510,10 @@ proptest! {
                         1.0 / (1.0 / bearing(&shaft.bearings[number]) + yields)
                     })
                 };
-                let along = springs(|b| b.line_of_centres, |p| p.line_of_centres);
-                let across = springs(|b| b.across, |p| p.across);
+                let along = springs(|b| b.x, |p| p.x);
+                let y = springs(|b| b.y, |p| p.y);
                 exact += sin * sin * gear_flexibility(shaft, along)
-                    + cos * cos * gear_flexibility(shaft, across);
+                    + cos * cos * gear_flexibility(shaft, y);
             }
             let sum: f64 = structure.mesh.iter().map(|w| w * w).sum();
             prop_assert!((sum / mobility - 1.0).abs() < 1e-10, "{sum} {mobility}");

@@ -112,7 +112,7 @@ impl Observer for Events {
     }
 }
 
-fn march(model: &Model, trajectory: &mut TrajectoryState, cycles: u64, events: &mut Events) {
+fn advance(model: &Model, trajectory: &mut TrajectoryState, cycles: u64, events: &mut Events) {
     let kernel = kernel(model);
     let mut workspace = kernel.workspace();
     kernel
@@ -192,9 +192,9 @@ fn events_are_those_of_the_kernel() {
 
     let (_, model) = model(0.05, 1200.0);
     let mut trajectory = model.start(&atlas::model::InitialState::Static);
-    march(&model, &mut trajectory, 10, &mut Events::default());
+    advance(&model, &mut trajectory, 10, &mut Events::default());
     let mut events = Events::default();
-    march(&model, &mut trajectory, 15, &mut events);
+    advance(&model, &mut trajectory, 15, &mut events);
     let events = events.0;
     assert!(events.len() > 30, "{} events: no rattle", events.len());
     assert_eq!(summary["events"], events.len());
@@ -343,7 +343,7 @@ fn modal_rows_are_the_trajectory() {
     let start = model.start(&atlas::model::InitialState::Static);
     let reference = Reference::new(&model);
     for cycle in 1..4 {
-        let passage = reference.march(&start, cycle as u64).unwrap();
+        let passage = reference.advance(&start, cycle as u64).unwrap();
         let row = 64 * cycle;
         assert_eq!(s.phase[row], 0.0);
         let state = [

@@ -8,7 +8,7 @@
 //! 2. its twin does not contradict its tangents;
 //! 3. from 320 measured cycles on, where an exponent has an error bar, one that ripple without a
 //!    period drives has a verdict once neighbours have come together by e⁻²⁵: `quasi_periodic` where
-//!    it rattles, `locked` where it does not;
+//!    it rattles, `steady_contact` where it does not;
 //! 4. of the others, at least nine of ten have a verdict from 800 cycles on.
 //!
 //! Drives meant to be linear that leave their contact state, and those meant to be tori of which
@@ -23,7 +23,7 @@ use atlas::analysis::{
 };
 use atlas::model::{InitialState, MeshHarmonic, Model, TrajectoryState};
 use atlas::numerics::random::PointSeed;
-use common::march::volterra;
+use common::advance::volterra;
 use common::motions::{Kind, Planted, contracts, planted};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -61,7 +61,7 @@ fn ask(model: &Model, start: &TrajectoryState, seed: u64, cycles: u64) -> PointO
     .unwrap()
 }
 
-/// Whether what is known of a kind holds of a drive, as far as the longest march showed.
+/// Whether what is known of a kind holds of a drive, as far as the longest integration showed.
 fn known(kind: Kind, planted: &Planted, longest: &PointOutcome) -> bool {
     match kind {
         Kind::Integrable | Kind::Beside => true,

@@ -9,11 +9,13 @@ use atlas::analysis::EnergyAudit;
 use atlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
 use atlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
 use atlas::reference::{Passage, Reference};
-use common::march::{Events, ROUND_OFF, march, march_with, mean_equilibrium, settled, volterra};
+use common::advance::{
+    Events, ROUND_OFF, advance, advance_with, mean_equilibrium, settled, volterra,
+};
 use common::skipped::skipped;
 use common::{drives, relative_difference, state_difference};
 
-/// How two marches of one stretch differ.
+/// How two advances of one stretch differ.
 #[derive(Debug, Clone, Copy, Default)]
 struct Difference {
     /// Of the final states, relative.
@@ -34,7 +36,7 @@ impl Difference {
     }
 }
 
-/// Marches the kernel beside the reference; none where the sequences of events differ.
+/// Advances the kernel beside the reference; none where the sequences of events differ.
 fn compare<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -43,7 +45,7 @@ fn compare<K: Kernel>(
 ) -> Option<Difference> {
     let mut seen = Events::default();
     let cycles = exact.end.cycle - start.cycle;
-    let (end, counters) = march_with(kernel, start, cycles, &mut seen);
+    let (end, counters) = advance_with(kernel, start, cycles, &mut seen);
     assert_eq!(counters.events, seen.0.len() as u64);
     assert_eq!(end.cycle, exact.end.cycle);
     let same = seen.0.len() == exact.crossings.len()
@@ -72,10 +74,10 @@ fn follow(model: &Model, cycles: u64) -> Difference {
     let mut start = settled(model, 40);
     let mut worst = Difference::default();
     for _ in 0..cycles {
-        let exact = reference.march(&start, 1).unwrap();
+        let exact = reference.advance(&start, 1).unwrap();
         let one = compare(model, &kernel, &start, &exact).expect("the same events");
         worst = worst.worst(one);
-        start = march(&kernel, &start, 1);
+        start = advance(&kernel, &start, 1);
     }
     worst
 }
@@ -109,7 +111,7 @@ fn constant_contact_is_exact_over_many_cycles() {
         case.2.load = 1.0;
         let model = common::model(&case);
         let start = mean_equilibrium(&model);
-        let exact = Reference::new(&model).march(&start, 20).unwrap();
+        let exact = Reference::new(&model).advance(&start, 20).unwrap();
         let found = compare(&model, &volterra(&model), &start, &exact).unwrap();
         println!("{name}: {found:?}");
         assert_eq!(found.events, 0, "{name} leaves contact");
@@ -151,7 +153,7 @@ fn windows_of_any_length_give_the_same() {
         let windows = [&coarse, &usual, &fine].map(Volterra::windows_per_cycle);
         assert!(windows[0] <= windows[1], "{windows:?}");
         assert!(windows[2] >= 5 * windows[1], "{windows:?}");
-        let ends = [&coarse, &usual, &fine].map(|kernel| march(kernel, &start, 1));
+        let ends = [&coarse, &usual, &fine].map(|kernel| advance(kernel, &start, 1));
         let shorter = relative_difference(&ends[2].state, &ends[1].state);
         let longest = relative_difference(&ends[0].state, &ends[1].state);
         println!("{name}: windows {windows:?}, shorter {shorter:.1e}, longest {longest:.1e}");
@@ -179,7 +181,7 @@ fn instruction_sets_agree_within_rounding() {
                 .iter()
                 .map(|&set| {
                     let kernel = Volterra::with_instructions(&model, ROUND_OFF, 10_000, set);
-                    march(&kernel, &start, 1)
+                    advance(&kernel, &start, 1)
                 })
                 .collect();
             for (set, end) in sets.iter().zip(&ends).skip(1) {
@@ -192,15 +194,15 @@ fn instruction_sets_agree_within_rounding() {
     }
 }
 
-/// One instruction set gives the same bits whatever was marched before on its workspace.
+/// One instruction set gives the same bits whatever was integrated before on its workspace.
 #[test]
-fn marching_is_repeatable_to_the_bit() {
+fn integrating_is_repeatable_to_the_bit() {
     let model = common::model(&common::six_modes());
     let kernel = volterra(&model);
     let start = settled(&model, 40);
-    let whole = march(&kernel, &start, 30);
-    let half = march(&kernel, &start, 15);
-    assert_eq!(march(&kernel, &half, 15), whole);
+    let whole = advance(&kernel, &start, 30);
+    let half = advance(&kernel, &start, 15);
+    assert_eq!(advance(&kernel, &half, 15), whole);
 }
 
 /// Work of a fixed case on the portable path. A change here is a change of the algorithm;
@@ -210,7 +212,7 @@ fn work_of_a_fixed_case_is_known() {
     let model = common::model(&common::six_modes());
     let kernel = Volterra::with_instructions(&model, ROUND_OFF, 100, InstructionSet::PORTABLE);
     let start = mean_equilibrium(&model);
-    let (_, counters) = march_with(&kernel, &start, 6, &mut ());
+    let (_, counters) = advance_with(&kernel, &start, 6, &mut ());
     insta::assert_debug_snapshot!(counters, @r"
     Counters {
         cycles: 6,
@@ -244,7 +246,7 @@ fn neutral_pair_does_not_drift() {
         let (place, speed) = (1e-6, 1e-4);
         start.state[neutral] = place;
         start.state[n + neutral] = speed;
-        let end = march(&volterra(&model), &start, cycles);
+        let end = advance(&volterra(&model), &start, cycles);
         let time = cycles as f64 * model.period();
         let pull = model.blocks[neutral].static_input[1];
         let exact = [
@@ -269,7 +271,7 @@ fn energy_is_accounted_for_over_many_cycles() {
         let model = common::model(&case);
         let mut audit = EnergyAudit::new(&model);
         let start = settled(&model, 40);
-        let (end, counters) = march_with(&volterra(&model), &start, cycles, &mut audit);
+        let (end, counters) = advance_with(&volterra(&model), &start, cycles, &mut audit);
         let residual = audit.residual(&end).unwrap();
         println!("{} modes: {residual:.1e}", model.modes());
         assert!(counters.events > cycles);
@@ -306,7 +308,7 @@ fn small_steps_converge_to_it() {
         let mut samples = 0.0;
         for _ in 0..8 {
             let mut events = Events::default();
-            let (end, _) = march_with(&kernel, &start, 1, &mut events);
+            let (end, _) = advance_with(&kernel, &start, 1, &mut events);
             if !events.0.is_empty() {
                 // One error is luck; its geometric mean over neighbouring steps is not.
                 samples += 6.0;
@@ -315,7 +317,7 @@ fn small_steps_converge_to_it() {
                         let steps = *steps + *steps * neighbour / 24;
                         let small = Stepping::new(&model, steps, 10_000);
                         let error =
-                            relative_difference(&march(&small, &start, 1).state, &end.state);
+                            relative_difference(&advance(&small, &start, 1).state, &end.state);
                         *log += error.ln();
                     }
                 }
@@ -341,9 +343,9 @@ fn small_steps_converge_to_it() {
         quiet.2.load = 1.0;
         let model = common::model(&quiet);
         let start = mean_equilibrium(&model);
-        let end = march(&volterra(&model), &start, 3);
+        let end = advance(&volterra(&model), &start, 3);
         let ladder = [960, 1920, 3840].map(|steps| {
-            let small = march(&Stepping::new(&model, steps, 100), &start, 3);
+            let small = advance(&Stepping::new(&model, steps, 100), &start, 3);
             (steps, relative_difference(&small.state, &end.state))
         });
         let order = observed_order(&ladder);
@@ -439,8 +441,8 @@ mod random_drives {
             let point = OperatingPoint { load, speed };
             let model = Model::new(&structure, &drive, point).unwrap();
             let kernel = volterra(&model);
-            let start = march(&kernel, &mean_equilibrium(&model), 5);
-            let exact = Reference::new(&model).march(&start, 1).unwrap();
+            let start = advance(&kernel, &mean_equilibrium(&model), 5);
+            let exact = Reference::new(&model).advance(&start, 1).unwrap();
             let found = compare(&model, &kernel, &start, &exact);
             // A grazing within round-off may fall on either side.
             prop_assume!(found.is_some());

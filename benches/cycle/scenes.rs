@@ -1,4 +1,4 @@
-//! What is marched: drives of any number of modes, their settled trajectories, and the work
+//! What is integrated: drives of any number of modes, their settled trajectories, and the work
 //! that a cycle takes.
 
 use crate::common::{self, Case, default_drive};
@@ -9,7 +9,7 @@ use atlas::model::{
 use atlas::propagate::{Counters, Kernel, Volterra};
 use serde_json::{Value, json};
 
-/// Cycles marched before the clock starts.
+/// Cycles integrated before the clock starts.
 const TRANSIENT: u32 = 200;
 
 /// Cycles over which work is counted.
@@ -110,11 +110,11 @@ pub fn volterra(model: &Model) -> Volterra<'_> {
 /// A trajectory past its transient.
 pub fn settled(model: &Model) -> TrajectoryState {
     let mut trajectory = model.start(&InitialState::Static);
-    march(&volterra(model), &mut trajectory, TRANSIENT);
+    advance(&volterra(model), &mut trajectory, TRANSIENT);
     trajectory
 }
 
-fn march<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, cycles: u32) -> Counters {
+fn advance<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, cycles: u32) -> Counters {
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
     kernel
@@ -134,7 +134,7 @@ fn march<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, cycles: u32) -
 pub fn work(case: &Case) -> Value {
     let model = common::model(case);
     let kernel = volterra(&model);
-    let counters = march(&kernel, &mut settled(&model), COUNTED);
+    let counters = advance(&kernel, &mut settled(&model), COUNTED);
     if model.transmission_error.is_empty() {
         assert_eq!(counters.events, 0, "leaves contact");
     } else {

@@ -45,7 +45,7 @@ fn rubbed(modes: usize) -> Model {
 }
 
 /// Entries of a state but those of the free rotation, which gathers the round-off of a million
-/// steps of marching.
+/// steps of integrating.
 fn felt(model: &Model, state: &[f64]) -> Vec<f64> {
     let n = model.modes();
     let kept = (0..2 * n).filter(|i| !model.neutral.contains(&(i % n)));
@@ -78,16 +78,16 @@ pub fn cycles() -> Value {
     Value::Object(found)
 }
 
-/// A million cycles by squaring, and how far that is from marching them.
+/// A million cycles by squaring, and how far that is from integrating them.
 fn jump(model: &Model, start: &TrajectoryState) -> Value {
     let mut jumps = PowerJumps::new(model, JUMP).expect("tables");
     let mut jumped = start.clone();
     let products = jumps.jump(&mut jumped, JUMP);
-    let marched = Fused::new(model, CELLS, LIMIT)
+    let integrated = Fused::new(model, CELLS, LIMIT)
         .expect("tables")
         .go(start, JUMP)
         .0;
-    let [a, b] = [&jumped, &marched].map(|end| felt(model, &end.state));
+    let [a, b] = [&jumped, &integrated].map(|end| felt(model, &end.state));
     let mut on = start.clone();
     let spell = race(&mut [Contender::new(|| {
         jumps.jump(black_box(&mut on), JUMP);
@@ -96,7 +96,7 @@ fn jump(model: &Model, start: &TrajectoryState) -> Value {
         "ns": spell.median,
         "range": spell.range,
         "products": products,
-        "against_marching": common::relative_difference(&a, &b),
+        "against_integrating": common::relative_difference(&a, &b),
         "table_bytes": jumps.bytes().bytes,
     })
 }
@@ -110,7 +110,7 @@ pub fn work_precision() -> Value {
         *x *= 1.0 + 1e-2;
     }
     let exact = Extended::new(&model)
-        .march(&start, SOLVED)
+        .advance(&start, SOLVED)
         .expect("no event");
     assert!(exact.crossings.is_empty(), "leaves contact");
     let norm = EnergyNorm::new(&model);

@@ -48,13 +48,13 @@ fn twenty(residual: bool) -> Case {
 pub trait AnyKernel {
     /// A step of one mesh cycle of a trajectory of its own.
     fn cycle<'a>(&'a self, start: &TrajectoryState) -> Box<dyn FnMut() + 'a>;
-    /// Marches some cycles, watched or not.
+    /// Advances some cycles, watched or not.
     fn go(&self, start: &TrajectoryState, cycles: u64) -> (TrajectoryState, Counters);
     /// RMS of the deflection over some cycles \[m\].
     fn deflection_rms(&self, model: &Model, start: &TrajectoryState, cycles: u64) -> f64;
 }
 
-fn march<K: Kernel>(
+fn advance<K: Kernel>(
     kernel: &K,
     trajectory: &mut TrajectoryState,
     workspace: &mut K::Workspace,
@@ -72,7 +72,7 @@ impl<K: Kernel> AnyKernel for K {
         let mut counters = Counters::default();
         Box::new(move || {
             let trajectory = black_box(&mut trajectory);
-            march(self, trajectory, &mut workspace, &mut (), &mut counters);
+            advance(self, trajectory, &mut workspace, &mut (), &mut counters);
         })
     }
 
@@ -80,7 +80,7 @@ impl<K: Kernel> AnyKernel for K {
         let (mut trajectory, mut workspace) = (start.clone(), self.workspace());
         let mut counters = Counters::default();
         for _ in 0..cycles {
-            march(
+            advance(
                 self,
                 &mut trajectory,
                 &mut workspace,
@@ -95,7 +95,7 @@ impl<K: Kernel> AnyKernel for K {
         let (mut trajectory, mut workspace) = (start.clone(), self.workspace());
         let (mut nvh, mut counters) = (Nvh::new(model, 0), Counters::default());
         for _ in 0..cycles {
-            march(
+            advance(
                 self,
                 &mut trajectory,
                 &mut workspace,
@@ -103,7 +103,7 @@ impl<K: Kernel> AnyKernel for K {
                 &mut counters,
             );
         }
-        nvh.outcome().map_or(f64::NAN, |nvh| nvh.dte_rms)
+        nvh.outcome().map_or(f64::NAN, |nvh| nvh.deflection_rms)
     }
 }
 
@@ -258,7 +258,7 @@ pub fn conditioning() -> Value {
     for _ in 0..COMPARED {
         let (end, _) = spectral.go(&start, 1);
         let exact = Reference::new(&model)
-            .march(&start, 1)
+            .advance(&start, 1)
             .expect("a cycle")
             .end;
         let others = [

@@ -3,7 +3,7 @@
 //! mesh cycle and its events.
 
 use crate::common;
-use crate::common::march::Events;
+use crate::common::advance::Events;
 use crate::rattle::{CELLS, LIMIT, sixty_levels};
 use crate::rounds::{Contender, race};
 use crate::scenes::{drive, settled};
@@ -89,8 +89,8 @@ pub fn precision() -> Value {
     let mut start = settled(&model);
     for _ in 0..COMPARED {
         let (mut told, mut other) = (Events::default(), Events::default());
-        let (end, _) = common::march::march_with(&exact, &start, 1, &mut told);
-        let (off, _) = common::march::march_with(&rounded, &start, 1, &mut other);
+        let (end, _) = common::advance::advance_with(&exact, &start, 1, &mut told);
+        let (off, _) = common::advance::advance_with(&rounded, &start, 1, &mut other);
         if told.0.len() == other.0.len() {
             state = state.max(norm.distance(&end.state, &off.state) / norm.unit());
             for (a, b) in told.0.iter().zip(&other.0) {

@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
 
-/// How long every thread marches.
+/// How long every thread advances.
 const SPELL: Duration = Duration::from_millis(400);
 
 /// Repetitions; the best one counts: what disturbs only takes.

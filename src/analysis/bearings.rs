@@ -114,7 +114,7 @@ impl BearingForces {
         self.sums.iter_mut().for_each(Stretches::advance);
     }
 
-    /// The statistics so far and their standard errors, whole cycles having been marched.
+    /// The statistics so far and their standard errors, whole cycles having been integrated.
     pub fn statistics(&self) -> [BearingStatistics; 2] {
         let time = self.cycles as f64 * self.period;
         let mut found = [BearingStatistics::default(), BearingStatistics::default()];
@@ -157,8 +157,8 @@ mod tests {
         let structure = ModalStructure {
             damping: vec![0.0, 0.01, 0.02],
             bearings: vec![
-                gain("pinion 1 line", [0.0, 3e7, -2e7]),
-                gain("wheel 2 across", [0.0, 1e7, 4e7]),
+                gain("pinion 1 x", [0.0, 3e7, -2e7]),
+                gain("wheel 2 y", [0.0, 1e7, 4e7]),
             ],
             ..fixtures::structure(
                 &[0.0, 4288.0, 8171.0],

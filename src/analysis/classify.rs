@@ -31,8 +31,8 @@ pub struct Evidence<'a> {
     pub touched_throughout: bool,
     /// Standard error asked for.
     pub target: Option<f64>,
-    /// Mesh cycles marched since the start, transient included.
-    pub marched: u64,
+    /// Mesh cycles integrated since the start, transient included.
+    pub integrated: u64,
     /// Mesh cycles measured.
     pub measured: u64,
     /// The slowest mode, counted from 1, and the mesh cycles of one of its turns, where these
@@ -196,7 +196,7 @@ impl Found<'_> {
 
     /// Nats by which neighbours have come together since the start.
     fn contraction(&self) -> f64 {
-        -self.lambda * self.evidence.marched as f64
+        -self.lambda * self.evidence.integrated as f64
     }
 
     /// A motion that has forgotten its start and follows what drives it, which has no period.
@@ -213,7 +213,7 @@ impl Found<'_> {
         Some(if self.evidence.touched_throughout {
             Verdict {
                 status: Status::Ok,
-                class: Some(Class::Locked(None)),
+                class: Some(Class::SteadyContact(None)),
                 reason: format!("{known}; never leaves contact, {driven}"),
             }
         } else {
@@ -338,7 +338,7 @@ mod tests {
             events: 1000,
             touched_throughout: false,
             target: None,
-            marched: 10 * averages.len() as u64 + 300,
+            integrated: 10 * averages.len() as u64 + 300,
             measured: 10 * averages.len() as u64,
             slow_mode: None,
         }
@@ -453,7 +453,7 @@ mod tests {
         }
     }
 
-    /// Ripple without a period: a motion that has forgotten its start is locked where it never
+    /// Ripple without a period: a motion that has forgotten its start is in steady contact where it never
     /// leaves contact, and on a torus where it rattles. One that should have repeated is neither.
     #[test]
     fn a_motion_that_follows_ripple_without_a_period_has_a_verdict() {
@@ -466,7 +466,7 @@ mod tests {
             })
             .class
         };
-        assert_eq!(class(false, true), Some(Class::Locked(None)));
+        assert_eq!(class(false, true), Some(Class::SteadyContact(None)));
         assert_eq!(class(false, false), Some(Class::QuasiPeriodic));
         assert_eq!(class(true, true), Some(Class::NotConverged));
     }

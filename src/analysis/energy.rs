@@ -25,7 +25,7 @@ use crate::propagate::{Event, Observer, Window};
 use std::sync::OnceLock;
 
 /// Residual above which a kernel without errors of its own has failed. Of a thousand random
-/// drives no sound row is above 1e-11.
+/// drives no valid row is above 1e-11.
 pub const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// What is to be said of a motion whose energy balance does not close; none where it does.

@@ -1,6 +1,6 @@
 //! How fast do nearby trajectories part?
 //!
-//! Tangent vectors are marched beside the trajectory (saltations included) and
+//! Tangent vectors are integrated beside the trajectory (saltations included) and
 //! orthonormalised once a mesh cycle in the energy norm, the neutral pair projected out
 //! (Benettin et al. 1980, Shimada & Nagashima 1979); the logarithms of their lengths average
 //! to the exponents. Standard errors come from block averages.
@@ -41,7 +41,7 @@ impl TangentGrowth {
         growth
     }
 
-    /// The tangents, to be marched by a kernel.
+    /// The tangents, to be integrated by a kernel.
     pub fn tangents(&mut self) -> &mut Tangents {
         &mut self.tangents
     }
@@ -58,7 +58,7 @@ impl TangentGrowth {
         self.averages.iter_mut().for_each(Vec::clear);
     }
 
-    /// To be called after every marched cycle.
+    /// To be called after every integrated cycle.
     pub fn cycle(&mut self, norm: &EnergyNorm) {
         self.orthonormalise(norm);
         self.pending += 1;

@@ -58,7 +58,7 @@ impl TryFrom<Stop> for Status {
 pub enum Class {
     /// In contact throughout, without an event in any measured cycle, and settled: repeats after
     /// this many mesh cycles, or follows what drives it without a period.
-    Locked(Option<u32>),
+    SteadyContact(Option<u32>),
     /// Repeats after this many mesh cycles, with events.
     Periodic(u32),
     /// On a torus: neighbours part no faster than in proportion to time, and no short period.
@@ -73,7 +73,7 @@ impl Class {
     /// The word stored in result files.
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Locked(_) => "locked",
+            Self::SteadyContact(_) => "steady_contact",
             Self::Periodic(_) => "periodic",
             Self::QuasiPeriodic => "quasi_periodic",
             Self::Chaotic => "chaotic",
@@ -84,7 +84,7 @@ impl Class {
     /// Period in mesh cycles, where the motion has one.
     pub fn period(&self) -> Option<u32> {
         match self {
-            Self::Locked(period) => *period,
+            Self::SteadyContact(period) => *period,
             Self::Periodic(k) => Some(*k),
             _ => None,
         }
@@ -98,7 +98,7 @@ pub struct LyapunovOutcome {
     pub exponents: Vec<f64>,
     /// Standard error of the largest, from block averages.
     pub stderr: f64,
-    /// Largest exponent from a twin trajectory, where one was marched.
+    /// Largest exponent from a twin trajectory, where one was integrated.
     pub twin: Option<f64>,
     /// Standard error of `twin`, from block averages.
     pub twin_stderr: Option<f64>,
@@ -135,15 +135,15 @@ impl LyapunovMethod {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NvhOutcome {
     /// Mean mesh deflection δ \[m\].
-    pub dte_mean: f64,
+    pub deflection_mean: f64,
     /// Root mean square of δ about its mean \[m\].
-    pub dte_rms: f64,
+    pub deflection_rms: f64,
     /// Largest minus smallest δ \[m\].
-    pub dte_pp: f64,
+    pub deflection_pp: f64,
     /// Largest |δ − mean| over RMS \[1\].
-    pub dte_crest: f64,
+    pub deflection_crest: f64,
     /// Fourth central moment over squared variance \[1\].
-    pub dte_kurtosis: f64,
+    pub deflection_kurtosis: f64,
     /// Amplitudes of δ at mesh orders 1, 2, … \[m\].
     pub harmonics: Vec<f64>,
     /// Amplitudes of δ at mesh orders 1/4, 1/3, 1/2, 2/3, 3/4 \[m\]; of a motion that does
@@ -196,9 +196,9 @@ pub struct DurationOutcome {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "named and described as in NvhOutcome")]
 pub struct NvhErrors {
-    pub dte_mean: f64,
-    pub dte_rms: f64,
-    pub dte_kurtosis: f64,
+    pub deflection_mean: f64,
+    pub deflection_rms: f64,
+    pub deflection_kurtosis: f64,
     pub harmonics: Vec<f64>,
     pub suborders: Vec<f64>,
     pub force_mean: f64,
@@ -303,7 +303,7 @@ pub struct PointOutcome {
     pub status: Status,
     /// One sentence: why this status and this class.
     pub reason: String,
-    /// Kind of motion; absent when the point was not marched to an end.
+    /// Kind of motion; absent when the point was not integrated to an end.
     pub class: Option<Class>,
     /// Lyapunov exponents, when asked for.
     pub lyapunov: Option<LyapunovOutcome>,
@@ -319,7 +319,7 @@ pub struct PointOutcome {
     pub energy_residual: Option<f64>,
     /// Tangencies met, over the whole simulation.
     pub grazing_count: u64,
-    /// Mesh cycles marched in all, transient and probes included (the twin not counted).
+    /// Mesh cycles integrated in all, transient and probes included (the twin not counted).
     pub cycles: u64,
     /// Mesh cycles measured.
     pub measured_cycles: u64,

@@ -2,7 +2,7 @@
 //!
 //! * strobe: once a mesh cycle, at a chosen mesh phase;
 //! * entry: on entry into drive contact, δ = +b with δ' > 0;
-//! * turning: where δ' changes its sign. All such places are found, in the derivative of
+//! * extremum: where δ' changes its sign. All such places are found, in the derivative of
 //!   each window's series, by its certified roots.
 //!
 //! At mesh phase 0 the trajectory itself is read; everything else is read off the windows
@@ -39,7 +39,7 @@ pub enum Section {
     /// On every entry into drive contact.
     Entry,
     /// At every extreme of the deflection.
-    Turning,
+    Extremum,
 }
 
 impl Default for Section {
@@ -167,7 +167,7 @@ impl Poincare {
 
     fn turn(&mut self, window: &Window<'_>) {
         let mut rising = self.rising;
-        turning_points(window, self.half_gap, &mut rising, |x, minimum| {
+        extrema(window, self.half_gap, &mut rising, |x, minimum| {
             let kind = match minimum {
                 true => SampleKind::Minimum,
                 false => SampleKind::Maximum,
@@ -180,7 +180,7 @@ impl Poincare {
 
 /// Every place of a window where δ' changes its sign, handed to `found` with whether δ has a
 /// minimum there. `rising` is whether δ' was last seen positive, kept from window to window.
-pub(super) fn turning_points(
+pub(super) fn extrema(
     window: &Window<'_>,
     half_gap: f64,
     rising: &mut Option<bool>,
@@ -204,7 +204,7 @@ impl Observer for Poincare {
             Section::Entry => {
                 self.end = Some((window.start + window.duration, at_end(window.deflection)));
             }
-            Section::Turning => self.turn(window),
+            Section::Extremum => self.turn(window),
         }
     }
 

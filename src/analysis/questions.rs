@@ -14,7 +14,7 @@ pub struct Questions {
     /// Most mesh cycles measured.
     pub cycles: u64,
     /// Whether attracting periodic orbits are sought by Newton's method, so that a settling
-    /// motion need not be marched out.
+    /// motion need not be integrated to the end.
     pub settle: bool,
     /// Mesh cycles over which the energy balance is audited; 0 for none.
     pub audit_cycles: u64,
@@ -38,7 +38,7 @@ pub struct LyapunovQuestion {
     pub stop_at_stderr: Option<f64>,
     /// Cycles that align the tangents after the transient, discarded.
     pub align: u64,
-    /// Whether a twin trajectory is marched beside the tangents.
+    /// Whether a twin trajectory is integrated beside the tangents.
     pub twin: bool,
     /// The norm in which growth is measured.
     pub norm: GrowthNorm,
@@ -62,6 +62,6 @@ pub struct NvhQuestion {
     pub harmonics: usize,
     /// Whether spectra of deflection and force are stored.
     pub spectrum: bool,
-    /// Whether bearing forces are rebuilt from the modes, which costs more than the march.
+    /// Whether bearing forces are rebuilt from the modes, which costs more than the integration.
     pub bearings: bool,
 }

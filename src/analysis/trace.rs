@@ -19,7 +19,7 @@ use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window
 /// What is traced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TraceQuestion {
-    /// Mesh cycles marched before anything is recorded.
+    /// Mesh cycles integrated before anything is recorded.
     pub skip: u64,
     /// Mesh cycles recorded.
     pub cycles: u64,
@@ -127,11 +127,11 @@ pub fn trace<K: Kernel, S: TraceSink>(
         None => question.skip.saturating_add(question.cycles),
         Some(_) => 0,
     };
-    for marched in 0..wanted {
-        let recording = marched >= question.skip;
+    for integrated in 0..wanted {
+        let recording = integrated >= question.skip;
         let result = if recording {
             watch.0.next = 0;
-            kernel.march(
+            kernel.advance_cycle(
                 &mut trajectory,
                 &mut none,
                 &mut workspace,
@@ -139,7 +139,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
                 &mut counters,
             )
         } else {
-            kernel.march(
+            kernel.advance_cycle(
                 &mut trajectory,
                 &mut none,
                 &mut workspace,

@@ -52,7 +52,7 @@ impl Twin {
         }
     }
 
-    /// The twin's own trajectory, to be marched by a kernel.
+    /// The twin's own trajectory, to be integrated by a kernel.
     pub fn trajectory(&mut self) -> &mut TrajectoryState {
         &mut self.trajectory
     }
@@ -64,7 +64,7 @@ impl Twin {
         self.averages.clear();
     }
 
-    /// To be called after every marched cycle of both: notes the growth, pulls the twin back.
+    /// To be called after every integrated cycle of both: notes the growth, pulls the twin back.
     pub fn cycle(&mut self, model: &Model, norm: &EnergyNorm, trajectory: &TrajectoryState) {
         self.largest = self.largest.max(norm.length(&trajectory.state));
         let apart = norm.distance(&self.trajectory.state, &trajectory.state);

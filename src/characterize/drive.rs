@@ -111,7 +111,7 @@ pub fn settled(model: &Model) -> Result<TrajectoryState, Trouble> {
     let mut trajectory = model.start(&InitialState::Static);
     let mut workspace = kernel.workspace();
     for _ in 0..TRANSIENT {
-        kernel.march(
+        kernel.advance_cycle(
             &mut trajectory,
             &mut Tangents::none(),
             &mut workspace,
@@ -158,7 +158,7 @@ mod tests {
         for _ in 0..50 {
             let mut none = Tangents::none();
             kernel
-                .march(
+                .advance_cycle(
                     &mut trajectory,
                     &mut none,
                     &mut workspace,

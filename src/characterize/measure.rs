@@ -16,7 +16,7 @@ pub struct Measured {
     pub times: Vec<Vec<f64>>,
     /// Bytes of one table, where it has tables.
     pub bytes: usize,
-    /// Work of a mesh cycle, where kernels march.
+    /// Work of a mesh cycle, where kernels integrate.
     pub work: Work,
     /// Why threads could not be bound, where they could not.
     pub unbound: Option<String>,
@@ -74,7 +74,7 @@ pub fn measure(
             modes,
             teams,
         } => {
-            let marched = solver::measure(
+            let integrated = solver::measure(
                 topology,
                 default,
                 built_tables,
@@ -85,10 +85,10 @@ pub fn measure(
                 pace,
             )?;
             Measured {
-                times: marched.times,
-                bytes: marched.bytes,
-                work: marched.work,
-                unbound: marched.unbound,
+                times: integrated.times,
+                bytes: integrated.bytes,
+                work: integrated.work,
+                unbound: integrated.unbound,
             }
         }
         Item::Mountain {

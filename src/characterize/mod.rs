@@ -9,7 +9,7 @@
 //! | `description` | what the system says of the machine |
 //! | `mountain`, `streaming`, `latency` | memory |
 //! | `operators` | dense products and the structured kernel over rotating tables |
-//! | `solver`, `tables` | marching on many threads, and copies of what is marched with |
+//! | `solver`, `tables` | integrating on many threads, and copies of what is integrated with |
 //! | `cliffs` | where costs jump, and at which cache |
 //! | `measure`, `outcome` | samples from items, figures from samples, the roofline |
 //! | `compare`, `machine_rate` | two machines; what a job would take on another one |
@@ -117,7 +117,7 @@ pub enum Part {
     Bandwidth,
     /// Dense products and the structured kernel over rotating tables.
     Operators,
-    /// Marching over threads, modes and kinds of tables.
+    /// Integrating over threads, modes and kinds of tables.
     Solver,
     /// Reading buffers by size and stride.
     Mountain,

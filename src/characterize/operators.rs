@@ -134,7 +134,7 @@ fn rotated(worked: Worked<Found>, what: &'static str) -> Result<Rotated, Trouble
     Ok(Rotated { worked, bytes })
 }
 
-/// Kernels with tables of their own that are marched in turn, the same cycles each.
+/// Kernels with tables of their own that are integrated in turn, the same cycles each.
 struct Round<'m> {
     kernels: Vec<Volterra<'m>>,
     start: TrajectoryState,
@@ -145,9 +145,9 @@ struct Round<'m> {
 }
 
 impl Round<'_> {
-    /// Marches so many cycles at the next points, always from the same start; gives the windows
+    /// Advances so many cycles at the next points, always from the same start; gives the windows
     /// that they took.
-    fn march(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
+    fn advance(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
         let mut counters = Counters::default();
         let mut workspace = self.kernels[0].workspace();
         let mut trajectory = self.start.clone();
@@ -155,7 +155,7 @@ impl Round<'_> {
             self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
             trajectory.clone_from(&self.start);
             for _ in 0..cycles {
-                let ended = self.kernels[self.at].march(
+                let ended = self.kernels[self.at].advance_cycle(
                     &mut trajectory,
                     &mut Tangents::none(),
                     &mut workspace,
@@ -201,7 +201,7 @@ pub fn points(
             };
             for &count in counts {
                 let stays = team::rounds_for(REPETITION, |stays| {
-                    round.march(count, stays, STAY);
+                    round.advance(count, stays, STAY);
                 });
                 round.stays.push(stays);
             }
@@ -209,18 +209,18 @@ pub fn points(
         },
         // Once round, so that what fits a cache is there.
         |round: &mut Round<'_>, task| {
-            round.march(counts[task], counts[task], 1);
+            round.advance(counts[task], counts[task], 1);
         },
         |round: &mut Round<'_>, task| {
-            round.march(counts[task], round.stays[task], STAY);
+            round.advance(counts[task], round.stays[task], STAY);
         },
         |mut round| {
-            let windows = round.march(1, 1, STAY) as f64;
+            let windows = round.advance(1, 1, STAY) as f64;
             let pieces: Vec<f64> = round.stays.iter().map(|&n| n as f64 * windows).collect();
             (!round.stopped, round.kernels[0].bytes(), pieces)
         },
     )?;
-    rotated(worked, "marching in turn")
+    rotated(worked, "integrating in turn")
 }
 
 #[cfg(test)]

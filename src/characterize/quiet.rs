@@ -50,15 +50,15 @@ impl<'m> Probe<'m> {
         })
     }
 
-    /// Marches some cycles, the same ones each time.
-    fn march(&self, workspace: &mut <Volterra<'m> as Kernel>::Workspace) {
+    /// Advances some cycles, the same ones each time.
+    fn advance(&self, workspace: &mut <Volterra<'m> as Kernel>::Workspace) {
         let mut trajectory = self.start.clone();
         for _ in 0..CYCLES {
             let mut none = Tangents::none();
             let mut counters = Counters::default();
             let kernel = &self.kernel;
             // It went this way before.
-            _ = kernel.march(
+            _ = kernel.advance_cycle(
                 &mut trajectory,
                 &mut none,
                 workspace,
@@ -75,9 +75,18 @@ impl<'m> Probe<'m> {
             least: TIMES,
             most: TIMES,
         };
-        let march = |workspace: &mut _, _| self.march(workspace);
+        let integrate = |workspace: &mut _, _| self.advance(workspace);
         let prepare = |_| Ok(self.kernel.workspace());
-        let worked = team::work(topology, seats, 1, pace, prepare, march, march, |_| ())?;
+        let worked = team::work(
+            topology,
+            seats,
+            1,
+            pace,
+            prepare,
+            integrate,
+            integrate,
+            |_| (),
+        )?;
         Ok(worked
             .times
             .into_iter()
@@ -117,7 +126,7 @@ impl<'a> QuietMachine<'a> {
         self.patience += patience;
     }
 
-    /// Waits until marching on these seats is as fast as it ever was, measures, and measures
+    /// Waits until integrating on these seats is as fast as it ever was, measures, and measures
     /// once more if it is slowed after that, as long as there is patience. Gives what was
     /// measured, once or twice.
     ///
@@ -154,7 +163,7 @@ impl<'a> QuietMachine<'a> {
         Ok(measured)
     }
 
-    /// Looks until marching is fast, or patience ends; whether it is fast.
+    /// Looks until integrating is fast, or patience ends; whether it is fast.
     fn settle(
         &mut self,
         members: usize,
@@ -188,7 +197,7 @@ impl<'a> QuietMachine<'a> {
         self.waited
     }
 
-    /// Part of the measurements that marching was slowed before or after; none before the first.
+    /// Part of the measurements that integrating was slowed before or after; none before the first.
     pub fn slowed(&self) -> Option<f64> {
         let part = self.slowed as f64 / self.measurements as f64;
         (self.measurements > 0).then_some(part)
@@ -244,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn every_seat_marches() {
+    fn every_core_advances() {
         let topology = Topology::current().unwrap();
         let thread = topology.cores[0].threads[0];
         let default = drive::DefaultDrive::new().unwrap();

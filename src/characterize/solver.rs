@@ -1,7 +1,7 @@
-//! Solver scaling: teams that march the default drive with one table for all, a table a node, or
+//! Solver scaling: teams that integrate the default drive with one table for all, a table a node, or
 //! the tables of eight operating points.
 //!
-//! Every member marches the same trajectories over the same cycles in every repetition, so that all
+//! Every member advances the same trajectories over the same cycles in every repetition, so that all
 //! have the same work and must end in the same bits.
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT};
@@ -38,9 +38,9 @@ pub struct Work {
     pub distinct: f64,
 }
 
-/// What marching gave.
+/// What integrating gave.
 #[derive(Debug)]
-pub struct Marched {
+pub struct Integrated {
     /// Time of a cycle on every team: of a repetition, over the cycles of all members \[s\].
     pub times: Vec<Vec<f64>>,
     /// Bytes of the tables of one operating point.
@@ -104,7 +104,7 @@ impl Tabled for Fused<'_> {
     }
 }
 
-/// Marches on every team.
+/// Advances on every team.
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
@@ -114,7 +114,7 @@ pub fn measure(
     modes: usize,
     teams: &[Vec<Seat>],
     pace: Pace,
-) -> Result<Marched, Trouble> {
+) -> Result<Integrated, Trouble> {
     let structure = default.structure(modes)?;
     let loads = match sharing {
         Sharing::Eight => &LOADS[..],
@@ -139,7 +139,7 @@ pub fn measure(
         Solver::Volterra => {
             let build = |_| Ok(models.iter().map(drive::volterra).collect());
             let shelves = on_each(topology, &nodes, build)?;
-            march(topology, &models, &nodes, &shelves, teams, pace)
+            advance(topology, &models, &nodes, &shelves, teams, pace)
         }
         Solver::Spectral => {
             let built = || Ok(Spectral::new(&models[0], CELLS, EVENT_LIMIT, None)?.arrays());
@@ -152,7 +152,7 @@ pub fn measure(
                     })
                     .collect()
             })?;
-            march(topology, &models, &nodes, &shelves, teams, pace)
+            advance(topology, &models, &nodes, &shelves, teams, pace)
         }
         Solver::Fused => {
             let built = || Ok(Fused::new(&models[0], CELLS, EVENT_LIMIT)?.arrays());
@@ -163,7 +163,7 @@ pub fn measure(
                     .map(|(model, cast)| Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, cast)?))
                     .collect()
             })?;
-            march(topology, &models, &nodes, &shelves, teams, pace)
+            advance(topology, &models, &nodes, &shelves, teams, pace)
         }
     }
 }
@@ -200,18 +200,18 @@ fn on_each<T: Send>(
     nodes.iter().enumerate().map(shelf).collect()
 }
 
-/// Marches on every team; a shelf holds the kernels of a node, one an operating point.
-fn march<K: Tabled + Sync>(
+/// Advances on every team; a shelf holds the kernels of a node, one an operating point.
+fn advance<K: Tabled + Sync>(
     topology: &Topology,
     models: &[Model],
     nodes: &[u32],
     shelves: &[Vec<K>],
     teams: &[Vec<Seat>],
     pace: Pace,
-) -> Result<Marched, Trouble> {
+) -> Result<Integrated, Trouble> {
     let starts = (models.iter().map(drive::settled)).collect::<Result<Vec<_>, _>>()?;
     let counted = counted(&shelves[0], &starts)?;
-    let mut marched = Marched {
+    let mut integrated = Integrated {
         times: vec![Vec::new(); teams.len()],
         bytes: shelves[0][0].table_bytes(),
         work: shelves[0][0].work(&counted),
@@ -226,11 +226,11 @@ fn march<K: Tabled + Sync>(
             pace,
             |member| {
                 let own = nodes.iter().position(|&node| node == team[member].node);
-                Ok(Marcher::new(&shelves[own.unwrap_or(0)], &starts, member))
+                Ok(Integrator::new(&shelves[own.unwrap_or(0)], &starts, member))
             },
-            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
-            |marcher: &mut Marcher<'_, K>, _| marcher.repeat(),
-            Marcher::end,
+            |integrator: &mut Integrator<'_, K>, _| integrator.repeat(),
+            |integrator: &mut Integrator<'_, K>, _| integrator.repeat(),
+            Integrator::end,
         )?;
         let mut ends = Vec::new();
         for end in worked.results {
@@ -238,28 +238,28 @@ fn march<K: Tabled + Sync>(
         }
         if ends.windows(2).any(|pair| pair[0] != pair[1]) {
             return Err(Trouble::Wrong {
-                what: "marching on several threads",
+                what: "integrating on several threads",
             });
         }
         let cycles = (team.len() * STAY * models.len()) as f64;
         let times = worked.times.into_iter().flatten();
-        marched.times[index].extend(times.map(|time| time / cycles));
-        marched.unbound = marched.unbound.or(worked.unbound);
+        integrated.times[index].extend(times.map(|time| time / cycles));
+        integrated.unbound = integrated.unbound.or(worked.unbound);
     }
-    Ok(marched)
+    Ok(integrated)
 }
 
 /// The work of a repetition.
 fn counted<K: Tabled>(kernels: &[K], starts: &[TrajectoryState]) -> Result<Counters, Trouble> {
-    let mut marcher = Marcher::new(kernels, starts, 0);
-    marcher.repeat();
-    let counters = marcher.counters;
-    marcher.end()?;
+    let mut integrator = Integrator::new(kernels, starts, 0);
+    integrator.repeat();
+    let counters = integrator.counters;
+    integrator.end()?;
     Ok(counters)
 }
 
 /// A member's trajectories.
-struct Marcher<'k, K: Kernel> {
+struct Integrator<'k, K: Kernel> {
     kernels: &'k [K],
     starts: &'k [TrajectoryState],
     trajectories: Vec<TrajectoryState>,
@@ -271,7 +271,7 @@ struct Marcher<'k, K: Kernel> {
     stopped: Option<Stop>,
 }
 
-impl<'k, K: Kernel> Marcher<'k, K> {
+impl<'k, K: Kernel> Integrator<'k, K> {
     fn new(kernels: &'k [K], starts: &'k [TrajectoryState], index: usize) -> Self {
         Self {
             kernels,
@@ -284,13 +284,13 @@ impl<'k, K: Kernel> Marcher<'k, K> {
         }
     }
 
-    /// Marches [`STAY`] cycles at every point, from its start.
+    /// Advances [`STAY`] cycles at every point, from its start.
     fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
             self.trajectories[point].clone_from(&self.starts[point]);
             for _ in 0..STAY {
-                let ended = self.kernels[point].march(
+                let ended = self.kernels[point].advance_cycle(
                     &mut self.trajectories[point],
                     &mut Tangents::none(),
                     &mut self.workspaces[point],
@@ -330,7 +330,7 @@ mod tests {
     /// All kernels on two members that share a core: equal ends, times, and work that says what
     /// the tables are.
     #[test]
-    fn kernels_march_on_teams_and_count_their_work() {
+    fn kernels_advance_on_teams_and_count_their_work() {
         let topology = Topology::current().unwrap();
         let default = DefaultDrive::new().unwrap();
         let thread = topology.cores[0].threads[0];
@@ -352,11 +352,11 @@ mod tests {
                 .unwrap()
             };
             for &solver in Solver::VARIANTS {
-                let marched = measured(solver);
-                assert_eq!(marched.times.len(), 2);
-                assert!(marched.times.iter().flatten().all(|time| *time > 0.0));
-                assert!(marched.work.numbers > 0.0);
-                assert!(marched.work.distinct <= marched.bytes as f64);
+                let integrated = measured(solver);
+                assert_eq!(integrated.times.len(), 2);
+                assert!(integrated.times.iter().flatten().all(|time| *time > 0.0));
+                assert!(integrated.work.numbers > 0.0);
+                assert!(integrated.work.distinct <= integrated.bytes as f64);
             }
             // A dense table is read once a cycle, a structured one more often.
             let dense = measured(Solver::Spectral).work;

@@ -5,8 +5,8 @@ use super::{BAD_INPUT, answer, fail, portable};
 use crate::analysis::{GrowthNorm, Section};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    self, Carried, CourseSpec, DampingSpec, Job, ManifestErrors, PointSpec, StiffnessSpec,
-    TableSpec,
+    self, Carried, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
+    StiffnessSpec,
 };
 use crate::propagate::KernelChoice;
 use clap::Args;
@@ -32,7 +32,7 @@ const MOST_CHARACTERS: usize = 2000;
 /// Values of an axis that programs are given.
 const MOST_VALUES: usize = 10_000;
 
-/// Checks a manifest: status 0 when it is sound, 2 when it is not.
+/// Checks a manifest: status 0 when it is valid, 2 when it is not.
 pub fn run(args: &CheckArgs) -> ExitCode {
     match manifest::load(&args.manifest) {
         Ok(job) => {
@@ -89,7 +89,7 @@ fn summary(name: &str, job: &Job) -> String {
         .points
         .first()
         .map_or(Vec::new(), |first| describe(job, &first));
-    let mut text = format!("{}: sound\n\n", printable(name));
+    let mut text = format!("{}: valid\n\n", printable(name));
     for (head, line) in lines {
         text += format!("{head:<11} {}", clipped(&line, MOST_CHARACTERS)).trim_end();
         text.push('\n');
@@ -252,10 +252,10 @@ fn stiffness(job: &Job) -> String {
     )
 }
 
-fn tabled(job: &Job, table: &TableSpec) -> String {
-    let course = match table.course {
-        CourseSpec::Segments(count) => format!("{count} segments"),
-        CourseSpec::Continuous => "continuous".to_owned(),
+fn tabled(job: &Job, table: &MeshTableSpec) -> String {
+    let course = match table.division {
+        CycleDivision::Segments(count) => format!("{count} segments"),
+        CycleDivision::Continuous => "continuous".to_owned(),
     };
     let misalignment = range(job.points.variants().iter().map(|v| v.mesh.misalignment));
     format!(
@@ -289,7 +289,7 @@ fn analyses(point: &PointSpec) -> String {
             Section::Strobe { phase: 0.0 } => String::new(),
             Section::Strobe { phase } => format!(" at mesh phase {phase}"),
             Section::Entry => " on entry into drive contact".to_owned(),
-            Section::Turning => " at turning points".to_owned(),
+            Section::Extremum => " at extrema".to_owned(),
         };
         let refine = match poincare.refine {
             0 => String::new(),
@@ -399,7 +399,7 @@ fn job_json(name: &str, job: &Job) -> Value {
     );
     let first = job.points.first();
     json!({
-        "sound": true,
+        "valid": true,
         "file": name,
         "job": job.name,
         "seed": job.seed,
@@ -455,5 +455,5 @@ fn errors_json(errors: &ManifestErrors) -> Value {
             })
         })
         .collect();
-    json!({ "sound": false, "errors_found": errors.count(), "errors": list })
+    json!({ "valid": false, "errors_found": errors.count(), "errors": list })
 }

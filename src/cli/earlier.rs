@@ -125,8 +125,7 @@ mod tests {
     #[test]
     fn what_differs_is_shown_without_comments() {
         let there = "# a job\n[mesh]\nhalf_gap  = \"15 um\"  # half\n\n[run]\ncycles = 3\n";
-        let here =
-            "[mesh]\nhalf_gap = \"16 um\"\n[run] # marching\ncycles = 3\nkernel = \"volterra\"\n";
+        let here = "[mesh]\nhalf_gap = \"16 um\"\n[run] # integrating\ncycles = 3\nkernel = \"volterra\"\n";
         assert_eq!(
             difference(there, here),
             "what differs (- there, + here):\n  - half_gap = \"15 um\"\n  + half_gap = \"16 um\"\n  + kernel = \"volterra\""

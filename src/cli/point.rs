@@ -93,7 +93,7 @@ pub enum PointError {
     Missing {
         /// The axes with their values.
         axes: String,
-        /// A sound argument.
+        /// A valid argument.
         example: String,
     },
 }
@@ -304,7 +304,7 @@ fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
     })
 }
 
-/// A sound argument: what was typed, and the first value of each axis that was not.
+/// A valid argument: what was typed, and the first value of each axis that was not.
 fn example(job: &Job, typed: &[Option<(&str, f64)>]) -> String {
     let parts: Vec<String> = (job.axes.iter().zip(typed))
         .filter(|(axis, typed)| typed.is_some() || axis.values.len() > 1)

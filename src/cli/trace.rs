@@ -35,7 +35,7 @@ pub struct TraceArgs {
     /// Mesh cycles recorded.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub cycles: u64,
-    /// Mesh cycles marched before [default: run.transient of the manifest].
+    /// Mesh cycles integrated before [default: run.transient of the manifest].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
     pub skip: Option<u64>,
     /// Samples a mesh cycle, evenly spaced from mesh phase 0.
@@ -55,7 +55,7 @@ pub struct TraceArgs {
 }
 
 /// Traces one operating point: status 0 when done, 2 for bad input, 3 where the trajectory
-/// could not be marched to the end.
+/// could not be integrated to the end.
 pub fn run(args: &TraceArgs) -> ExitCode {
     let job = match check::admit(&args.manifest) {
         Ok(job) => job,
@@ -141,7 +141,7 @@ enum RecordError {
     Build(#[from] build::BuildError),
 }
 
-/// Marches, and writes the files as it goes.
+/// Advances, and writes the files as it goes.
 fn record(
     job: &Job,
     point: &ChosenPoint,

@@ -25,12 +25,12 @@ const MAX_FAULTY: usize = 1000;
 
 /// How often a fault was seen.
 #[derive(Debug)]
-struct Sighting {
+struct Occurrence {
     index: usize,
     combinations: usize,
 }
 
-type Faults = HashMap<(DiagnosticKind, Span, String), Sighting>;
+type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 
 /// Nodes of the tree that may be resolved, over all combinations that are judged: a tenth of a
 /// second.
@@ -102,11 +102,11 @@ pub(super) fn expand(
     if numbers.is_some() {
         hash.in_part(tree);
     }
-    for sighting in faults
+    for occurrence in faults
         .values()
-        .filter(|sighting| sighting.combinations == tried)
+        .filter(|occurrence| occurrence.combinations == tried)
     {
-        issues.found[sighting.index].at_point = None;
+        issues.found[occurrence.index].at_point = None;
     }
     Judged { variants, numbers }
 }
@@ -187,8 +187,8 @@ fn sift(
         if !seen_here.insert(identity.clone()) {
             continue;
         }
-        if let Some(sighting) = faults.get_mut(&identity) {
-            sighting.combinations += 1;
+        if let Some(occurrence) = faults.get_mut(&identity) {
+            occurrence.combinations += 1;
             continue;
         }
         let own_file = diagnostic.span.source == 0 && diagnostic.kind != DiagnosticKind::Unreadable;
@@ -198,7 +198,7 @@ fn sift(
         };
         faults.insert(
             identity,
-            Sighting {
+            Occurrence {
                 index: issues.found.len(),
                 combinations: 1,
             },

@@ -98,14 +98,14 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let axes = grid::read(&root, &mut issues);
 
     // The values of a grid that is too large are not looked at.
-    let counted = axes.sound.iter().filter(|_| !axes.too_large);
+    let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     let mut context = Context::new(base_dir);
     let judged = expand::expand(
         &mut tree,
-        &axes.sound,
+        &axes.valid,
         !axes.too_large,
         &mut issues,
         &mut context,
@@ -127,8 +127,8 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
                 let poincare = variant.analyses.poincare;
                 poincare.is_some_and(|asked| asked.refine > 0)
             };
-            let plain: Vec<Axis> = axes.sound.iter().map(|axis| axis.axis.clone()).collect();
-            let between = Between::new(tree, axes.sound, context);
+            let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
+            let between = Between::new(tree, axes.valid, context);
             let variants = Expansion::new(judged, between.clone());
             let points = Points::new(variants, &plain, axes.carried.as_ref());
             let refine = points.variants().iter().any(refined);

@@ -20,7 +20,7 @@ pub struct Variant {
     pub mesh: MeshSpec,
     /// Transmission error and torque ripple.
     pub excitation: Arc<ExcitationSpec>,
-    /// How to march.
+    /// How to integrate.
     pub run: Arc<RunSpec>,
     /// What to compute.
     pub analyses: Arc<Analyses>,
@@ -83,7 +83,7 @@ impl Points {
         self.variants.judged()
     }
 
-    /// Where a point stands in the row-major grid, and which way its chain marches.
+    /// Where a point stands in the row-major grid, and which way its chain runs.
     fn place(&self, id: usize) -> (usize, Option<Direction>) {
         assert!(id < self.len(), "point {id} of {}", self.len());
         match &self.chains {
@@ -160,9 +160,9 @@ impl Points {
 }
 
 impl Chains {
-    /// Where a point stands in the row-major grid, and which way its chain marches.
+    /// Where a point stands in the row-major grid, and which way its chain runs.
     ///
-    /// A *chain* is the points along the swept axis in marching order, all other axes and the
+    /// A *chain* is the points along the swept axis in sweep order, all other axes and the
     /// direction held. Other axes vary slowest, then the direction (up before down), then the
     /// swept axis.
     fn place(&self, id: usize) -> (usize, Option<Direction>) {

@@ -3,7 +3,7 @@
 
 mod mesh;
 
-pub use mesh::{CourseSpec, DampingSpec, MeshSpec, StiffnessSpec, TableSpec, TwoLevels};
+pub use mesh::{CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels};
 
 use super::axis::{AxisKey, AxisValues};
 use super::expand::Between;
@@ -76,11 +76,11 @@ pub struct Carried {
     /// How many values it has: points of a chain.
     pub length: usize,
     /// The directions in which it is swept. `point_id` counts over the other axes, slowest
-    /// first, then over these, then over the values in marching order: a chain is a range.
+    /// first, then over these, then over the values in sweep order: a chain is a range.
     pub directions: Vec<Direction>,
 }
 
-/// Which way a sweep marches along its axis.
+/// Which way a sweep runs along its axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub enum Direction {
     /// Towards larger values.
@@ -123,7 +123,7 @@ impl Axis {
 pub struct PointSpec {
     /// Its number, from 0.
     pub point_id: u64,
-    /// Which way its sweep marches; none where points are independent.
+    /// Which way its sweep runs; none where points are independent.
     pub direction: Option<Direction>,
     /// Value of each axis at this point, in the order of [`Job::axes`].
     pub axis_values: Vec<f64>,
@@ -137,7 +137,7 @@ pub struct PointSpec {
     pub mesh: MeshSpec,
     /// Transmission error and torque ripple.
     pub excitation: Arc<ExcitationSpec>,
-    /// How to march.
+    /// How to integrate.
     pub run: Arc<RunSpec>,
     /// What to compute.
     pub analyses: Arc<Analyses>,
@@ -223,7 +223,7 @@ pub struct ExcitationSpec {
     pub torque_ripple: Vec<TorqueRipple>,
 }
 
-/// How to march.
+/// How to integrate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunSpec {
     /// Mesh cycles discarded before anything is measured.
@@ -234,7 +234,7 @@ pub struct RunSpec {
     pub kernel: KernelChoice,
     /// Where the state starts.
     pub initial: InitialState,
-    /// Whether attracting periodic orbits are sought by Newton's method instead of marched
+    /// Whether attracting periodic orbits are sought by Newton's method instead of integrated
     /// out.
     pub settle: bool,
     /// Cycles over which the energy balance is audited.

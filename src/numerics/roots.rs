@@ -4,7 +4,7 @@
 //! Certificates make it safe: where `|a[0]| > Σ_{n≥1}|a[n]|` there is no root; where the
 //! derivative's series satisfies the same there is at most one. Anything else is halved,
 //! left half first, so that neither of two close roots can be skipped. What stays
-//! undecided when the whole sub-series has sunk into round-off is a tangency.
+//! undecided when the whole sub-series lies within round-off is a tangency.
 
 use super::arithmetic::{Arithmetic, Bounds, Portable};
 use super::legendre::{self, SAMPLES, Transforms, sample_place};

@@ -91,7 +91,7 @@ impl KernelChoice {
 
     /// Builds the kernel of a model and uses it.
     ///
-    /// * `event_limit`: most events in a mesh cycle before marching stops.
+    /// * `event_limit`: most events in a mesh cycle before integration stops.
     /// * `kept`: hands over kept tables.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 /// Work done by a kernel; tests snapshot it, so that a change in an algorithm shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Mesh cycles marched.
+    /// Mesh cycles integrated.
     pub cycles: u64,
     /// Windows (or steps) solved.
     pub windows: u64,

@@ -25,7 +25,7 @@ const DEFLATION_NOISE: f64 = 64.0;
 
 /// A window's deflection, and what is known of it.
 #[derive(Debug, Clone, Copy)]
-pub struct Course<'a, const P: usize> {
+pub struct WindowDeflection<'a, const P: usize> {
     /// Legendre series of δ \[m\].
     pub series: &'a [f64; P],
     /// Contact state where the window starts.
@@ -42,18 +42,18 @@ pub struct Course<'a, const P: usize> {
 #[inline(always)]
 pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
-    course: Course<'_, P>,
+    deflection: WindowDeflection<'_, P>,
     half_gap: f64,
     limit: f64,
     counters: &mut Counters,
 ) -> Option<Crossing> {
-    let Course {
+    let WindowDeflection {
         series,
         contact,
         crossed,
         noise,
         widening,
-    } = course;
+    } = deflection;
     let mut take = |search: Search, surface: Surface| {
         counters.bisections += u64::from(search.bisections);
         counters.newton_steps += u64::from(search.newton_steps);
@@ -73,7 +73,7 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     };
     if !contact.touching()
         && widening.is_none()
-        && let Some(surface) = ahead::<P, A>(transforms, course, half_gap)
+        && let Some(surface) = ahead::<P, A>(transforms, deflection, half_gap)
     {
         let search = exit_of_falling::<P, A>(transforms, &margin(surface), limit);
         counters.certified += u64::from(search.certified);
@@ -107,10 +107,10 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
 #[inline(always)]
 fn ahead<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
-    course: Course<'_, P>,
+    deflection: WindowDeflection<'_, P>,
     half_gap: f64,
 ) -> Option<Surface> {
-    let slope = A::derivative(transforms, course.series);
+    let slope = A::derivative(transforms, deflection.series);
     if slope[0].abs() <= A::bounds(&slope).variation {
         return None;
     }
@@ -118,9 +118,9 @@ fn ahead<const P: usize, A: Arithmetic<P>>(
         true => (Surface::Drive, Surface::Coast),
         false => (Surface::Coast, Surface::Drive),
     };
-    let start = A::bounds(course.series).start;
-    let beyond = start.abs() > half_gap && course.crossed != Some(behind);
-    if beyond || course.crossed == Some(surface) {
+    let start = A::bounds(deflection.series).start;
+    let beyond = start.abs() > half_gap && deflection.crossed != Some(behind);
+    if beyond || deflection.crossed == Some(surface) {
         return None;
     }
     Some(surface)
@@ -141,14 +141,14 @@ mod tests {
         let nodes = *t.nodes();
         let series = t.interpolate(&std::array::from_fn(|j| f(nodes[j])));
         let mut counters = Counters::default();
-        let course = Course {
+        let deflection = WindowDeflection {
             series: &series,
             contact,
             crossed,
             noise: 1e-14,
             widening: None,
         };
-        let found = first_crossing::<_, Portable>(t, course, 1.0, 1.0, &mut counters);
+        let found = first_crossing::<_, Portable>(t, deflection, 1.0, 1.0, &mut counters);
         (found, counters)
     }
 

@@ -1,10 +1,10 @@
-//! Marches that end soon after they are called off, in the midst of a cycle.
+//! Integrations that end soon after they are called off, in the midst of a cycle.
 
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::TrajectoryState;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A kernel that looks at a flag before every window, and stops once it is raised. What it marches
+/// A kernel that looks at a flag before every window, and stops once it is raised. What it advances
 /// keeps its bits.
 #[derive(Debug, Clone, Copy)]
 pub struct Interruptible<'a, K> {
@@ -13,7 +13,7 @@ pub struct Interruptible<'a, K> {
 }
 
 impl<'a, K: Kernel> Interruptible<'a, K> {
-    /// The kernel, with the flag that ends its marches.
+    /// The kernel, with the flag that ends its integrations.
     pub fn new(kernel: &'a K, called_off: &'a AtomicBool) -> Self {
         Self { kernel, called_off }
     }
@@ -32,7 +32,7 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
         self.kernel.exact()
     }
 
-    fn march<O: Observer>(
+    fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
@@ -44,7 +44,7 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
             observer,
             called_off: self.called_off,
         };
-        (self.kernel).march(trajectory, tangents, workspace, &mut attentive, counters)
+        (self.kernel).advance_cycle(trajectory, tangents, workspace, &mut attentive, counters)
     }
 }
 

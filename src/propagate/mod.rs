@@ -1,9 +1,9 @@
-//! Kernels that march the piecewise-linear system, and what they share: events, saltation,
+//! Kernels that integrate the piecewise-linear system, and what they share: events, saltation,
 //! observers, work counters.
 //!
-//! A kernel is built for one [`Model`], owns no state, and marches
+//! A kernel is built for one [`Model`], owns no state, and advances
 //! whole mesh cycles: the caller supplies the trajectory, the tangents and the workspace,
-//! and a marched cycle allocates nothing. Kernels are statically dispatched over the
+//! and an integrated cycle allocates nothing. Kernels are statically dispatched over the
 //! observer, so that what nobody watches is not computed.
 
 mod choice;
@@ -41,7 +41,7 @@ pub fn instructions() -> &'static str {
     }
 }
 
-/// Why a trajectory cannot be marched on.
+/// Why a trajectory cannot be integrated further.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Stop {
     /// The state left every physical range or became non-finite.
@@ -50,7 +50,7 @@ pub enum Stop {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// The state that the march was to start from is out of range already.
+    /// The state that the integration was to start from is out of range already.
     #[error(
         "the start is {half_gaps:.1e} half gaps away, and motion beyond {farthest:.0e} of them \
          counts as diverged; set a nearer run.initial"
@@ -114,13 +114,13 @@ pub trait Kernel {
         }
     }
 
-    /// Marches one mesh cycle: advances `trajectory` and every tangent, shows windows and
+    /// Integrates one mesh cycle: advances `trajectory` and every tangent, shows windows and
     /// events to `observer`, adds the work done to `counters`.
     ///
     /// # Errors
     /// [`Stop`] where the trajectory diverges, more than the kernel's limit of events
     /// falls in this cycle, or the observer calls it off; `trajectory` is then unspecified.
-    fn march<O: Observer>(
+    fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
@@ -129,10 +129,10 @@ pub trait Kernel {
         counters: &mut Counters,
     ) -> Result<(), Stop>;
 
-    /// Marches some mesh cycles without tangents.
+    /// Advances some mesh cycles without tangents.
     ///
     /// # Errors
-    /// As [`Kernel::march`]; `counters` has the cycles before.
+    /// As [`Kernel::integrate`]; `counters` has the cycles before.
     fn advance<O: Observer>(
         &self,
         cycles: u64,
@@ -143,7 +143,7 @@ pub trait Kernel {
     ) -> Result<(), Stop> {
         let mut none = Tangents::none();
         for _ in 0..cycles {
-            self.march(trajectory, &mut none, workspace, observer, counters)?;
+            self.advance_cycle(trajectory, &mut none, workspace, observer, counters)?;
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! What a kernel shows of a trajectory while it marches.
+//! What a kernel shows of a trajectory while it advances.
 
 use crate::model::{Contact, Segment, Surface};
 
@@ -56,7 +56,7 @@ pub trait Observer {
     /// The contact state changed.
     fn event(&mut self, event: &Event);
 
-    /// Whether the march is to end here; asked before every window.
+    /// Whether the integration is to end here; asked before every window.
     fn called_off(&self) -> bool {
         false
     }

@@ -1,4 +1,4 @@
-//! Marches a model from breakpoint to breakpoint and records its crossings.
+//! Advances a model from breakpoint to breakpoint and records its crossings.
 
 use super::crossing::{Margin, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
@@ -7,7 +7,7 @@ use crate::model::{Contact, MeshGain, Model, Segment, Surface, TrajectoryState};
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
 
-/// Most changes of contact state in one mesh cycle before the march is given up.
+/// Most changes of contact state in one mesh cycle before the integration is given up.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
 
 /// A change of contact state.
@@ -25,7 +25,7 @@ pub struct Crossing {
     pub rate: f64,
 }
 
-/// What a march leaves.
+/// What an integration leaves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Passage {
     /// The trajectory at its end.
@@ -34,7 +34,7 @@ pub struct Passage {
     pub crossings: Vec<Crossing>,
 }
 
-/// Why a march was given up.
+/// Why an integration was given up.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ReferenceError {
     /// The state became non-finite.
@@ -84,13 +84,13 @@ impl<'m> Reference<'m> {
         self
     }
 
-    /// Marches `cycles` whole mesh cycles from `start`.
+    /// Advances `cycles` whole mesh cycles from `start`.
     ///
     /// # Errors
     /// [`ReferenceError`] where the state becomes non-finite or the contact chatters.
-    pub fn march(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, ReferenceError> {
+    pub fn advance(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, ReferenceError> {
         let n = start.state.len();
-        let mut march = March {
+        let mut integration = Integration {
             reference: self,
             cycle: start.cycle,
             contact: start.contact,
@@ -101,15 +101,15 @@ impl<'m> Reference<'m> {
             crossings: Vec::new(),
         };
         for _ in 0..cycles {
-            march.one_cycle()?;
+            integration.one_cycle()?;
         }
         Ok(Passage {
             end: TrajectoryState {
-                state: march.state.value,
-                contact: march.contact,
-                cycle: march.cycle,
+                state: integration.state.value,
+                contact: integration.contact,
+                cycle: integration.cycle,
             },
-            crossings: march.crossings,
+            crossings: integration.crossings,
         })
     }
 }
@@ -154,8 +154,8 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
         .max(1.0 / model.period())
 }
 
-/// A march under way.
-struct March<'r> {
+/// An integration under way.
+struct Integration<'r> {
     reference: &'r Reference<'r>,
     cycle: u64,
     contact: Contact,
@@ -167,7 +167,7 @@ struct March<'r> {
     crossings: Vec<Crossing>,
 }
 
-impl March<'_> {
+impl Integration<'_> {
     fn one_cycle(&mut self) -> Result<(), ReferenceError> {
         let cycle = &self.reference.model.cycle;
         let mut changes = 0;
@@ -203,7 +203,7 @@ impl March<'_> {
         }
     }
 
-    /// Marches to the end of the segment or to the next crossing; gives the time reached.
+    /// Advances to the end of the segment or to the next crossing; gives the time reached.
     fn smooth_piece(
         &mut self,
         segment: &Segment,
@@ -371,7 +371,7 @@ mod tests {
         let model = model(3.0, 4.0);
         let start = TrajectoryState::new(&model, vec![f64::NAN, 0.0], 7);
         assert_eq!(
-            Reference::new(&model).march(&start, 1),
+            Reference::new(&model).advance(&start, 1),
             Err(ReferenceError::NonFinite { cycle: 7 })
         );
     }

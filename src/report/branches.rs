@@ -46,7 +46,7 @@ pub struct Attractor {
     /// Its standard error.
     pub lambda_stderr: Option<f64>,
     /// RMS of the deflection about its mean \[m\].
-    pub dte_rms: Option<f64>,
+    pub deflection_rms: Option<f64>,
     /// Largest |mesh force| \[N\].
     pub force_peak: Option<f64>,
     /// Contact-state changes per cycle.
@@ -91,7 +91,7 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
     let classes = table.text("class")?;
     let column = |name: &str| table.f64(name);
     let (lambda, stderr) = (column("lambda")?, column("lambda_stderr")?);
-    let (rms, peak) = (column("dte_rms")?, column("force_peak")?);
+    let (rms, peak) = (column("deflection_rms")?, column("force_peak")?);
     let events = column("events_per_cycle")?;
     let (share, low) = (column("basin_share")?, column("basin_low")?);
     let high = column("basin_high")?;
@@ -107,7 +107,7 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
         period: periods[row],
         lambda: lambda[row],
         lambda_stderr: stderr[row],
-        dte_rms: rms[row],
+        deflection_rms: rms[row],
         force_peak: peak[row],
         events_per_cycle: events[row],
         probes: probes[row].unwrap_or_default(),
@@ -197,7 +197,7 @@ pub fn render_branches(summary: &Summary) -> String {
         let percent = |share: f64| format!("{:.1}", 100.0 * share);
         let [low, high] = attractor.interval.map(percent);
         let rms = attractor
-            .dte_rms
+            .deflection_rms
             .map_or("–".into(), |rms| number(1e6 * rms));
         _ = writeln!(
             text,
@@ -241,7 +241,7 @@ fn distance(a: &Attractor, b: &Attractor) -> f64 {
         (Some(a), Some(b)) if a == 2 * b || b == 2 * a => DOUBLED,
         _ => OTHER_KIND,
     };
-    ratio(a.dte_rms, b.dte_rms)
+    ratio(a.deflection_rms, b.deflection_rms)
         + ratio(a.force_peak, b.force_peak)
         + (events[0] - events[1]).abs() / events[0].max(events[1]).max(1.0)
         + penalty
@@ -259,7 +259,7 @@ mod tests {
             period: (period > 0).then_some(period),
             lambda: None,
             lambda_stderr: None,
-            dte_rms: Some(rms),
+            deflection_rms: Some(rms),
             force_peak: Some(peak),
             events_per_cycle: Some(events),
             probes: 1,

@@ -31,7 +31,7 @@ pub struct Ending {
     /// Its period, where it has one.
     pub period: Option<u64>,
     /// RMS of the deflection about its mean \[m\], of the first such probe.
-    pub dte_rms: Option<f64>,
+    pub deflection_rms: Option<f64>,
     /// Probes that ended so.
     pub probes: usize,
     /// Their share of the point's probes.
@@ -49,7 +49,7 @@ pub(super) fn read(folder: &Path, points: &[PointSummary]) -> Result<Vec<Coexist
     let table = ResultTable::read(folder, TableKind::Probes)?;
     let (ids, attractors) = (table.u64("point_id")?, table.u64("attractor_id")?);
     let (statuses, classes) = (table.text("status")?, table.text("class")?);
-    let (periods, rms) = (table.u64("period")?, table.f64("dte_rms")?);
+    let (periods, rms) = (table.u64("period")?, table.f64("deflection_rms")?);
     let shares = ["basin_share", "basin_low", "basin_high"].map(|name| table.f64(name));
     let [share, low, high] = shares;
     let (share, low, high) = (share?, low?, high?);
@@ -77,7 +77,7 @@ pub(super) fn read(folder: &Path, points: &[PointSummary]) -> Result<Vec<Coexist
             status,
             class: classes[row].clone(),
             period: periods[row],
-            dte_rms: rms[row],
+            deflection_rms: rms[row],
             probes: 1,
             share: share[row].unwrap_or_default(),
             interval: [low[row], high[row]].map(Option::unwrap_or_default),
@@ -112,7 +112,7 @@ fn described(ending: &Ending) -> String {
         (_, Some("periodic"), Some(period)) => format!("period {period}"),
         (_, class, _) => class.unwrap_or("not classified").replace('_', " "),
     };
-    if let (Some(_), Some(rms)) = (ending.attractor, ending.dte_rms) {
+    if let (Some(_), Some(rms)) = (ending.attractor, ending.deflection_rms) {
         _ = write!(text, ", RMS {} µm", number(1e6 * rms));
     }
     let percent = |share: f64| format!("{:.1}", 100.0 * share);

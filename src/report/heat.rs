@@ -22,7 +22,7 @@ const MOST: [usize; 2] = [24, 64];
 enum Cell {
     Missing,
     Unclassified,
-    Locked,
+    SteadyContact,
     Periodic(u64),
     Failed,
     NotConverged,
@@ -36,7 +36,7 @@ impl Cell {
             ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
             (_, Some("chaotic")) => Self::Chaotic(point.lambda.unwrap_or(0.0)),
             (_, Some("quasi_periodic")) => Self::QuasiPeriodic,
-            (_, Some("locked")) => Self::Locked,
+            (_, Some("steady_contact")) => Self::SteadyContact,
             (_, Some("periodic")) => Self::Periodic(point.period.unwrap_or(0)),
             ("not_converged", _) | (_, Some("not_converged")) => Self::NotConverged,
             _ => Self::Unclassified,
@@ -47,7 +47,7 @@ impl Cell {
         match self {
             Self::Missing => ' ',
             Self::Unclassified => '.',
-            Self::Locked => 'L',
+            Self::SteadyContact => 'L',
             Self::Periodic(period @ 1..=9) => char::from(b'0' + period as u8),
             Self::Periodic(_) => '+',
             Self::Failed => 'x',
@@ -61,7 +61,7 @@ impl Cell {
         match self {
             Self::Missing => None,
             Self::Unclassified => Some(". not classified"),
-            Self::Locked => Some("L locked"),
+            Self::SteadyContact => Some("S steady contact"),
             Self::Periodic(1..=9) => Some("1-9 period in mesh cycles"),
             Self::Periodic(_) => Some("+ longer period"),
             Self::Failed => Some("x failed"),

@@ -265,7 +265,7 @@ fn solver(page: &mut String, machine: &Characteristics) {
         .collect();
     _ = writeln!(
         page,
-        "\nmarching {modes} modes    table      one thread    best of threads"
+        "\nrates at {modes} modes     table      one thread    best of threads"
     );
     let mut kinds: Vec<(&str, &str)> = (rows.iter())
         .map(|row| (row.kernel.as_str(), row.tables.as_str()))

@@ -58,13 +58,13 @@ pub struct Summary {
     pub statuses: BTreeMap<String, usize>,
     /// Points by kind of motion, the calmest first.
     pub classes: Vec<ClassCount>,
-    /// Mesh cycles marched.
+    /// Mesh cycles integrated.
     pub cycles: u64,
     /// Wall time of the runs, added over shards \[s\]; absent without a run record.
     pub wall_time: Option<f64>,
-    /// The same per marched cycle \[s\].
+    /// The same per integrated cycle \[s\].
     pub wall_time_per_cycle: Option<f64>,
-    /// Time one worker spent on a marched cycle \[s\].
+    /// Time one worker spent on an integrated cycle \[s\].
     pub worker_time_per_cycle: Option<f64>,
     /// The grid's axes, slowest first.
     pub axes: Vec<Axis>,
@@ -123,7 +123,7 @@ pub struct Axis {
 /// How many points move in one way.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ClassCount {
-    /// `locked`, `periodic`, …; `none` for points without a class.
+    /// `steady_contact`, `periodic`, …; `none` for points without a class.
     pub class: String,
     /// Period of periodic motion.
     pub period: Option<u64>,

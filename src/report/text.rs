@@ -91,7 +91,7 @@ fn push_header(text: &mut String, summary: &Summary) {
     if let Some(wall_time) = summary.wall_time {
         parts.push(format!("{} s wall time", number(wall_time)));
     }
-    parts.push(format!("{} mesh cycles marched", summary.cycles));
+    parts.push(format!("{} mesh cycles integrated", summary.cycles));
     if let Some(time) = summary.wall_time_per_cycle {
         parts.push(format!("{} µs a cycle", number(1e6 * time)));
     }

@@ -15,7 +15,7 @@ const MOST_ROWS: usize = 40;
 /// A change of class or period, or a jump of the deflection, between two points of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TransitionSummary {
-    /// The first point behind it, in marching order.
+    /// The first point behind it, in sweep order.
     pub point_id: u64,
     /// `up` or `down`.
     pub direction: String,
@@ -26,9 +26,9 @@ pub struct TransitionSummary {
     /// What changes: `class`, `period` or `deflection`.
     pub what: String,
     /// RMS of the deflection before and behind a jump \[m\].
-    pub dte_rms: [Option<f64>; 2],
+    pub deflection_rms: [Option<f64>; 2],
     /// Mean deflection before and behind it \[m\].
-    pub dte_mean: [Option<f64>; 2],
+    pub deflection_mean: [Option<f64>; 2],
     /// Values of the swept axis that bracket it, ascending.
     pub bracket: [f64; 2],
 }
@@ -49,7 +49,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> 
             table.f64(&format!("to_{name}"))?,
         ])
     };
-    let (rms, mean) = (pair("dte_rms")?, pair("dte_mean")?);
+    let (rms, mean) = (pair("deflection_rms")?, pair("deflection_mean")?);
     let (lower, upper) = (table.f64("lower")?, table.f64("upper")?);
     let found = (0..table.rows()).filter_map(|row| {
         Some(TransitionSummary {
@@ -58,8 +58,8 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> 
             classes: [from[row].clone()?, to[row].clone()?],
             periods: [before[row], behind[row]],
             what: what[row].clone()?,
-            dte_rms: rms.each_ref().map(|side| side[row]),
-            dte_mean: mean.each_ref().map(|side| side[row]),
+            deflection_rms: rms.each_ref().map(|side| side[row]),
+            deflection_mean: mean.each_ref().map(|side| side[row]),
             bracket: [lower[row]?, upper[row]?],
         })
     });
@@ -106,7 +106,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
 /// What jumps, of a jump: the RMS, or the mean where that changes more.
 fn jump(found: &TransitionSummary) -> String {
     let by = |[before, behind]: [Option<f64>; 2]| Some([before?, behind?]);
-    let (Some(rms), Some(mean)) = (by(found.dte_rms), by(found.dte_mean)) else {
+    let (Some(rms), Some(mean)) = (by(found.deflection_rms), by(found.deflection_mean)) else {
         return String::new();
     };
     let change = |[before, behind]: [f64; 2]| (behind - before).abs();

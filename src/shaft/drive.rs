@@ -50,9 +50,9 @@ pub struct Shaft {
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Bearing {
     /// Along the line of centres, x \[N/m\].
-    pub line_of_centres: f64,
+    pub x: f64,
     /// Across it, y \[N/m\].
-    pub across: f64,
+    pub y: f64,
     /// Axial \[N/m\].
     pub axial: f64,
     /// Both tilts \[N m/rad\].
@@ -64,10 +64,10 @@ pub struct Bearing {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Pedestal {
     /// Stiffness along the line of centres, x \[N/m\].
-    pub line_of_centres: f64,
+    pub x: f64,
     /// Stiffness across it, y \[N/m\].
-    pub across: f64,
-    /// Mass of the seat \[kg\].
+    pub y: f64,
+    /// Its mass \[kg\].
     pub mass: f64,
 }
 
@@ -120,14 +120,7 @@ pub(super) fn gear_body(
 impl Bearing {
     /// Stiffness of each freedom, in the order of [`Freedom`].
     pub(super) fn stiffness(&self) -> [f64; 6] {
-        [
-            self.line_of_centres,
-            self.across,
-            self.axial,
-            self.tilt,
-            self.tilt,
-            0.0,
-        ]
+        [self.x, self.y, self.axial, self.tilt, self.tilt, 0.0]
     }
 }
 
@@ -157,11 +150,8 @@ impl Shaft {
             Released::All => 3,
         };
         let directions = [
-            (
-                "along the line of centres",
-                held(supports(|b| b.line_of_centres)),
-            ),
-            ("across the line of centres", held(supports(|b| b.across))),
+            ("along the line of centres", held(supports(|b| b.x))),
+            ("across the line of centres", held(supports(|b| b.y))),
             ("axially", supports(|b| b.axial) > 0),
         ];
         match directions[..needed].iter().find(|(_, held)| !held) {

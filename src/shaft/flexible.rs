@@ -81,7 +81,7 @@ impl FlexibleDrive {
         )?;
         let supports = [0, 1].map(|number| Support {
             node: first + [first_bearing, second_bearing][number],
-            seat: None,
+            pedestal: None,
             stiffness: shaft.bearings[number],
         });
         for support in supports {

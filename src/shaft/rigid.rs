@@ -25,7 +25,7 @@ pub enum Tier {
     Translational,
     /// And axial displacement and tilts of both: 12.
     Tilting,
-    /// And x and y of the four bearing seats: 20.
+    /// And x and y of the four pedestals: 20.
     Pedestal,
 }
 
@@ -149,7 +149,7 @@ impl RigidDrive {
         })
     }
 
-    /// Adds a bearing between a node of its shaft and its seat. `place` is `[shaft, bearing]`.
+    /// Adds a bearing between a node of its shaft and its pedestal. `place` is `[shaft, bearing]`.
     fn add_support(
         &self,
         assembly: &mut Assembly,
@@ -157,18 +157,22 @@ impl RigidDrive {
         node: usize,
     ) -> Result<Support, ShaftError> {
         let stiffness = self.shafts[place[0]].bearings[place[1]];
-        let seat = self.add_seat(assembly, place)?;
-        assembly.add_spring_between(node, seat, stiffness.stiffness())?;
+        let pedestal = self.add_pedestal(assembly, place)?;
+        assembly.add_spring_between(node, pedestal, stiffness.stiffness())?;
         Ok(Support {
             node,
-            seat: Some(seat),
+            pedestal: Some(pedestal),
             stiffness,
         })
     }
 
     /// Adds what a bearing stands on: a pedestal, or the ground.
-    fn add_seat(&self, assembly: &mut Assembly, place: [usize; 2]) -> Result<usize, ShaftError> {
-        let seat = assembly.add_node();
+    fn add_pedestal(
+        &self,
+        assembly: &mut Assembly,
+        place: [usize; 2],
+    ) -> Result<usize, ShaftError> {
+        let node = assembly.add_node();
         let pedestal = match self.tier {
             Tier::Pedestal => {
                 let pedestals = self.pedestals.ok_or(ShaftError::NoPedestals)?;
@@ -181,31 +185,20 @@ impl RigidDrive {
             None => &Freedom::ALL[..],
         };
         for &freedom in held {
-            assembly.fix(seat, freedom)?;
+            assembly.fix(node, freedom)?;
         }
-        if let Some(Pedestal {
-            line_of_centres,
-            across,
-            mass,
-        }) = pedestal
-        {
-            positive(
-                "pedestal stiffness along the line of centres [N/m]",
-                line_of_centres,
-            )?;
-            positive(
-                "pedestal stiffness across the line of centres [N/m]",
-                across,
-            )?;
+        if let Some(Pedestal { x, y, mass }) = pedestal {
+            positive("pedestal stiffness along the line of centres [N/m]", x)?;
+            positive("pedestal stiffness across the line of centres [N/m]", y)?;
             positive("pedestal mass [kg]", mass)?;
-            assembly.add_spring(seat, [line_of_centres, across, 0.0, 0.0, 0.0, 0.0])?;
-            let seat_mass = Disc {
+            assembly.add_spring(node, [x, y, 0.0, 0.0, 0.0, 0.0])?;
+            let pedestal_body = Disc {
                 mass,
                 transverse_inertia: 0.0,
                 polar_inertia: 0.0,
             };
-            assembly.add_disc(seat, seat_mass)?;
+            assembly.add_disc(node, pedestal_body)?;
         }
-        Ok(seat)
+        Ok(node)
     }
 }

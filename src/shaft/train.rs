@@ -58,7 +58,7 @@ pub(super) struct Support {
     /// On the shaft.
     pub node: usize,
     /// What the bearing stands on; none for the ground.
-    pub seat: Option<usize>,
+    pub pedestal: Option<usize>,
     pub stiffness: Bearing,
 }
 
@@ -213,13 +213,15 @@ impl Train<'_> {
             for (number, support) in (1..).zip(&shaft.supports) {
                 let bearing = support.stiffness;
                 for (direction, freedom, stiffness) in [
-                    ("line", Freedom::X, bearing.line_of_centres),
-                    ("across", Freedom::Y, bearing.across),
+                    ("x", Freedom::X, bearing.x),
+                    ("y", Freedom::Y, bearing.y),
                     ("axial", Freedom::Z, bearing.axial),
                 ] {
                     let shaft_side = std::iter::once((support.node, freedom, stiffness));
-                    let seat_side = support.seat.map(|seat| (seat, freedom, -stiffness));
-                    let terms: Vec<_> = shaft_side.chain(seat_side).collect();
+                    let pedestal_side = support
+                        .pedestal
+                        .map(|pedestal| (pedestal, freedom, -stiffness));
+                    let terms: Vec<_> = shaft_side.chain(pedestal_side).collect();
                     let force = matrices.functional(&terms);
                     // No spring, or nothing that could load it.
                     if force.iter().any(|&coefficient| coefficient != 0.0) {

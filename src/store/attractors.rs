@@ -48,14 +48,14 @@ pub fn attractors_table() -> Table<AttractorRow> {
         u32 "attractor_id", "1", row.attractor_id,
             "Attractor of the point, numbered from 0 by the first probe on it, then by the first cell of the slice";
         text "class", "", row.attractor.class.name(),
-            "Kind of motion: locked, periodic, quasi_periodic, chaotic";
+            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic";
         u32 "period", "mesh cycles", row.attractor.class.period(),
-            "Period of locked and periodic motion";
+            "Period of steady_contact and periodic motion";
         f64 "lambda", "1/cycle", row.attractor.lambda,
             "Largest Lyapunov exponent per mesh cycle, of the first probe on it";
         f64 "lambda_stderr", "1/cycle", row.attractor.lambda_stderr,
             "Standard error of lambda, from block averages";
-        f64 "dte_rms", "m", row.attractor.dte_rms,
+        f64 "deflection_rms", "m", row.attractor.deflection_rms,
             "Root mean square of the deflection about its mean";
         f64 "force_peak", "N", row.attractor.force_peak, "Largest |mesh force|";
         f64 "events_per_cycle", "1/cycle", row.attractor.events_per_cycle,

@@ -26,11 +26,11 @@ pub fn basins_table() -> Table<CellRow> {
         text "status", "", row.cell.status.name(),
             "How the motion ended: ok, not_converged, diverged, event_storm";
         text "class", "", row.cell.class.as_ref().map(Class::name),
-            "Kind of motion: locked, periodic, quasi_periodic, chaotic, not_converged";
+            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
         u32 "period", "mesh cycles", row.cell.class.as_ref()?.period(),
-            "Period of locked and periodic motion";
+            "Period of steady_contact and periodic motion";
         bool "in_full", "", row.cell.in_full,
             "Whether the motion was investigated like a probe; false where it was seen to approach a known orbit, or ended early";
-        u64 "cycles", "mesh cycles", row.cell.cycles, "Mesh cycles marched";
+        u64 "cycles", "mesh cycles", row.cell.cycles, "Mesh cycles integrated";
     ])
 }

@@ -20,9 +20,9 @@ pub struct ChainColumns {
 /// A point's part in its chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChainPart {
-    /// Whether the sweep marches towards larger values.
+    /// Whether the sweep runs towards larger values.
     pub upwards: bool,
-    /// Where the march ended, for the next point; none where it diverged or failed.
+    /// Where the integration ended, for the next point; none where it diverged or failed.
     pub end: Option<ChainEnd>,
     /// The change of motion since the last point that has a verdict, where there is one and
     /// it was to be refined.
@@ -54,11 +54,11 @@ pub struct ChainEnd {
 /// chain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Transition {
-    /// Motion before it, in marching order.
+    /// Motion before it, in sweep order.
     pub from: Class,
     /// Motion behind it.
     pub to: Class,
-    /// The swept parameter on either side of it, in marching order.
+    /// The swept parameter on either side of it, in sweep order.
     pub bracket: [f64; 2],
     /// Points computed to narrow it.
     pub trials: u32,
@@ -99,7 +99,7 @@ pub struct TransitionRow {
     pub point_id: u64,
     /// Name of the swept axis.
     pub axis: String,
-    /// Whether the sweep marches towards larger values.
+    /// Whether the sweep runs towards larger values.
     pub upwards: bool,
     /// The change.
     pub transition: Transition,
@@ -116,11 +116,11 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
     let unit = &axis.unit;
     Table::new(columns![row: TransitionRow;
         u64 "point_id", "1", row.point_id,
-            "First point of the grid behind the change, in marching order";
+            "First point of the grid behind the change, in sweep order";
         text "axis", "", row.axis.as_str(), "Swept axis";
         text "direction", "", direction(row.upwards), "Sweep along the axis: up or down";
         text "from_class", "", row.transition.from.name(),
-            "Kind of motion before the change, in marching order";
+            "Kind of motion before the change, in sweep order";
         text "what", "", row.transition.what(),
             "What changes: class, period, or at constant class and period the deflection, which jumps";
         u32 "from_period", "mesh cycles", row.transition.from.period(),
@@ -131,12 +131,12 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
             "Smaller of the two values of the swept axis that bracket the change";
         f64 "upper", unit, row.transition.bracket[0].max(row.transition.bracket[1]),
             "Larger of the two";
-        f64 "from_dte_mean", "m", row.transition.jump?[0].mean[0],
+        f64 "from_deflection_mean", "m", row.transition.jump?[0].mean[0],
             "Mean deflection before a jump; null of other changes";
-        f64 "to_dte_mean", "m", row.transition.jump?[1].mean[0], "Mean deflection behind it";
-        f64 "from_dte_rms", "m", row.transition.jump?[0].rms[0],
+        f64 "to_deflection_mean", "m", row.transition.jump?[1].mean[0], "Mean deflection behind it";
+        f64 "from_deflection_rms", "m", row.transition.jump?[0].rms[0],
             "RMS of the deflection about its mean before a jump";
-        f64 "to_dte_rms", "m", row.transition.jump?[1].rms[0], "RMS behind it";
+        f64 "to_deflection_rms", "m", row.transition.jump?[1].rms[0], "RMS behind it";
         u32 "trials", "1", row.transition.trials,
             "Points computed between those of the grid to narrow the bracket";
     ])

@@ -51,7 +51,7 @@ pub struct PointRow {
     pub chain: Option<Box<ChainPart>>,
     /// How far ahead it can be foretold, where asked for and chaotic.
     pub horizon: Option<HorizonOutcome>,
-    /// Name of the kernel that marched it.
+    /// Name of the kernel that integrated it.
     pub kernel: String,
     /// Where and for how long.
     pub placement: Placement,
@@ -117,7 +117,7 @@ pub fn points_table(
     let point_id = match chains {
         None => "Row-major index into the grid",
         Some(_) => {
-            "Index into the points: other axes slowest, then direction, then the swept axis in marching order"
+            "Index into the points: other axes slowest, then direction, then the swept axis in sweep order"
         }
     };
     let mut columns = columns![row: PointRow;
@@ -159,9 +159,9 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "How the work ended: ok, not_converged, inaccurate (the energy balance does not close), diverged, event_storm, failed";
         text "reason", "", row.outcome.reason.as_str(), "Why this status and this class";
         text "class", "", row.outcome.class.as_ref().map(Class::name),
-            "Kind of motion: locked, periodic, quasi_periodic, chaotic, not_converged";
+            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
         u32 "period", "mesh cycles", row.outcome.class.as_ref()?.period(),
-            "Period of locked and periodic motion";
+            "Period of steady_contact and periodic motion";
         f64 "lambda_max", "1/cycle", row.lyapunov()?.exponents.first().copied(),
             "Largest Lyapunov exponent per mesh cycle";
         f64 "lambda_stderr", "1/cycle", row.lyapunov()?.stderr,
@@ -190,9 +190,9 @@ fn work_columns() -> Vec<Column<PointRow>> {
         u64 "grazing_count", "1", row.outcome.grazing_count,
             "Tangencies met over the whole simulation";
         u64 "cycles", "mesh cycles", row.outcome.cycles,
-            "Mesh cycles marched; transient, probes and refinement included";
+            "Mesh cycles integrated; transient, probes and refinement included";
         u64 "measured_cycles", "mesh cycles", row.outcome.measured_cycles, "Mesh cycles measured";
-        text "kernel", "", row.kernel.as_str(), "Kernel that marched the point";
+        text "kernel", "", row.kernel.as_str(), "Kernel that integrated the point";
         f64 "wall_time", "s", row.placement.wall_time,
             "Wall time spent on the point (differs from run to run)";
         u32 "worker", "1", row.placement.worker,

@@ -8,7 +8,7 @@ use crate::analysis::{NvhErrors, NvhOutcome};
 const SEEN: &str = "largest seen: of a motion that does not repeat it grows with the record";
 
 /// The order of bearing forces.
-const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (line of centres, across, axial) that have a stiffness, or of the modal file";
+const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (x, y, axial) that have a stiffness, or of the modal file";
 
 impl PointRow {
     fn nvh(&self) -> Option<&NvhOutcome> {
@@ -56,15 +56,15 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             "Fraction of time out of contact", error.fractions[1];
         f64 "fraction_coast", "1", found.fractions[2],
             "Fraction of time in contact on the coast flank", error.fractions[2];
-        f64 "dte_mean", "m", found.dte_mean,
-            "Mean dynamic transmission error (mesh deflection)", error.dte_mean;
-        f64 "dte_rms", "m", found.dte_rms,
-            "Root mean square of the deflection about its mean", error.dte_rms;
-        f64 "dte_pp", "m", found.dte_pp, &format!("Largest minus smallest deflection; {SEEN}");
-        f64 "dte_crest", "1", found.dte_crest,
-            &format!("Largest |deflection - mean| over dte_rms; {SEEN}");
-        f64 "dte_kurtosis", "1", found.dte_kurtosis,
-            "Fourth central moment over squared variance", error.dte_kurtosis;
+        f64 "deflection_mean", "m", found.deflection_mean,
+            "Mean dynamic transmission error (mesh deflection)", error.deflection_mean;
+        f64 "deflection_rms", "m", found.deflection_rms,
+            "Root mean square of the deflection about its mean", error.deflection_rms;
+        f64 "deflection_pp", "m", found.deflection_pp, &format!("Largest minus smallest deflection; {SEEN}");
+        f64 "deflection_crest", "1", found.deflection_crest,
+            &format!("Largest |deflection - mean| over deflection_rms; {SEEN}");
+        f64 "deflection_kurtosis", "1", found.deflection_kurtosis,
+            "Fourth central moment over squared variance", error.deflection_kurtosis;
         list "harmonics", "m", found.harmonics,
             "Amplitude of the deflection at mesh orders 1, 2, ...", error.harmonics;
         list "suborders", "m", found.suborders,

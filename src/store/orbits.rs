@@ -39,7 +39,7 @@ pub fn orbits_table() -> Table<OrbitRow> {
         f64 "deflection", "m", row.orbit.deflection,
             "Mesh deflection at the start of the mesh cycle at which it is smallest";
         f64 "velocity", "m/s", row.orbit.velocity, "Its rate there";
-        f64 "dte_pp", "m", row.orbit.character.dte_pp,
+        f64 "deflection_pp", "m", row.orbit.character.deflection_pp,
             "Largest minus smallest deflection over the period";
         u64 "events", "1", row.orbit.character.events, "Contact-state changes in a period";
         f64 "lambda", "1/cycle", row.orbit.lambda,
@@ -53,7 +53,7 @@ pub fn orbits_table() -> Table<OrbitRow> {
         f64 "grazing_margin", "half gaps", row.orbit.character.grazing_margin,
             "Smallest distance of an extreme of the deflection from a contact surface; at 0 the event sequence changes";
         f64 "kick_growth", "1", row.orbit.character.kick_growth,
-            "Growth over one period of a kick of 1e-5 half gaps in the direction of strongest growth, marched in full";
+            "Growth over one period of a kick of 1e-5 half gaps in the direction of strongest growth, integrated in full";
         f64 "kick_growth_linear", "1", row.orbit.character.kick_growth_linear,
             "The same as the monodromy matrix predicts it; far from kick_growth where the kick changes the event sequence";
     ])

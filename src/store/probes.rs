@@ -25,17 +25,17 @@ pub fn probes_table() -> Table<ProbeRow> {
             "How the probe ended: ok, not_converged, diverged, event_storm";
         text "reason", "", row.probe.reason.as_str(), "Why this status and this class";
         text "class", "", row.probe.class.as_ref().map(Class::name),
-            "Kind of motion: locked, periodic, quasi_periodic, chaotic, not_converged";
+            "Kind of motion: steady_contact, periodic, quasi_periodic, chaotic, not_converged";
         u32 "period", "mesh cycles", row.probe.class.as_ref()?.period(),
-            "Period of locked and periodic motion";
+            "Period of steady_contact and periodic motion";
         f64 "lambda", "1/cycle", row.probe.lambda, "Largest Lyapunov exponent per mesh cycle";
         f64 "lambda_stderr", "1/cycle", row.probe.lambda_stderr,
             "Standard error of lambda, from block averages";
-        f64 "dte_rms", "m", row.probe.dte_rms, "Root mean square of the deflection about its mean";
+        f64 "deflection_rms", "m", row.probe.deflection_rms, "Root mean square of the deflection about its mean";
         f64 "force_peak", "N", row.probe.force_peak, "Largest |mesh force|";
         f64 "events_per_cycle", "1/cycle", row.probe.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
-        u64 "cycles", "mesh cycles", row.probe.cycles, "Mesh cycles marched, transient included";
+        u64 "cycles", "mesh cycles", row.probe.cycles, "Mesh cycles integrated, transient included";
         f64 "basin_share", "1", row.probe.basin.share,
             "Share of the point's probes that end on this attractor, or with this status where they settle on none";
         f64 "basin_low", "1", row.probe.basin.low,

@@ -101,7 +101,7 @@ pub struct RetryRecord {
     pub points: u64,
     /// Of these, failed again.
     pub failed: u64,
-    /// Mesh cycles marched.
+    /// Mesh cycles integrated.
     pub cycles: u64,
     /// Wall time \[s\].
     pub wall_time: f64,
@@ -252,19 +252,19 @@ pub struct Totals {
     /// Points taken over from an earlier, interrupted run.
     #[serde(default)]
     pub resumed: u64,
-    /// Mesh cycles marched by this run.
+    /// Mesh cycles integrated by this run.
     pub cycles: u64,
     /// Wall time of the run \[s\].
     pub wall_time: f64,
-    /// Mesh cycles marched a second of wall time.
+    /// Mesh cycles integrated a second of wall time.
     pub cycles_per_second: f64,
-    /// Wall time per marched cycle, over all threads \[s\].
+    /// Wall time per integrated cycle, over all threads \[s\].
     pub wall_time_per_cycle: f64,
 }
 
 impl Totals {
     /// Totals with the rates that follow from cycles and wall time (0 where nothing was
-    /// marched); no point unsettled, resumed or missing beyond those not given.
+    /// integrated); no point unsettled, resumed or missing beyond those not given.
     pub fn new(points: u64, ok: u64, failed: u64, cycles: u64, wall_time: f64) -> Self {
         let ratio = |over: f64, under: f64| if under > 0.0 { over / under } else { 0.0 };
         Self {

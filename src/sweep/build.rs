@@ -1,4 +1,4 @@
-//! From a point's specification to the system that kernels march.
+//! From a point's specification to the system that kernels integrate.
 
 use super::mesh_tables::{MeshError, MeshTables};
 pub use super::parts::{Parts, tables_wanted};

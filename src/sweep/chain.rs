@@ -156,8 +156,8 @@ fn level(outcome: &PointOutcome) -> Option<Level> {
     let nvh = outcome.nvh.as_ref()?;
     let error = |pick: fn(&NvhErrors) -> f64| nvh.stderr.as_ref().map_or(0.0, pick);
     Some(Level {
-        mean: [nvh.dte_mean, error(|e| e.dte_mean)],
-        rms: [nvh.dte_rms, error(|e| e.dte_rms)],
+        mean: [nvh.deflection_mean, error(|e| e.deflection_mean)],
+        rms: [nvh.deflection_rms, error(|e| e.deflection_rms)],
     })
 }
 

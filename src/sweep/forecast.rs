@@ -294,7 +294,7 @@ impl Calibration<'_> {
     }
 }
 
-/// A point of which only the motion is wanted: it is marched as long as a sweep would, since one
+/// A point of which only the motion is wanted: it is integrated as long as a sweep would, since one
 /// that has not settled would leave that to the next.
 fn led_to(mut point: PointSpec) -> PointSpec {
     Arc::make_mut(&mut point.run).audit_cycles = 0;

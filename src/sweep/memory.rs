@@ -6,7 +6,7 @@ use serde::Serialize;
 /// Most memory of a run, by what takes it \[bytes\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Memory {
-    /// The program, structures and tables at hand, and what workers march with.
+    /// The program, structures and tables at hand, and what workers integrate with.
     pub work: u64,
     /// Finished points that wait for one before them.
     pub waiting: u64,

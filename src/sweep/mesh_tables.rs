@@ -6,7 +6,7 @@ use crate::gear::{
     MeshTablePiece, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
     TiltCompliance, loaded_misalignment,
 };
-use crate::manifest::{CourseSpec, PointSpec, TableSpec};
+use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, FlankError, MeshHarmonic, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 use crate::shaft::ModalStructure;
@@ -159,7 +159,7 @@ impl MeshTables {
     pub fn mesh(
         &self,
         point: &PointSpec,
-        spec: &TableSpec,
+        spec: &MeshTableSpec,
         structure: &ModalStructure,
     ) -> Result<TabledMesh, MeshError> {
         let force = point.load * structure.rated_force;
@@ -172,9 +172,9 @@ impl MeshTables {
             }
         };
         let turning = point.mesh.friction > 0.0 || misalignment != 0.0;
-        let resolution = match spec.course {
-            CourseSpec::Segments(_) => MEANS,
-            CourseSpec::Continuous => Resolution {
+        let resolution = match spec.division {
+            CycleDivision::Segments(_) => MEANS,
+            CycleDivision::Continuous => Resolution {
                 longest: if turning {
                     LONGEST_TURNING_PIECE
                 } else {
@@ -186,7 +186,7 @@ impl MeshTables {
         let cycle = self.cycle(spec, misalignment, force, resolution)?;
         let harmonics = point.excitation.table_harmonics;
         Ok(TabledMesh {
-            divisions: divisions(&cycle, spec.course, harmonics.is_none()),
+            divisions: divisions(&cycle, spec.division, harmonics.is_none()),
             mean_stiffness: cycle.mean_stiffness(),
             transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
                 .into_iter()
@@ -199,7 +199,7 @@ impl MeshTables {
     /// The misalignment under the mean mesh force.
     fn tilted(
         &self,
-        spec: &TableSpec,
+        spec: &MeshTableSpec,
         structure: &ModalStructure,
         unloaded: f64,
         force: f64,
@@ -241,7 +241,7 @@ impl MeshTables {
     /// The cycle at a misalignment \[rad\] and a mesh force \[N\].
     fn cycle(
         &self,
-        spec: &TableSpec,
+        spec: &MeshTableSpec,
         misalignment: f64,
         force: f64,
         resolution: Resolution,
@@ -261,7 +261,7 @@ impl MeshTables {
 ///
 /// # Errors
 /// Gears that do not mesh, or a load that cannot be shared.
-pub fn flank_error(point: &PointSpec, spec: &TableSpec) -> Result<f64, MeshError> {
+pub fn flank_error(point: &PointSpec, spec: &MeshTableSpec) -> Result<f64, MeshError> {
     let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
     let force = point.load * rated;
     let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
@@ -278,7 +278,7 @@ impl Common {
     fn cycle(
         &self,
         key: &str,
-        spec: &TableSpec,
+        spec: &MeshTableSpec,
         misalignment: f64,
         force: f64,
         resolution: Resolution,
@@ -318,11 +318,11 @@ fn inputs(
 /// The divisions of a cycle: means over equal segments, or pieces as they are; `with_error` to have
 /// what loaded flanks lack, if anything. It is as it is in either case, and equal segments are cut
 /// where it has its kinks and steps.
-fn divisions(cycle: &MeshTableCycle, course: CourseSpec, with_error: bool) -> Vec<Division> {
+fn divisions(cycle: &MeshTableCycle, division: CycleDivision, with_error: bool) -> Vec<Division> {
     let with_error = with_error && cycle.has_error();
     let pieces = cycle.pieces();
-    match course {
-        CourseSpec::Segments(count) => {
+    match division {
+        CycleDivision::Segments(count) => {
             let ends = segment_ends(cycle, count, with_error);
             (ends.windows(2))
                 .map(|ends| {
@@ -341,7 +341,7 @@ fn divisions(cycle: &MeshTableCycle, course: CourseSpec, with_error: bool) -> Ve
                 })
                 .collect()
         }
-        CourseSpec::Continuous => (pieces.iter())
+        CycleDivision::Continuous => (pieces.iter())
             .map(|piece| Division {
                 end: piece.end,
                 stiffness: Stiffness::series(piece.stiffness),

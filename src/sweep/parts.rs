@@ -7,7 +7,7 @@ use super::build::{BuildError, model, structure};
 use super::kernel_tables::KernelTables;
 use super::mesh_tables::MeshTables;
 use crate::manifest::{
-    Job, ModelSpec, PointSpec, StiffnessSpec, StructureSource, TableSpec, Variant,
+    Job, MeshTableSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant,
 };
 use crate::model::Model;
 use crate::shaft::{ModalStructure, ShaftError};
@@ -21,7 +21,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 fn meshes_wanted(
     job: &Job,
     points: impl IntoIterator<Item = usize>,
-) -> Vec<(PointSpec, Arc<TableSpec>)> {
+) -> Vec<(PointSpec, Arc<MeshTableSpec>)> {
     let mut seen = HashSet::new();
     let mut wanted = Vec::new();
     let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));

@@ -32,7 +32,7 @@ pub(super) struct Answer {
     pub multistability: Option<MultistabilityOutcome>,
     pub orbits: Option<OrbitSurvey>,
     pub horizon: Option<HorizonOutcome>,
-    /// Where the march ended; none where it diverged or was never begun.
+    /// Where the integration ended; none where it diverged or was never begun.
     pub end: Option<ChainEnd>,
 }
 
@@ -164,7 +164,7 @@ impl KernelUse for Ask<'_> {
             .transpose()?;
         outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
         let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
-        // The survey's own march is no part of the chain.
+        // The survey's own integration is no part of the chain.
         let orbits = match &self.analyses.orbits {
             Some(question) if whole => {
                 let mut onward = trajectory.clone();
@@ -189,7 +189,7 @@ impl KernelUse for Ask<'_> {
             }
         };
         outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
-        // A march that was cut short may have been taken for one that found nothing.
+        // An integration that was cut short may have been taken for one that found nothing.
         CalledOff::check(called_off)?;
         Ok(Answer {
             outcome,

@@ -28,7 +28,7 @@ const LOOK: usize = 16;
 /// chains that are not in the window yet is kept.
 const LONGEST_ROW: usize = 16_384;
 
-/// Modes whose work equals that of marching a cycle of none (README, "Measured").
+/// Modes whose work equals that of integrating a cycle of none (README, "Measured").
 const FIXED_WORK: f64 = 40.0;
 
 /// Chains that may be begun before their turn.
@@ -255,7 +255,7 @@ fn row(job: &Job) -> usize {
     fastest * carried.map_or(1, |carried| carried.directions.len())
 }
 
-/// Cycles that a point is asked to march at most, times what a cycle takes.
+/// Cycles that a point is asked to integrate at most, times what a cycle takes.
 pub(super) fn work(point: &Variant) -> f64 {
     let run = &point.run;
     let mut cycles = (run.transient + run.cycles) as f64;

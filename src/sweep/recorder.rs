@@ -34,14 +34,14 @@ pub struct Progress {
     pub failed: u64,
     /// Of `done`, taken over from an earlier, interrupted run.
     pub resumed: u64,
-    /// Mesh cycles marched by this run.
+    /// Mesh cycles integrated by this run.
     pub cycles: u64,
     /// Time since the first point was begun.
     pub elapsed: Duration,
 }
 
 impl Progress {
-    /// Counts a finished point; its cycles only where this run marched them.
+    /// Counts a finished point; its cycles only where this run integrated them.
     pub(super) fn count(&mut self, row: &PointRow) {
         let status = &row.outcome.status;
         self.done += 1;

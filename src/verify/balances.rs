@@ -61,7 +61,7 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 place + time * (speed + 0.5 * time * pull),
                 speed + time * pull,
             ];
-            let course = kernel.on(&model)?.course(&start, cycles)?;
+            let course = kernel.on(&model)?.passage(&start, cycles)?;
             let state = &course.end.state;
             for (found, exact) in [state[neutral], state[n + neutral]].iter().zip(&exact) {
                 worst = worse(worst, (found / exact - 1.0).abs());

@@ -8,7 +8,7 @@ use crate::analysis::{MultistabilityQuestion, Probes};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs};
 use crate::numerics::random::PointSeed;
 
-/// Marching in one go and in two.
+/// Integrating in one go and in two.
 pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = subjects.extent.pick(200, 20_000);
     let mut lines = Vec::new();
@@ -21,9 +21,12 @@ pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             }
             served += 1;
             let start = drives::rattling(&model)?;
-            let whole = kernel.on(&model)?.course(&start, cycles)?.end;
-            let middle = kernel.on(&model)?.course(&start, cycles / 3)?.end;
-            let parts = kernel.on(&model)?.course(&middle, cycles - cycles / 3)?.end;
+            let whole = kernel.on(&model)?.passage(&start, cycles)?.end;
+            let middle = kernel.on(&model)?.passage(&start, cycles / 3)?.end;
+            let parts = kernel
+                .on(&model)?
+                .passage(&middle, cycles - cycles / 3)?
+                .end;
             let pairs = whole.state.iter().zip(&parts.state);
             unequal += pairs.filter(|(a, b)| a.to_bits() != b.to_bits()).count();
         }

@@ -1,7 +1,7 @@
 //! The kernels under test, by name, and what is asked of them.
 //!
 //! Kernels are statically dispatched over observers, so that they cannot stand in one list.
-//! [`March`] is what the checks need of them, one question a method.
+//! [`Propagator`] is what the checks need of them, one question a method.
 
 use super::Trouble;
 use crate::analysis::orbits::floquet;
@@ -40,17 +40,17 @@ pub struct Candidate {
 /// the same in every cycle.
 const TABLE_ROUND_OFF: f64 = 10.0;
 
-/// Marching with tables takes several times as long as without.
+/// Integrating with tables takes several times as long as without.
 const ONE_OF_TABLE_CYCLES: u64 = 5;
 
-type Prepared<'m> = Result<Box<dyn March + 'm>, DenseError>;
+type Prepared<'m> = Result<Box<dyn Propagator + 'm>, DenseError>;
 type Prepare = dyn for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync;
 
 impl Candidate {
     /// A kernel that `prepare` builds for a model.
     pub fn new(
         name: impl Into<String>,
-        prepare: impl for<'m> Fn(&'m Model) -> Box<dyn March + 'm> + Send + Sync + 'static,
+        prepare: impl for<'m> Fn(&'m Model) -> Box<dyn Propagator + 'm> + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),
@@ -76,7 +76,7 @@ impl Candidate {
         }
     }
 
-    /// Whether the kernel claims to march a model.
+    /// Whether the kernel claims to integrate a model.
     pub fn serves(&self, model: &Model) -> bool {
         let constant = || (model.cycle.segments.iter()).all(|s| s.stiffness.is_constant());
         self.follows_variation || constant()
@@ -86,7 +86,7 @@ impl Candidate {
     ///
     /// # Errors
     /// Its tables cannot be built.
-    pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn March + 'm>, Trouble> {
+    pub fn on<'m>(&self, model: &'m Model) -> Result<Box<dyn Propagator + 'm>, Trouble> {
         Ok((self.prepare)(model)?)
     }
 }
@@ -122,9 +122,9 @@ pub fn kernels() -> Vec<Candidate> {
     tables.into_iter().chain(sets.map(volterra)).collect()
 }
 
-/// Where a march ended and the events on its way.
+/// Where an integration ended and the events on its way.
 #[derive(Debug, Clone)]
-pub struct Course {
+pub struct Passage {
     /// The trajectory at its end.
     pub end: TrajectoryState,
     /// Every change of contact state.
@@ -143,12 +143,12 @@ pub struct VolumeGrowth {
 }
 
 /// What the checks ask of a kernel that was built for a model.
-pub trait March {
-    /// Marches whole mesh cycles.
+pub trait Propagator {
+    /// Advances whole mesh cycles.
     ///
     /// # Errors
     /// [`Stop`], as of every method here.
-    fn course(&self, start: &TrajectoryState, cycles: u64) -> Result<Course, Stop>;
+    fn passage(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, Stop>;
 
     /// Carries tangents along one mesh cycle.
     fn carry(&self, start: &TrajectoryState, tangents: &mut Tangents) -> Result<(), Stop>;
@@ -216,7 +216,7 @@ impl Observer for Events {
     }
 }
 
-/// Marches whole cycles without tangents.
+/// Advances whole cycles without tangents.
 fn watch<K: Kernel, O: Observer>(
     kernel: &K,
     start: &TrajectoryState,
@@ -235,11 +235,11 @@ fn watch<K: Kernel, O: Observer>(
     Ok((trajectory, counters))
 }
 
-impl<K: Kernel + Sync> March for K {
-    fn course(&self, start: &TrajectoryState, cycles: u64) -> Result<Course, Stop> {
+impl<K: Kernel + Sync> Propagator for K {
+    fn passage(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, Stop> {
         let mut events = Events::default();
         let (end, counters) = watch(self, start, cycles, &mut events)?;
-        Ok(Course {
+        Ok(Passage {
             end,
             events: events.0,
             counters,
@@ -247,7 +247,7 @@ impl<K: Kernel + Sync> March for K {
     }
 
     fn carry(&self, start: &TrajectoryState, tangents: &mut Tangents) -> Result<(), Stop> {
-        self.march(
+        self.advance_cycle(
             &mut start.clone(),
             tangents,
             &mut self.workspace(),
@@ -306,7 +306,7 @@ impl<K: Kernel + Sync> March for K {
         let (mut workspace, mut trajectory) = (self.workspace(), start.clone());
         let mut nvh = Nvh::new(model, 0);
         for _ in 0..cycles {
-            self.march(
+            self.advance_cycle(
                 &mut trajectory,
                 growth.tangents(),
                 &mut workspace,

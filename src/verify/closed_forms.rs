@@ -179,7 +179,7 @@ impl Shaken {
             displacement: vec![self.push / (Self::NATURAL * Self::NATURAL) + size * angle.cos()],
             velocity: vec![-size * self.forcing() * angle.sin()],
         });
-        Ok(!kernel.on(&model)?.course(&start, 2)?.events.is_empty())
+        Ok(!kernel.on(&model)?.passage(&start, 2)?.events.is_empty())
     }
 }
 
@@ -251,7 +251,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     for kernel in &subjects.kernels {
         let course = kernel
             .on(&model)?
-            .course(&model.start(&InitialState::Rest), cycles)?;
+            .passage(&model.start(&InitialState::Rest), cycles)?;
         let mut worst = if course.events.len() < 2 * bounces {
             f64::NAN
         } else {

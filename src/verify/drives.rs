@@ -2,7 +2,7 @@
 //! them rattle. The largest is the default drive, read from the manifest `flex80` as it was
 //! when the program was built.
 
-use super::candidate::March;
+use super::candidate::Propagator;
 use super::{Trouble, gears};
 use crate::gear::{Flanks, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, Job, StiffnessSpec, StructureSource};
@@ -67,7 +67,7 @@ impl Case {
 pub fn rattling(model: &Model) -> Result<TrajectoryState, Trouble> {
     let kernel = Stepping::new(model, STEPS, 10_000);
     let start = model.start(&InitialState::Static);
-    Ok(kernel.course(&start, TRANSIENT)?.end)
+    Ok(kernel.passage(&start, TRANSIENT)?.end)
 }
 
 /// A structure with the given frequencies \[rad/s\], damping ratio of the elastic modes, mesh

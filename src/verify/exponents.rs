@@ -38,7 +38,7 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let reference = Reference::new(&model);
         let mut start = drives::rattling(&model)?;
         loop {
-            let passage = reference.march(&start, 1)?;
+            let passage = reference.advance(&start, 1)?;
             if passage.crossings.len() >= 2 {
                 break;
             }
@@ -64,7 +64,9 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             let end = |side: f64| {
                 let mut moved = start.clone();
                 moved.state[i] += side * STEP[i / n];
-                reference.march(&moved, 1).map(|passage| passage.end.state)
+                reference
+                    .advance(&moved, 1)
+                    .map(|passage| passage.end.state)
             };
             let (above, below) = (end(1.0)?, end(-1.0)?);
             let half = above.iter().zip(&below).map(|(a, b)| 0.5 * (a - b));
@@ -160,7 +162,7 @@ const CHAOTIC: f64 = 0.1;
 /// aligns within so few cycles.
 pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let kernel = subjects.kernel()?;
-    // As many cycles as a twin is marched.
+    // As many cycles as a twin is integrated.
     let cycles = 320;
     let mut lines = Vec::new();
     for case in &subjects.cases {

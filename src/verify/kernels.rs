@@ -1,7 +1,7 @@
 //! Kernels against integrators that share nothing with them but the model: one in doubles,
 //! and one in extended precision that knows the trajectory to some 30 digits.
 
-use super::candidate::{Candidate, Course};
+use super::candidate::{Candidate, Passage};
 use super::drives::{self, Case};
 use super::report::worse;
 use super::{Line, Subjects, Trouble};
@@ -35,7 +35,7 @@ impl Truth {
         let extended = Extended::new(&model);
         let mut start = drives::rattling(&model)?;
         for _ in 0..cycles {
-            let passage = extended.march(&start, 1)?;
+            let passage = extended.advance(&start, 1)?;
             let end = passage.end();
             passages.push((start, passage));
             start = end;
@@ -61,11 +61,11 @@ impl Truth {
         let kernel = kernel.on(&self.model)?;
         let mut worst = Departure::default();
         for (start, exact) in &self.cycles {
-            let Course {
+            let Passage {
                 end,
                 events,
                 counters,
-            } = kernel.course(start, 1)?;
+            } = kernel.passage(start, 1)?;
             let pairs = || events.iter().zip(&exact.crossings);
             let same = events.len() == exact.crossings.len()
                 && counters.events == events.len() as u64
@@ -86,7 +86,7 @@ impl Truth {
         let reference = Reference::new(&self.model);
         let mut worst = 0.0f64;
         for (start, exact) in self.cycles.iter().take(cycles) {
-            let end = reference.march(start, 1)?.end;
+            let end = reference.advance(start, 1)?.end;
             worst = worse(worst, self.error(exact, &end.state));
         }
         Ok(worst)
@@ -120,7 +120,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let mut all = Departure::default();
-        let (mut events, mut marched) = (0, 0);
+        let (mut events, mut integrated) = (0, 0);
         for (name, truths) in &truths {
             let what = format!("{}: state after a cycle, {name}", kernel.name);
             if !truths.iter().all(|truth| kernel.serves(&truth.model)) {
@@ -131,7 +131,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             for truth in truths {
                 let one = truth.departure(kernel)?;
                 events += truth.events();
-                marched += truth.cycles.len();
+                integrated += truth.cycles.len();
                 worst = worse(worst, one.state);
                 all.time = worse(all.time, one.time);
                 all.strays += one.strays;
@@ -154,7 +154,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
             "cycles",
         ));
         lines.push(Line::at_most(
-            format!("{}: sequence of events, {marched} cycles", kernel.name),
+            format!("{}: sequence of events, {integrated} cycles", kernel.name),
             EXTENDED,
             all.strays as f64,
             0.0,
@@ -185,14 +185,14 @@ pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let case = case.in_constant_contact();
         let model = case.model()?;
         let start = model.start(&InitialState::Static);
-        let exact = Reference::new(&model).march(&start, cycles)?;
+        let exact = Reference::new(&model).advance(&start, cycles)?;
         known.push((model, start, exact));
     }
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let (mut worst, mut events) = (0.0f64, 0);
         for (model, start, exact) in &known {
-            let course = kernel.on(model)?.course(start, cycles)?;
+            let course = kernel.on(model)?.passage(start, cycles)?;
             let norm = EnergyNorm::new(model);
             let apart = norm.distance(&course.end.state, &exact.end.state) / norm.unit();
             worst = worse(worst, apart);

@@ -32,7 +32,7 @@ use drives::Case;
 use std::time::Instant;
 use strum::IntoStaticStr;
 
-/// How much is marched.
+/// How much is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Extent {
@@ -59,7 +59,7 @@ impl Extent {
 
 /// What the checks are carried out on.
 pub struct Subjects {
-    /// How much is marched.
+    /// How much is integrated.
     pub extent: Extent,
     /// The kernels under test; the last one where a check takes one only.
     pub kernels: Vec<Candidate>,

@@ -1,7 +1,7 @@
 //! What a reduction or a coarse step costs, in physical quantities of the default drive. These
 //! are tolerances of engineering, not of arithmetic.
 
-use super::candidate::March;
+use super::candidate::Propagator;
 use super::drives::{self, Case};
 use super::{Line, Subjects, Trouble};
 use crate::model::Model;
@@ -25,10 +25,10 @@ pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
 }
 
 /// RMS of the mesh deflection \[m\] after a transient.
-fn rms(kernel: &dyn March, model: &Model, cycles: u64) -> Result<f64, Trouble> {
-    let settled = kernel.course(&drives::rattling(model)?, TRANSIENT)?.end;
+fn rms(kernel: &dyn Propagator, model: &Model, cycles: u64) -> Result<f64, Trouble> {
+    let settled = kernel.passage(&drives::rattling(model)?, TRANSIENT)?.end;
     let nvh = kernel.nvh(model, &settled, cycles)?;
-    Ok(nvh.map_or(f64::NAN, |nvh| nvh.dte_rms))
+    Ok(nvh.map_or(f64::NAN, |nvh| nvh.deflection_rms))
 }
 
 /// RMS of the mesh deflection with all modes, with twenty, with twenty and residual flexibility.

@@ -215,7 +215,7 @@ pub struct Finding {
 /// What all checks found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// How much was marched.
+    /// How much was integrated.
     pub extent: Extent,
     /// How long it took \[s\].
     pub seconds: f64,

@@ -1,7 +1,7 @@
 //! The fixed-small-step kernel converges to the trajectory at its order: 2 while the contact
 //! state lasts, 1 where it changes.
 
-use super::candidate::March;
+use super::candidate::Propagator;
 use super::drives;
 use super::{Line, Subjects, Trouble};
 use crate::analysis::EnergyNorm;
@@ -34,14 +34,14 @@ fn error(
     end: &TrajectoryState,
 ) -> Result<f64, Trouble> {
     let cycles = end.cycle - start.cycle;
-    let found = Stepping::new(model, steps, 10_000).course(start, cycles)?;
+    let found = Stepping::new(model, steps, 10_000).passage(start, cycles)?;
     let norm = EnergyNorm::new(model);
     Ok(norm.distance(&found.end.state, &end.state) / norm.unit())
 }
 
 fn order_in_contact(model: &Model) -> Result<f64, Trouble> {
     let start = model.start(&InitialState::Static);
-    let exact = Reference::new(model).march(&start, 3)?.end;
+    let exact = Reference::new(model).advance(&start, 3)?.end;
     let mut ladder = [480, 960, 1920, 3840].map(|steps| (steps, 0.0));
     for (steps, log) in &mut ladder {
         *log = error(model, *steps, &start, &exact)?.ln();
@@ -55,7 +55,7 @@ fn order_through_events(model: &Model, cycles: u32) -> Result<f64, Trouble> {
     let mut ladder = [480, 960, 1920, 3840, 7680].map(|steps| (steps, 0.0));
     let mut passed = 0;
     while passed < cycles {
-        let exact = reference.march(&start, 1)?;
+        let exact = reference.advance(&start, 1)?;
         // Without an event the order is higher, in free flight there is no error.
         if !exact.crossings.is_empty() {
             passed += 1;

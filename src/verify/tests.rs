@@ -97,7 +97,7 @@ fn so_does_every_other_coefficient() {
 }
 
 /// A kernel of tables that stands on another half gap fails as well; what it does not claim to
-/// march is said and is no verdict.
+/// integrate is said and is no verdict.
 #[test]
 fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
     let wrong = |part: f64| {
@@ -115,9 +115,9 @@ fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
         let cycle = CHECKS.iter().filter(|check| check.name == "cycle");
         run(&subjects, &cycle.copied().collect::<Vec<_>>(), &mut |_| ())
     };
-    let sound = with_computed_mesh(wrong(1.0));
-    assert_eq!((sound.status(), sound.skips()), (0, 1), "{sound}");
-    let text = sound.to_string();
+    let valid = with_computed_mesh(wrong(1.0));
+    assert_eq!((valid.status(), valid.skips()), (0, 1), "{valid}");
+    let text = valid.to_string();
     assert!(text.contains("  skip  cycle"), "{text}");
     assert!(text.contains("fail, 1 skipped"), "{text}");
     let report = with_computed_mesh(wrong(PART));
@@ -151,7 +151,7 @@ impl Kernel for Silent<'_> {
         self.0.workspace()
     }
 
-    fn march<O: Observer>(
+    fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
@@ -159,7 +159,7 @@ impl Kernel for Silent<'_> {
         _: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        (self.0).march(trajectory, tangents, workspace, &mut (), counters)
+        (self.0).advance_cycle(trajectory, tangents, workspace, &mut (), counters)
     }
 }
 

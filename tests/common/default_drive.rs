@@ -25,7 +25,7 @@ pub fn gears() -> GearPair {
 /// A bearing of its shafts; the first of each has an axial stiffness.
 pub fn bearing(axial: f64) -> Bearing {
     Bearing {
-        line_of_centres: 1.25e8,
+        x: 1.25e8,
         across: 1e8,
         axial,
         tilt: 2e4,

@@ -8,10 +8,10 @@
 // Every test binary uses a part of it; benches use it too, outside any test.
 #![allow(dead_code, clippy::unwrap_used)]
 
+pub mod advance;
 pub mod default_drive;
 #[path = "../../src/model/fixtures.rs"]
 pub mod fixtures;
-pub mod march;
 pub mod motions;
 pub mod skipped;
 

@@ -1,7 +1,7 @@
 //! Random drives whose kind of motion is known without an exponent: integrable, linear, or
 //! contracting under a forcing without a period.
 
-use super::march::march;
+use super::advance::advance;
 use super::structure;
 use atlas::analysis::EnergyNorm;
 use atlas::model::{
@@ -166,6 +166,6 @@ pub fn contracts(model: &Model, start: &TrajectoryState, cycles: u64) -> bool {
         other[i] += norm.unit() / norm.weights()[i];
     }
     let other = TrajectoryState::new(model, other, start.cycle);
-    let [one, two] = [start, &other].map(|from| march(&kernel, from, cycles));
+    let [one, two] = [start, &other].map(|from| advance(&kernel, from, cycles));
     norm.distance(&one.state, &two.state) <= 1e-9 * norm.unit()
 }

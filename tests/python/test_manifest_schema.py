@@ -109,7 +109,7 @@ def test_lengths_that_it_refuses_are_refused(text):
         'speed = { values = ["100 Hz", 700, "10 rev/s"] }',
         'speed = { from = 600, to = "1500 rad/s", count = 3, spacing = "log" }',
         'speed = 600\n"mesh.half_gap" = { values = ["5 um", 1e-5] }',
-        'speed = 600\n"shafts.wheel.bearings.across.1" = "1 kN/mm"',
+        'speed = 600\n"shafts.wheel.bearings.y.1" = "1 kN/mm"',
         'speed = 600\n"gear.teeth.0" = { values = [19, 20] }',
         'speed = 600\n"excitation.transmission_error.0.amplitude" = 5e-6',
         'speed = 600\n"mesh.contact_damping" = { values = ["5 %", "7 %"] }',

@@ -31,8 +31,8 @@ COLUMNS = {
     "events_per_cycle": F64, "attractors": U32, "horizon": F64, "horizon_stderr": F64,
     "saturation": F64, "averaging_exponent": F64, "fraction_drive": F64,
     "fraction_drive_stderr": F64, "fraction_free": F64, "fraction_free_stderr": F64,
-    "fraction_coast": F64, "fraction_coast_stderr": F64, "dte_mean": F64, "dte_mean_stderr": F64,
-    "dte_rms": F64, "dte_rms_stderr": F64, "dte_pp": F64, "dte_crest": F64, "dte_kurtosis": F64,
+    "fraction_coast": F64, "fraction_coast_stderr": F64, "deflection_mean": F64, "dte_mean_stderr": F64,
+    "deflection_rms": F64, "dte_rms_stderr": F64, "deflection_pp": F64, "deflection_crest": F64, "deflection_kurtosis": F64,
     "dte_kurtosis_stderr": F64, "harmonics": LIST, "harmonics_stderr": LIST, "suborders": LIST,
     "suborders_stderr": LIST, "force_mean": F64, "force_mean_stderr": F64, "force_std": F64,
     "force_std_stderr": F64, "force_peak": F64, "impact_rate": F64, "impact_rate_stderr": F64,
@@ -100,7 +100,7 @@ def test_duckdb(results):
     assert dict(counted) == {"chaotic": 27, "periodic": 52, None: 1}
     joined = duckdb.sql(
         f"""select count(*) from {points} join '{results / "poincare.parquet"}' using (point_id)
-            where deflection = dte_rms"""
+            where deflection = deflection_rms"""
     ).fetchall()
     assert joined == [(79,)], "every sample joins its own point"
 
@@ -126,7 +126,7 @@ def test_units(results):
     assert json.loads(schema.metadata[b"axes"]) == ["load", "speed"]
     assert set(units) == set(descriptions) == set(COLUMNS)
     expected = {
-        "speed": "rad/s", "load": "1", "lambda_max": "1/cycle", "dte_rms": "m",
+        "speed": "rad/s", "load": "1", "lambda_max": "1/cycle", "deflection_rms": "m",
         "harmonics": "m", "force_peak": "N", "impact_rate": "1/s", "impact_velocity": "m/s",
         "wall_time": "s", "cycles": "mesh cycles", "status": "",
     }  # fmt: skip

@@ -9,7 +9,7 @@ pub struct Failure(pub String);
 
 /// A solver of smooth initial-value problems that stops at an event.
 pub trait SmoothSolver {
-    /// Marches `state` from `start` to `end`, or to the first event, whose time and surface
+    /// Advances `state` from `start` to `end`, or to the first event, whose time and surface
     /// are given. The equations changed since the last call.
     fn piece(
         &mut self,
@@ -20,10 +20,10 @@ pub trait SmoothSolver {
     ) -> Result<Option<(f64, Surface)>, Failure>;
 }
 
-/// Marches whole mesh cycles; gives the state and how many derivatives it took.
+/// Advances whole mesh cycles; gives the state and how many derivatives it took.
 ///
 /// In flight the mesh stiffness does not matter, so breakpoints are passed without a restart.
-pub fn march(
+pub fn advance(
     solver: &mut impl SmoothSolver,
     model: &Model,
     start: &TrajectoryState,

@@ -4,7 +4,7 @@
 //! scripts/peers        builds this, runs it and records table and picture under benches/runs/
 //! ```
 //!
-//! Every solver marches the same stretches of five rattling cycles from the same settled
+//! Every solver advances the same stretches of five rattling cycles from the same settled
 //! states; errors are those of the final states against the extended-precision integrator, in
 //! the energy norm and half gaps. Set-up (tables, solver objects) is outside the clock for all.
 //! The clock is the thread's processor time. All run in one process on one thread, so ratios
@@ -105,17 +105,17 @@ fn kernels(problem: &Problem) -> Vec<Sample> {
     let mut samples = Vec::new();
     for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, f64::EPSILON] {
         let kernel = Volterra::new(model, tolerance, 1000);
-        let mut march = problem.kernel(&kernel);
-        samples.push(problem.measure("volterra", tolerance, &mut march));
+        let mut integration = problem.kernel(&kernel);
+        samples.push(problem.measure("volterra", tolerance, &mut integration));
     }
     for step in [1e-6, 3e-7, 1e-7, 3e-8, 1e-8] {
         let kernel = Stepping::new(model, (model.period() / step) as u32, 1000);
-        let mut march = problem.kernel(&kernel);
-        samples.push(problem.measure("stepping", step, &mut march));
+        let mut integration = problem.kernel(&kernel);
+        samples.push(problem.measure("stepping", step, &mut integration));
     }
     let reference = Reference::new(model);
     samples.push(problem.measure("reference", 0.0, &mut |i| {
-        let passage = reference.march(&problem.starts[i], CYCLES);
+        let passage = reference.advance(&problem.starts[i], CYCLES);
         let passage = passage.map_err(|e| Failure(e.to_string()))?;
         Ok(passage.end.state)
     }));

@@ -16,7 +16,7 @@ pub const CYCLES: u64 = 5;
 /// Stretches, one after the other on one trajectory.
 const STRETCHES: usize = 4;
 
-/// Cycles marched before the first one.
+/// Cycles integrated before the first one.
 const TRANSIENT: u64 = 200;
 
 /// In one sweep a solver is run again until this time \[s\] is spent,
@@ -62,16 +62,16 @@ impl Problem {
     pub fn new(name: &'static str, case: &common::Case) -> Self {
         let model = common::model(case);
         let norm = EnergyNorm::new(&model);
-        let mut starts = vec![common::march::settled(&model, TRANSIENT)];
+        let mut starts = vec![common::advance::settled(&model, TRANSIENT)];
         let mut exact = Vec::new();
         let mut uncertainty = 0.0f64;
         for i in 0..STRETCHES {
             let passage = Extended::new(&model)
-                .march(&starts[i], CYCLES)
+                .advance(&starts[i], CYCLES)
                 .expect("the stretch has no touch");
             let again = Extended::new(&model)
                 .refined(2)
-                .march(&starts[i], CYCLES)
+                .advance(&starts[i], CYCLES)
                 .expect("the stretch has no touch");
             let difference: Vec<f64> = passage
                 .state
@@ -130,7 +130,7 @@ impl Problem {
         stretch: usize,
     ) -> Result<Vec<f64>, Failure> {
         let (state, evaluations) =
-            events::march(solver, &self.model, &self.starts[stretch], CYCLES)?;
+            events::advance(solver, &self.model, &self.starts[stretch], CYCLES)?;
         self.evaluations.set(self.evaluations.get() + evaluations);
         Ok(state)
     }
@@ -145,7 +145,7 @@ impl Problem {
             let mut trajectory = self.starts[stretch].clone();
             for _ in 0..CYCLES {
                 kernel
-                    .march(
+                    .advance_cycle(
                         &mut trajectory,
                         &mut Tangents::none(),
                         &mut workspace,
@@ -178,11 +178,11 @@ impl Problem {
     ) -> Result<Outcome, Failure> {
         let mut errors = Vec::new();
         self.evaluations.set(0);
-        let mut marching = 0.0;
+        let mut integrating = 0.0;
         for (i, exact) in self.exact.iter().enumerate() {
             let start = clock::now();
             let state = solver(i)?;
-            marching += clock::now() - start;
+            integrating += clock::now() - start;
             let error = self.norm.length(&exact.difference(&state)) / self.norm.unit();
             if !error.is_finite() {
                 return Err(Failure("the state is not finite".into()));
@@ -195,13 +195,13 @@ impl Problem {
         let evaluations = self.evaluations.get() as f64 / cycles;
         let begin = clock::now();
         // What takes so long needs no warming up.
-        let mut times = if marching > PATIENCE {
-            vec![marching / cycles]
+        let mut times = if integrating > PATIENCE {
+            vec![integrating / cycles]
         } else {
             Vec::new()
         };
         while times.is_empty()
-            || (marching <= PATIENCE && clock::now() - begin < PATIENCE && times.len() < MOST)
+            || (integrating <= PATIENCE && clock::now() - begin < PATIENCE && times.len() < MOST)
         {
             let start = clock::now();
             for i in 0..STRETCHES {

@@ -1,7 +1,7 @@
 //! Explicit Runge–Kutta pairs of high order, written for speed: DOP853 (Hairer, Nørsett & Wanner
 //! 1993) and Verner's (2010) 9(8). Coefficients from the `differential-equations` crate.
 //!
-//! Nothing is allocated while marching, coefficients that are zero cost nothing, and the step
+//! Nothing is allocated while integrating, coefficients that are zero cost nothing, and the step
 //! size survives events. An event is located by Newton's method, each evaluation being a step
 //! of its own, so that no interpolant limits the accuracy.
 

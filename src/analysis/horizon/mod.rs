@@ -1,6 +1,6 @@
 //! How far ahead can a chaotic motion be foretold, and how well are its averages known?
 //!
-//! The trajectory is marched on. From points along it, one after the other, twins start a
+//! The trajectory is advanced. From points along it, one after the other, twins start a
 //! small distance away in random directions; the mean logarithm of their distance grows with
 //! the largest exponent and levels off where nothing is left of the common start. The
 //! *saturation* is that level, the mean logarithm of the distance of unrelated points of the
@@ -109,7 +109,7 @@ pub struct HorizonOutcome {
     pub saturation: f64,
     /// Power of n with which the standard error of a mean contact force over n cycles changes.
     pub averaging_exponent: Option<f64>,
-    /// Mesh cycles marched, those of the twins included.
+    /// Mesh cycles integrated, those of the twins included.
     pub cycles: u64,
     /// Everything measured.
     pub measures: Vec<HorizonMeasure>,
@@ -121,7 +121,7 @@ pub enum HorizonError {
     /// The work was called off.
     #[error(transparent)]
     CalledOff(#[from] CalledOff),
-    /// The trajectory or a twin cannot be marched on.
+    /// The trajectory or a twin cannot be advanced.
     #[error(transparent)]
     Stop(#[from] Stop),
 }
@@ -129,7 +129,7 @@ pub enum HorizonError {
 /// Measures the predictability of a chaotic motion from a state on it.
 ///
 /// # Errors
-/// [`HorizonError`] when `called_off` was raised or a march ended early.
+/// [`HorizonError`] when `called_off` was raised or an integration ended early.
 pub fn predictability<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -156,7 +156,7 @@ pub fn predictability<K: Kernel>(
                 states.push((place, record.trajectory.state.clone()));
             }
             record.cycle()?;
-            record.march_twin(&mut twin)?;
+            record.advance_twin(&mut twin)?;
             logarithms.push(record.distance(&twin.state, &record.trajectory.state).ln());
         }
         separations.push(logarithms);
@@ -221,7 +221,7 @@ fn outcome<K: Kernel>(
     }
 }
 
-/// The trajectory marched on, and what is read off it every cycle.
+/// The trajectory advanced, and what is read off it every cycle.
 struct Record<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
@@ -276,7 +276,7 @@ impl<'a, K: Kernel> Record<'a, K> {
     fn cycle(&mut self) -> Result<(), HorizonError> {
         CalledOff::check(self.called_off)?;
         let mut means = CycleMeans([0.0; 3]);
-        self.kernel.march(
+        self.kernel.advance_cycle(
             &mut self.trajectory,
             &mut self.tangents,
             &mut self.workspace,
@@ -306,7 +306,7 @@ impl<'a, K: Kernel> Record<'a, K> {
         TrajectoryState::new(self.model, state, self.trajectory.cycle)
     }
 
-    fn march_twin(&mut self, twin: &mut TrajectoryState) -> Result<(), Stop> {
+    fn advance_twin(&mut self, twin: &mut TrajectoryState) -> Result<(), Stop> {
         self.kernel
             .advance(1, twin, &mut self.workspace, &mut (), &mut self.counters)
     }

@@ -1,4 +1,4 @@
-//! The attractors of one point: found by marching, numbered by who found them first.
+//! The attractors of one point: found by integrating, numbered by who found them first.
 
 use super::capture::{KnownOrbits, Watched};
 use super::outcome::{AttractorOutcome, BasinShare};
@@ -14,7 +14,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel};
 use std::sync::atomic::AtomicBool;
 
-/// What trajectories are marched in.
+/// What trajectories are integrated in.
 pub(super) struct Field<'a, K: Kernel> {
     pub model: &'a Model,
     pub kernel: &'a K,
@@ -24,7 +24,7 @@ pub(super) struct Field<'a, K: Kernel> {
 
 /// A motion investigated in full.
 #[derive(Debug)]
-pub(super) struct Marched {
+pub(super) struct Integrated {
     pub found: PointOutcome,
     /// None where it settled on none.
     pub attractor: Option<Attractor>,
@@ -39,7 +39,7 @@ impl<K: Kernel> Field<'_, K> {
         &self,
         mut trajectory: TrajectoryState,
         questions: &Questions,
-    ) -> Result<Marched, CalledOff> {
+    ) -> Result<Integrated, CalledOff> {
         let mut found = investigate_onward(
             self.model,
             self.kernel,
@@ -58,10 +58,10 @@ impl<K: Kernel> Field<'_, K> {
         };
         // The statistics were drawn from them; thousands of probes may wait for their turn.
         found.poincare = Vec::new();
-        Ok(Marched { found, attractor })
+        Ok(Integrated { found, attractor })
     }
 
-    /// Marches `trajectory` for at most `cycles` until it approaches a known orbit, and
+    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit, and
     /// investigates it from there on if it does not. Gives how that ended and the mesh
     /// cycles before the investigation.
     ///
@@ -121,7 +121,7 @@ impl Attractors {
             class: new.class(),
             lambda: lyapunov.and_then(|l| l.exponents.first().copied()),
             lambda_stderr: lyapunov.map(|l| l.stderr),
-            dte_rms: nvh.map(|n| n.dte_rms),
+            deflection_rms: nvh.map(|n| n.deflection_rms),
             force_peak: nvh.map(|n| n.force_peak),
             events_per_cycle: found.events_per_cycle,
             probes: 0,

@@ -1,17 +1,17 @@
 //! On which known orbit does a trajectory end?
 //!
 //! A motion need not be investigated when it ends on an orbit that is known already: it is
-//! marched until it comes near one, and is decided once its distance falls as the monodromy
+//! integrated until it comes near one, and is decided once its distance falls as the monodromy
 //! matrix of that orbit predicts ([`approaches`]). Every known orbit attracts.
 
-use super::attractors::{Field, Marched};
+use super::attractors::{Field, Integrated};
 use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches};
 use crate::analysis::point::CalledOff;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 
 /// Distance \[half gaps\] from which an approach is worth watching. Watching costs nothing: the
-/// trajectory is marched on by it.
+/// trajectory is advanced by it.
 const NEAR: f64 = 0.3;
 
 /// How a cell of a slice ended.
@@ -20,7 +20,7 @@ pub(super) enum Watched {
     /// On a known attractor.
     Captured(u32),
     /// Near no known orbit in time, and investigated from there on.
-    Open(Box<Marched>),
+    Open(Box<Integrated>),
     /// By the kernel.
     Stopped(Stop),
 }
@@ -48,7 +48,7 @@ impl KnownOrbits {
         self.orbits.push((attractor, orbit));
     }
 
-    /// Marches `trajectory` until it is seen to approach a known orbit, for at most some
+    /// Advances `trajectory` until it is seen to approach a known orbit, for at most some
     /// `cycles` and one approach; none where it came near no orbit by then.
     ///
     /// # Errors
@@ -77,9 +77,10 @@ impl KnownOrbits {
                     Err(stop) => return Ok(Some(Watched::Stopped(stop))),
                 }
             }
-            // After a failed approach too: it may not have marched at all.
-            let marched = kernel.march(trajectory, &mut none, &mut workspace, &mut (), counters);
-            if let Err(stop) = marched {
+            // After a failed approach too: it may not have integrated at all.
+            let integrated =
+                kernel.advance_cycle(trajectory, &mut none, &mut workspace, &mut (), counters);
+            if let Err(stop) = integrated {
                 return Ok(Some(Watched::Stopped(stop)));
             }
         }

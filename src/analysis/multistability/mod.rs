@@ -13,7 +13,7 @@
 //! state. Its cells are worked on after the probes, in rounds; a cell that comes near an
 //! orbit found by a probe or in an earlier round is decided there ([`capture`]).
 //!
-//! Probes and the cells of a round are marched in parallel by whatever threads of the pool
+//! Probes and the cells of a round are integrated in parallel by whatever threads of the pool
 //! are idle. What is known is added to between rounds only, in order of number, so that
 //! nothing depends on the threads.
 
@@ -34,7 +34,7 @@ use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;
-use attractors::{Attractors, Field, Marched};
+use attractors::{Attractors, Field, Integrated};
 use capture::Watched;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -53,7 +53,7 @@ const ALIGN: u64 = 100;
 /// settled one is measured over as many cycles.
 const MOST_SAMPLES: u64 = 2048;
 
-/// Probes, or cells, marched between two additions to what is known: bounds memory.
+/// Probes, or cells, integrated between two additions to what is known: bounds memory.
 const ROUND: usize = 256;
 
 /// Fewest rounds that a slice is worked on in: an orbit that no probe found is investigated
@@ -135,7 +135,7 @@ impl Probes {
     }
 }
 
-/// Marches all probes of a point, and the cells of its slice, and tells their attractors
+/// Advances all probes of a point, and the cells of its slice, and tells their attractors
 /// apart. `start` is the point's own initial state.
 ///
 /// # Errors
@@ -159,7 +159,7 @@ pub fn probe_basins<K: Kernel + Sync>(
     let mut found = MultistabilityOutcome::default();
     let ids: Vec<u32> = (0..probes.asked.initial_conditions).collect();
     for round in ids.chunks(ROUND) {
-        let marched: Vec<(f64, Marched)> = round
+        let integrated: Vec<(f64, Integrated)> = round
             .par_iter()
             .map(|&probe_id| {
                 let (amplitude, trajectory) =
@@ -167,11 +167,11 @@ pub fn probe_basins<K: Kernel + Sync>(
                 Ok((amplitude, field.investigate(trajectory, &questions)?))
             })
             .collect::<Result<_, CalledOff>>()?;
-        for (&probe_id, (amplitude, marched)) in round.iter().zip(marched) {
-            let id = attractors.admit(&field, marched.attractor, &marched.found);
+        for (&probe_id, (amplitude, integrated)) in round.iter().zip(integrated) {
+            let id = attractors.admit(&field, integrated.attractor, &integrated.found);
             found
                 .probes
-                .push(outcome(probe_id, amplitude, id, marched.found));
+                .push(outcome(probe_id, amplitude, id, integrated.found));
         }
         attractors.seek_orbits(&field);
     }
@@ -202,14 +202,14 @@ fn slice<K: Kernel + Sync>(
         // Every n-th: a round is spread over the slice.
         let round: Vec<usize> = (round..plane.cells()).step_by(rounds).collect();
         let orbits = attractors.orbits();
-        let marched: Vec<(Watched, u64)> = round
+        let integrated: Vec<(Watched, u64)> = round
             .par_iter()
             .map(|&cell| {
                 let trajectory = plane.state(field.model, start, cell);
                 field.watch(orbits, trajectory, probes.asked.transient, &questions)
             })
             .collect::<Result<_, CalledOff>>()?;
-        for (&cell, (watched, cycles)) in round.iter().zip(marched) {
+        for (&cell, (watched, cycles)) in round.iter().zip(integrated) {
             let outcome = cell_outcome(field, plane, cell, watched, cycles, attractors)?;
             cells.push((cell, outcome));
         }
@@ -231,8 +231,8 @@ fn cell_outcome<K: Kernel>(
     let (attractor, status, class, more) = match watched {
         Watched::Captured(id) => (Some(id), Status::Ok, Some(attractors.class(id)), 0),
         Watched::Stopped(stop) => (None, stop.try_into()?, None, 0),
-        Watched::Open(marched) => {
-            let Marched { found, attractor } = *marched;
+        Watched::Open(integrated) => {
+            let Integrated { found, attractor } = *integrated;
             let id = attractors.admit(field, attractor, &found);
             (id, found.status, found.class, found.cycles)
         }
@@ -298,7 +298,7 @@ fn outcome(
         attractor,
         lambda: lyapunov.and_then(|l| l.exponents.first().copied()),
         lambda_stderr: lyapunov.map(|l| l.stderr),
-        dte_rms: nvh.map(|n| n.dte_rms),
+        deflection_rms: nvh.map(|n| n.deflection_rms),
         force_peak: nvh.map(|n| n.force_peak),
         events_per_cycle: found.events_per_cycle,
         cycles: found.cycles,

@@ -49,12 +49,12 @@ pub struct ProbeOutcome {
     /// Its standard error.
     pub lambda_stderr: Option<f64>,
     /// Root mean square of the deflection about its mean \[m\].
-    pub dte_rms: Option<f64>,
+    pub deflection_rms: Option<f64>,
     /// Largest |mesh force| \[N\].
     pub force_peak: Option<f64>,
     /// Contact-state changes per measured cycle.
     pub events_per_cycle: Option<f64>,
-    /// Mesh cycles marched, transient included.
+    /// Mesh cycles integrated, transient included.
     pub cycles: u64,
     /// Share of the probes that end on this attractor, or with this status where they settle
     /// on none.
@@ -79,7 +79,7 @@ pub struct CellOutcome {
     /// Whether the motion was investigated like a probe, because it came near no orbit that
     /// was known by then.
     pub in_full: bool,
-    /// Mesh cycles marched.
+    /// Mesh cycles integrated.
     pub cycles: u64,
 }
 
@@ -93,7 +93,7 @@ pub struct AttractorOutcome {
     /// Its standard error.
     pub lambda_stderr: Option<f64>,
     /// Root mean square of the deflection about its mean \[m\].
-    pub dte_rms: Option<f64>,
+    pub deflection_rms: Option<f64>,
     /// Largest |mesh force| \[N\].
     pub force_peak: Option<f64>,
     /// Contact-state changes per measured cycle.
@@ -121,7 +121,7 @@ pub struct MultistabilityOutcome {
 }
 
 impl MultistabilityOutcome {
-    /// Mesh cycles marched by all probes and cells.
+    /// Mesh cycles integrated by all probes and cells.
     pub fn cycles(&self) -> u64 {
         let probes: u64 = self.probes.iter().map(|probe| probe.cycles).sum();
         let cells: u64 = self.cells.iter().map(|cell| cell.cycles).sum();

@@ -88,7 +88,7 @@ impl Attractor {
     /// The attractor of a probe that ended at `end`; none where it settled on none.
     ///
     /// # Errors
-    /// [`Stop`] as for any march: an orbit is marched through once more.
+    /// [`Stop`] as for any integration: an orbit is integrated once more.
     pub fn of<K: Kernel>(
         model: &Model,
         kernel: &K,
@@ -130,7 +130,7 @@ impl Attractor {
                 series(&|_, velocity| (scale * model.period() * velocity).powi(2)),
             ],
             coarse: [
-                found.nvh.as_ref().map_or(0.0, |nvh| nvh.dte_rms),
+                found.nvh.as_ref().map_or(0.0, |nvh| nvh.deflection_rms),
                 found.events_per_cycle.unwrap_or(0.0),
             ],
         };
@@ -189,7 +189,7 @@ fn orbit<K: Kernel>(
     let mut states = Vec::new();
     for _ in 0..period {
         states.push(end.state.clone());
-        kernel.march(
+        kernel.advance_cycle(
             &mut end,
             &mut Tangents::none(),
             &mut workspace,

@@ -96,7 +96,7 @@ fn shares_add_up_to_one_over_all_endings() {
             class: None,
             lambda: None,
             lambda_stderr: None,
-            dte_rms: None,
+            deflection_rms: None,
             force_peak: None,
             events_per_cycle: None,
             cycles: 0,
@@ -104,10 +104,10 @@ fn shares_add_up_to_one_over_all_endings() {
         })
         .collect();
     let attractor = AttractorOutcome {
-        class: Class::Locked(Some(1)),
+        class: Class::SteadyContact(Some(1)),
         lambda: None,
         lambda_stderr: None,
-        dte_rms: None,
+        deflection_rms: None,
         force_peak: None,
         events_per_cycle: None,
         probes: 0,

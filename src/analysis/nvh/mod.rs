@@ -34,7 +34,7 @@ const CYCLES_PER_STRETCH: u64 = 10;
 /// Shares at which the speeds of impacts are told.
 const SHARES: [f64; 3] = [0.5, 0.9, 0.99];
 
-/// Accumulates statistics while a trajectory is marched.
+/// Accumulates statistics while a trajectory is integrated.
 #[derive(Debug, Clone)]
 pub struct Nvh {
     period: f64,
@@ -90,15 +90,15 @@ impl Nvh {
     }
 
     /// Says that the motion measured repeats after `period` mesh cycles, whole periods of
-    /// which were marched: its statistics are exact.
+    /// which were integrated: its statistics are exact.
     pub fn repeats(&mut self, period: u32) {
         self.repeats = Some(period);
     }
 
-    /// The statistics so far, whole mesh cycles having been marched; none before any window.
+    /// The statistics so far, whole mesh cycles having been integrated; none before any window.
     pub fn outcome(&self) -> Option<NvhOutcome> {
         let [first, present] = self.cycles?;
-        // The cycle marched last is over, though no window has shown it.
+        // The cycle integrated last is over, though no window has shown it.
         let mut closed = self.clone();
         closed.advance();
         let mut total = closed.stretches.total();
@@ -106,9 +106,10 @@ impl Nvh {
             (closed.contacts).close_circle(first, present + 1, &mut total);
         }
         let mut found = sums::statistics(&total, self.origin);
-        found.dte_pp = self.largest - self.smallest;
-        let reach = (self.largest - found.dte_mean).max(found.dte_mean - self.smallest);
-        found.dte_crest = ratio(reach, found.dte_rms);
+        found.deflection_pp = self.largest - self.smallest;
+        let reach =
+            (self.largest - found.deflection_mean).max(found.deflection_mean - self.smallest);
+        found.deflection_crest = ratio(reach, found.deflection_rms);
         found.force_peak = self.force_peak;
         found.impact_velocity_max = closed.contacts.fastest();
 

@@ -93,9 +93,9 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
     let [force_first, force_square] = sums.force.map(|f| f / sums.time);
     let impacts = sums.impacts[0] + sums.impacts[1];
     NvhOutcome {
-        dte_mean: origin.centre[0] + origin.half_gap * moments[0],
-        dte_rms: origin.half_gap * variance.sqrt(),
-        dte_kurtosis: ratio(fourth, variance * variance),
+        deflection_mean: origin.centre[0] + origin.half_gap * moments[0],
+        deflection_rms: origin.half_gap * variance.sqrt(),
+        deflection_kurtosis: ratio(fourth, variance * variance),
         harmonics: (sums.harmonics.iter())
             .map(|(re, im)| 2.0 * re.hypot(*im) / sums.time)
             .collect(),
@@ -159,9 +159,9 @@ pub(super) fn errors(stretches: &[Sums], total: &Sums, half_gap: f64) -> NvhErro
         })
     });
     NvhErrors {
-        dte_mean: half_gap * error(&|s| s.moments[0]),
-        dte_rms: half_gap * error(&|s| ratio(0.5 * of_variance(s.moments), spread)),
-        dte_kurtosis: error(&|s| {
+        deflection_mean: half_gap * error(&|s| s.moments[0]),
+        deflection_rms: half_gap * error(&|s| ratio(0.5 * of_variance(s.moments), spread)),
+        deflection_kurtosis: error(&|s| {
             let change = of_fourth(s.moments) - 2.0 * kurtosis * variance * of_variance(s.moments);
             ratio(change, variance * variance)
         }),

@@ -3,7 +3,7 @@
 use super::shooting::PeriodicOrbit;
 use crate::analysis::modal_series::padded;
 use crate::analysis::norm::EnergyNorm;
-use crate::analysis::poincare::turning_points;
+use crate::analysis::poincare::extrema;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
 use crate::numerics::linalg::{norm, product};
@@ -68,7 +68,7 @@ pub struct Character {
     /// Contact-state changes in a period.
     pub events: u64,
     /// Largest minus smallest δ \[m\].
-    pub dte_pp: f64,
+    pub deflection_pp: f64,
     /// Smallest distance of an extreme of δ from a contact surface, in half gaps: 0 is
     /// grazing, where the event sequence changes. None where δ has no extreme.
     pub grazing_margin: Option<f64>,
@@ -82,7 +82,7 @@ pub struct Character {
 /// The strobe states of an orbit's period, and its character.
 ///
 /// # Errors
-/// [`Stop`] as for any march.
+/// [`Stop`] as for any integration.
 pub fn of<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -117,7 +117,7 @@ pub fn of<K: Kernel>(
         stable: orbit.spectral_radius() < 1.0,
         bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
         events,
-        dte_pp: extremes.largest - extremes.smallest,
+        deflection_pp: extremes.largest - extremes.smallest,
         grazing_margin: extremes.margin.is_finite().then_some(extremes.margin),
         kick_growth: norm.distance(&kicked.state, &state.state) / kick,
         kick_growth_linear,
@@ -183,7 +183,7 @@ impl Observer for Extremes<'_> {
         }
         let mut rising = self.rising;
         let half_gap = self.model.half_gap;
-        turning_points(window, half_gap, &mut rising, |x, _| {
+        extrema(window, half_gap, &mut rising, |x, _| {
             let value = evaluate(&series, x);
             self.smallest = self.smallest.min(value);
             self.largest = self.largest.max(value);

@@ -12,12 +12,12 @@ use crate::numerics::linalg::eigenvalues;
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 use faer::Mat;
 
-/// Monodromy matrix of `period` mesh cycles from `start`, which is marched on by them: the
+/// Monodromy matrix of `period` mesh cycles from `start`, which is advanced by them: the
 /// derivative of the end by the start in energy coordinates `y = weight x`, neutral pair
 /// left out; dimension 2(N − neutral), components in the order of [`EnergyNorm::felt`].
 ///
 /// # Errors
-/// [`Stop`] as for any march.
+/// [`Stop`] as for any integration.
 pub fn monodromy<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -34,7 +34,7 @@ pub fn monodromy<K: Kernel>(
         tangents.vector_mut(column)[i] = 1.0;
     }
     for _ in 0..period {
-        kernel.march(start, &mut tangents, workspace, &mut (), counters)?;
+        kernel.advance_cycle(start, &mut tangents, workspace, &mut (), counters)?;
     }
     Ok(Mat::from_fn(felt.len(), felt.len(), |row, column| {
         let (i, j) = (felt[row], felt[column]);
@@ -43,11 +43,11 @@ pub fn monodromy<K: Kernel>(
 }
 
 /// Floquet multipliers of the orbit through `start` with a period of `period` mesh cycles,
-/// as (re, im), largest modulus first. `start` is marched on by one period. None where the
+/// as (re, im), largest modulus first. `start` is advanced by one period. None where the
 /// eigenvalue iteration fails.
 ///
 /// # Errors
-/// [`Stop`] as for any march.
+/// [`Stop`] as for any integration.
 pub fn multipliers<K: Kernel>(
     model: &Model,
     kernel: &K,

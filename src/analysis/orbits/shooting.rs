@@ -129,7 +129,7 @@ const SAME_POINT: f64 = 1e-7;
 /// period it was found with.
 ///
 /// # Errors
-/// [`Stop`] as for any march.
+/// [`Stop`] as for any integration.
 pub fn shortest<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -152,7 +152,7 @@ pub fn shortest<K: Kernel>(
     Ok(orbit)
 }
 
-/// Longest march, in mesh cycles, spent on watching a trajectory approach an orbit.
+/// Longest integration, in mesh cycles, spent on watching a trajectory approach an orbit.
 const LONGEST_WATCH: f64 = 3000.0;
 
 /// Distance, in half gaps, at which a trajectory is on the orbit.
@@ -161,13 +161,13 @@ const ARRIVED: f64 = 1e-9;
 /// Part of the initial distance by which the approach may miss its prediction.
 const PREDICTION_SLACK: f64 = 0.1;
 
-/// Marches `trajectory` until the slowest multiplier of `orbit` has halved its distance and
+/// Advances `trajectory` until the slowest multiplier of `orbit` has halved its distance and
 /// tells whether it came as near as the monodromy matrix predicts, with the orbit's events. If so,
 /// the linear map governs the approach, and it converges; nonlinear remainders only shrink with
 /// distance. An event too many or too few may have slipped past the start of a cycle.
 ///
 /// # Errors
-/// [`Stop`] as for any march.
+/// [`Stop`] as for any integration.
 pub fn approaches<K: Kernel>(
     kernel: &K,
     norm: &EnergyNorm,

@@ -1,6 +1,6 @@
 //! Which periodic orbits, stable or not, lie on or near a point's attractor?
 //!
-//! The trajectory is marched on; where its strobe states nearly return after k cycles, the
+//! The trajectory is advanced; where its strobe states nearly return after k cycles, the
 //! state midway between a state and its return is a guess for Newton's method on the k-cycle
 //! map. A chaotic set is threaded by unstable orbits, which its trajectory visits again and
 //! again; of a settled motion the survey finds its own orbit, and midway between the points
@@ -40,7 +40,7 @@ pub struct OrbitQuestion {
 pub struct OrbitSurvey {
     /// The orbits, by period, then in the order found.
     pub orbits: Vec<OrbitOutcome>,
-    /// Mesh cycles marched for guesses; Newton searches are not counted.
+    /// Mesh cycles integrated for guesses; Newton searches are not counted.
     pub cycles: u64,
 }
 
@@ -63,7 +63,7 @@ pub struct OrbitOutcome {
     pub character: Character,
 }
 
-/// Seeks periodic orbits from where `trajectory` stands, which is marched on.
+/// Seeks periodic orbits from where `trajectory` stands, which is advanced.
 ///
 /// # Errors
 /// [`CalledOff`] when `called_off` was raised meanwhile.
@@ -80,7 +80,7 @@ pub fn survey<K: Kernel>(
     let mut path = vec![trajectory.clone()];
     for _ in 0..question.cycles {
         CalledOff::check(called_off)?;
-        let marched = kernel.march(
+        let integrated = kernel.advance_cycle(
             trajectory,
             &mut Tangents::none(),
             &mut workspace,
@@ -88,7 +88,7 @@ pub fn survey<K: Kernel>(
             &mut counters,
         );
         // What diverged later may have passed orbits before.
-        if marched.is_err() {
+        if integrated.is_err() {
             break;
         }
         path.push(trajectory.clone());

@@ -1,7 +1,7 @@
 //! The leading multiplier of a periodic orbit from full trajectories.
 //!
 //! Twins start a small distance to both sides of the orbit along the leading eigenvector u of
-//! its monodromy matrix (real and imaginary part in turn) and are marched over one period.
+//! its monodromy matrix (real and imaginary part in turn) and are integrated over one period.
 //! They know nothing of tangents and saltations. With `D u = (P(x + εu) − P(x − εu)) / 2ε`
 //!
 //! ```text
@@ -48,7 +48,7 @@ pub struct TwinExponent {
 /// distance but round-off.
 ///
 /// # Errors
-/// [`Stop`] as for any march.
+/// [`Stop`] as for any integration.
 pub fn leading_exponent<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -65,7 +65,7 @@ pub fn leading_exponent<K: Kernel>(
     // Round-off of all cycles, relative to the distance.
     let mut round_off = 0.0;
     for cycle in 1..=period {
-        twins.march(kernel, workspace)?;
+        twins.advance_cycle(kernel, workspace)?;
         let [central, forward] = twins.images();
         let [size, one_sided] = [&central, &forward].map(length);
         let states = norm.length(&twins.orbit.state) / norm.unit();
@@ -138,7 +138,11 @@ impl<'a> Twins<'a> {
     }
 
     /// A cycle of the orbit and of all twins.
-    fn march<K: Kernel>(&mut self, kernel: &K, workspace: &mut K::Workspace) -> Result<(), Stop> {
+    fn advance_cycle<K: Kernel>(
+        &mut self,
+        kernel: &K,
+        workspace: &mut K::Workspace,
+    ) -> Result<(), Stop> {
         let twins = self.sides.iter_mut().flatten().flatten();
         for state in twins.chain([&mut self.orbit]) {
             kernel.advance(1, state, workspace, &mut (), &mut Counters::default())?;

@@ -1,6 +1,6 @@
-//! All questions to one operating point, in one march.
+//! All questions to one operating point, in one integration.
 //!
-//! 1. the transient is marched and discarded; before it where motion starts in lasting
+//! 1. the transient is integrated and discarded; before it where motion starts in lasting
 //!    contact, then at doubling counts of cycles, an attracting periodic orbit is sought by
 //!    Newton's method, which ends the transient when it is found and seen to be approached;
 //! 2. an orbit that was found is confirmed by its multipliers, measured over one period, and
@@ -72,7 +72,7 @@ pub fn investigate<K: Kernel>(
     investigate_onward(model, kernel, &mut trajectory, questions, called_off)
 }
 
-/// As [`investigate`]; leaves `trajectory` where the march ended, which is unspecified where
+/// As [`investigate`]; leaves `trajectory` where the integration ended, which is unspecified where
 /// it diverged or ended in an event storm.
 ///
 /// # Errors
@@ -84,7 +84,7 @@ pub fn investigate_onward<K: Kernel>(
     questions: &Questions,
     called_off: &AtomicBool,
 ) -> Result<PointOutcome, CalledOff> {
-    let mut march = March {
+    let mut run = PointRun {
         model,
         kernel,
         questions,
@@ -99,16 +99,16 @@ pub fn investigate_onward<K: Kernel>(
         counters: Counters::default(),
         energy_residual: None,
     };
-    let outcome = match march.run() {
+    let outcome = match run.run() {
         Ok(outcome) => Ok(outcome),
         Err(Halt::CalledOff) => Err(CalledOff),
-        Err(Halt::Stop(stop)) => march.stopped(stop),
+        Err(Halt::Stop(stop)) => run.stopped(stop),
     };
-    *trajectory = march.trajectory;
+    *trajectory = run.trajectory;
     outcome
 }
 
-/// Why a march ended early.
+/// Why an integration ended early.
 enum Halt {
     CalledOff,
     Stop(Stop),
@@ -126,8 +126,8 @@ impl From<CalledOff> for Halt {
     }
 }
 
-/// The march of one point.
-struct March<'a, K: Kernel> {
+/// The integration of one point.
+struct PointRun<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,
     questions: &'a Questions,
@@ -141,7 +141,7 @@ struct March<'a, K: Kernel> {
     energy_residual: Option<f64>,
 }
 
-impl<K: Kernel> March<'_, K> {
+impl<K: Kernel> PointRun<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Halt> {
         self.kernel.accepts(self.model, &self.trajectory)?;
         let mut searches = Searches::new(self.questions.settle);
@@ -158,7 +158,7 @@ impl<K: Kernel> March<'_, K> {
             if let Some(period) = instruments.recurrence.period(&self.norm)
                 && let Some(outcome) = self.settle(Repeating {
                     period,
-                    how: "marched out".into(),
+                    how: "integrated to the end".into(),
                     turn: None,
                 })?
             {
@@ -187,7 +187,7 @@ impl<K: Kernel> March<'_, K> {
         Ok(self.aperiodic(instruments))
     }
 
-    /// Marches the transient; ends early on an attracting orbit.
+    /// Advances the transient; ends early on an attracting orbit.
     fn transient(&mut self, searches: &mut Option<Searches>) -> Result<Option<Repeating>, Halt> {
         let mut recurrence = Recurrence::new(self.model);
         if searches.is_some()
@@ -233,11 +233,11 @@ impl<K: Kernel> March<'_, K> {
         Ok(instruments)
     }
 
-    /// Marches without watching.
+    /// Advances without watching.
     fn plain(&mut self, cycles: u64) -> Result<(), Halt> {
         for _ in 0..cycles {
             CalledOff::check(self.called_off)?;
-            self.kernel.march(
+            self.kernel.advance_cycle(
                 &mut self.trajectory,
                 &mut Tangents::none(),
                 &mut self.workspace,
@@ -253,7 +253,7 @@ impl<K: Kernel> March<'_, K> {
         let mut audit = EnergyAudit::new(self.model);
         for _ in 0..cycles.min(self.questions.audit_cycles) {
             CalledOff::check(self.called_off)?;
-            self.kernel.march(
+            self.kernel.advance_cycle(
                 &mut self.trajectory,
                 &mut Tangents::none(),
                 &mut self.workspace,
@@ -277,7 +277,7 @@ impl<K: Kernel> March<'_, K> {
             Some(growth) => growth.tangents(),
             None => &mut none,
         };
-        self.kernel.march(
+        self.kernel.advance_cycle(
             &mut self.trajectory,
             tangents,
             &mut self.workspace,
@@ -292,7 +292,7 @@ impl<K: Kernel> March<'_, K> {
         {
             // The twin's work is not the point's: its events and grazings are not counted.
             let mut uncounted = Counters::default();
-            self.kernel.march(
+            self.kernel.advance_cycle(
                 twin.trajectory(),
                 &mut Tangents::none(),
                 &mut self.workspace,
@@ -375,7 +375,7 @@ impl<K: Kernel> March<'_, K> {
             events,
             touched_throughout: events == 0 && self.trajectory.contact.touching(),
             target: self.questions.lyapunov.and_then(|l| l.stop_at_stderr),
-            marched: self.counters.cycles,
+            integrated: self.counters.cycles,
             measured: instruments.measured,
             slow_mode: self.slow_mode(instruments.measured),
         };
@@ -439,7 +439,7 @@ impl<K: Kernel> March<'_, K> {
         objection(residual)
     }
 
-    /// The outcome of a march that a kernel ended.
+    /// The outcome of an integration that a kernel ended.
     fn stopped(&self, stop: Stop) -> Result<PointOutcome, CalledOff> {
         Ok(PointOutcome {
             energy_residual: self.energy_residual,

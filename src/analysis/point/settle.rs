@@ -1,7 +1,7 @@
 //! Motions that repeat: found early by Newton's method, or by waiting until they do.
 
 use super::instruments::Instruments;
-use super::{CalledOff, Halt, March};
+use super::{CalledOff, Halt, PointRun};
 use crate::analysis::orbits::floquet::{exponents, monodromy};
 use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches, shoot, shortest};
 use crate::analysis::orbits::twins;
@@ -21,7 +21,7 @@ const NEUTRAL: f64 = 1e-7;
 /// Return distance, in half gaps, from which a Newton search is worth its cost.
 pub(super) const WORTH_A_SEARCH: f64 = 0.3;
 
-/// Cycles marched before the first search; the next ones follow at doubled counts, so that
+/// Cycles integrated before the first search; the next ones follow at doubled counts, so that
 /// a chaotic point spends little on them.
 const FIRST_SEARCH: u64 = 100;
 
@@ -69,7 +69,7 @@ pub(super) struct Turn {
 /// Longest period of an excitation, in mesh cycles, over which contact is watched.
 const LONGEST_LOOK: u32 = 64;
 
-impl<K: Kernel> March<'_, K> {
+impl<K: Kernel> PointRun<'_, K> {
     /// The excitation's period, where the trajectory stays in contact over the first: the map
     /// of a period is then affine, and its fixed point needs no transient.
     pub(super) fn starts_locked(&mut self, recurrence: &Recurrence) -> Option<u32> {
@@ -79,10 +79,10 @@ impl<K: Kernel> March<'_, K> {
         let mut ahead = self.trajectory.clone();
         let mut counters = Counters::default();
         for _ in 0..period {
-            let marched =
+            let integrated =
                 self.kernel
                     .advance(1, &mut ahead, &mut self.workspace, &mut (), &mut counters);
-            if marched.is_err() || counters.events > 0 || !ahead.contact.touching() {
+            if integrated.is_err() || counters.events > 0 || !ahead.contact.touching() {
                 return None;
             }
         }
@@ -241,15 +241,15 @@ impl<K: Kernel> March<'_, K> {
         }
         let events = self.counters.events - instruments.events_before;
         let class = if events == 0 && self.trajectory.contact.touching() {
-            Class::Locked(Some(period))
+            Class::SteadyContact(Some(period))
         } else {
             Class::Periodic(period)
         };
         let reason = match class {
-            Class::Locked(_) if period == 1 => {
+            Class::SteadyContact(_) if period == 1 => {
                 format!("repeats every cycle and never leaves contact; {how}")
             }
-            Class::Locked(_) => {
+            Class::SteadyContact(_) => {
                 format!("repeats after {period} cycles and never leaves contact; {how}")
             }
             _ => format!(
@@ -267,7 +267,7 @@ impl<K: Kernel> March<'_, K> {
         )))
     }
 
-    /// The linearised map of a period from `start`, which is marched on by it; none where its
+    /// The linearised map of a period from `start`, which is advanced by it; none where its
     /// multipliers cannot be had.
     fn turn(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Option<Turn>, Halt> {
         let monodromy = self.monodromy(start, period)?;
@@ -277,7 +277,7 @@ impl<K: Kernel> March<'_, K> {
         }))
     }
 
-    /// The monodromy matrix of a period from `start`, which is marched on by it.
+    /// The monodromy matrix of a period from `start`, which is advanced by it.
     fn monodromy(&mut self, start: &mut TrajectoryState, period: u32) -> Result<Mat<f64>, Halt> {
         Ok(monodromy(
             self.model,
@@ -290,7 +290,7 @@ impl<K: Kernel> March<'_, K> {
         )?)
     }
 
-    /// Marches a state by a period, uncounted.
+    /// Advances a state by a period, uncounted.
     fn go_round(&mut self, state: &mut TrajectoryState, period: u32) -> Result<(), Halt> {
         self.kernel.advance(
             u64::from(period),

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 /// Most lines of a signal; of a long period the highest orders are left out.
 const MOST_LINES: usize = 8192;
 
-/// Accumulates the lines while whole periods are marched.
+/// Accumulates the lines while whole periods are integrated.
 pub struct Lines {
     /// Mesh period \[s\].
     mesh_period: f64,
@@ -73,7 +73,7 @@ impl Lines {
         add_lines(stretch, &self.series, &mut self.sums);
     }
 
-    /// The spectra, whole periods having been marched; none before any window.
+    /// The spectra, whole periods having been integrated; none before any window.
     pub fn spectra(&self) -> Vec<Spectrum> {
         let Some([first, present]) = self.cycles else {
             return Vec::new();
@@ -108,7 +108,7 @@ mod tests {
     fn model() -> Model {
         let structure = ModalStructure {
             bearings: vec![BearingGain {
-                name: "pinion 1 across".into(),
+                name: "pinion 1 y".into(),
                 gain: vec![1.0],
             }],
             ..one_mode(1.0)
@@ -171,7 +171,7 @@ mod tests {
         }
         let spectra = lines.spectra();
         let names: Vec<&str> = spectra.iter().map(|s| s.signal.as_str()).collect();
-        assert_eq!(names, ["deflection", "force", "bearing pinion 1 across"]);
+        assert_eq!(names, ["deflection", "force", "bearing pinion 1 y"]);
         for (spectrum, sines) in spectra.iter().zip(signals) {
             assert_eq!(spectrum.lines.len(), 3 * HIGHEST_ORDER);
             for (m, line) in (1..).zip(&spectrum.lines) {

@@ -15,7 +15,7 @@ use crate::propagate::Window;
 /// Highest multiple of the mesh frequency that spectra reach to.
 pub const HIGHEST_ORDER: usize = 32;
 
-/// Spectra that are taken while a trajectory is marched.
+/// Spectra that are taken while a trajectory is integrated.
 pub enum Spectra {
     /// Of a motion that repeats.
     Lines(Lines),

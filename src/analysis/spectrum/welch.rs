@@ -29,7 +29,7 @@ const CYCLES_PER_SEGMENT: usize = 64;
 /// Samples in a segment.
 const SEGMENT: usize = SAMPLES_PER_CYCLE * CYCLES_PER_SEGMENT;
 
-/// Accumulates Welch spectra while a trajectory is marched.
+/// Accumulates Welch spectra while a trajectory is integrated.
 pub struct Welch {
     period: f64,
     next_sample: usize,

@@ -58,7 +58,7 @@ pub enum Mesh {
     SixtyLevels,
 }
 
-/// A kernel that marches.
+/// A kernel that advances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "lowercase")]
 pub enum Solver {
@@ -133,7 +133,7 @@ pub enum Item {
         /// How many operators rotate.
         counts: Vec<usize>,
     },
-    /// Marching rotating operating points with the structured kernel: a figure a count.
+    /// Integrating rotating operating points with the structured kernel: a figure a count.
     Points {
         /// Where.
         seat: Seat,
@@ -142,7 +142,7 @@ pub enum Item {
         /// How many points rotate.
         counts: Vec<usize>,
     },
-    /// Marching on teams of growing size: a figure a team.
+    /// Integrating on teams of growing size: a figure a team.
     Solver {
         /// The kernel.
         solver: Solver,

@@ -58,10 +58,10 @@ impl GridAxis {
 /// The axes of a grid, slowest first.
 #[derive(Debug, Default)]
 pub(super) struct Axes {
-    pub sound: Vec<GridAxis>,
+    pub valid: Vec<GridAxis>,
     /// Names of the axes that have faults or are missing.
     pub faulty: Vec<String>,
-    /// Along which of the sound axes the state is carried, and how; none where points are
+    /// Along which of the valid axes the state is carried, and how; none where points are
     /// independent.
     pub carried: Option<Carried>,
     /// Whether there are more points than accepted.
@@ -88,14 +88,14 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
         .filter(|entry| !matches!(entry.key.as_str(), "order" | "along"))
     {
         match read_axis(issues, entry) {
-            Some(axis) => axes.sound.push(axis),
+            Some(axis) => axes.valid.push(axis),
             None => axes.faulty.push(entry.key.clone()),
         }
     }
-    axes.sound.sort_by(|a, b| a.axis.key.cmp(&b.axis.key));
-    axes.carried = order::read(&section, issues, &axes.sound, &axes.faulty);
+    axes.valid.sort_by(|a, b| a.axis.key.cmp(&b.axis.key));
+    axes.carried = order::read(&section, issues, &axes.valid, &axes.faulty);
     let directions = axes.carried.as_ref().map_or(1, |c| c.directions.len());
-    axes.too_large = !size_is_accepted(issues, &section, &axes.sound, directions);
+    axes.too_large = !size_is_accepted(issues, &section, &axes.valid, directions);
     axes
 }
 

@@ -19,7 +19,7 @@ pub(in crate::manifest) fn is_carried(root: &Section) -> bool {
     order.is_some_and(|order| !independent(&order.node.value))
 }
 
-/// The order of the points over `axes`, which are sound; none when they are independent, or
+/// The order of the points over `axes`, which are valid; none when they are independent, or
 /// when anything is wrong, reported.
 pub(super) fn read(
     section: &Section,
@@ -107,7 +107,7 @@ fn fault(
     if !leaves_modes(name) {
         let (why, label) = match name.starts_with("run.") {
             true => (
-                "changes how points are marched, not the drive",
+                "changes how points are integrated, not the drive",
                 "not of the drive",
             ),
             false => ("changes the modes of the structure", "changes the modes"),

@@ -94,7 +94,7 @@ impl AxisReader<'_> {
         node: &Node,
         entries: &[Entry],
     ) -> Option<(AxisValues, Spans)> {
-        let mut sound = true;
+        let mut valid = true;
         for entry in entries
             .iter()
             .filter(|e| !AXIS_KEYS.contains(&e.key.as_str()))
@@ -113,10 +113,10 @@ impl AxisReader<'_> {
                     schema::nearest(&entry.key, &AXIS_KEYS).map(|near| format!("`{near}`")),
                 ),
             );
-            sound = false;
+            valid = false;
         }
         if let Some(values) = node.entry("values") {
-            if entries.len() > 1 && sound {
+            if entries.len() > 1 && valid {
                 issues.push(
                     Diagnostic::new(
                         DiagnosticKind::Inconsistent,
@@ -127,14 +127,14 @@ impl AxisReader<'_> {
                     .label("one of the two")
                     .remedy("keep either `values`, or `from`, `to`, `count` and `spacing`"),
                 );
-                sound = false;
+                valid = false;
             }
             let list = self.list(issues, &values.node);
-            return list.filter(|_| sound);
+            return list.filter(|_| valid);
         }
         let range = self.range(issues, node);
         range
-            .filter(|_| sound)
+            .filter(|_| valid)
             .map(|values| (values, Spans::Whole(node.span)))
     }
 

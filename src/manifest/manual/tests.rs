@@ -80,7 +80,7 @@ fn help_finds_what_is_meant() {
         assert!(half_gap.contains(part), "{part}: {half_gap}");
     }
     assert!(explain("[run]").unwrap().contains("transient"));
-    assert!(explain("shafts").unwrap().contains("line_of_centres"));
+    assert!(explain("shafts").unwrap().contains("bearings"));
     assert!(
         explain("shafts.wheel.bearings.tilt.1")
             .unwrap()
@@ -174,8 +174,8 @@ fn faults(text: &str, key: &Key, value: &str) -> Option<String> {
     let (absent, written) = (hash(&self::with(text, key, "")), with(value));
     // Of these another value takes more than the key itself.
     let alone = !matches!(key.path, "analyses.poincare.refine" | "gear.thinning");
-    let sound = absent.len() == 64 && absent == written && (!alone || with(key.example) != absent);
-    (!sound).then(|| format!("{}\nabsent: {absent}\nwritten: {written}", key.path))
+    let valid = absent.len() == 64 && absent == written && (!alone || with(key.example) != absent);
+    (!valid).then(|| format!("{}\nabsent: {absent}\nwritten: {written}", key.path))
 }
 
 /// A default that is written out changes nothing, and another value does.

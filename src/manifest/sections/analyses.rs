@@ -148,7 +148,7 @@ fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {
     })
 }
 
-/// Probes are marched as long as the point itself unless the table says otherwise.
+/// Probes are integrated as long as the point itself unless the table says otherwise.
 fn multistability(
     table: &Section,
     issues: &mut Issues,
@@ -266,7 +266,7 @@ fn section(table: &Section, issues: &mut Issues) -> Option<PoincareSection> {
     }
     match name? {
         "entry" => Some(PoincareSection::Entry),
-        "turning" => Some(PoincareSection::Turning),
+        "extremum" => Some(PoincareSection::Extremum),
         _ => Some(PoincareSection::Strobe { phase: phase? }),
     }
 }

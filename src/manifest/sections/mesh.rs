@@ -5,7 +5,7 @@ use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{
-    CourseSpec, DampingSpec, MeshSpec, StiffnessSpec, TableSpec, TwoLevels,
+    CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };
 use crate::manifest::tree::Value;
 use crate::units::{self, Dimension};
@@ -114,12 +114,12 @@ fn table(
         );
         return None;
     }
-    Some(StiffnessSpec::Table(Arc::new(TableSpec {
+    Some(StiffnessSpec::Table(Arc::new(MeshTableSpec {
         gears: gears.clone(),
-        course: match continuous {
-            true => CourseSpec::Continuous,
+        division: match continuous {
+            true => CycleDivision::Continuous,
             // The schema bounds the segments far below the range of u32.
-            false => CourseSpec::Segments(u32::try_from(segments?).ok()?),
+            false => CycleDivision::Segments(u32::try_from(segments?).ok()?),
         },
         shaft_tilt: shaft_tilt?,
     })))

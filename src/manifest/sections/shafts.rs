@@ -211,7 +211,7 @@ fn bearings(
     kind: DriveKind,
 ) -> Option<[Bearing; 2]> {
     let needed = |key: &str| feels(kind, &format!("bearings.{key}"));
-    let Some(layers) = Layers::read(shared, own, issues, "bearings", needed("across"))? else {
+    let Some(layers) = Layers::read(shared, own, issues, "bearings", needed("y"))? else {
         return Some([Bearing::default(); 2]);
     };
     let wanted = |key: &str| needed(key) || layers.of(key).has(key);
@@ -219,8 +219,8 @@ fn bearings(
         true => layers.both(issues, key),
         false => Some([0.0; 2]),
     };
-    let line_of_centres = both("line_of_centres");
-    let across = both("across");
+    let x = both("x");
+    let y = both("y");
     let tilt = both("tilt");
     let axial = match wanted("axial") {
         true => layers.of("axial").pair(issues, "axial"),
@@ -240,10 +240,10 @@ fn bearings(
         );
         return None;
     }
-    let (line_of_centres, across, tilt, axial) = (line_of_centres?, across?, tilt?, axial?);
+    let (x, y, tilt, axial) = (x?, y?, tilt?, axial?);
     Some([0, 1].map(|i| Bearing {
-        line_of_centres: line_of_centres[i],
-        across: across[i],
+        x: x[i],
+        y: y[i],
         axial: axial[i],
         tilt: tilt[i],
     }))
@@ -272,13 +272,13 @@ fn pedestals(
     let Some(layers) = Layers::read(shared, own, issues, "pedestals", required)? else {
         return Some(None);
     };
-    let line_of_centres = layers.both(issues, "line_of_centres");
-    let across = layers.both(issues, "across");
+    let x = layers.both(issues, "x");
+    let y = layers.both(issues, "y");
     let mass = layers.both(issues, "mass");
-    let (line_of_centres, across, mass) = (line_of_centres?, across?, mass?);
+    let (x, y, mass) = (x?, y?, mass?);
     Some(Some([0, 1].map(|i| Pedestal {
-        line_of_centres: line_of_centres[i],
-        across: across[i],
+        x: x[i],
+        y: y[i],
         mass: mass[i],
     })))
 }

@@ -34,7 +34,7 @@ pub enum StiffnessSpec {
     /// The same law, its transition where it is and not on a segment's border.
     Continuous(TwoLevels),
     /// Computed from the drawing of the gears.
-    Table(Arc<TableSpec>),
+    Table(Arc<MeshTableSpec>),
 }
 
 impl StiffnessSpec {
@@ -51,18 +51,18 @@ impl StiffnessSpec {
 
 /// Stiffness, load centroid and friction from a mesh table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct TableSpec {
+pub struct MeshTableSpec {
     /// The gears, their bores known.
     pub gears: GearPair,
     /// How the table is used over the cycle.
-    pub course: CourseSpec,
+    pub division: CycleDivision,
     /// Whether the shafts' tilt under the mean load adds to the misalignment.
     pub shaft_tilt: bool,
 }
 
 /// How a mesh table is used over the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum CourseSpec {
+pub enum CycleDivision {
     /// Means over so many equal segments.
     Segments(u32),
     /// Stiffness as it is, broken at its true transitions only.

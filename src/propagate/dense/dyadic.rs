@@ -4,13 +4,13 @@
 //! down to Δ/2²⁰; the last stretch is a polynomial. What is left of a cell after an event is
 //! crossed by the binary digits of its length.
 
-use super::course::Course;
-use super::exits::{Bounds, Sight, Verdict};
+use super::cell_model::CellModel;
+use super::cycle::{Exit, Method, Stretch};
+use super::exits::{Bounds, DeflectionAt, Verdict};
 use super::exponential;
 use super::generator::{Generator, Layout};
 use super::grid::Grid;
 use super::kernel::{Dense, Stock};
-use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::{BoundRows, Series, judge_all, locate};
 use super::show::Taylor;
@@ -25,15 +25,15 @@ pub const LEVELS: usize = 20;
 const LAST_TERMS: usize = 4;
 
 /// The kernel of dyadic descent for one model.
-pub type Dyadic<'m> = Dense<'m, Tables>;
+pub type Dyadic<'m> = Dense<'m, DyadicTables>;
 
 /// Its tables.
 #[derive(Debug)]
-pub struct Tables(Stock<Table>);
+pub struct DyadicTables(Stock<DyadicTable>);
 
 /// Propagators of one class in one state.
 #[derive(Debug)]
-pub struct Table {
+pub struct DyadicTable {
     /// `e^{LΔ/2ᵐ}`, m = 0 … 20.
     levels: Vec<Operator<'static>>,
     bounds: BoundRows,
@@ -43,12 +43,12 @@ pub struct Table {
 
 /// Scratch memory.
 #[derive(Debug)]
-pub struct Scratch {
+pub struct DyadicScratch {
     next: Vec<f64>,
     taylor: Taylor,
 }
 
-impl Table {
+impl DyadicTable {
     fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
         let levels = exponential::levels(generator, rate, duration, LEVELS);
         Self {
@@ -72,18 +72,18 @@ impl<'m> Dyadic<'m> {
     /// Builds the kernel's tables for a model.
     ///
     /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
-    /// * `event_limit`: most events in a mesh cycle before marching stops.
+    /// * `event_limit`: most events in a mesh cycle before integration stops.
     ///
     /// # Errors
     /// Stiffness that varies within a segment, or a speed too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
-        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
-        let tables = Stock::new(&course, |generator, class, _| {
-            let duration = course.grid.classes[class].duration;
-            Ok(Table::new(generator, course.grid.rate, duration))
+        let cell_model = CellModel::new(model, cells, DyadicTables::REACH, event_limit, None)?;
+        let tables = Stock::new(&cell_model, |generator, class, _| {
+            let duration = cell_model.grid.classes[class].duration;
+            Ok(DyadicTable::new(generator, cell_model.grid.rate, duration))
         })?;
-        let tables = Tables(tables);
-        Ok(Self { course, tables })
+        let tables = DyadicTables(tables);
+        Ok(Self { cell_model, tables })
     }
 
     /// Size that the tables of a model would have.
@@ -91,7 +91,10 @@ impl<'m> Dyadic<'m> {
     /// # Errors
     /// As for [`Dyadic::new`].
     pub fn size(model: &Model, cells: u32) -> Result<TableSize, DenseError> {
-        let (grid, layout) = (Grid::new(model, cells, Tables::REACH)?, Layout::new(model));
+        let (grid, layout) = (
+            Grid::new(model, cells, DyadicTables::REACH)?,
+            Layout::new(model),
+        );
         let d = layout.dimension();
         let operators = (grid.classes.len() + grid.flights.len()) * (LEVELS + 1);
         Ok(TableSize {
@@ -102,9 +105,9 @@ impl<'m> Dyadic<'m> {
     }
 }
 
-impl Scratch {
-    fn new(course: &Course<'_>) -> Self {
-        let padded = course.layout.padded();
+impl DyadicScratch {
+    fn new(cell_model: &CellModel<'_>) -> Self {
+        let padded = cell_model.layout.padded();
         Self {
             next: vec![0.0; padded],
             taylor: Taylor::new(padded),
@@ -120,8 +123,8 @@ struct Ahead {
     holds_root: bool,
 }
 
-impl Method for Tables {
-    type Scratch = Scratch;
+impl Method for DyadicTables {
+    type Scratch = DyadicScratch;
     const REACH: f64 = 2.0;
     const FLIES: bool = false;
 
@@ -129,22 +132,22 @@ impl Method for Tables {
         self.0.all().flat_map(|table| &table.levels)
     }
 
-    fn scratch(&self, course: &Course<'_>) -> Scratch {
-        Scratch::new(course)
+    fn scratch(&self, cell_model: &CellModel<'_>) -> DyadicScratch {
+        DyadicScratch::new(cell_model)
     }
 
     fn pass(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         z: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut DyadicScratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let (table, _) = self.0.of(course, piece);
-        let generator = course.generator(piece.cell, piece.contact);
-        let half_gap = course.model.half_gap;
-        let see = |z: &[f64], time: f64| Sight {
+        let (table, _) = self.0.of(cell_model, stretch);
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
+        let half_gap = cell_model.model.half_gap;
+        let see = |z: &[f64], time: f64| DeflectionAt {
             time,
             deflection: [
                 dot(&generator.deflection, z),
@@ -160,11 +163,11 @@ impl Method for Tables {
         }; LEVELS + 2];
         let mut depth = 0;
         loop {
-            let rest = piece.duration - time;
+            let rest = stretch.duration - time;
             // A step that waits; else the longest that fits.
             let (level, certain) = match depth {
-                0 if piece.whole && time == 0.0 => (0, false),
-                0 if piece.whole => return None,
+                0 if stretch.whole && time == 0.0 => (0, false),
+                0 if stretch.whole => return None,
                 0 => match (0..=LEVELS).find(|&level| table.step(level) <= rest) {
                     Some(level) => (level, false),
                     None => break,
@@ -176,10 +179,12 @@ impl Method for Tables {
                 }
             };
             let step = table.step(level);
-            let bounds = table.bounds.at(z, piece.noise);
+            let bounds = table.bounds.at(z, stretch.noise);
             let starts = time == 0.0;
             if level == LEVELS {
-                let found = self.finish(course, piece, time, step, &bounds, z, scratch, counters);
+                let found = self.finish(
+                    cell_model, stretch, time, step, &bounds, z, scratch, counters,
+                );
                 if found.is_some() {
                     return found;
                 }
@@ -194,7 +199,7 @@ impl Method for Tables {
                 counters.matvecs += 1;
                 counters.guard_evaluations += 1;
                 let right = see(&scratch.next, time + step);
-                let verdict = judge_all(piece, half_gap, [&left, &right], &bounds, starts);
+                let verdict = judge_all(stretch, half_gap, [&left, &right], &bounds, starts);
                 if verdict == Verdict::Clear {
                     z.copy_from_slice(&scratch.next);
                     time += step;
@@ -215,26 +220,28 @@ impl Method for Tables {
             };
             depth += 2;
         }
-        let rest = piece.duration - time;
+        let rest = stretch.duration - time;
         if rest <= 0.0 {
             return None;
         }
-        let bounds = table.bounds.at(z, piece.noise);
-        self.finish(course, piece, time, rest, &bounds, z, scratch, counters)
+        let bounds = table.bounds.at(z, stretch.noise);
+        self.finish(
+            cell_model, stretch, time, rest, &bounds, z, scratch, counters,
+        )
     }
 
     fn follow(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         time: f64,
         x: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut DyadicScratch,
         counters: &mut Counters,
     ) {
-        let (table, _) = self.0.of(course, piece);
+        let (table, _) = self.0.of(cell_model, stretch);
         let mut rest = time;
-        if piece.whole && time == piece.duration {
+        if stretch.whole && time == stretch.duration {
             rest = table.duration;
         }
         for (level, operator) in table.levels.iter().enumerate() {
@@ -245,40 +252,40 @@ impl Method for Tables {
                 rest -= table.step(level);
             }
         }
-        let generator = course.generator(piece.cell, piece.contact);
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
         scratch.taylor.step(generator, rest, LAST_TERMS, x);
     }
 }
 
-impl Tables {
+impl DyadicTables {
     /// The last stretch, shorter than any step of the tables: a polynomial.
     fn finish(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         time: f64,
         step: f64,
         bounds: &Bounds,
         z: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut DyadicScratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let generator = course.generator(piece.cell, piece.contact);
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
         let series = Series::new(generator, z, LAST_TERMS, &mut scratch.taylor);
         let mut evaluations = 1;
         let mut guard = |t: f64| {
             evaluations += 1;
             series.at(t)
         };
-        let sight = |time: f64| Sight {
+        let here = |time: f64| DeflectionAt {
             time,
             deflection: series.at(time),
         };
-        let ends = [&sight(0.0), &sight(step)];
+        let ends = [&here(0.0), &here(step)];
         let starts = time == 0.0;
         let found = locate(
-            piece,
-            course.model.half_gap,
+            stretch,
+            cell_model.model.half_gap,
             ends,
             bounds,
             starts,

@@ -14,14 +14,14 @@ const DEEPEST: usize = 52;
 
 /// A guard at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Sight {
-    /// Time since the start of the piece \[s\].
+pub struct DeflectionAt {
+    /// Time since the start of the stretch \[s\].
     pub time: f64,
     /// δ \[m\], δ' \[m/s\] and δ'' \[m/s²\].
     pub deflection: [f64; 3],
 }
 
-/// Bounds over a piece.
+/// Bounds over a stretch.
 #[derive(Debug, Clone, Copy)]
 pub struct Bounds {
     /// Of |δ''| \[m/s²\].
@@ -58,10 +58,10 @@ impl Margin {
     }
 
     /// Margin, slope and curvature.
-    pub fn see(&self, sight: &Sight) -> Place {
-        let [value, slope, curvature] = sight.deflection;
-        Place {
-            time: sight.time,
+    pub fn at(&self, here: &DeflectionAt) -> MarginAt {
+        let [value, slope, curvature] = here.deflection;
+        MarginAt {
+            time: here.time,
             value: self.scale * value + self.shift,
             slope: self.scale * slope,
             curvature: self.scale * curvature,
@@ -71,8 +71,8 @@ impl Margin {
 
 /// A margin at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
-    /// Time since the start of the piece \[s\].
+pub struct MarginAt {
+    /// Time since the start of the stretch \[s\].
     pub time: f64,
     /// Margin \[m\].
     pub value: f64,
@@ -92,13 +92,13 @@ pub enum Verdict {
     /// It becomes negative at exactly one place inside.
     Single,
     /// All within round-off: a tangency.
-    Sunk,
+    Tangency,
     /// Undecided.
     Split,
 }
 
 /// Judges the interval between two places; `root`: the margin is zero at the first.
-pub fn judge(a: &Place, b: &Place, bounds: &Bounds, root: bool) -> Verdict {
+pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, root: bool) -> Verdict {
     let h = b.time - a.time;
     let around = a.curvature.abs().max(b.curvature.abs()) + 0.5 * bounds.third * h;
     let bend = around.min(bounds.second);
@@ -118,7 +118,7 @@ pub fn judge(a: &Place, b: &Place, bounds: &Bounds, root: bool) -> Verdict {
             return Verdict::AtStart;
         }
         if a.slope.abs() * h + 0.5 * bend * h * h <= bounds.noise {
-            return Verdict::Sunk;
+            return Verdict::Tangency;
         }
         return Verdict::Split;
     }
@@ -133,7 +133,7 @@ pub fn judge(a: &Place, b: &Place, bounds: &Bounds, root: bool) -> Verdict {
             return Verdict::Clear;
         }
         if a.value.max(b.value) + sag <= bounds.noise {
-            return Verdict::Sunk;
+            return Verdict::Tangency;
         }
     } else if middle + turn < 0.0 || concave {
         return Verdict::Single;
@@ -141,19 +141,19 @@ pub fn judge(a: &Place, b: &Place, bounds: &Bounds, root: bool) -> Verdict {
     Verdict::Split
 }
 
-/// The earliest time at which the margin becomes negative between two sights. `guard` gives
-/// δ, δ', δ'' at any time between; `root`: the margin is zero at the first sight.
+/// The earliest time at which the margin becomes negative between two times. `guard` gives
+/// δ, δ', δ'' at any time between; `root`: the margin is zero at the first.
 pub fn earliest_exit(
     margin: &Margin,
-    [first, last]: [&Sight; 2],
+    [first, last]: [&DeflectionAt; 2],
     bounds: &Bounds,
     mut root: bool,
     guard: &mut impl FnMut(f64) -> [f64; 3],
     counters: &mut Counters,
 ) -> Option<f64> {
-    let mut left = margin.see(first);
+    let mut left = margin.at(first);
     let mut ahead = [left; DEEPEST];
-    ahead[0] = margin.see(last);
+    ahead[0] = margin.at(last);
     let mut depth = 1;
     while depth > 0 {
         let right = ahead[depth - 1];
@@ -165,16 +165,16 @@ pub fn earliest_exit(
             }
             Verdict::Split if depth < DEEPEST && left.time < middle && middle < right.time => {
                 counters.bisections += 1;
-                let sight = Sight {
+                let here = DeflectionAt {
                     time: middle,
                     deflection: guard(middle),
                 };
-                ahead[depth] = margin.see(&sight);
+                ahead[depth] = margin.at(&here);
                 depth += 1;
                 continue;
             }
             Verdict::Clear => {}
-            Verdict::Sunk | Verdict::Split => counters.grazings += 1,
+            Verdict::Tangency | Verdict::Split => counters.grazings += 1,
         }
         (left, root) = (right, false);
         depth -= 1;
@@ -193,8 +193,8 @@ const LAST_STEP: f64 = 1e-6;
 /// the second: Halley's iteration within the bracket.
 fn refine(
     margin: &Margin,
-    left: &Place,
-    right: &Place,
+    left: &MarginAt,
+    right: &MarginAt,
     bounds: &Bounds,
     guard: &mut impl FnMut(f64) -> [f64; 3],
     counters: &mut Counters,
@@ -203,7 +203,7 @@ fn refine(
     let mut time = hermite_root(left, right);
     for _ in 0..MOST_STEPS {
         counters.newton_steps += 1;
-        let place = margin.see(&Sight {
+        let place = margin.at(&DeflectionAt {
             time,
             deflection: guard(time),
         });
@@ -232,7 +232,7 @@ fn refine(
 }
 
 /// A root of the cubic through values and slopes at two places, in between.
-pub fn hermite_root(a: &Place, b: &Place) -> f64 {
+pub fn hermite_root(a: &MarginAt, b: &MarginAt) -> f64 {
     let h = b.time - a.time;
     let (p, q) = (h * a.slope, h * b.slope);
     let rise = b.value - a.value;
@@ -272,7 +272,7 @@ mod tests {
 
     fn exit(f: impl Fn(f64) -> [f64; 3], bounds: [f64; 3], root: bool) -> (Option<f64>, Counters) {
         let mut counters = Counters::default();
-        let sight = |time| Sight {
+        let here = |time| DeflectionAt {
             time,
             deflection: f(time),
         };
@@ -287,7 +287,7 @@ mod tests {
             scale: 1.0,
             shift: 0.0,
         };
-        let ends = [&sight(0.0), &sight(1.0)];
+        let ends = [&here(0.0), &here(1.0)];
         let found = earliest_exit(&margin, ends, &bounds, root, &mut |t| f(t), &mut counters);
         (found, counters)
     }

@@ -60,7 +60,7 @@ pub fn propagator(generator: &Generator, rate: f64, duration: f64) -> Mat<f64> {
     plus_one(increment(generator, rate, duration))
 }
 
-/// Steps and terms of a bound: it is taken on pieces of this product of rate and length.
+/// Steps and terms of a bound: it is taken on stretches of this product of rate and length.
 const BOUND_REACH: f64 = 0.25;
 const BOUND_TERMS: usize = 12;
 
@@ -76,11 +76,11 @@ pub fn bound_row(
     through: Option<MatRef<'_, f64>>,
     bound: &mut [f64],
 ) {
-    let pieces = (rate * duration / BOUND_REACH).ceil().max(1.0);
-    let step = duration / pieces;
+    let stretches = (rate * duration / BOUND_REACH).ceil().max(1.0);
+    let step = duration / stretches;
     let mut start = row.to_vec();
     let (mut term, mut next) = (vec![0.0; row.len()], vec![0.0; row.len()]);
-    for _ in 0..pieces as usize {
+    for _ in 0..stretches as usize {
         term.copy_from_slice(&start);
         let mut size = vec![0.0; row.len()];
         add_sizes(&term, through, &mut size);

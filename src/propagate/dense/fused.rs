@@ -7,14 +7,14 @@
 //! known: one sum of sizes. Everything else is left to the spectral form.
 
 use super::DenseError;
-use super::course::Course;
-use super::exits::{Margin, Sight};
+use super::cell_model::CellModel;
+use super::cycle::{Exit, Method, Stretch};
+use super::exits::{DeflectionAt, Margin};
 use super::exponential::{self, bound_row};
 use super::kept::{KeptTables, Reader, TableArray, Writer};
 use super::kernel::Dense;
-use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, numbers_of, padded, reach};
-use super::spectral::{Conditioning, Scratch as SpectralScratch, Tables as SpectralTables};
+use super::spectral::{Conditioning, SpectralScratch, SpectralTables};
 use super::steady::{CycleMap, Steady};
 use crate::model::Model;
 use crate::propagate::Counters;
@@ -24,11 +24,11 @@ use faer::Mat;
 const LONGEST: usize = 8;
 
 /// The kernel of fused runs for one model.
-pub type Fused<'m> = Dense<'m, Tables<'m>>;
+pub type Fused<'m> = Dense<'m, FusedTables<'m>>;
 
 /// Its tables.
 #[derive(Debug)]
-pub struct Tables<'t> {
+pub struct FusedTables<'t> {
     spectral: SpectralTables<'t>,
     runs: Vec<Run<'t>>,
     /// Runs that start at a cell, longest first: indices into `runs`.
@@ -50,7 +50,7 @@ struct Run<'t> {
 
 /// Scratch memory.
 #[derive(Debug)]
-pub struct Scratch {
+pub struct FusedScratch {
     spectral: SpectralScratch,
     ends: Vec<f64>,
     next: Vec<f64>,
@@ -60,14 +60,14 @@ pub struct Scratch {
 
 impl<'t> Run<'t> {
     /// The run of cells whose propagators less the identity these are, by class.
-    fn new(course: &Course<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
-        let (layout, grid) = (&course.layout, &course.grid);
+    fn new(cell_model: &CellModel<'_>, cells: &[Mat<f64>], classes: &[usize]) -> Self {
+        let (layout, grid) = (&cell_model.layout, &cell_model.grid);
         let d = layout.dimension();
         let mut map = Mat::<f64>::zeros(d, d);
         let mut ends = Mat::<f64>::zeros(classes.len(), d);
         let mut sag = vec![0.0f64; layout.padded()];
         for (i, &class) in classes.iter().enumerate() {
-            let generator = &course.contact[class];
+            let generator = &cell_model.contact[class];
             let duration = grid.classes[class].duration;
             let mut bound = vec![0.0; layout.padded()];
             let curvature = generator.curvature();
@@ -104,10 +104,10 @@ impl<'t> Run<'t> {
 
     fn read(
         kept: &mut Reader<'t>,
-        course: &Course<'_>,
+        cell_model: &CellModel<'_>,
         classes: Vec<usize>,
     ) -> Result<Self, DenseError> {
-        let d = course.layout.dimension();
+        let d = cell_model.layout.dimension();
         let mut operator = |name, rows| {
             let numbers = kept.take(name, numbers_of(rows, d))?;
             Operator::lent(numbers, rows, d).ok_or(DenseError::Kept { name })
@@ -115,7 +115,7 @@ impl<'t> Run<'t> {
         Ok(Self {
             map: operator("run_map", d)?,
             ends: operator("run_ends", classes.len())?,
-            sag: kept.take("run_sag", course.layout.padded())?.to_vec(),
+            sag: kept.take("run_sag", cell_model.layout.padded())?.to_vec(),
             classes,
         })
     }
@@ -128,9 +128,9 @@ impl<'m> Fused<'m> {
     /// # Errors
     /// As for [`Spectral::new`](super::Spectral::new).
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
-        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
-        let tables = Tables::new(&course)?;
-        Ok(Self { course, tables })
+        let cell_model = CellModel::new(model, cells, FusedTables::REACH, event_limit, None)?;
+        let tables = FusedTables::new(&cell_model)?;
+        Ok(Self { cell_model, tables })
     }
 
     /// The kernel of a model whose tables, for as many `cells`, are kept. Load and half gap may be
@@ -144,11 +144,11 @@ impl<'m> Fused<'m> {
         event_limit: u32,
         kept: &'m dyn KeptTables,
     ) -> Result<Self, DenseError> {
-        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
+        let cell_model = CellModel::new(model, cells, FusedTables::REACH, event_limit, None)?;
         let mut reader = Reader::new(kept);
-        let tables = Tables::read(&course, &mut reader)?;
+        let tables = FusedTables::read(&cell_model, &mut reader)?;
         reader.finish()?;
-        Ok(Self { course, tables })
+        Ok(Self { cell_model, tables })
     }
 
     /// The tables as arrays to be kept.
@@ -170,11 +170,11 @@ impl<'m> Fused<'m> {
 
 /// Runs that may start at each cell, longest first, as indices into the list of their cells'
 /// classes.
-fn runs(course: &Course<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
-    let grid = &course.grid;
+fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
+    let grid = &cell_model.grid;
     let direction = |cell: usize| {
         let segment = grid.cells[cell].segment;
-        course.model.cycle.segments[segment].direction
+        cell_model.model.cycle.segments[segment].direction
     };
     let mut runs: Vec<Vec<usize>> = Vec::new();
     let mut starts = vec![Vec::new(); grid.cells.len()];
@@ -197,43 +197,43 @@ fn runs(course: &Course<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     (runs, starts)
 }
 
-impl<'t> Tables<'t> {
-    fn new(course: &Course<'_>) -> Result<Self, DenseError> {
-        let grid = &course.grid;
-        let increments: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
+impl<'t> FusedTables<'t> {
+    fn new(cell_model: &CellModel<'_>) -> Result<Self, DenseError> {
+        let grid = &cell_model.grid;
+        let increments: Vec<Mat<f64>> = (cell_model.contact.iter().zip(&grid.classes))
             .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
-        let (lists, starts) = runs(course);
+        let (lists, starts) = runs(cell_model);
         let runs = (lists.iter())
-            .map(|classes| Run::new(course, &increments, classes))
+            .map(|classes| Run::new(cell_model, &increments, classes))
             .collect();
-        let cycle = CycleMap::new(course, &increments);
-        let spectral = SpectralTables::new(course)?;
-        Ok(Self::assembled(course, spectral, runs, starts, cycle))
+        let cycle = CycleMap::new(cell_model, &increments);
+        let spectral = SpectralTables::new(cell_model)?;
+        Ok(Self::assembled(cell_model, spectral, runs, starts, cycle))
     }
 
-    fn read(course: &Course<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
-        let spectral = SpectralTables::read(course, kept)?;
-        let (lists, starts) = runs(course);
+    fn read(cell_model: &CellModel<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
+        let spectral = SpectralTables::read(cell_model, kept)?;
+        let (lists, starts) = runs(cell_model);
         let runs = (lists.into_iter())
-            .map(|classes| Run::read(kept, course, classes))
+            .map(|classes| Run::read(kept, cell_model, classes))
             .collect::<Result<_, _>>()?;
-        let cycle = CycleMap::read(course, kept)?;
-        Ok(Self::assembled(course, spectral, runs, starts, cycle))
+        let cycle = CycleMap::read(cell_model, kept)?;
+        Ok(Self::assembled(cell_model, spectral, runs, starts, cycle))
     }
 
     fn assembled(
-        course: &Course<'_>,
+        cell_model: &CellModel<'_>,
         spectral: SpectralTables<'t>,
         runs: Vec<Run<'t>>,
         starts: Vec<Vec<usize>>,
         cycle: CycleMap<'t>,
     ) -> Self {
         let alone = |class: usize| runs.iter().find(|run| run.classes == [class]);
-        let cells: Vec<&Operator<'_>> = (0..course.grid.classes.len())
+        let cells: Vec<&Operator<'_>> = (0..cell_model.grid.classes.len())
             .filter_map(|class| Some(&alone(class)?.map))
             .collect();
-        let steady = Steady::new(course, cycle, &cells);
+        let steady = Steady::new(cell_model, cycle, &cells);
         Self {
             spectral,
             runs,
@@ -243,8 +243,8 @@ impl<'t> Tables<'t> {
     }
 }
 
-impl Method for Tables<'_> {
-    type Scratch = Scratch;
+impl Method for FusedTables<'_> {
+    type Scratch = FusedScratch;
     const REACH: f64 = SpectralTables::REACH;
     const FLIES: bool = SpectralTables::FLIES;
 
@@ -254,73 +254,79 @@ impl Method for Tables<'_> {
         spectral.chain(runs).chain([&self.steady.cycle().map])
     }
 
-    fn scratch(&self, course: &Course<'_>) -> Scratch {
-        Scratch {
-            spectral: self.spectral.scratch(course),
+    fn scratch(&self, cell_model: &CellModel<'_>) -> FusedScratch {
+        FusedScratch {
+            spectral: self.spectral.scratch(cell_model),
             ends: vec![0.0; padded(LONGEST)],
-            next: vec![0.0; course.layout.padded()],
+            next: vec![0.0; cell_model.layout.padded()],
             run: None,
         }
     }
 
     fn pass(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         z: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut FusedScratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
         self.spectral
-            .pass(course, piece, z, &mut scratch.spectral, counters)
+            .pass(cell_model, stretch, z, &mut scratch.spectral, counters)
     }
 
     fn follow(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         time: f64,
         x: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut FusedScratch,
         counters: &mut Counters,
     ) {
-        self.spectral
-            .follow(course, piece, time, x, &mut scratch.spectral, counters);
+        self.spectral.follow(
+            cell_model,
+            stretch,
+            time,
+            x,
+            &mut scratch.spectral,
+            counters,
+        );
     }
 
     fn run(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         z: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut FusedScratch,
         counters: &mut Counters,
     ) -> Option<usize> {
-        if !piece.contact.touching() || piece.crossed.is_some() {
+        if !stretch.contact.touching() || stretch.crossed.is_some() {
             return None;
         }
-        let margin = Margin::of(piece.contact, course.model.half_gap).next()?;
+        let margin = Margin::of(stretch.contact, cell_model.model.half_gap).next()?;
         let inside = |deflection: f64| {
             margin
-                .see(&Sight {
+                .at(&DeflectionAt {
                     time: 0.0,
                     deflection: [deflection, 0.0, 0.0],
                 })
                 .value
         };
-        if piece.cell == 0 && self.steady.holds(piece, z) {
+        if stretch.cell == 0 && self.steady.holds(stretch, z) {
             counters.certified += 1;
             self.steady.cycle().map.apply(z, &mut scratch.next);
             counters.matvecs += 1;
             z.copy_from_slice(&scratch.next);
             scratch.run = None;
-            return Some(course.grid.cells.len());
+            return Some(cell_model.grid.cells.len());
         }
-        let generator = course.generator(piece.cell, piece.contact);
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
         let start = inside(dot(&generator.deflection, z));
-        for &index in &self.starts[piece.cell] {
+        for &index in &self.starts[stretch.cell] {
             let run = &self.runs[index];
-            let sag = reach(&run.sag, z) + piece.noise;
+            let sag = reach(&run.sag, z) + stretch.noise;
             if start <= sag {
                 continue;
             }
@@ -342,7 +348,7 @@ impl Method for Tables<'_> {
         None
     }
 
-    fn follow_run(&self, x: &mut [f64], scratch: &mut Scratch, counters: &mut Counters) {
+    fn follow_run(&self, x: &mut [f64], scratch: &mut FusedScratch, counters: &mut Counters) {
         let map = match scratch.run {
             Some(index) => &self.runs[index].map,
             None => &self.steady.cycle().map,

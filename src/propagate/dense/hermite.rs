@@ -7,12 +7,12 @@
 //! values and slopes at the nodes.
 
 use super::DenseError;
-use super::course::Course;
-use super::exits::{Sight, Verdict};
+use super::cell_model::CellModel;
+use super::cycle::{Exit, Method, Stretch};
+use super::exits::{DeflectionAt, Verdict};
 use super::exponential;
 use super::generator::Generator;
 use super::kernel::{Dense, Stock};
-use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, padded};
 use super::series::{BoundRows, Series, TERMS, judge_all, locate};
 use super::show::Taylor;
@@ -27,15 +27,15 @@ const NODES: usize = 8;
 const ROWS: usize = 3 * NODES;
 
 /// The kernel of certificates and Hermite guesses for one model.
-pub type Hermite<'m> = Dense<'m, Tables>;
+pub type Hermite<'m> = Dense<'m, HermiteTables>;
 
 /// Its tables.
 #[derive(Debug)]
-pub struct Tables(Stock<Table>);
+pub struct HermiteTables(Stock<HermiteTable>);
 
 /// Operators of one class in one state.
 #[derive(Debug)]
-pub struct Table {
+pub struct HermiteTable {
     /// `e^{LΔj/8}`, j = 1 … 8.
     nodes: Vec<Operator<'static>>,
     /// δ, δ', δ'' at the nodes.
@@ -47,13 +47,13 @@ pub struct Table {
 
 /// Scratch memory.
 #[derive(Debug)]
-pub struct Scratch {
+pub struct HermiteScratch {
     next: Vec<f64>,
     guards: Vec<f64>,
     taylor: Taylor,
 }
 
-impl Table {
+impl HermiteTable {
     fn new(generator: &Generator, rate: f64, duration: f64) -> Self {
         // Of e^{LΔj/8} − I: see `exponential`.
         let part = exponential::increment(generator, rate, duration / NODES as f64);
@@ -96,23 +96,23 @@ impl<'m> Hermite<'m> {
     /// Builds the kernel's tables for a model.
     ///
     /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
-    /// * `event_limit`: most events in a mesh cycle before marching stops.
+    /// * `event_limit`: most events in a mesh cycle before integration stops.
     ///
     /// # Errors
     /// Stiffness that varies within a segment, or a speed too slow for tables.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
-        let course = Course::new(model, cells, Tables::REACH, event_limit, None)?;
-        let tables = Stock::new(&course, |generator, class, _| {
-            let duration = course.grid.classes[class].duration;
-            Ok(Table::new(generator, course.grid.rate, duration))
+        let cell_model = CellModel::new(model, cells, HermiteTables::REACH, event_limit, None)?;
+        let tables = Stock::new(&cell_model, |generator, class, _| {
+            let duration = cell_model.grid.classes[class].duration;
+            Ok(HermiteTable::new(generator, cell_model.grid.rate, duration))
         })?;
-        let tables = Tables(tables);
-        Ok(Self { course, tables })
+        let tables = HermiteTables(tables);
+        Ok(Self { cell_model, tables })
     }
 }
 
-impl Method for Tables {
-    type Scratch = Scratch;
+impl Method for HermiteTables {
+    type Scratch = HermiteScratch;
     const REACH: f64 = 2.0;
     const FLIES: bool = false;
 
@@ -120,9 +120,9 @@ impl Method for Tables {
         (self.0.all()).flat_map(|table| table.nodes.iter().chain([&table.guards]))
     }
 
-    fn scratch(&self, course: &Course<'_>) -> Scratch {
-        let state = course.layout.padded();
-        Scratch {
+    fn scratch(&self, cell_model: &CellModel<'_>) -> HermiteScratch {
+        let state = cell_model.layout.padded();
+        HermiteScratch {
             next: vec![0.0; state],
             guards: vec![0.0; padded(ROWS)],
             taylor: Taylor::new(state),
@@ -131,20 +131,20 @@ impl Method for Tables {
 
     fn pass(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         z: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut HermiteScratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let (table, _) = self.0.of(course, piece);
-        let generator = course.generator(piece.cell, piece.contact);
-        let half_gap = course.model.half_gap;
-        let bounds = table.bounds.at(z, piece.noise);
+        let (table, _) = self.0.of(cell_model, stretch);
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
+        let half_gap = cell_model.model.half_gap;
+        let bounds = table.bounds.at(z, stretch.noise);
         table.guards.apply(z, &mut scratch.guards);
         counters.guard_evaluations += NODES as u64;
         let part = table.duration / NODES as f64;
-        let mut left = Sight {
+        let mut left = DeflectionAt {
             time: 0.0,
             deflection: [
                 dot(&generator.deflection, z),
@@ -155,14 +155,14 @@ impl Method for Tables {
         let (guards, _) = scratch.guards.as_chunks::<3>();
         let mut searched = false;
         for (node, &deflection) in guards[..NODES].iter().enumerate() {
-            if left.time >= piece.duration {
+            if left.time >= stretch.duration {
                 break;
             }
-            let right = Sight {
+            let right = DeflectionAt {
                 time: (node + 1) as f64 * part,
                 deflection,
             };
-            if judge_all(piece, half_gap, [&left, &right], &bounds, node == 0) != Verdict::Clear {
+            if judge_all(stretch, half_gap, [&left, &right], &bounds, node == 0) != Verdict::Clear {
                 searched = true;
                 // The state at the node before: the polynomial starts from there.
                 let start = match node {
@@ -179,14 +179,14 @@ impl Method for Tables {
                     evaluations += 1;
                     series.at(time)
                 };
-                let length = part.min(piece.duration - left.time);
-                let sight = |time: f64| Sight {
+                let length = part.min(stretch.duration - left.time);
+                let here = |time: f64| DeflectionAt {
                     time,
                     deflection: series.at(time),
                 };
-                let ends = [&sight(0.0), &sight(length)];
+                let ends = [&here(0.0), &here(length)];
                 let found = locate(
-                    piece,
+                    stretch,
                     half_gap,
                     ends,
                     &bounds,
@@ -209,21 +209,21 @@ impl Method for Tables {
             left = right;
         }
         counters.certified += u64::from(!searched);
-        self.follow(course, piece, piece.duration, z, scratch, counters);
+        self.follow(cell_model, stretch, stretch.duration, z, scratch, counters);
         None
     }
 
     fn follow(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         time: f64,
         x: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut HermiteScratch,
         counters: &mut Counters,
     ) {
-        let (table, _) = self.0.of(course, piece);
-        let (node, rest) = match piece.whole && time == piece.duration {
+        let (table, _) = self.0.of(cell_model, stretch);
+        let (node, rest) = match stretch.whole && time == stretch.duration {
             true => (NODES, 0.0),
             false => table.split(time),
         };
@@ -233,7 +233,7 @@ impl Method for Tables {
             counters.matvecs += 1;
         }
         if rest > 0.0 {
-            let generator = course.generator(piece.cell, piece.contact);
+            let generator = cell_model.generator(stretch.cell, stretch.contact);
             scratch.taylor.step(generator, rest, TERMS, x);
         }
     }

@@ -1,10 +1,10 @@
 //! Many mesh cycles of constant contact at once, by repeated squaring of the cycle's map.
 
-use super::course::Course;
+use super::cell_model::CellModel;
+use super::cycle::Method;
 use super::exponential;
-use super::march::Method;
 use super::matrix::Operator;
-use super::spectral::Tables as SpectralTables;
+use super::spectral::SpectralTables;
 use super::steady::cycle;
 use super::{DenseError, TableSize};
 use crate::model::{Contact, Model, TrajectoryState};
@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// throughout, which [`Fused`](super::Fused) certifies cycle by cycle.
 #[derive(Debug)]
 pub struct PowerJumps<'m> {
-    course: Course<'m>,
+    cell_model: CellModel<'m>,
     powers: Vec<Operator<'static>>,
     spare: Vec<f64>,
     state: Vec<f64>,
@@ -29,16 +29,16 @@ impl<'m> PowerJumps<'m> {
     /// # Errors
     /// Stiffness that varies within a segment, or a speed too slow for tables.
     pub fn new(model: &'m Model, most: u64) -> Result<Self, DenseError> {
-        let course = Course::new(model, 1, SpectralTables::REACH, 0, None)?;
-        let grid = &course.grid;
-        let increments: Vec<Mat<f64>> = (course.contact.iter().zip(&grid.classes))
+        let cell_model = CellModel::new(model, 1, SpectralTables::REACH, 0, None)?;
+        let grid = &cell_model.grid;
+        let increments: Vec<Mat<f64>> = (cell_model.contact.iter().zip(&grid.classes))
             .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
-        let mut map = cycle(&course, &increments);
+        let mut map = cycle(&cell_model, &increments);
         let mut powers = Vec::new();
         let mut cycles = 1u64;
         loop {
-            turn_exactly(&course, cycles, &mut map);
+            turn_exactly(&cell_model, cycles, &mut map);
             powers.push(Operator::new(exponential::plus_one(map.clone()).as_ref()));
             match cycles.checked_mul(2) {
                 Some(twice) if twice <= most => cycles = twice,
@@ -46,9 +46,9 @@ impl<'m> PowerJumps<'m> {
             }
             map = exponential::after(&map, &map);
         }
-        let padded = course.layout.padded();
+        let padded = cell_model.layout.padded();
         Ok(Self {
-            course,
+            cell_model,
             powers,
             spare: vec![0.0; padded],
             state: vec![0.0; padded],
@@ -61,9 +61,9 @@ impl<'m> PowerJumps<'m> {
         if trajectory.contact == Contact::Free {
             return 0;
         }
-        let n = 2 * self.course.layout.modes;
+        let n = 2 * self.cell_model.layout.modes;
         self.state[..n].copy_from_slice(&trajectory.state);
-        self.course
+        self.cell_model
             .start_cycle(trajectory.cycle, trajectory.contact, &mut self.state);
         let mut products = 0;
         let last = self.powers.len() - 1;
@@ -87,16 +87,16 @@ impl<'m> PowerJumps<'m> {
 
     /// Size of the tables.
     pub fn bytes(&self) -> TableSize {
-        self.course.bytes(self.powers.iter())
+        self.cell_model.bytes(self.powers.iter())
     }
 }
 
 /// Writes the carried pairs' turn over some cycles, less the identity: squaring would double its round-off every
 /// time, and the whole turns are known.
-fn turn_exactly(course: &Course<'_>, cycles: u64, map: &mut Mat<f64>) {
-    let layout = &course.layout;
+fn turn_exactly(cell_model: &CellModel<'_>, cycles: u64, map: &mut Mat<f64>) {
+    let layout = &cell_model.layout;
     for pair in 0..layout.ripples + layout.errors {
-        let turns = match course.model.ripple.get(pair) {
+        let turns = match cell_model.model.ripple.get(pair) {
             Some(ripple) => (cycles as f64 * ripple.turns_per_cycle).fract(),
             None => 0.0,
         };

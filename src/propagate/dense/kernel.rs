@@ -1,8 +1,8 @@
-//! What all table kernels are: a course, and tables that cross its pieces.
+//! What all table kernels are: a model on cells, and tables that cross its stretches.
 
-use super::course::Course;
+use super::cell_model::CellModel;
+use super::cycle::{Method, Stretch, Workspace};
 use super::generator::Generator;
-use super::march::{Method, Piece, Workspace};
 use super::{DenseError, TableSize};
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
@@ -10,14 +10,14 @@ use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 /// A table kernel for one model.
 #[derive(Debug)]
 pub struct Dense<'m, M> {
-    pub(super) course: Course<'m>,
+    pub(super) cell_model: CellModel<'m>,
     pub(super) tables: M,
 }
 
 impl<M: Method> Dense<'_, M> {
     /// Size of the tables.
     pub fn bytes(&self) -> TableSize {
-        self.course.bytes(self.tables.operators())
+        self.cell_model.bytes(self.tables.operators())
     }
 }
 
@@ -25,14 +25,15 @@ impl<M: Method> Kernel for Dense<'_, M> {
     type Workspace = Workspace<M::Scratch>;
 
     fn workspace(&self) -> Self::Workspace {
-        self.course.workspace(self.tables.scratch(&self.course))
+        self.cell_model
+            .workspace(self.tables.scratch(&self.cell_model))
     }
 
     fn exact(&self) -> bool {
-        self.course.event_grid.is_none()
+        self.cell_model.event_grid.is_none()
     }
 
-    fn march<O: Observer>(
+    fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
@@ -40,7 +41,7 @@ impl<M: Method> Kernel for Dense<'_, M> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        self.course.march(
+        self.cell_model.advance_cycle(
             &self.tables,
             trajectory,
             tangents,
@@ -62,27 +63,27 @@ impl<T> Stock<T> {
     /// Tables made one by one of a generator, a class of its cells, and whether it is of contact;
     /// contact first.
     pub(super) fn new(
-        course: &Course<'_>,
+        cell_model: &CellModel<'_>,
         mut make: impl FnMut(&Generator, usize, bool) -> Result<T, DenseError>,
     ) -> Result<Self, DenseError> {
-        let contact = course.contact.iter().enumerate();
+        let contact = cell_model.contact.iter().enumerate();
         let contact = contact
             .map(|(class, g)| make(g, class, true))
             .collect::<Result<_, _>>()?;
-        let flight = course.flight.iter().zip(&course.grid.flights);
+        let flight = cell_model.flight.iter().zip(&cell_model.grid.flights);
         let flight = flight
             .map(|(g, &class)| make(g, class, false))
             .collect::<Result<_, _>>()?;
         Ok(Self { contact, flight })
     }
 
-    /// The table of a piece, and its place: whether it is of contact, and which.
-    pub(super) fn of(&self, course: &Course<'_>, piece: &Piece) -> (&T, (bool, usize)) {
-        let class = course.grid.cells[piece.cell].class;
-        match piece.contact.touching() {
+    /// The table of a stretch, and its place: whether it is of contact, and which.
+    pub(super) fn of(&self, cell_model: &CellModel<'_>, stretch: &Stretch) -> (&T, (bool, usize)) {
+        let class = cell_model.grid.cells[stretch.cell].class;
+        match stretch.contact.touching() {
             true => (&self.contact[class], (true, class)),
             false => {
-                let flight = course.grid.classes[class].flight;
+                let flight = cell_model.grid.classes[class].flight;
                 (&self.flight[flight], (false, flight))
             }
         }

@@ -5,18 +5,19 @@
 //! |---|---|
 //! | [`Dyadic`] | propagators for Δ/2ᵐ; an event is bracketed by halving, one product a guard evaluation |
 //! | [`Hermite`] | certificates from rows, a cubic Hermite guess, one or two more products |
-//! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products a piece |
+//! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products a stretch |
 //! | [`Fused`] | the same, and certified runs of 1, 2, 4, 8 cells or a whole cycle in one product |
 //!
 //! [`PowerJumps`] crosses any number of cycles of constant contact.
 //!
-//! All march the augmented state of [`generator`] and share the loop of [`march`]: events are
+//! All integrate the augmented state of [`generator`] and share the loop of [`cycle`]: events are
 //! located to round-off on the same surfaces, with the same saltation, counters, observers and
 //! limits as every other kernel.
 
 mod basis;
+mod cell_model;
 mod cluster;
-mod course;
+mod cycle;
 mod dyadic;
 mod eigen;
 mod exits;
@@ -28,7 +29,6 @@ mod hermite;
 mod jumps;
 mod kept;
 mod kernel;
-mod march;
 mod matrix;
 mod series;
 mod show;

@@ -1,9 +1,9 @@
 //! The guard of a short stretch as a Taylor polynomial, and certificates from rows.
 
-use super::exits::{Bounds, Margin, Sight, Verdict, earliest_exit, judge};
+use super::cycle::{Exit, Stretch};
+use super::exits::{Bounds, DeflectionAt, Margin, Verdict, earliest_exit, judge};
 use super::exponential::bound_row;
 use super::generator::Generator;
-use super::march::{Exit, Piece};
 use super::matrix::{dot, reach};
 use super::show::Taylor;
 use crate::propagate::Counters;
@@ -71,18 +71,18 @@ impl BoundRows {
     }
 }
 
-/// The worst of the verdicts on all margins of a piece between two sights.
+/// The worst of the verdicts on all margins of a stretch between two times.
 pub fn judge_all(
-    piece: &Piece,
+    stretch: &Stretch,
     half_gap: f64,
-    [a, b]: [&Sight; 2],
+    [a, b]: [&DeflectionAt; 2],
     bounds: &Bounds,
     starts: bool,
 ) -> Verdict {
     let mut worst = Verdict::Clear;
-    for margin in Margin::of(piece.contact, half_gap) {
-        let root = starts && piece.crossed == Some(margin.surface);
-        match judge(&margin.see(a), &margin.see(b), bounds, root) {
+    for margin in Margin::of(stretch.contact, half_gap) {
+        let root = starts && stretch.crossed == Some(margin.surface);
+        match judge(&margin.at(a), &margin.at(b), bounds, root) {
             Verdict::Clear => {}
             found if worst == Verdict::Clear => worst = found,
             _ => worst = Verdict::Split,
@@ -91,12 +91,12 @@ pub fn judge_all(
     worst
 }
 
-/// The first exit within `duration` by a guard that can be evaluated anywhere, sights at both
-/// ends known; `starts`: the piece starts here.
+/// The first exit within `duration` by a guard that can be evaluated anywhere, values at both
+/// ends known; `starts`: the stretch starts here.
 pub fn locate(
-    piece: &Piece,
+    stretch: &Stretch,
     half_gap: f64,
-    ends: [&Sight; 2],
+    ends: [&DeflectionAt; 2],
     bounds: &Bounds,
     starts: bool,
     guard: &mut impl FnMut(f64) -> [f64; 3],
@@ -104,8 +104,8 @@ pub fn locate(
 ) -> Option<Exit> {
     let [first, mut last] = [*ends[0], *ends[1]];
     let mut exit: Option<Exit> = None;
-    for margin in Margin::of(piece.contact, half_gap) {
-        let root = starts && piece.crossed == Some(margin.surface);
+    for margin in Margin::of(stretch.contact, half_gap) {
+        let root = starts && stretch.crossed == Some(margin.surface);
         let found = earliest_exit(&margin, [&first, &last], bounds, root, guard, counters);
         if let Some(time) = found {
             exit = Some(Exit {
@@ -115,7 +115,7 @@ pub fn locate(
             if time <= first.time {
                 break;
             }
-            last = Sight {
+            last = DeflectionAt {
                 time,
                 deflection: guard(time),
             };

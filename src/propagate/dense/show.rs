@@ -1,11 +1,11 @@
-//! A piece as the observer sees it: Legendre series of deflection and force.
+//! A stretch as the observer sees it: Legendre series of deflection and force.
 //!
 //! They follow from Taylor series of the structured generator, so that what is shown does not
 //! depend on the kernel's tables.
 
-use super::course::Course;
+use super::cell_model::CellModel;
+use super::cycle::Stretch;
 use super::generator::Generator;
-use super::march::Piece;
 use super::matrix::{add_scaled, dot, scale};
 use crate::numerics::legendre::transforms24;
 use crate::propagate::{Observer, Window};
@@ -46,7 +46,7 @@ impl Picture {
         }
     }
 
-    /// The state at the end of the piece last shown.
+    /// The state at the end of the stretch last shown.
     pub fn last_state(&self) -> &[f64] {
         &self.state
     }
@@ -109,10 +109,10 @@ fn evaluate(series: &[f64], times: &[f64; 24]) -> [f64; 24] {
     sums
 }
 
-/// Shows the first `duration` of a piece that starts at `time` from the state `start`.
+/// Shows the first `duration` of a stretch that starts at `time` from the state `start`.
 pub(super) fn show<O: Observer>(
-    course: &Course<'_>,
-    piece: &Piece,
+    cell_model: &CellModel<'_>,
+    stretch: &Stretch,
     cycle: u64,
     time: f64,
     duration: f64,
@@ -120,14 +120,14 @@ pub(super) fn show<O: Observer>(
     picture: &mut Picture,
     observer: &mut O,
 ) {
-    let generator = course.generator(piece.cell, piece.contact);
-    let segment = &course.model.cycle.segments[course.grid.cells[piece.cell].segment];
+    let generator = cell_model.generator(stretch.cell, stretch.contact);
+    let segment = &cell_model.model.cycle.segments[cell_model.grid.cells[stretch.cell].segment];
     let transforms = transforms24();
     let (mut deflection, mut force) = ([0.0; 24], [0.0; 24]);
     picture.state.copy_from_slice(start);
-    let chunks = (course.grid.rate * duration / REACH).ceil().max(1.0);
+    let chunks = (cell_model.grid.rate * duration / REACH).ceil().max(1.0);
     let step = duration / chunks;
-    let last_term = terms_needed(course.grid.rate * step);
+    let last_term = terms_needed(cell_model.grid.rate * step);
     let mut node = 0;
     for chunk in 0..chunks as usize {
         let from = step * chunk as f64;
@@ -161,9 +161,9 @@ pub(super) fn show<O: Observer>(
             [&places, &rates].map(|series| evaluate(&series[..=last_term], &times));
         for at in 0..within {
             deflection[node] = shown[at];
-            force[node] = (course.model).force(
+            force[node] = (cell_model.model).force(
                 segment,
-                piece.contact,
+                stretch.contact,
                 time + from + times[at],
                 shown[at],
                 speeds[at],
@@ -171,13 +171,13 @@ pub(super) fn show<O: Observer>(
             node += 1;
         }
     }
-    let n = course.layout.modes;
+    let n = cell_model.layout.modes;
     observer.window(&Window {
         cycle,
         start: time,
         duration,
         segment,
-        contact: piece.contact,
+        contact: stretch.contact,
         deflection: &transforms.interpolate(&deflection),
         force: &transforms.interpolate(&force),
         first: &start[..n],

@@ -2,20 +2,20 @@
 //!
 //! One product takes the state to the basis of its segment and contact state, where the
 //! deflection is a sum of damped sinusoids and a polynomial. Everything up to the event is scalar
-//! work there; a second product goes back. Free flight is one such piece however many cells it
+//! work there; a second product goes back. Free flight is one such stretch however many cells it
 //! spans.
 
 use super::DenseError;
 use super::basis::POWERS;
-use super::course::Course;
-use super::exits::{Bounds, Margin, Sight};
+use super::cell_model::CellModel;
+use super::cycle::{Exit, Method, Stretch};
+use super::exits::{Bounds, DeflectionAt, Margin};
 use super::generator::Generator;
 use super::kept::{KeptTables, Reader, TableArray, Writer};
 use super::kernel::{Dense, Stock};
-use super::march::{Exit, Method, Piece};
 use super::matrix::{Operator, dot, padded};
 use super::series::locate;
-use super::spectral_table::{Factors, Guard, Table};
+use super::spectral_table::{Factors, Guard, SpectralTable};
 use super::waves;
 use crate::model::Model;
 use crate::propagate::Counters;
@@ -24,7 +24,7 @@ use crate::propagate::Counters;
 const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 /// The spectral kernel for one model.
-pub type Spectral<'m> = Dense<'m, Tables<'m>>;
+pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
 
 /// How well one basis behaves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,11 +61,11 @@ impl Conditioning {
 
 /// Its tables.
 #[derive(Debug)]
-pub struct Tables<'t>(Stock<Table<'t>>);
+pub struct SpectralTables<'t>(Stock<SpectralTable<'t>>);
 
 /// Scratch memory.
 #[derive(Debug)]
-pub struct Scratch {
+pub struct SpectralScratch {
     y: Vec<f64>,
     amplitudes: [Vec<f64>; 2],
     slow: Vec<f64>,
@@ -78,7 +78,7 @@ impl<'m> Spectral<'m> {
     /// Builds the kernel's tables for a model.
     ///
     /// * `cells`: fewest unit steps a mesh cycle; more where a cell would be too long.
-    /// * `event_limit`: most events in a mesh cycle before marching stops.
+    /// * `event_limit`: most events in a mesh cycle before integration stops.
     /// * `event_grid`: puts every event off to the end of its part of so many equal ones, and
     ///   takes the contact state from there, as the published algorithm does in its last step:
     ///   an error of first order. None: events are where they are.
@@ -92,9 +92,10 @@ impl<'m> Spectral<'m> {
         event_limit: u32,
         event_grid: Option<u32>,
     ) -> Result<Self, DenseError> {
-        let course = Course::new(model, cells, Tables::REACH, event_limit, event_grid)?;
-        let tables = Tables::new(&course)?;
-        Ok(Self { course, tables })
+        let cell_model =
+            CellModel::new(model, cells, SpectralTables::REACH, event_limit, event_grid)?;
+        let tables = SpectralTables::new(&cell_model)?;
+        Ok(Self { cell_model, tables })
     }
 
     /// The kernel of a model whose tables, for as many `cells`, are kept; other arguments as for
@@ -110,11 +111,12 @@ impl<'m> Spectral<'m> {
         event_grid: Option<u32>,
         kept: &'m dyn KeptTables,
     ) -> Result<Self, DenseError> {
-        let course = Course::new(model, cells, Tables::REACH, event_limit, event_grid)?;
+        let cell_model =
+            CellModel::new(model, cells, SpectralTables::REACH, event_limit, event_grid)?;
         let mut reader = Reader::new(kept);
-        let tables = Tables::read(&course, &mut reader)?;
+        let tables = SpectralTables::read(&cell_model, &mut reader)?;
         reader.finish()?;
-        Ok(Self { course, tables })
+        Ok(Self { cell_model, tables })
     }
 
     /// The tables as arrays to be kept.
@@ -130,16 +132,19 @@ impl<'m> Spectral<'m> {
     }
 }
 
-impl<'t> Tables<'t> {
-    pub fn new(course: &Course<'_>) -> Result<Self, DenseError> {
-        let make = |g: &Generator, class, touching| Table::new(g, course, class, touching);
-        Ok(Self(Stock::new(course, make)?))
+impl<'t> SpectralTables<'t> {
+    pub fn new(cell_model: &CellModel<'_>) -> Result<Self, DenseError> {
+        let make =
+            |g: &Generator, class, touching| SpectralTable::new(g, cell_model, class, touching);
+        Ok(Self(Stock::new(cell_model, make)?))
     }
 
     /// Those handed over by [`keep`](Self::keep).
-    pub fn read(course: &Course<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
-        let read = |g: &Generator, class, touching| Table::read(kept, g, course, class, touching);
-        Ok(Self(Stock::new(course, read)?))
+    pub fn read(cell_model: &CellModel<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
+        let read = |g: &Generator, class, touching| {
+            SpectralTable::read(kept, g, cell_model, class, touching)
+        };
+        Ok(Self(Stock::new(cell_model, read)?))
     }
 
     /// Hands all numbers over, contact first.
@@ -153,25 +158,25 @@ impl<'t> Tables<'t> {
         self.0.all().map(|table| table.conditioning)
     }
 
-    /// Moves `scratch.y` over the first `time` of a piece and writes the state.
+    /// Moves `scratch.y` over the first `time` of a stretch and writes the state.
     fn back(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         time: f64,
         z: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut SpectralScratch,
         counters: &mut Counters,
     ) {
-        let (table, key) = self.0.of(course, piece);
-        let Scratch {
+        let (table, key) = self.0.of(cell_model, stretch);
+        let SpectralScratch {
             y,
             slow,
             factors,
             prepared,
             ..
         } = scratch;
-        if piece.whole && time == piece.duration {
+        if stretch.whole && time == stretch.duration {
             table.advance(&table.whole, y, slow);
         } else {
             if *prepared != Some(key) || factors.time != time {
@@ -185,8 +190,8 @@ impl<'t> Tables<'t> {
     }
 }
 
-impl Method for Tables<'_> {
-    type Scratch = Scratch;
+impl Method for SpectralTables<'_> {
+    type Scratch = SpectralScratch;
     const REACH: f64 = 8.0;
     const FLIES: bool = true;
 
@@ -194,10 +199,11 @@ impl Method for Tables<'_> {
         (self.0.all()).flat_map(|table| [&table.inverse, &table.matrix])
     }
 
-    fn scratch(&self, _: &Course<'_>) -> Scratch {
-        let most = |size: fn(&Table<'_>) -> usize| self.0.all().map(size).max().unwrap_or(0);
+    fn scratch(&self, _: &CellModel<'_>) -> SpectralScratch {
+        let most =
+            |size: fn(&SpectralTable<'_>) -> usize| self.0.all().map(size).max().unwrap_or(0);
         let (lanes, slow) = (most(|table| table.alpha.len()), most(|table| table.slow));
-        Scratch {
+        SpectralScratch {
             y: vec![0.0; padded(2 * lanes + slow)],
             amplitudes: [vec![0.0; lanes], vec![0.0; lanes]],
             slow: vec![0.0; slow],
@@ -208,14 +214,14 @@ impl Method for Tables<'_> {
 
     fn pass(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         z: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut SpectralScratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let (table, _) = self.0.of(course, piece);
-        let generator = course.generator(piece.cell, piece.contact);
+        let (table, _) = self.0.of(cell_model, stretch);
+        let generator = cell_model.generator(stretch.cell, stretch.contact);
         let lanes = table.alpha.len();
         table.inverse.apply(z, &mut scratch.y);
         counters.matvecs += 1;
@@ -240,10 +246,10 @@ impl Method for Tables<'_> {
         for (q, row) in guard.polynomial.iter_mut().zip(rows) {
             *q = row.iter().zip(slow).map(|(p, x)| p * x).sum();
         }
-        let growth = (table.growth * piece.duration).exp();
-        let drift = guard.bounds(piece.duration);
+        let growth = (table.growth * stretch.duration).exp();
+        let drift = guard.bounds(stretch.duration);
         let [first, second, third] = [0, 1, 2].map(|i| growth * sums[i + 1] + drift[i]);
-        let start = Sight {
+        let start = DeflectionAt {
             time: 0.0,
             deflection: [
                 dot(&generator.deflection, z),
@@ -251,11 +257,11 @@ impl Method for Tables<'_> {
                 dot(&table.curvature, z),
             ],
         };
-        let half_gap = course.model.half_gap;
-        let reach = first * piece.duration;
-        let clear = piece.crossed.is_none()
-            && Margin::of(piece.contact, half_gap)
-                .all(|margin| margin.see(&start).value > reach + piece.noise);
+        let half_gap = cell_model.model.half_gap;
+        let reach = first * stretch.duration;
+        let clear = stretch.crossed.is_none()
+            && Margin::of(stretch.contact, half_gap)
+                .all(|margin| margin.at(&start).value > reach + stretch.noise);
         let exit = if clear {
             counters.certified += 1;
             None
@@ -263,19 +269,19 @@ impl Method for Tables<'_> {
             let bounds = Bounds {
                 second,
                 third,
-                noise: piece.noise + ROUND_OFF * sums[0],
+                noise: stretch.noise + ROUND_OFF * sums[0],
             };
             let mut evaluations = 1;
-            let end = Sight {
-                time: piece.duration,
-                deflection: guard.at(piece.duration),
+            let end = DeflectionAt {
+                time: stretch.duration,
+                deflection: guard.at(stretch.duration),
             };
             let mut at = |time: f64| {
                 evaluations += 1;
                 guard.at(time)
             };
             let found = locate(
-                piece,
+                stretch,
                 half_gap,
                 [&start, &end],
                 &bounds,
@@ -286,23 +292,23 @@ impl Method for Tables<'_> {
             counters.guard_evaluations += evaluations;
             found
         };
-        let time = exit.map_or(piece.duration, |exit| exit.time);
-        self.back(course, piece, time, z, scratch, counters);
+        let time = exit.map_or(stretch.duration, |exit| exit.time);
+        self.back(cell_model, stretch, time, z, scratch, counters);
         exit
     }
 
     fn follow(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         time: f64,
         x: &mut [f64],
-        scratch: &mut Scratch,
+        scratch: &mut SpectralScratch,
         counters: &mut Counters,
     ) {
-        let (table, _) = self.0.of(course, piece);
+        let (table, _) = self.0.of(cell_model, stretch);
         table.inverse.apply(x, &mut scratch.y);
         counters.matvecs += 1;
-        self.back(course, piece, time, x, scratch, counters);
+        self.back(cell_model, stretch, time, x, scratch, counters);
     }
 }

@@ -3,7 +3,7 @@
 
 use super::DenseError;
 use super::basis::{Basis, POWERS};
-use super::course::Course;
+use super::cell_model::CellModel;
 use super::exponential;
 use super::generator::Generator;
 use super::kept::{Reader, Writer};
@@ -14,7 +14,7 @@ use faer::Mat;
 
 /// One basis, ready for use.
 #[derive(Debug)]
-pub struct Table<'t> {
+pub struct SpectralTable<'t> {
     /// W⁻¹ and W.
     pub inverse: Operator<'t>,
     pub matrix: Operator<'t>,
@@ -60,15 +60,15 @@ impl Factors {
     }
 }
 
-impl<'t> Table<'t> {
+impl<'t> SpectralTable<'t> {
     /// The basis of a generator, on cells of a class.
     pub fn new(
         generator: &Generator,
-        course: &Course<'_>,
+        cell_model: &CellModel<'_>,
         class: usize,
         touching: bool,
     ) -> Result<Self, DenseError> {
-        let (grid, layout) = (&course.grid, &course.layout);
+        let (grid, layout) = (&cell_model.grid, &cell_model.layout);
         let basis = Basis::new(generator, grid.period, touching)?;
         let lanes = basis.alpha.len();
         let slow = basis.slow + 2;
@@ -178,13 +178,13 @@ impl<'t> Table<'t> {
     pub fn read(
         kept: &mut Reader<'t>,
         generator: &Generator,
-        course: &Course<'_>,
+        cell_model: &CellModel<'_>,
         class: usize,
         touching: bool,
     ) -> Result<Self, DenseError> {
         const EXTENTS: &str = "extents";
-        let d = course.layout.dimension();
-        let class = &course.grid.classes[class];
+        let d = cell_model.layout.dimension();
+        let class = &cell_model.grid.classes[class];
         let lanes = kept.lanes(EXTENTS)?;
         let [slow, terms, powers] = [
             kept.count(EXTENTS)?,
@@ -260,9 +260,9 @@ impl<'t> Table<'t> {
     }
 }
 
-/// The deflection of a piece in closed form.
+/// The deflection of a stretch in closed form.
 pub(super) struct Guard<'t> {
-    pub table: &'t Table<'t>,
+    pub table: &'t SpectralTable<'t>,
     pub amplitudes: [&'t [f64]; 2],
     pub polynomial: [f64; POWERS + 1],
     /// Powers of time in use.

@@ -1,11 +1,11 @@
 //! A mesh cycle of constant contact as one affine map, and when a trajectory may take it.
 
 use super::DenseError;
-use super::course::Course;
-use super::exits::{Margin, Sight};
+use super::cell_model::CellModel;
+use super::cycle::Stretch;
+use super::exits::{DeflectionAt, Margin};
 use super::exponential::{self, bound_row};
 use super::kept::{Reader, Writer};
-use super::march::Piece;
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::BoundRows;
 use crate::model::Contact;
@@ -22,13 +22,13 @@ pub(super) struct CycleMap<'t> {
 
 impl<'t> CycleMap<'t> {
     /// The map of the cycle whose cells have these propagators less the identity, by class.
-    pub fn new(course: &Course<'_>, increments: &[Mat<f64>]) -> Self {
-        let (layout, grid) = (&course.layout, &course.grid);
+    pub fn new(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Self {
+        let (layout, grid) = (&cell_model.layout, &cell_model.grid);
         let d = layout.dimension();
         let mut reach = vec![0.0; layout.padded()];
         let mut before = Mat::<f64>::zeros(d, d);
         for cell in &grid.cells {
-            let generator = &course.contact[cell.class];
+            let generator = &cell_model.contact[cell.class];
             let duration = grid.classes[cell.class].duration;
             let through = exponential::plus_one(before.clone());
             let (row, through) = (&generator.deflection, Some(through.as_ref()));
@@ -51,13 +51,15 @@ impl<'t> CycleMap<'t> {
     }
 
     /// The map whose numbers were handed over.
-    pub fn read(course: &Course<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
-        let d = course.layout.dimension();
+    pub fn read(cell_model: &CellModel<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
+        let d = cell_model.layout.dimension();
         let name = "cycle_map";
         let numbers = kept.take(name, numbers_of(d, d))?;
         Ok(Self {
             map: Operator::lent(numbers, d, d).ok_or(DenseError::Kept { name })?,
-            reach: kept.take("cycle_reach", course.layout.padded())?.to_vec(),
+            reach: kept
+                .take("cycle_reach", cell_model.layout.padded())?
+                .to_vec(),
         })
     }
 }
@@ -80,9 +82,9 @@ struct Flank {
 
 impl<'t> Steady<'t> {
     /// The steady cycles under the model's load; `cells`: the propagator of a cell of each class.
-    pub fn new(course: &Course<'_>, cycle: CycleMap<'t>, cells: &[&Operator<'_>]) -> Self {
+    pub fn new(cell_model: &CellModel<'_>, cycle: CycleMap<'t>, cells: &[&Operator<'_>]) -> Self {
         let [drive, coast] = [Contact::Drive, Contact::Coast]
-            .map(|contact| Flank::new(course, &cycle.map, cells, contact));
+            .map(|contact| Flank::new(cell_model, &cycle.map, cells, contact));
         let flanks = (drive.zip(coast)).map(|(drive, coast)| [drive, coast]);
         Self {
             cycle,
@@ -95,12 +97,12 @@ impl<'t> Steady<'t> {
         &self.cycle
     }
 
-    /// Whether the cycle that starts with a piece in a state surely keeps contact.
-    pub fn holds(&self, piece: &Piece, z: &[f64]) -> bool {
+    /// Whether the cycle that starts with a stretch in a state surely keeps contact.
+    pub fn holds(&self, stretch: &Stretch, z: &[f64]) -> bool {
         let Some([drive, coast]) = &self.flanks else {
             return false;
         };
-        let flank = match piece.contact {
+        let flank = match stretch.contact {
             Contact::Drive => drive,
             Contact::Coast => coast,
             Contact::Free => return false,
@@ -109,19 +111,19 @@ impl<'t> Steady<'t> {
         let apart: f64 = sizes
             .map(|((reach, z), start)| reach * (z - start).abs())
             .sum();
-        flank.margin > apart + piece.noise
+        flank.margin > apart + stretch.noise
     }
 }
 
 impl Flank {
     /// The steady cycle in a contact state; none where no such cycle exists.
     fn new(
-        course: &Course<'_>,
+        cell_model: &CellModel<'_>,
         map: &Operator<'_>,
         cells: &[&Operator<'_>],
         contact: Contact,
     ) -> Option<Self> {
-        let (layout, model) = (&course.layout, course.model);
+        let (layout, model) = (&cell_model.layout, cell_model.model);
         let (n, d) = (layout.modes, layout.dimension());
         let kept: Vec<usize> = (0..2 * n)
             .filter(|i| !model.neutral.contains(&(i % n)))
@@ -145,17 +147,17 @@ impl Flank {
             }
         }
         start.iter().all(|x| x.is_finite()).then(|| Self {
-            margin: smallest_margin(course, cells, contact, &start),
+            margin: smallest_margin(cell_model, cells, contact, &start),
             start,
         })
     }
 }
 
 /// The map of a cycle in contact less the identity, of the cells' own, by class.
-pub fn cycle(course: &Course<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
-    let d = course.layout.dimension();
+pub fn cycle(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
+    let d = cell_model.layout.dimension();
     let mut map = Mat::<f64>::zeros(d, d);
-    for cell in &course.grid.cells {
+    for cell in &cell_model.grid.cells {
         map = exponential::after(&increments[cell.class], &map);
     }
     map
@@ -163,29 +165,29 @@ pub fn cycle(course: &Course<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
 
 /// The smallest margin along a cycle in contact \[m\], or something smaller.
 fn smallest_margin(
-    course: &Course<'_>,
+    cell_model: &CellModel<'_>,
     cells: &[&Operator<'_>],
     contact: Contact,
     start: &[f64],
 ) -> f64 {
-    let grid = &course.grid;
-    let bounds: Vec<BoundRows> = (course.contact.iter().zip(&grid.classes))
+    let grid = &cell_model.grid;
+    let bounds: Vec<BoundRows> = (cell_model.contact.iter().zip(&grid.classes))
         .map(|(g, class)| BoundRows::new(g, grid.rate, class.duration))
         .collect();
     let mut z = start.to_vec();
     let mut next = vec![0.0; z.len()];
     let mut smallest = f64::INFINITY;
     for cell in &grid.cells {
-        let generator = &course.contact[cell.class];
+        let generator = &cell_model.contact[cell.class];
         let duration = grid.classes[cell.class].duration;
         let see = |z: &[f64]| {
-            let sight = Sight {
+            let here = DeflectionAt {
                 time: 0.0,
                 deflection: [dot(&generator.deflection, z), 0.0, 0.0],
             };
-            let margins = Margin::of(contact, course.model.half_gap);
+            let margins = Margin::of(contact, cell_model.model.half_gap);
             margins
-                .map(|margin| margin.see(&sight).value)
+                .map(|margin| margin.at(&here).value)
                 .fold(f64::INFINITY, f64::min)
         };
         let sag = 0.125 * duration * duration * bounds[cell.class].at(&z, 0.0).second;

@@ -74,7 +74,7 @@ struct RippleTable {
 
 /// What the mesh looks like at one instant.
 #[derive(Debug, Clone, Copy)]
-struct Sight {
+struct MeshState {
     time: f64,
     deflection: f64,
     rate: f64,
@@ -180,12 +180,12 @@ impl Stepping {
     }
 
     /// The mesh at half step `index` of the cycle, as step `j` sees it.
-    fn sight(&self, state: &[f64], j: usize, index: usize) -> Sight {
+    fn mesh_state(&self, state: &[f64], j: usize, index: usize) -> MeshState {
         let direction = self.direction(j);
         let [error, error_rate] = self.transmission_error[index];
         let phase = index as f64 / (2 * self.steps) as f64;
         let [lack, slope] = self.segment(j).error_at(phase);
-        Sight {
+        MeshState {
             time: 0.5 * self.step * index as f64,
             deflection: dot(&direction.deflection, state) - error,
             rate: dot(&direction.rate, state) - error_rate,
@@ -199,29 +199,29 @@ impl Stepping {
         &self,
         trajectory: &mut TrajectoryState,
         j: usize,
-        last: Sight,
+        last: MeshState,
         events: &mut u32,
         observer: &mut O,
-    ) -> Result<Sight, Stop> {
+    ) -> Result<MeshState, Stop> {
         let segment = self.middles[j].segment;
         let starts = j == 0 || self.middles[j - 1].segment != segment;
         if !(starts && self.cycle.turns(segment)) {
             return Ok(last);
         }
-        let sight = self.sight(&trajectory.state, j, 2 * j);
+        let mesh = self.mesh_state(&trajectory.state, j, 2 * j);
         let unmoved = &mut Tangents::none();
-        self.follow(trajectory, unmoved, j, [sight, sight], events, observer)?;
-        Ok(sight)
+        self.follow(trajectory, unmoved, j, [mesh, mesh], events, observer)?;
+        Ok(mesh)
     }
 
-    /// Carries the contact state from one sight of step `j` to the next: an event, with its
+    /// Carries the contact state from one state of step `j` to the next: an event, with its
     /// saltation, for every surface between the two.
     fn follow<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
         j: usize,
-        [before, after]: [Sight; 2],
+        [before, after]: [MeshState; 2],
         events: &mut u32,
         observer: &mut O,
     ) -> Result<(), Stop> {
@@ -233,14 +233,14 @@ impl Stepping {
                 break;
             };
             let to = from.across(surface);
-            let [level, goal] = [before, after].map(|sight| surface.sign() * sight.gap[0]);
+            let [level, goal] = [before, after].map(|mesh| surface.sign() * mesh.gap[0]);
             let change = (after.deflection - before.deflection) - (goal - level);
             let fraction = if change == 0.0 {
                 1.0
             } else {
                 ((level - before.deflection) / change).clamp(0.0, 1.0)
             };
-            let rate = |sight: Sight| sight.rate - surface.sign() * sight.gap[1];
+            let rate = |mesh: MeshState| mesh.rate - surface.sign() * mesh.gap[1];
             *events += 1;
             if *events > self.event_limit {
                 return Err(Stop::EventStorm {
@@ -274,15 +274,15 @@ impl Stepping {
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
         j: usize,
-        sight: Sight,
+        mesh: MeshState,
         turned: &[[f64; 2]],
     ) {
         let (direction, middle) = (self.direction(j), self.middles[j]);
         let (k, c) = (middle.stiffness, self.segment(j).damping);
         let contact = trajectory.contact;
         if contact.touching() {
-            let [gap, opening] = sight.gap.map(|value| contact.sign() * value);
-            let force = k * (sight.deflection - gap) + c * (sight.rate - opening);
+            let [gap, opening] = mesh.gap.map(|value| contact.sign() * value);
+            let force = k * (mesh.deflection - gap) + c * (mesh.rate - opening);
             let push = -middle.impulse * force;
             add_scaled(&mut trajectory.state, push, &direction.mesh_input);
             for index in 0..tangents.count() {
@@ -308,13 +308,13 @@ impl Stepping {
         &self,
         trajectory: &TrajectoryState,
         j: usize,
-        [left, right]: [Sight; 2],
+        [left, right]: [MeshState; 2],
         start: &[f64],
         observer: &mut O,
     ) {
         let (segment, stiffness) = (self.segment(j), self.middles[j].stiffness);
         let contact = trajectory.contact;
-        let motion = [left, right].map(|sight| [sight.deflection, sight.rate]);
+        let motion = [left, right].map(|mesh| [mesh.deflection, mesh.rate]);
         let deflection = hermite(motion[0], motion[1], self.step);
         let mut force = [0.0; 4];
         if contact.touching() {
@@ -368,7 +368,7 @@ impl Kernel for Stepping {
         false
     }
 
-    fn march<O: Observer>(
+    fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
@@ -381,7 +381,7 @@ impl Kernel for Stepping {
             *turned = [cos, sin];
         }
         let mut events = 0;
-        let mut last = self.sight(&trajectory.state, 0, 0);
+        let mut last = self.mesh_state(&trajectory.state, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
             if observer.called_off() {
@@ -390,7 +390,7 @@ impl Kernel for Stepping {
             }
             if self.turns {
                 if j > 0 {
-                    let end = self.sight(&trajectory.state, j - 1, 2 * j);
+                    let end = self.mesh_state(&trajectory.state, j - 1, 2 * j);
                     self.follow(
                         trajectory,
                         tangents,
@@ -411,29 +411,22 @@ impl Kernel for Stepping {
             for index in 0..tangents.count() {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
-            let sight = self.sight(&trajectory.state, j, 2 * j + 1);
-            self.follow(
-                trajectory,
-                tangents,
-                j,
-                [last, sight],
-                &mut events,
-                observer,
-            )?;
-            self.kick(trajectory, tangents, j, sight, &workspace.turned);
+            let mesh = self.mesh_state(&trajectory.state, j, 2 * j + 1);
+            self.follow(trajectory, tangents, j, [last, mesh], &mut events, observer)?;
+            self.kick(trajectory, tangents, j, mesh, &workspace.turned);
             self.half.advance(&mut trajectory.state);
             for index in 0..tangents.count() {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
             if O::WINDOWS {
-                let right = self.sight(&trajectory.state, j, 2 * j + 2);
+                let right = self.mesh_state(&trajectory.state, j, 2 * j + 2);
                 self.show(trajectory, j, [left, right], &workspace.start, observer);
                 left = right;
             }
-            last = sight;
+            last = mesh;
         }
         // The contact state that goes into the next cycle is that of the state itself.
-        let end = self.sight(&trajectory.state, self.steps - 1, 2 * self.steps);
+        let end = self.mesh_state(&trajectory.state, self.steps - 1, 2 * self.steps);
         let reach = end.deflection.abs() + end.rate.abs() * self.step;
         if reach.is_nan() || reach > Self::FARTHEST * self.half_gap {
             return Err(Stop::Diverged {

@@ -139,10 +139,10 @@ fn watching_does_not_change_the_trajectory() {
 }
 
 #[test]
-fn event_limit_and_divergence_stop_the_march() {
+fn event_limit_and_divergence_stop_the_integration() {
     let model = model(&[4.4e8, 3.3e8]);
     let mut counters = Counters::default();
-    let mut march = |kernel: &Stepping, trajectory: &mut TrajectoryState| {
+    let mut advance = |kernel: &Stepping, trajectory: &mut TrajectoryState| {
         kernel.advance(
             50,
             trajectory,
@@ -152,17 +152,17 @@ fn event_limit_and_divergence_stop_the_march() {
         )
     };
     let mut trajectory = model.start(&InitialState::Static);
-    let stop = march(&Stepping::new(&model, 500, 0), &mut trajectory);
+    let stop = advance(&Stepping::new(&model, 500, 0), &mut trajectory);
     assert!(matches!(stop, Err(Stop::EventStorm { limit: 0, .. })));
 
     let mut lost = model.start(&InitialState::Static);
     lost.state[0] = f64::NAN;
     lost.cycle = 3;
-    let stop = march(&Stepping::new(&model, 500, 100), &mut lost);
+    let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert_eq!(stop, Err(Stop::Diverged { cycle: 3 }));
     // Flying off: 100 m/s for a period is far beyond a million half gaps of 10 µm.
     let mut lost = model.start(&InitialState::Static);
     lost.state[2] = 1e9;
-    let stop = march(&Stepping::new(&model, 500, 100), &mut lost);
+    let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert!(matches!(stop, Err(Stop::Diverged { .. })));
 }

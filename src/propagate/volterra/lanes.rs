@@ -24,7 +24,7 @@ use super::varying::{Factors, Nodal};
 use crate::model::STIFFNESS_TERMS;
 use crate::numerics::instructions::portable;
 use crate::propagate::Counters;
-use crate::propagate::events::{Course, Crossing};
+use crate::propagate::events::{Crossing, WindowDeflection};
 
 /// Blocks carried side by side.
 pub const LANES: usize = 8;
@@ -218,7 +218,7 @@ for_each_set! {
 for_each_set! {
     /// [`crate::propagate::events::first_crossing`].
     fn first_crossing(
-        course: Course<'_, TERMS>,
+        deflection: WindowDeflection<'_, TERMS>,
         half_gap: f64,
         limit: f64,
         counters: &mut Counters,

@@ -48,11 +48,11 @@
 //! only cuts read. The instruction set is chosen once a window's solution, once a move: each is
 //! one call ([`lanes`]).
 
+mod cycle;
 mod feedback;
 mod grid;
 mod lanes;
 mod length;
-mod march;
 mod partial;
 mod tables;
 mod varying;
@@ -62,7 +62,7 @@ mod workspace;
 pub use lanes::InstructionSet;
 
 use crate::model::Model;
-use tables::Tables;
+use tables::VolterraTables;
 use window_table::WindowTable;
 
 /// Terms of every series on a window.
@@ -72,7 +72,7 @@ pub const TERMS: usize = 24;
 #[derive(Debug)]
 pub struct Volterra<'m> {
     model: &'m Model,
-    tables: Tables,
+    tables: VolterraTables,
     event_limit: u32,
     instructions: InstructionSet,
 }
@@ -83,7 +83,7 @@ impl<'m> Volterra<'m> {
     /// * `tolerance`: relative size of the first Legendre coefficient left out of a window,
     ///   for the fastest motion the model has; 2⁻⁵² for round-off. It sets the window length,
     ///   which the exponential series bound: above some 5·10⁻¹⁴ windows grow no longer.
-    /// * `event_limit`: most events in a mesh cycle before marching stops.
+    /// * `event_limit`: most events in a mesh cycle before integration stops.
     pub fn new(model: &'m Model, tolerance: f64, event_limit: u32) -> Self {
         Self::with_instructions(model, tolerance, event_limit, InstructionSet::best())
     }
@@ -97,7 +97,7 @@ impl<'m> Volterra<'m> {
     ) -> Self {
         Self {
             model,
-            tables: Tables::new(model, tolerance, instructions),
+            tables: VolterraTables::new(model, tolerance, instructions),
             event_limit,
             instructions,
         }

@@ -65,7 +65,7 @@ impl Layout {
 
 /// Tables of the structured kernel.
 #[derive(Debug)]
-pub struct Tables {
+pub struct VolterraTables {
     /// Sizes.
     pub layout: Layout,
     /// Where windows start.
@@ -98,7 +98,7 @@ fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
     transforms8().restrict(series, place(time), place(time + delta))
 }
 
-impl Tables {
+impl VolterraTables {
     /// Tables for a model; see [`super::Volterra::new`] for `tolerance`.
     pub fn new(model: &Model, tolerance: f64, set: InstructionSet) -> Self {
         let (layout, grid) = (Layout::new(model), Grid::new(model, tolerance));

@@ -1,4 +1,4 @@
-//! What a march works on.
+//! What an integration works on.
 
 use super::lanes::{LANES, Solution};
 use super::partial::Cut;
@@ -11,12 +11,12 @@ use crate::propagate::Tangents;
 #[derive(Debug)]
 pub struct Workspace {
     /// Columns: the trajectory and then its tangents, of each the first and the second
-    /// components of all blocks, padded to whole chunks. What one march made room for, later
+    /// components of all blocks, padded to whole chunks. What one integration made room for, later
     /// ones use.
     columns: Vec<f64>,
     /// Entries of a column.
     length: usize,
-    /// Columns in this march.
+    /// Columns in this integration.
     count: usize,
     /// Values of the inputs where the present window starts.
     pub inputs: Vec<f64>,
@@ -45,7 +45,7 @@ impl Workspace {
         }
     }
 
-    /// Tangents in this march.
+    /// Tangents in this integration.
     pub fn tangents(&self) -> usize {
         self.count - 1
     }

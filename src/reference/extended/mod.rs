@@ -50,7 +50,7 @@ pub struct ExtendedCrossing {
     pub to: Contact,
 }
 
-/// What an extended march leaves.
+/// What an extended integration leaves.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExtendedPassage {
     /// State at the end: first components of all blocks, then second components, length 2N.
@@ -105,17 +105,17 @@ impl<'m> Extended<'m> {
         self
     }
 
-    /// Marches `cycles` whole mesh cycles from `start`, whose doubles are taken as exact.
+    /// Advances `cycles` whole mesh cycles from `start`, whose doubles are taken as exact.
     ///
     /// # Errors
     /// [`ReferenceError`] where the state becomes non-finite, the contact chatters, or a
     /// surface is touched within the last digit, so that no sequence of events is certain.
-    pub fn march(
+    pub fn advance(
         &self,
         start: &TrajectoryState,
         cycles: u64,
     ) -> Result<ExtendedPassage, ReferenceError> {
-        let mut march = March {
+        let mut integration = Integration {
             extended: self,
             cycle: start.cycle,
             contact: start.contact,
@@ -128,19 +128,19 @@ impl<'m> Extended<'m> {
             crossings: Vec::new(),
         };
         for _ in 0..cycles {
-            march.one_cycle()?;
+            integration.one_cycle()?;
         }
         Ok(ExtendedPassage {
-            state: march.state,
-            contact: march.contact,
-            cycle: march.cycle,
-            crossings: march.crossings,
+            state: integration.state,
+            contact: integration.contact,
+            cycle: integration.cycle,
+            crossings: integration.crossings,
         })
     }
 }
 
-/// A march under way.
-struct March<'e> {
+/// An integration under way.
+struct Integration<'e> {
     extended: &'e Extended<'e>,
     cycle: u64,
     contact: Contact,
@@ -150,7 +150,7 @@ struct March<'e> {
     crossings: Vec<ExtendedCrossing>,
 }
 
-impl March<'_> {
+impl Integration<'_> {
     fn one_cycle(&mut self) -> Result<(), ReferenceError> {
         let cycle = &self.extended.model.cycle;
         let boundary = |phase: f64| DoubleDouble::product(cycle.period, phase);

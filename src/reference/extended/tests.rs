@@ -31,7 +31,7 @@ fn bouncing_between_two_flanks_is_the_closed_form_to_thirty_digits() {
     let model = one_degree(4.0, 0.0, Vec::new());
     let start = TrajectoryState::new(&model, vec![1.5, 0.0], 0);
     assert_eq!(start.contact, Contact::Drive);
-    let passage = Extended::new(&model).march(&start, 1).unwrap();
+    let passage = Extended::new(&model).advance(&start, 1).unwrap();
 
     let half_turn = DoubleDouble::HALF_PI * 0.5;
     let flight = DoubleDouble::exact(0.25);
@@ -105,13 +105,13 @@ fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
 fn observed_order_is_the_number_of_terms() {
     let model = one_degree(4.0, 0.125, vec![MeshHarmonic::new(3, 0.5, 0.2)]);
     let start = TrajectoryState::new(&model, vec![1.5, 0.0], 0);
-    let exact = Extended::new(&model).march(&start, 1).unwrap();
+    let exact = Extended::new(&model).advance(&start, 1).unwrap();
     assert!(exact.crossings.len() >= 4, "it does not bounce");
     for order in [6, 9, 12] {
         let error = |factor| {
             let passage = Extended::with_order(&model, order)
                 .refined(factor)
-                .march(&start, 1)
+                .advance(&start, 1)
                 .unwrap();
             assert_eq!(passage.crossings.len(), exact.crossings.len());
             (passage.state[1] - exact.state[1]).abs().value()
@@ -128,8 +128,8 @@ fn observed_order_is_the_number_of_terms() {
 fn shorter_steps_leave_the_last_digits_only() {
     let model = one_degree(4.0, 0.125, vec![MeshHarmonic::new(3, 0.5, 0.2)]);
     let start = TrajectoryState::new(&model, vec![1.5, 0.0], 0);
-    let usual = Extended::new(&model).march(&start, 2).unwrap();
-    let fine = Extended::new(&model).refined(3).march(&start, 2).unwrap();
+    let usual = Extended::new(&model).advance(&start, 2).unwrap();
+    let fine = Extended::new(&model).refined(3).advance(&start, 2).unwrap();
     for (a, b) in usual.state.iter().zip(&fine.state) {
         assert!((*a - *b).abs().value() < 1e-27);
     }
@@ -140,7 +140,7 @@ fn non_finite_states_are_reported() {
     let model = one_degree(4.0, 0.0, Vec::new());
     let nan = TrajectoryState::new(&model, vec![f64::NAN, 0.0], 7);
     assert_eq!(
-        Extended::new(&model).march(&nan, 1),
+        Extended::new(&model).advance(&nan, 1),
         Err(ReferenceError::NonFinite { cycle: 7 })
     );
 }

@@ -186,7 +186,7 @@ fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
         let (name, numbers) = match (ending, known) {
             (Ok(id), Some(attractor)) => {
                 let rms = attractor
-                    .dte_rms
+                    .deflection_rms
                     .map(|rms| format!(", RMS {} µm", number(1e6 * rms)));
                 (
                     format!("attractor {id}: {}", attractor.kind()),

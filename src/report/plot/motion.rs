@@ -10,7 +10,7 @@ use crate::report::PointSummary;
 /// Kind of motion, or why there is none; the calmest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Motion {
-    Locked,
+    SteadyContact,
     Periodic(u64),
     QuasiPeriodic,
     Chaotic,
@@ -25,7 +25,7 @@ impl Motion {
             ("diverged" | "event_storm" | "failed" | "inaccurate", _) => Self::Failed,
             (_, Some("chaotic")) => Self::Chaotic,
             (_, Some("quasi_periodic")) => Self::QuasiPeriodic,
-            (_, Some("locked")) => Self::Locked,
+            (_, Some("steady_contact")) => Self::SteadyContact,
             (_, Some("periodic")) => Self::Periodic(point.period.unwrap_or(0)),
             ("not_converged", _) | (_, Some("not_converged")) => Self::NotConverged,
             _ => Self::Unclassified,
@@ -36,7 +36,7 @@ impl Motion {
     /// from viridis; longer periods are darker.
     pub fn colour(self) -> Colour {
         match self {
-            Self::Locked => Colour(0xdc, 0xdc, 0xdc),
+            Self::SteadyContact => Colour(0xdc, 0xdc, 0xdc),
             Self::Periodic(0 | 1) => Colour(0x9f, 0xcf, 0xee),
             Self::Periodic(2) => Colour(0x3f, 0x9b, 0xd5),
             Self::Periodic(3 | 4) => Colour(0x00, 0x62, 0xa3),
@@ -52,7 +52,7 @@ impl Motion {
     /// One or two characters for a cell of a map.
     pub fn mark(self) -> String {
         match self {
-            Self::Locked => "L".into(),
+            Self::SteadyContact => "L".into(),
             Self::Periodic(0) => "p".into(),
             Self::Periodic(period) => period.to_string(),
             Self::QuasiPeriodic => "q".into(),
@@ -65,7 +65,7 @@ impl Motion {
 
     pub fn name(self) -> String {
         match self {
-            Self::Locked => "locked".into(),
+            Self::SteadyContact => "steady contact".into(),
             Self::Periodic(0) => "periodic".into(),
             Self::Periodic(period) => format!("period {period}"),
             Self::QuasiPeriodic => "quasi-periodic".into(),

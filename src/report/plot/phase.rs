@@ -61,7 +61,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
                 best.ok_or_else(|| unfit("poincare.parquet holds no sample".into()))?;
             let why = match Motion::of(point) {
                 Motion::Chaotic => "the point with the largest λ",
-                _ => "the point with the largest dte_rms",
+                _ => "the point with the largest deflection_rms",
             };
             (point, why)
         }

@@ -61,7 +61,7 @@ impl Results {
             folder: folder.to_path_buf(),
             job: job.unwrap_or_default(),
             units: table.units()?,
-            loudness: table.f64("dte_rms")?,
+            loudness: table.f64("deflection_rms")?,
             summary,
             caveat,
         })

@@ -18,7 +18,7 @@ impl Section {
         let kind = table.text("section")?.into_iter().flatten().next();
         let words = match kind.as_deref() {
             Some("entry") => "on entry into drive contact".to_owned(),
-            Some("maximum" | "minimum") => "at turning points".to_owned(),
+            Some("maximum" | "minimum") => "at extrema of the deflection".to_owned(),
             _ => {
                 let phase = table.f64("phase")?.into_iter().flatten().next();
                 format!("at mesh phase {}", number(phase.unwrap_or(0.0)))

@@ -121,7 +121,10 @@ fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSumma
             let [first, last] = [&kinds[0], &kinds[kinds.len() - 1]];
             words = format!("{first} → … → {last}");
         }
-        let rms = range(line.iter().filter_map(|(_, attractor)| attractor.dte_rms));
+        let rms = range(
+            line.iter()
+                .filter_map(|(_, attractor)| attractor.deflection_rms),
+        );
         let [low, high] = rms.map(|rms| format!("{:.1}", 1e6 * rms));
         let span = if low == high {
             low

@@ -58,7 +58,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let units = table.units()?.remove("amplitude").unwrap_or_default();
     let title = format!("{}: spectra over mesh orders", results.job);
     let loudest = if request.point.is_none() {
-        "the point with the largest dte_rms"
+        "the point with the largest deflection_rms"
     } else {
         ""
     };

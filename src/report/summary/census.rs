@@ -291,7 +291,7 @@ pub(super) type Classes = BTreeMap<(usize, Option<u64>), (String, usize)>;
 
 /// Classes, the calmest first.
 const CALMEST_FIRST: [&str; 6] = [
-    "locked",
+    "steady_contact",
     "periodic",
     "quasi_periodic",
     "chaotic",

@@ -39,7 +39,7 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
 fn kind(point_id: u64) -> PointOutcome {
     let (ok, lambda) = (Status::Ok, point_id as f64 / 10.0);
     match point_id % 8 {
-        0 => outcome(ok, Some(Class::Locked(Some(1))), Some(-0.5)),
+        0 => outcome(ok, Some(Class::SteadyContact(Some(1))), Some(-0.5)),
         1 => outcome(ok, Some(Class::Periodic(1)), Some(-0.1)),
         2 => outcome(ok, Some(Class::Periodic(12)), Some(-0.05)),
         3 => outcome(ok, Some(Class::QuasiPeriodic), Some(0.0)),
@@ -175,7 +175,7 @@ fn three_axes_show_the_first_slice() {
     write(folder.path(), &[2, 3, 4], &[], |point_id| {
         match point_id % 4 {
             0 => outcome(Status::Ok, Some(Class::Chaotic), Some(1.0)),
-            _ => outcome(Status::Ok, Some(Class::Locked(Some(1))), Some(-1.0)),
+            _ => outcome(Status::Ok, Some(Class::SteadyContact(Some(1))), Some(-1.0)),
         }
     });
     let text = shown(folder.path());

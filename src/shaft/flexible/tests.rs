@@ -5,8 +5,8 @@ use crate::shaft::{Bearing, Disc, Shaft};
 
 fn drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
-        line_of_centres: 2e8,
-        across: 1e8,
+        x: 2e8,
+        y: 1e8,
         axial,
         tilt: 1e4,
     };
@@ -208,7 +208,7 @@ fn unphysical_drives_are_refused() {
         }
     );
     let across = refused(|d| {
-        d.shafts[0].bearings[0].across = 0.0;
+        d.shafts[0].bearings[0].y = 0.0;
         for bearing in &mut d.shafts[0].bearings {
             bearing.tilt = 0.0;
         }
@@ -231,7 +231,7 @@ fn unphysical_drives_are_refused() {
         ShaftError::DampingRatio { .. }
     ));
     assert!(matches!(
-        refused(|d| d.shafts[0].bearings[1].across = -1.0),
+        refused(|d| d.shafts[0].bearings[1].y = -1.0),
         ShaftError::Negative { .. }
     ));
     assert!(matches!(
@@ -263,18 +263,13 @@ fn bearing_forces_balance_the_mesh_force() {
     let names: Vec<&str> = structure.bearings.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(
         names[..4],
-        [
-            "pinion 1 line",
-            "pinion 1 across",
-            "pinion 1 axial",
-            "pinion 2 line"
-        ]
+        ["pinion 1 x", "pinion 1 y", "pinion 1 axial", "pinion 2 x"]
     );
     // Only the first bearing locates a shaft.
     assert_eq!(names.len(), 10);
     let (sin, cos) = drive.gears.pressure_angle.sin_cos();
     for (shaft, sign) in [("pinion", -1.0), ("wheel", 1.0)] {
-        for (direction, exact) in [("line", sin), ("across", cos), ("axial", 0.0)] {
+        for (direction, exact) in [("x", sin), ("y", cos), ("axial", 0.0)] {
             let felt = structure.bearings.iter().filter(|bearing| {
                 bearing.name.starts_with(shaft) && bearing.name.ends_with(direction)
             });

@@ -66,7 +66,7 @@ pub struct Characteristics {
     pub latency: Vec<LatencyRow>,
     /// Multiply-adds of numbers in registers.
     pub arithmetic: Vec<ArithmeticRow>,
-    /// Marching the default drive on many threads.
+    /// Integrating the default drive on many threads.
     pub solver: Vec<SolverRow>,
     /// Kernels under the roof of arithmetic and bandwidth.
     pub roofline: Vec<RoofRow>,

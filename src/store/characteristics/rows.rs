@@ -121,7 +121,7 @@ pub struct ArithmeticRow {
     pub rate: Figure,
 }
 
-/// Marching the default drive, the same trajectory on every thread.
+/// Integrating the default drive, the same trajectory on every thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SolverRow {
     /// `volterra`, `spectral` or `fused`.

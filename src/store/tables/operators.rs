@@ -26,7 +26,7 @@ fn kind(kernel: KeptKernel) -> CacheKind {
 }
 
 fn arrays_of(kernel: KeptKernel, model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
-    // Nothing is marched: no event is met.
+    // Nothing is integrated: no event is met.
     match kernel {
         KeptKernel::Spectral => Ok(Spectral::new(model, cells, 0, None)?.arrays()),
         KeptKernel::Fused => Ok(Fused::new(model, cells, 0)?.arrays()),

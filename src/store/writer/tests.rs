@@ -70,11 +70,11 @@ fn full(point_id: u64) -> PointRow {
                 method: LyapunovMethod::Tangent,
             }),
             nvh: Some(NvhOutcome {
-                dte_mean: 1e-6,
-                dte_rms: 2e-6,
-                dte_pp: 3e-6,
-                dte_crest: 4.0,
-                dte_kurtosis: 5.0,
+                deflection_mean: 1e-6,
+                deflection_rms: 2e-6,
+                deflection_pp: 3e-6,
+                deflection_crest: 4.0,
+                deflection_kurtosis: 5.0,
                 harmonics: vec![6e-6, 7e-6],
                 force_mean: 8.0,
                 force_std: 9.0,
@@ -99,9 +99,9 @@ fn full(point_id: u64) -> PointRow {
                     median: Some(8e-5),
                 },
                 stderr: Some(NvhErrors {
-                    dte_mean: 2e-8,
-                    dte_rms: 1e-8,
-                    dte_kurtosis: 3e-8,
+                    deflection_mean: 2e-8,
+                    deflection_rms: 1e-8,
+                    deflection_kurtosis: 3e-8,
                     harmonics: vec![1e-9, 2e-9],
                     suborders: vec![3e-9; 5],
                     force_mean: 4e-8,
@@ -189,7 +189,7 @@ fn probe(probe_id: u32, attractor: Option<u32>) -> ProbeOutcome {
         class: Some(Class::Periodic(3)),
         lambda: Some(-0.2),
         lambda_stderr: Some(1e-9),
-        dte_rms: Some(3e-5),
+        deflection_rms: Some(3e-5),
         force_peak: Some(1.8e4),
         events_per_cycle: Some(4.0),
         cycles: 2500,
@@ -207,7 +207,7 @@ fn attractor() -> AttractorOutcome {
         class: Class::Periodic(2),
         lambda: Some(-0.3),
         lambda_stderr: Some(2e-9),
-        dte_rms: Some(4e-5),
+        deflection_rms: Some(4e-5),
         force_peak: Some(1.7e4),
         events_per_cycle: Some(3.0),
         probes: 1,
@@ -249,7 +249,7 @@ fn orbits() -> OrbitSurvey {
                 stable: true,
                 bifurcation: Some(Bifurcation::NeimarkSacker),
                 events: 24,
-                dte_pp: 2e-5,
+                deflection_pp: 2e-5,
                 grazing_margin: Some(0.6),
                 kick_growth: 1.6,
                 kick_growth_linear: 1.7,
@@ -270,7 +270,7 @@ fn part() -> ChainPart {
         end: None,
         transition: Some(Transition {
             from: Class::Periodic(6),
-            to: Class::Locked(Some(7)),
+            to: Class::SteadyContact(Some(7)),
             bracket: [610.0, 605.0],
             trials: 9,
             jump: Some([level(1e-6), level(3e-6)]),
@@ -475,11 +475,11 @@ fn every_column_comes_back() {
         ("fraction_drive", 0.5),
         ("fraction_free", 0.3),
         ("fraction_coast", 0.2),
-        ("dte_mean", 1e-6),
-        ("dte_rms", 2e-6),
-        ("dte_pp", 3e-6),
-        ("dte_crest", 4.0),
-        ("dte_kurtosis", 5.0),
+        ("deflection_mean", 1e-6),
+        ("deflection_rms", 2e-6),
+        ("deflection_pp", 3e-6),
+        ("deflection_crest", 4.0),
+        ("deflection_kurtosis", 5.0),
         ("force_mean", 8.0),
         ("force_std", 9.0),
         ("force_peak", 10.0),
@@ -596,7 +596,7 @@ fn every_column_comes_back() {
         ("amplitude", 1.5),
         ("lambda", -0.2),
         ("lambda_stderr", 1e-9),
-        ("dte_rms", 3e-5),
+        ("deflection_rms", 3e-5),
         ("force_peak", 1.8e4),
         ("events_per_cycle", 4.0),
         ("basin_share", 0.5),
@@ -621,7 +621,7 @@ fn every_column_comes_back() {
     for (name, value) in [
         ("lambda", -0.3),
         ("lambda_stderr", 2e-9),
-        ("dte_rms", 4e-5),
+        ("deflection_rms", 4e-5),
         ("force_peak", 1.7e4),
         ("events_per_cycle", 3.0),
         ("basin_share", 0.5),
@@ -664,7 +664,7 @@ fn every_column_comes_back() {
         ("residual", 1e-14),
         ("deflection", 8e-6),
         ("velocity", 9e-3),
-        ("dte_pp", 2e-5),
+        ("deflection_pp", 2e-5),
         ("lambda", -0.4),
         ("grazing_margin", 0.6),
         ("kick_growth", 1.6),
@@ -692,17 +692,17 @@ fn every_column_comes_back() {
         ("direction", "down"),
         ("from_class", "periodic"),
         ("what", "deflection"),
-        ("to_class", "locked"),
+        ("to_class", "steady_contact"),
     ] {
         assert_eq!(changes.text(name), [Some(value.into())], "{name}");
     }
     for (name, value) in [
         ("lower", 605.0),
         ("upper", 610.0),
-        ("from_dte_mean", 1e-6),
-        ("to_dte_mean", 3e-6),
-        ("from_dte_rms", 2e-6),
-        ("to_dte_rms", 6e-6),
+        ("from_deflection_mean", 1e-6),
+        ("to_deflection_mean", 3e-6),
+        ("from_deflection_rms", 2e-6),
+        ("to_deflection_rms", 6e-6),
     ] {
         assert_eq!(changes.f64(name), [Some(value)], "{name}");
     }
@@ -777,8 +777,8 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
 #[test]
 fn periods_are_stored_where_there_is_one() {
     let classes = [
-        (Class::Locked(Some(20)), Some(20)),
-        (Class::Locked(None), None),
+        (Class::SteadyContact(Some(20)), Some(20)),
+        (Class::SteadyContact(None), None),
         (Class::Periodic(4), Some(4)),
         (Class::QuasiPeriodic, None),
         (Class::NotConverged, None),
@@ -807,18 +807,18 @@ fn what_is_not_finite_becomes_a_null_and_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let mut row = full(0);
     let nvh = row.outcome.nvh.as_mut().unwrap();
-    nvh.dte_crest = f64::NAN;
+    nvh.deflection_crest = f64::NAN;
     nvh.harmonics[1] = f64::INFINITY;
     write(folder.path(), &layout(), vec![row]);
     let points = ResultTable::read(folder.path(), TableKind::Points).unwrap();
-    assert_eq!(points.f64("dte_crest").unwrap(), [None]);
+    assert_eq!(points.f64("deflection_crest").unwrap(), [None]);
     assert_eq!(
         points.lists("harmonics").unwrap(),
         [Some(vec![Some(6e-6), None])]
     );
     let reason = points.text("reason").unwrap().remove(0).unwrap();
     assert!(
-        reason.ends_with("(not a finite number: dte_crest, harmonics)"),
+        reason.ends_with("(not a finite number: deflection_crest, harmonics)"),
         "{reason}"
     );
 }

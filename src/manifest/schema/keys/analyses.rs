@@ -33,7 +33,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Poincaré samples, from which bifurcation diagrams and phase portraits are drawn."),
     integer("analyses.poincare.samples", 1.0, MANY, "100").otherwise("200, or `run.cycles` where a strobe has fewer")
         .about("Most samples kept of each point, the last ones of the measured cycles."),
-    choice("analyses.poincare.section", &["strobe", "entry", "turning"], r#""entry""#).or(r#""strobe""#)
+    choice("analyses.poincare.section", &["strobe", "entry", "extremum"], r#""entry""#).or(r#""strobe""#)
         .about("Where samples are taken: once a mesh cycle, at every entry into drive contact, or at every extreme \
                 of the mesh deflection."),
     quantity("analyses.poincare.phase", Ratio, bounds(0.0, false, 1.0, true), "0.25").or("0")

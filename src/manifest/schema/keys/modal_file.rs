@@ -44,10 +44,10 @@ pub(super) const KEYS: &[Key] = &[
         .otherwise("none; required by ripple on the wheel")
         .about("Modal force of a unit torque on the wheel's shaft."),
     quantity("torque_wheel.*", ParticipationByLength, ANY, "-9.2"),
-    key("bearing", Kind::List("tables"), ANY, r#"[{ name = "pinion 1 line", gain = [0.0, 2.1e7, -4.4e6] }]"#).or("[]")
+    key("bearing", Kind::List("tables"), ANY, r#"[{ name = "pinion 1 x", gain = [0.0, 2.1e7, -4.4e6] }]"#).or("[]")
         .about("Bearing forces that are computed, a table `[[bearing]]` for each."),
     table("bearing.*"),
-    key("bearing.*.name", Kind::Text, ANY, r#""pinion 1 line""#)
+    key("bearing.*.name", Kind::Text, ANY, r#""pinion 1 x""#)
         .about("Name of the bearing and the direction of its force, as it stands in the results."),
     key("bearing.*.gain", Kind::List("numbers in N/(m sqrt(kg)), one a mode"), ANY, "[0.0, 2.1e7, -4.4e6]")
         .about("Force on the bearing per unit of each modal displacement."),

@@ -43,9 +43,9 @@ pub(super) const KEYS: &[Key] = &[
     table("shafts.bearings").on_either_shaft().otherwise("an error, except with kind = \"torsional\"")
         .about("Linear springs of each bearing. One value holds for both bearings, a pair \
                 `[first, second]` sets them apart."),
-    quantity("shafts.bearings.line_of_centres", Stiffness, POSITIVE, r#""1.25e8 N/m""#).or_pair(BOTH).on_either_shaft()
+    quantity("shafts.bearings.x", Stiffness, POSITIVE, r#""1.25e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Radial stiffness along x, the line of centres from pinion to wheel."),
-    quantity("shafts.bearings.across", Stiffness, POSITIVE, r#""1e8 N/m""#).or_pair(BOTH).on_either_shaft()
+    quantity("shafts.bearings.y", Stiffness, POSITIVE, r#""1e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Radial stiffness along y, across the line of centres."),
     quantity("shafts.bearings.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).or_pair(BOTH).on_either_shaft()
         .otherwise("none; required with kinds that tilt or bend")
@@ -56,9 +56,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("shafts.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).on_either_shaft(),
     table("shafts.pedestals").on_either_shaft().otherwise("an error with kind = \"pedestal\"")
         .about("What each bearing stands on: a mass on springs to the ground. Only with kind = \"pedestal\"."),
-    quantity("shafts.pedestals.line_of_centres", Stiffness, POSITIVE, r#""4e8 N/m""#).or_pair(BOTH).on_either_shaft()
+    quantity("shafts.pedestals.x", Stiffness, POSITIVE, r#""4e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Stiffness of the pedestal along x, the line of centres."),
-    quantity("shafts.pedestals.across", Stiffness, POSITIVE, r#""3e8 N/m""#).or_pair(BOTH).on_either_shaft()
+    quantity("shafts.pedestals.y", Stiffness, POSITIVE, r#""3e8 N/m""#).or_pair(BOTH).on_either_shaft()
         .about("Stiffness of the pedestal along y, across the line of centres."),
     quantity("shafts.pedestals.mass", Mass, POSITIVE, r#""3 kg""#).or_pair(BOTH).on_either_shaft()
         .about("Mass of the pedestal."),

@@ -6,7 +6,7 @@ use super::vector::Vector;
 use crate::numerics::arithmetic::{Arithmetic, Bounds};
 use crate::numerics::legendre::{self, Columns, SAMPLES, Transforms, transforms24};
 use crate::propagate::Counters;
-use crate::propagate::events::{self, Course, Crossing};
+use crate::propagate::events::{self, Crossing, WindowDeflection};
 use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::tables::Series;
 use std::marker::PhantomData;
@@ -132,12 +132,12 @@ impl<V: Vector> Arithmetic<TERMS> for Packed<V> {
 
 #[inline(always)]
 pub(super) fn first_crossing_body<V: Vector>(
-    course: Course<'_, TERMS>,
+    deflection: WindowDeflection<'_, TERMS>,
     half_gap: f64,
     limit: f64,
     counters: &mut Counters,
 ) -> Option<Crossing> {
-    events::first_crossing::<_, Packed<V>>(transforms24(), course, half_gap, limit, counters)
+    events::first_crossing::<_, Packed<V>>(transforms24(), deflection, half_gap, limit, counters)
 }
 
 #[cfg(test)]

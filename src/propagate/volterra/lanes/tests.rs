@@ -512,14 +512,14 @@ fn every_set_finds_the_same_crossing() {
     let exact = 2.0 * (1.0f64 / 1.5).asin() - 1.0;
     for set in InstructionSet::available() {
         let mut counters = Counters::default();
-        let course = Course {
+        let deflection = WindowDeflection {
             series: &deflection,
             contact: Contact::Free,
             crossed: None,
             noise: 1e-14,
             widening: None,
         };
-        let found = first_crossing(set, course, 1.0, 1.0, &mut counters);
+        let found = first_crossing(set, deflection, 1.0, 1.0, &mut counters);
         let surface = found.map(|c| c.surface);
         assert_eq!(surface, Some(Surface::Drive), "{}", set.name());
         let x = found.map_or(f64::NAN, |c| c.x);

@@ -1,5 +1,5 @@
 //! Pictures of what a machine was measured to do: the memory mountain, cliffs of rotating tables,
-//! bandwidth and marching over threads, the roofline, and where working sets lie.
+//! bandwidth and integrating over threads, the roofline, and where working sets lie.
 
 mod bandwidth;
 mod map;

@@ -8,7 +8,7 @@ use crate::model::{Contact, Model, Surface};
 
 /// What all table kernels know of their model.
 #[derive(Debug)]
-pub struct Course<'m> {
+pub struct CellModel<'m> {
     pub model: &'m Model,
     pub layout: Layout,
     pub grid: Grid,
@@ -23,9 +23,9 @@ pub struct Course<'m> {
     pub event_grid: Option<u32>,
 }
 
-/// Where a piece starts.
+/// Where a stretch starts.
 #[derive(Debug, Clone, Copy)]
-pub struct Clock {
+pub struct Position {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the cycle \[s\].
@@ -38,8 +38,8 @@ pub struct Clock {
     pub crossed: Option<Surface>,
 }
 
-impl<'m> Course<'m> {
-    /// The course of a model in cells no longer than `reach` over its fastest rate; see
+impl<'m> CellModel<'m> {
+    /// A model on cells no longer than `reach` over its fastest rate; see
     /// [`Grid::new`].
     pub fn new(
         model: &'m Model,
@@ -99,45 +99,45 @@ impl<'m> Course<'m> {
         }
     }
 
-    /// Puts the clock on a cell boundary.
-    pub fn align(&self, clock: &mut Clock, cell: usize) {
-        clock.time = self.grid.time(cell);
-        clock.cell = cell;
-        clock.aligned = true;
+    /// Moves to a cell boundary.
+    pub fn align(&self, position: &mut Position, cell: usize) {
+        position.time = self.grid.time(cell);
+        position.cell = cell;
+        position.aligned = true;
     }
 
     /// Writes the carried entries at the start of a cycle.
     pub fn start_cycle(&self, cycle: u64, contact: Contact, z: &mut [f64]) {
-        let clock = Clock {
+        let position = Position {
             cycle,
             time: 0.0,
             cell: 0,
             aligned: true,
             crossed: None,
         };
-        self.set_carried(&clock, contact, z);
+        self.set_carried(&position, contact, z);
     }
 
     /// Writes the carried entries of the augmented state.
-    pub fn set_carried(&self, clock: &Clock, contact: Contact, z: &mut [f64]) {
+    pub fn set_carried(&self, position: &Position, contact: Contact, z: &mut [f64]) {
         let layout = &self.layout;
         z[layout.constant()] = self.model.load;
         z[layout.side()] = contact.sign() * self.model.half_gap;
         let (ripples, errors) =
             z[layout.pairs()..layout.dimension()].split_at_mut(2 * layout.ripples);
         for (pair, r) in ripples.chunks_exact_mut(2).zip(&self.model.ripple) {
-            let (sin, cos) = r.phase_at(clock.cycle, clock.time).sin_cos();
+            let (sin, cos) = r.phase_at(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
-        if clock.aligned {
-            errors.copy_from_slice(&self.phases[clock.cell * errors.len()..][..errors.len()]);
+        if position.aligned {
+            errors.copy_from_slice(&self.phases[position.cell * errors.len()..][..errors.len()]);
             return;
         }
         for (pair, h) in errors
             .chunks_exact_mut(2)
             .zip(&self.model.transmission_error)
         {
-            let (sin, cos) = (h.angular_frequency * clock.time).sin_cos();
+            let (sin, cos) = (h.angular_frequency * position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
     }

@@ -1,12 +1,12 @@
-//! One mesh cycle of any table kernel: pieces, events, breakpoints.
+//! One mesh cycle of any table kernel: stretches, events, breakpoints.
 //!
-//! A piece starts on a cell boundary or at an event and is handed to the kernel's [`Method`],
-//! which moves the state to the piece's end or to the first event before it. In contact a
-//! piece may not pass the end of its cell; in free flight, where the method allows it, only the
+//! A stretch starts on a cell boundary or at an event and is handed to the kernel's [`Method`],
+//! which moves the state to the stretch's end or to the first event before it. In contact a
+//! stretch may not pass the end of its cell; in free flight, where the method allows it, only the
 //! end of the cycle and a change of direction. A method may also cross several cells at once.
 
-use super::course::{Clock, Course};
-use super::exits::{Margin, Sight};
+use super::cell_model::{CellModel, Position};
+use super::exits::{DeflectionAt, Margin};
 use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
 use crate::model::{Contact, Surface, TrajectoryState};
@@ -17,7 +17,7 @@ const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// A stretch of one contact state to be passed.
 #[derive(Debug, Clone, Copy)]
-pub struct Piece {
+pub struct Stretch {
     /// Cell in which it starts.
     pub cell: usize,
     /// Contact state.
@@ -32,45 +32,45 @@ pub struct Piece {
     pub noise: f64,
 }
 
-/// The first event of a piece.
+/// The first event of a stretch.
 #[derive(Debug, Clone, Copy)]
 pub struct Exit {
-    /// Time since the start of the piece \[s\].
+    /// Time since the start of the stretch \[s\].
     pub time: f64,
     /// Surface crossed.
     pub surface: Surface,
 }
 
-/// How a table kernel crosses a piece.
+/// How a table kernel crosses a stretch.
 pub trait Method: Sync {
     /// Scratch memory.
     type Scratch;
     /// Longest cell, in units of the fastest rate.
     const REACH: f64;
-    /// Whether pieces in free flight may span cells.
+    /// Whether stretches in free flight may span cells.
     const FLIES: bool;
 
     /// All operators kept.
     fn operators(&self) -> impl Iterator<Item = &Operator<'_>>;
 
-    /// Scratch memory for a course.
-    fn scratch(&self, course: &Course<'_>) -> Self::Scratch;
+    /// Scratch memory for a model.
+    fn scratch(&self, cell_model: &CellModel<'_>) -> Self::Scratch;
 
-    /// Moves the state `z` to the first event of the piece or to its end.
+    /// Moves the state `z` to the first event of the stretch or to its end.
     fn pass(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         z: &mut [f64],
         scratch: &mut Self::Scratch,
         counters: &mut Counters,
     ) -> Option<Exit>;
 
-    /// Moves a tangent vector over the first `time` of the piece just passed.
+    /// Moves a tangent vector over the first `time` of the stretch just passed.
     fn follow(
         &self,
-        course: &Course<'_>,
-        piece: &Piece,
+        cell_model: &CellModel<'_>,
+        stretch: &Stretch,
         time: f64,
         x: &mut [f64],
         scratch: &mut Self::Scratch,
@@ -81,8 +81,8 @@ pub trait Method: Sync {
     /// many.
     fn run(
         &self,
-        _: &Course<'_>,
-        _: &Piece,
+        _: &CellModel<'_>,
+        _: &Stretch,
         _: &mut [f64],
         _: &mut Self::Scratch,
         _: &mut Counters,
@@ -105,7 +105,7 @@ pub struct Workspace<S> {
     scratch: S,
 }
 
-impl Course<'_> {
+impl CellModel<'_> {
     pub fn workspace<S>(&self, scratch: S) -> Workspace<S> {
         let padded = self.layout.padded();
         Workspace {
@@ -118,8 +118,8 @@ impl Course<'_> {
         }
     }
 
-    /// Marches one mesh cycle.
-    pub fn march<M: Method, O: Observer>(
+    /// Advances one mesh cycle.
+    pub fn advance_cycle<M: Method, O: Observer>(
         &self,
         method: &M,
         trajectory: &mut TrajectoryState,
@@ -139,7 +139,7 @@ impl Course<'_> {
         for (i, x) in w.tangents[..w.tangent_count].iter_mut().enumerate() {
             x[..n].copy_from_slice(tangents.vector(i));
         }
-        let mut clock = Clock {
+        let mut position = Position {
             cycle: trajectory.cycle,
             time: 0.0,
             cell: 0,
@@ -148,13 +148,15 @@ impl Course<'_> {
         };
         let mut contact = trajectory.contact;
         let mut events = 0;
-        while clock.cell < self.grid.cells.len() {
+        while position.cell < self.grid.cells.len() {
             if observer.called_off() {
-                return Err(Stop::CalledOff { cycle: clock.cycle });
+                return Err(Stop::CalledOff {
+                    cycle: position.cycle,
+                });
             }
             self.step(
                 method,
-                &mut clock,
+                &mut position,
                 &mut contact,
                 &mut events,
                 w,
@@ -163,7 +165,9 @@ impl Course<'_> {
             )?;
         }
         if !w.state[..n].iter().all(|x| x.is_finite()) {
-            return Err(Stop::Diverged { cycle: clock.cycle });
+            return Err(Stop::Diverged {
+                cycle: position.cycle,
+            });
         }
         trajectory.state.copy_from_slice(&w.state[..n]);
         trajectory.contact = contact;
@@ -175,83 +179,85 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Passes one piece.
+    /// Passes one stretch.
     fn step<M: Method, O: Observer>(
         &self,
         method: &M,
-        clock: &mut Clock,
+        position: &mut Position,
         contact: &mut Contact,
         events: &mut u32,
         w: &mut Workspace<M::Scratch>,
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let stop = self.stop_cell::<M>(clock, *contact);
+        let stop = self.stop_cell::<M>(position, *contact);
         let end = self.grid.time(stop);
-        if clock.time >= end {
-            self.align(clock, stop);
+        if position.time >= end {
+            self.align(position, stop);
             return Ok(());
         }
-        self.set_carried(clock, *contact, &mut w.state);
-        let generator = self.generator(clock.cell, *contact);
+        self.set_carried(position, *contact, &mut w.state);
+        let generator = self.generator(position.cell, *contact);
         let deflection = dot(&generator.deflection, &w.state);
         if deflection.is_nan() || deflection.abs() > FARTHEST * self.model.half_gap {
-            return Err(Stop::Diverged { cycle: clock.cycle });
+            return Err(Stop::Diverged {
+                cycle: position.cycle,
+            });
         }
-        let whole = clock.aligned && stop == clock.cell + 1;
+        let whole = position.aligned && stop == position.cell + 1;
         let duration = match whole {
-            true => self.grid.duration(clock.cell),
-            false => end - clock.time,
+            true => self.grid.duration(position.cell),
+            false => end - position.time,
         };
         let size = reach(&generator.magnitude, &w.state);
-        let piece = Piece {
-            cell: clock.cell,
+        let stretch = Stretch {
+            cell: position.cell,
             contact: *contact,
             duration,
             whole,
-            crossed: clock.crossed.take(),
+            crossed: position.crossed.take(),
             noise: ROUND_OFF * (size + self.model.half_gap),
         };
         if O::WINDOWS {
             w.start.copy_from_slice(&w.state);
         }
         if whole
-            && let Some(cells) = method.run(self, &piece, &mut w.state, &mut w.scratch, counters)
+            && let Some(cells) = method.run(self, &stretch, &mut w.state, &mut w.scratch, counters)
         {
             counters.windows += cells as u64;
             if O::WINDOWS {
-                self.show_run(&piece, cells, clock.cycle, w, observer);
+                self.show_run(&stretch, cells, position.cycle, w, observer);
             }
             for x in &mut w.tangents[..w.tangent_count] {
                 method.follow_run(x, &mut w.scratch, counters);
                 counters.tangent_windows += 1;
             }
-            self.align(clock, clock.cell + cells);
+            self.align(position, position.cell + cells);
             return Ok(());
         }
-        if let Some(surface) = self.outside(&piece, deflection) {
+        if let Some(surface) = self.outside(&stretch, deflection) {
             // δ stepped across the surface at a prescribed time: tangents stay as they are.
             return self.switch(
-                clock, contact, surface, events, &w.state, observer, counters,
+                position, contact, surface, events, &w.state, observer, counters,
             );
         }
         counters.windows += 1;
         counters.partial_windows += u64::from(!whole);
-        let mut exit = method.pass(self, &piece, &mut w.state, &mut w.scratch, counters);
+        let mut exit = method.pass(self, &stretch, &mut w.state, &mut w.scratch, counters);
         let mut passed = exit.map_or(duration, |exit| exit.time);
         if let (Some(parts), Some(found)) = (self.event_grid, exit) {
             let grid = self.grid.period / f64::from(parts);
-            let late = ((clock.time + found.time) / grid).ceil() * grid - clock.time;
+            let late = ((position.time + found.time) / grid).ceil() * grid - position.time;
             let rest = late.min(duration) - found.time;
             if rest > 0.0 {
                 passed = found.time + rest;
-                let crossing = Clock {
-                    time: clock.time + found.time,
+                let crossing = Position {
+                    time: position.time + found.time,
                     aligned: false,
-                    ..*clock
+                    ..*position
                 };
                 self.set_carried(&crossing, *contact, &mut w.state);
-                method.follow(self, &piece, rest, &mut w.state, &mut w.scratch, counters);
+                method.follow(self, &stretch, rest, &mut w.state, &mut w.scratch, counters);
             }
             exit = Some(Exit {
                 time: passed,
@@ -261,9 +267,9 @@ impl Course<'_> {
         if O::WINDOWS && passed > 0.0 {
             show(
                 self,
-                &piece,
-                clock.cycle,
-                clock.time,
+                &stretch,
+                position.cycle,
+                position.time,
                 passed,
                 &w.start,
                 &mut w.picture,
@@ -272,31 +278,31 @@ impl Course<'_> {
         }
         if passed > 0.0 {
             for x in &mut w.tangents[..w.tangent_count] {
-                method.follow(self, &piece, passed, x, &mut w.scratch, counters);
+                method.follow(self, &stretch, passed, x, &mut w.scratch, counters);
                 counters.tangent_windows += 1;
             }
         }
         let Some(exit) = exit else {
-            self.align(clock, stop);
+            self.align(position, stop);
             return Ok(());
         };
         if passed > 0.0 {
-            clock.time += passed;
-            clock.aligned = false;
-            while clock.time >= self.grid.time(clock.cell + 1) && clock.cell + 1 < stop {
-                clock.cell += 1;
+            position.time += passed;
+            position.aligned = false;
+            while position.time >= self.grid.time(position.cell + 1) && position.cell + 1 < stop {
+                position.cell += 1;
             }
         }
-        self.set_carried(clock, *contact, &mut w.state);
+        self.set_carried(position, *contact, &mut w.state);
         let surface = match self.event_grid {
             None => Some(exit.surface),
-            Some(_) => self.reclassified(clock, *contact, &w.state),
+            Some(_) => self.reclassified(position, *contact, &w.state),
         };
         let Some(surface) = surface else {
             return Ok(());
         };
         let entering = contact.across(surface).touching();
-        let segment = &self.model.cycle.segments[self.grid.cells[clock.cell].segment];
+        let segment = &self.model.cycle.segments[self.grid.cells[position.cell].segment];
         for x in &mut w.tangents[..w.tangent_count] {
             let (first, second) = x[..2 * self.layout.modes].split_at_mut(self.layout.modes);
             saltation::apply(
@@ -308,23 +314,23 @@ impl Course<'_> {
             );
         }
         self.switch(
-            clock, contact, surface, events, &w.state, observer, counters,
+            position, contact, surface, events, &w.state, observer, counters,
         )?;
-        clock.crossed = self.event_grid.is_none().then_some(surface);
+        position.crossed = self.event_grid.is_none().then_some(surface);
         Ok(())
     }
 
-    /// The cell boundary that a piece may reach.
-    fn stop_cell<M: Method>(&self, clock: &Clock, contact: Contact) -> usize {
-        let mut stop = clock.cell + 1;
+    /// The cell boundary that a stretch may reach.
+    fn stop_cell<M: Method>(&self, position: &Position, contact: Contact) -> usize {
+        let mut stop = position.cell + 1;
         if contact.touching() || !M::FLIES {
             return stop;
         }
         let cells = &self.grid.cells;
         let direction = |cell: usize| self.model.cycle.segments[cells[cell].segment].direction;
-        let farthest = clock.time + M::REACH / self.grid.rate;
+        let farthest = position.time + M::REACH / self.grid.rate;
         while stop < cells.len()
-            && direction(stop) == direction(clock.cell)
+            && direction(stop) == direction(position.cell)
             && self.grid.time(stop + 1) <= farthest
         {
             stop += 1;
@@ -332,22 +338,22 @@ impl Course<'_> {
         stop
     }
 
-    /// The surface beyond which a piece starts, beyond round-off.
-    fn outside(&self, piece: &Piece, deflection: f64) -> Option<Surface> {
-        let sight = Sight {
+    /// The surface beyond which a stretch starts, beyond round-off.
+    fn outside(&self, stretch: &Stretch, deflection: f64) -> Option<Surface> {
+        let here = DeflectionAt {
             time: 0.0,
             deflection: [deflection, 0.0, 0.0],
         };
-        Margin::of(piece.contact, self.model.half_gap)
+        Margin::of(stretch.contact, self.model.half_gap)
             // The surface just crossed is where it was found, to the round-off of finding it.
-            .filter(|margin| piece.crossed != Some(margin.surface))
-            .find(|margin| margin.see(&sight).value < -piece.noise)
+            .filter(|margin| stretch.crossed != Some(margin.surface))
+            .find(|margin| margin.at(&here).value < -stretch.noise)
             .map(|margin| margin.surface)
     }
 
     /// The first surface towards the state that δ and δ' say; none where it is the present one.
-    fn reclassified(&self, clock: &Clock, contact: Contact, z: &[f64]) -> Option<Surface> {
-        let generator = self.generator(clock.cell, contact);
+    fn reclassified(&self, position: &Position, contact: Contact, z: &[f64]) -> Option<Surface> {
+        let generator = self.generator(position.cell, contact);
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
         contact.towards(Contact::classify(
             deflection,
@@ -358,7 +364,7 @@ impl Course<'_> {
 
     fn switch<O: Observer>(
         &self,
-        clock: &Clock,
+        position: &Position,
         contact: &mut Contact,
         surface: Surface,
         events: &mut u32,
@@ -369,7 +375,7 @@ impl Course<'_> {
         *events += 1;
         if *events > self.event_limit {
             return Err(Stop::EventStorm {
-                cycle: clock.cycle,
+                cycle: position.cycle,
                 limit: self.event_limit,
             });
         }
@@ -377,12 +383,12 @@ impl Course<'_> {
         *contact = from.across(surface);
         counters.events += 1;
         observer.event(&Event {
-            cycle: clock.cycle,
-            time: clock.time,
+            cycle: position.cycle,
+            time: position.time,
             from,
             to: *contact,
             surface,
-            rate: dot(&self.generator(clock.cell, from).rate, z),
+            rate: dot(&self.generator(position.cell, from).rate, z),
         });
         Ok(())
     }
@@ -390,17 +396,17 @@ impl Course<'_> {
     /// Shows the cells of a run one by one: their starts follow from the same generators.
     fn show_run<O: Observer, S>(
         &self,
-        piece: &Piece,
+        stretch: &Stretch,
         cells: usize,
         cycle: u64,
         w: &mut Workspace<S>,
         observer: &mut O,
     ) {
-        for cell in piece.cell..piece.cell + cells {
-            let one = Piece {
+        for cell in stretch.cell..stretch.cell + cells {
+            let one = Stretch {
                 cell,
                 duration: self.grid.duration(cell),
-                ..*piece
+                ..*stretch
             };
             let start = self.grid.time(cell);
             show(

@@ -1,4 +1,4 @@
-//! Marching with any kernel, and what was met on the way.
+//! Integrating with any kernel, and what was met on the way.
 
 use atlas::model::{FlankError, InitialState, Model, Stiffness, TrajectoryState};
 use atlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
@@ -25,8 +25,8 @@ impl Observer for Events {
     }
 }
 
-/// Marches whole cycles without tangents; gives the end and the work done.
-pub fn march_with<K: Kernel, O: Observer>(
+/// Advances whole cycles without tangents; gives the end and the work done.
+pub fn advance_with<K: Kernel, O: Observer>(
     kernel: &K,
     start: &TrajectoryState,
     cycles: u64,
@@ -48,9 +48,9 @@ pub fn march_with<K: Kernel, O: Observer>(
     (trajectory, counters)
 }
 
-/// Marches whole cycles unwatched.
-pub fn march<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> TrajectoryState {
-    march_with(kernel, start, cycles, &mut ()).0
+/// Advances whole cycles unwatched.
+pub fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> TrajectoryState {
+    advance_with(kernel, start, cycles, &mut ()).0
 }
 
 /// Static equilibrium of the mean stiffness without errors: a start beside the balance of the mesh at
@@ -68,5 +68,5 @@ pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
 
 /// The state after some cycles from there.
 pub fn settled(model: &Model, cycles: u64) -> TrajectoryState {
-    march(&volterra(model), &mean_equilibrium(model), cycles)
+    advance(&volterra(model), &mean_equilibrium(model), cycles)
 }

@@ -3,7 +3,7 @@
 //! A window starts on a cell boundary (`aligned`) or at an event. In contact it may not
 //! pass the end of its segment, in free flight only the end of the cycle. Off the cell
 //! grid, windows of full length follow one another until one would pass such a
-//! breakpoint; that one is cut there, and the march is aligned again.
+//! breakpoint; that one is cut there, and the integration is aligned again.
 
 use super::feedback::Closed;
 use super::lanes;
@@ -13,7 +13,7 @@ use super::workspace::Workspace;
 use super::{TERMS, Volterra};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::numerics::legendre;
-use crate::propagate::events::Course;
+use crate::propagate::events::WindowDeflection;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 
 /// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
@@ -21,7 +21,7 @@ const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
 /// Where a window starts.
 #[derive(Debug, Clone, Copy)]
-struct Clock {
+struct Position {
     /// Mesh cycle.
     cycle: u64,
     /// Time within it \[s\].
@@ -39,7 +39,7 @@ impl Kernel for Volterra<'_> {
         Workspace::new(self.tables.layout)
     }
 
-    fn march<O: Observer>(
+    fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
@@ -49,7 +49,7 @@ impl Kernel for Volterra<'_> {
     ) -> Result<(), Stop> {
         workspace.load(trajectory, tangents);
         let cells = self.tables.grid.cells();
-        let mut clock = Clock {
+        let mut position = Position {
             cycle: trajectory.cycle,
             time: 0.0,
             aligned: Some(0),
@@ -57,17 +57,19 @@ impl Kernel for Volterra<'_> {
         };
         let mut contact = trajectory.contact;
         let mut events = 0;
-        while clock.aligned != Some(cells) {
+        while position.aligned != Some(cells) {
             if observer.called_off() {
-                return Err(Stop::CalledOff { cycle: clock.cycle });
+                return Err(Stop::CalledOff {
+                    cycle: position.cycle,
+                });
             }
             let before = contact;
-            self.step(&mut clock, &mut contact, workspace, observer, counters)?;
+            self.step(&mut position, &mut contact, workspace, observer, counters)?;
             if contact != before {
                 events += 1;
                 if events > self.event_limit {
                     return Err(Stop::EventStorm {
-                        cycle: clock.cycle,
+                        cycle: position.cycle,
                         limit: self.event_limit,
                     });
                 }
@@ -85,14 +87,14 @@ impl Volterra<'_> {
     /// Solves one window and moves to its end, to the next event or to a breakpoint.
     fn step<O: Observer>(
         &self,
-        clock: &mut Clock,
+        position: &mut Position,
         contact: &mut Contact,
         workspace: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
         let grid = &self.tables.grid;
-        let segment = self.segment(clock);
+        let segment = self.segment(position);
         let table = self.tables.window(segment);
         let stop_cell = if contact.touching() {
             grid.segment_end_cell[segment]
@@ -100,22 +102,22 @@ impl Volterra<'_> {
             grid.flight_end_cell[segment]
         };
         let stop = grid.time[stop_cell];
-        if clock.aligned.is_none() && clock.time >= stop {
-            self.align(clock, stop_cell);
+        if position.aligned.is_none() && position.time >= stop {
+            self.align(position, stop_cell);
             return Ok(());
         }
-        let fits = clock.aligned.is_some() || clock.time + table.delta <= stop;
+        let fits = position.aligned.is_some() || position.time + table.delta <= stop;
         let limit = if fits {
             1.0
         } else {
-            2.0 * (stop - clock.time) / table.delta - 1.0
+            2.0 * (stop - position.time) / table.delta - 1.0
         };
 
-        self.set_inputs(clock, &mut workspace.inputs);
+        self.set_inputs(position, &mut workspace.inputs);
         if contact.touching() {
-            self.close(clock, segment, &mut workspace.factors, counters);
+            self.close(position, segment, &mut workspace.factors, counters);
         }
-        let lack = (self.tables).lack(self.model, segment, clock.time, clock.aligned);
+        let lack = (self.tables).lack(self.model, segment, position.time, position.aligned);
         // In contact it is found with the force, on the side that touches; a free flight has it on
         // both sides.
         let touching = contact.touching();
@@ -123,7 +125,7 @@ impl Volterra<'_> {
         let widening = (lack.filter(|_| !touching)).map(|lack| padded(&lack));
         let gap = contact.sign() * self.model.half_gap;
         let (inputs, columns, factors, forces, solution) = workspace.solving();
-        let closed = self.closed(clock, segment, *contact, factors);
+        let closed = self.closed(position, segment, *contact, factors);
         lanes::solve(
             self.instructions,
             &table.rows,
@@ -142,11 +144,13 @@ impl Volterra<'_> {
         if bound.is_nan() || bound > farthest {
             let start = legendre::at_start(&solution.deflection).abs();
             if !bound.is_finite() || start > farthest {
-                return Err(Stop::Diverged { cycle: clock.cycle });
+                return Err(Stop::Diverged {
+                    cycle: position.cycle,
+                });
             }
         }
         let noise = ROUND_OFF * (solution.size + self.model.half_gap);
-        let crossed = clock.crossed.take();
+        let crossed = position.crossed.take();
         let mut bound = solution.variation + noise;
         if let Some(widening) = &widening {
             bound += legendre::variation(widening) - widening[0];
@@ -156,7 +160,7 @@ impl Volterra<'_> {
         {
             counters.certified += 1;
         } else {
-            let course = Course {
+            let deflection = WindowDeflection {
                 series: &solution.deflection,
                 contact: *contact,
                 crossed,
@@ -164,7 +168,7 @@ impl Volterra<'_> {
                 widening: widening.as_ref(),
             };
             let (set, half_gap) = (self.instructions, self.model.half_gap);
-            let crossing = lanes::first_crossing(set, course, half_gap, limit, counters);
+            let crossing = lanes::first_crossing(set, deflection, half_gap, limit, counters);
             if let Some(c) = crossing {
                 // Against the surface, which moves where the half gap does.
                 let mut series = solution.deflection;
@@ -179,13 +183,15 @@ impl Volterra<'_> {
                 let on_surface = c.x > -1.0 || beyond.abs() <= noise;
                 workspace.solution.restore(own.as_ref());
                 if c.x > -1.0 {
-                    self.move_to_cut(c.x, clock, segment, *contact, workspace, observer, counters);
-                    clock.aligned = None;
+                    self.move_to_cut(
+                        c.x, position, segment, *contact, workspace, observer, counters,
+                    );
+                    position.aligned = None;
                 }
                 let to = contact.across(c.surface);
                 observer.event(&Event {
-                    cycle: clock.cycle,
-                    time: clock.time,
+                    cycle: position.cycle,
+                    time: position.time,
                     from: *contact,
                     to,
                     surface: c.surface,
@@ -194,66 +200,66 @@ impl Volterra<'_> {
                 counters.events += 1;
                 // A step of δ at a prescribed time leaves tangents as they are.
                 if workspace.tangents() > 0 && on_surface {
-                    self.salt(self.segment(clock), to.touching(), workspace);
+                    self.salt(self.segment(position), to.touching(), workspace);
                 }
                 *contact = to;
-                clock.crossed = on_surface.then_some(c.surface);
+                position.crossed = on_surface.then_some(c.surface);
                 return Ok(());
             }
         }
         workspace.solution.restore(own.as_ref());
         if fits {
-            self.move_full(clock, segment, *contact, workspace, observer, counters);
+            self.move_full(position, segment, *contact, workspace, observer, counters);
         } else {
             self.move_to_cut(
-                limit, clock, segment, *contact, workspace, observer, counters,
+                limit, position, segment, *contact, workspace, observer, counters,
             );
-            self.align(clock, stop_cell);
+            self.align(position, stop_cell);
         }
         Ok(())
     }
 
     /// Takes up the cell grid again at a breakpoint. Beyond a change of the half gap or of the
     /// direction nothing stands on a surface any more.
-    fn align(&self, clock: &mut Clock, cell: usize) {
+    fn align(&self, position: &mut Position, cell: usize) {
         let grid = &self.tables.grid;
-        clock.time = grid.time[cell];
-        clock.aligned = Some(cell);
+        position.time = grid.time[cell];
+        position.aligned = Some(cell);
         let segment = grid.segment_of_cell.get(cell).copied().unwrap_or(0);
         if self.model.cycle.turns(segment) {
-            clock.crossed = None;
+            position.crossed = None;
         }
     }
 
-    /// Writes the inputs' values at the clock.
-    fn set_inputs(&self, clock: &Clock, inputs: &mut [f64]) {
+    /// Writes the inputs' values where a window starts.
+    fn set_inputs(&self, position: &Position, inputs: &mut [f64]) {
         let t = &self.tables;
         let (constant, harmonics) = inputs.split_at_mut(1);
         constant[0] = 1.0;
         let (ripples, rest) = harmonics.split_at_mut(2 * t.ripple.len());
         let errors = &mut rest[..2 * self.model.transmission_error.len()];
         for (pair, r) in ripples.chunks_exact_mut(2).zip(&self.model.ripple) {
-            let (sin, cos) = r.phase_at(clock.cycle, clock.time).sin_cos();
+            let (sin, cos) = r.phase_at(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
-        if let Some(cell) = clock.aligned {
+        if let Some(cell) = position.aligned {
             errors.copy_from_slice(&t.cell_phases[cell * errors.len()..][..errors.len()]);
             return;
         }
         let harmonics = &self.model.transmission_error;
         for (pair, h) in errors.chunks_exact_mut(2).zip(harmonics) {
-            let (sin, cos) = (h.angular_frequency * clock.time).sin_cos();
+            let (sin, cos) = (h.angular_frequency * position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
     }
 
-    /// Mesh segment in force at the clock.
-    fn segment(&self, clock: &Clock) -> usize {
-        match clock.aligned {
+    /// Mesh segment in force there.
+    fn segment(&self, position: &Position) -> usize {
+        match position.aligned {
             Some(cell) => self.tables.grid.segment_of_cell[cell],
             None => {
                 let ends = &self.tables.grid.segment_end_cell;
-                let inside = |end: &usize| clock.time < self.tables.grid.time[*end];
+                let inside = |end: &usize| position.time < self.tables.grid.time[*end];
                 ends.iter().position(inside).unwrap_or(ends.len() - 1)
             }
         }
@@ -262,7 +268,7 @@ impl Volterra<'_> {
     /// Moves trajectory and tangents over a full window.
     fn move_full<O: Observer>(
         &self,
-        clock: &mut Clock,
+        position: &mut Position,
         segment: usize,
         contact: Contact,
         workspace: &mut Workspace,
@@ -277,7 +283,7 @@ impl Volterra<'_> {
             };
             let series = [workspace.solution.deflection, force];
             self.show(
-                clock,
+                position,
                 segment,
                 contact,
                 table.delta,
@@ -290,12 +296,12 @@ impl Volterra<'_> {
         let (columns, forces, inputs, _) = workspace.moving(contact.touching());
         let inputs = &inputs[..self.tables.layout.acting];
         lanes::advance(self.instructions, &table.moves, forces, inputs, columns);
-        match &mut clock.aligned {
+        match &mut position.aligned {
             Some(cell) => {
                 *cell += 1;
-                clock.time = self.tables.grid.time[*cell];
+                position.time = self.tables.grid.time[*cell];
             }
-            None => clock.time += table.delta,
+            None => position.time += table.delta,
         }
     }
 
@@ -303,7 +309,7 @@ impl Volterra<'_> {
     fn move_to_cut<O: Observer>(
         &self,
         end: f64,
-        clock: &mut Clock,
+        position: &mut Position,
         segment: usize,
         contact: Contact,
         workspace: &mut Workspace,
@@ -321,37 +327,45 @@ impl Volterra<'_> {
             };
             let deflection = self.cut_series(&workspace.cut, &workspace.solution.deflection);
             let series = [deflection, force];
-            self.show(clock, segment, contact, tau, &series, workspace, observer);
+            self.show(
+                position, segment, contact, tau, &series, workspace, observer,
+            );
         }
         counters.tangent_windows += workspace.tangents() as u64;
         let (columns, forces, inputs, cut) = workspace.moving(contact.touching());
         self.cut(table, cut, forces, inputs, columns);
-        clock.time += tau;
+        position.time += tau;
     }
 
     /// What the system of a window in contact is made of, where no table has it: the window
     /// starts off the grid, and its stiffness varies.
-    fn own_system(&self, clock: &Clock, segment: usize) -> Option<&Nodal> {
+    fn own_system(&self, position: &Position, segment: usize) -> Option<&Nodal> {
         let varies = !self.model.cycle.segments[segment].stiffness.is_constant();
         let nodal = self.tables.window(segment).nodal.as_deref();
-        nodal.filter(|_| clock.aligned.is_none() && varies)
+        nodal.filter(|_| position.aligned.is_none() && varies)
     }
 
     /// Factorises the system of a window in contact that no table has.
-    fn close(&self, clock: &Clock, segment: usize, factors: &mut Factors, counters: &mut Counters) {
-        if let Some(nodal) = self.own_system(clock, segment) {
+    fn close(
+        &self,
+        position: &Position,
+        segment: usize,
+        factors: &mut Factors,
+        counters: &mut Counters,
+    ) {
+        if let Some(nodal) = self.own_system(position, segment) {
             let delta = self.tables.window(segment).delta;
             let segment = &self.model.cycle.segments[segment];
-            let closure = Closure::new(self.model, segment, clock.time, delta);
+            let closure = Closure::new(self.model, segment, position.time, delta);
             closure.factorise(self.instructions, nodal, factors);
             counters.factorised += 1;
         }
     }
 
-    /// What closes the mesh on the window that starts at the clock; none in free flight.
+    /// What closes the mesh on the window that starts there; none in free flight.
     fn closed<'a>(
         &'a self,
-        clock: &Clock,
+        position: &Position,
         segment: usize,
         contact: Contact,
         factors: &'a Factors,
@@ -359,18 +373,18 @@ impl Volterra<'_> {
         if !contact.touching() {
             return None;
         }
-        if let Some(nodal) = self.own_system(clock, segment) {
+        if let Some(nodal) = self.own_system(position, segment) {
             return Some(Closed::Factors(nodal, factors));
         }
         // Off the grid the stiffness is constant, and every cell of the segment has its operator.
         let last = self.tables.grid.segment_end_cell[segment] - 1;
-        let cell = clock.aligned.unwrap_or(last);
+        let cell = position.aligned.unwrap_or(last);
         Some(Closed::Table(self.tables.feedback(cell)))
     }
 
     fn show<O: Observer>(
         &self,
-        clock: &Clock,
+        position: &Position,
         segment: usize,
         contact: Contact,
         duration: f64,
@@ -380,8 +394,8 @@ impl Volterra<'_> {
     ) {
         let [first, second] = workspace.components(self.model.modes());
         observer.window(&Window {
-            cycle: clock.cycle,
-            start: clock.time,
+            cycle: position.cycle,
+            start: position.time,
             duration,
             segment: &self.model.cycle.segments[segment],
             contact,
