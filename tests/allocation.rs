@@ -7,7 +7,10 @@
 mod common;
 
 use atlas::model::{InitialState, Model};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Stepping, Tangents, Volterra, Window};
+use atlas::propagate::{
+    Counters, DenseError, Event, Fused, KeptKernel, Kernel, KernelChoice, KernelUse, Observer,
+    Spectral, Tangents, Window,
+};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -90,26 +93,66 @@ fn allocations<K: Kernel>(kernel: &K, model: &Model) -> u64 {
     count
 }
 
-/// Allocations of every kernel on a model, by name: a new kernel adds a line.
-fn kernels(model: &Model) -> Vec<(&'static str, u64)> {
-    vec![
-        (
-            "stepping",
-            allocations(&Stepping::new(model, 1000, 1000), model),
-        ),
-        (
-            "volterra",
-            allocations(&Volterra::new(model, f64::EPSILON, 1000), model),
-        ),
-    ]
+/// Most events in a mesh cycle.
+const EVENT_LIMIT: u32 = 1000;
+
+/// Fewest unit steps a mesh cycle of the kernels with tables.
+const CELLS: u32 = 60;
+
+/// Every kernel there is, with settings for the drives here.
+fn kernels() -> Vec<KernelChoice> {
+    let choice = |name| match name {
+        "volterra" => KernelChoice::Volterra {
+            tolerance: f64::EPSILON,
+        },
+        "stepping" => KernelChoice::Stepping { steps: 1000 },
+        "dyadic" => KernelChoice::Dyadic { cells: CELLS },
+        "hermite" => KernelChoice::Hermite { cells: CELLS },
+        "spectral" => KernelChoice::Spectral {
+            cells: CELLS,
+            event_grid: None,
+        },
+        "fused" => KernelChoice::Fused { cells: CELLS },
+        _ => panic!("no settings for `{name}`, which is to be integrated here too"),
+    };
+    let names = KernelChoice::SETTINGS.iter().map(|(name, _)| *name);
+    let on_a_grid = KernelChoice::Spectral {
+        cells: CELLS,
+        event_grid: Some(240),
+    };
+    names.map(choice).chain([on_a_grid]).collect()
+}
+
+/// Counts the allocations of a kernel that advances a model.
+struct Count<'m>(&'m Model);
+
+impl KernelUse for Count<'_> {
+    type Output = u64;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> u64 {
+        allocations(kernel, self.0)
+    }
+}
+
+fn count(kernel: KernelChoice, model: &Model) -> Result<u64, DenseError> {
+    let kept = |kind, cells| {
+        Ok(Box::new(match kind {
+            KeptKernel::Spectral => Spectral::new(model, cells, EVENT_LIMIT, None)?.arrays(),
+            KeptKernel::Fused => Fused::new(model, cells, EVENT_LIMIT)?.arrays(),
+        }))
+    };
+    kernel.apply(model, EVENT_LIMIT, kept, Count(model))
 }
 
 #[test]
 fn integrating_allocates_nothing() {
     for (drive, case) in common::drives() {
         let model = common::model(&case);
-        for (kernel, count) in kernels(&model) {
-            assert_eq!(count, 0, "{kernel} on {drive}");
+        for kernel in kernels() {
+            let counted = count(kernel, &model).unwrap_or_else(|refused| {
+                panic!("{kernel:?} on {drive}: {refused}");
+            });
+            assert_eq!(counted, 0, "{kernel:?} on {drive}");
         }
     }
 }

@@ -333,9 +333,7 @@ fn poincare_samples_are_the_states_at_mesh_phase_zero() {
 
 /// One degree at a load and a speed.
 fn small_oscillator(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::one_degree();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::one_degree(), load, speed)
 }
 
 /// Kinds of motion of one degree, each shown by the reference integrator to be what it is
@@ -690,9 +688,9 @@ fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
     [&flag, &never].map(|watched| {
         let kernel = Interruptible::new(kernel, watched);
         let mut raising = Raising(0, &flag);
-        let ended = kernel.advance_cycle(
+        let ended = kernel.advance(
+            1,
             &mut model.start(&InitialState::Static),
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut raising,
             &mut Counters::default(),

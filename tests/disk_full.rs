@@ -4,15 +4,17 @@
 //! The disk is a small tmpfs in a mount namespace of its own, which ends with its shell. Where the
 //! system does not allow one, the test says so and is skipped.
 
-// Why a test was skipped is to be seen in its output.
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used)]
 
 #[path = "common/place.rs"]
 mod place;
 #[path = "common/results.rs"]
 mod results;
+#[path = "common/skipped.rs"]
+mod skipped;
 
 use place::{OSCILLATOR, Place};
+use skipped::skipped;
 use std::fs;
 use std::process::Command;
 
@@ -60,7 +62,7 @@ fn on_a_disk_of(options: &str, place: &Place) -> Option<Seen> {
         Ok(_) => None,
     };
     if let Some(refused) = refused {
-        println!("skipped: no disk of its own here: {}", refused.trim());
+        skipped(format!("no disk of its own here: {refused}"));
         return None;
     }
     let kept = |name: &str| fs::read_to_string(place.path("kept").join(name)).unwrap();

@@ -10,7 +10,7 @@ use atlas::model::{
     Contact, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, Surface,
     TorqueRipple, TrajectoryState,
 };
-use atlas::propagate::{Counters, Event, Kernel, Stop, Tangents, Volterra};
+use atlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
 use common::advance::{Events, ROUND_OFF, advance_with, volterra};
 use std::f64::consts::{PI, TAU};
 
@@ -48,11 +48,7 @@ impl Oscillator {
         structure.rated_force = 1.0;
         structure.pinion_torque = Some(vec![1.0]);
         let drive = Drive {
-            half_gap: self.half_gap,
             mesh: Division::levels(&[self.stiffness; 60], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
             torque_ripple: ripple
                 .iter()
                 .map(|&(order, amplitude, phase)| TorqueRipple {
@@ -62,6 +58,7 @@ impl Oscillator {
                     phase,
                 })
                 .collect(),
+            ..common::constant_mesh(self.half_gap, self.stiffness)
         };
         let point = OperatingPoint {
             load: self.load,
@@ -328,12 +325,8 @@ fn event_on_an_edge() {
             .map(|i| o.stiffness * (1.0 + 1e-15 * f64::from(i % 2)))
             .collect();
         let drive = Drive {
-            half_gap: o.half_gap,
             mesh: Division::levels(&levels, &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
+            ..common::constant_mesh(o.half_gap, o.stiffness)
         };
         let point = OperatingPoint {
             load: 0.0,
@@ -420,9 +413,9 @@ fn hundreds_of_events_in_a_cycle_and_their_limit() {
         let kernel = Volterra::new(&model, ROUND_OFF, limit);
         let mut counters = Counters::default();
         let mut trajectory = from.clone();
-        let result = kernel.advance_cycle(
+        let result = kernel.advance(
+            1,
             &mut trajectory,
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut (),
             &mut counters,
@@ -470,9 +463,9 @@ fn nonsense_diverges_at_once() {
             let mut state = rest.state.clone();
             state[component] = value;
             let mut trajectory = TrajectoryState::new(&model, state, 7);
-            let stop = kernel.advance_cycle(
+            let stop = kernel.advance(
+                1,
                 &mut trajectory,
-                &mut Tangents::none(),
                 &mut kernel.workspace(),
                 &mut (),
                 &mut Counters::default(),

@@ -11,9 +11,7 @@
 
 mod common;
 
-use atlas::model::{
-    Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
-};
+use atlas::model::{Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple};
 use common::advance::{advance_with, volterra};
 
 const GAP: f64 = 10e-6;
@@ -54,17 +52,14 @@ impl Oscillator {
         structure.rated_force = 1.0;
         structure.pinion_torque = Some(vec![1.0]);
         let drive = Drive {
-            half_gap: GAP,
-            mesh: Division::levels(&[1.44e8], &[]),
             damping: 480.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
             torque_ripple: vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
                 order: 20.0,
                 amplitude,
                 phase: self.phase,
             }],
+            ..common::constant_mesh(GAP, 1.44e8)
         };
         let point = OperatingPoint {
             load: self.push,

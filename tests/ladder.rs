@@ -242,9 +242,9 @@ fn cycle<K: Kernel>(
 ) -> Result<(TrajectoryState, Events), Stop> {
     let (mut trajectory, mut events) = (start.clone(), Events::default());
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
-    kernel.advance_cycle(
+    kernel.advance(
+        1,
         &mut trajectory,
-        &mut Tangents::none(),
         &mut workspace,
         &mut events,
         &mut counters,

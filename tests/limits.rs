@@ -1,15 +1,17 @@
 //! What the system does not give, and what stands in the way: too few threads, far too many asked
 //! for, symbolic links where files are to be written.
 
-// Why a test was skipped is to be seen in its output.
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used)]
 
 #[path = "common/place.rs"]
 mod place;
 #[path = "common/results.rs"]
 mod results;
+#[path = "common/skipped.rs"]
+mod skipped;
 
 use place::{OSCILLATOR, Place, status, stderr, stdout};
+use skipped::skipped;
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt, symlink};
 
@@ -43,7 +45,7 @@ fn threads_that_cannot_be_had_are_said_in_one_line() {
     ] {
         let output = place.shell(&format!("set -- {command}\n{FEW_THREADS}"));
         if status(&output) == 99 {
-            println!("skipped: {}", stdout(&output).trim());
+            skipped(stdout(&output));
             return;
         }
         assert_eq!(status(&output), 0, "{}", stderr(&output));

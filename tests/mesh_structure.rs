@@ -2,52 +2,16 @@
 
 #![allow(clippy::unwrap_used, dead_code)]
 
+#[path = "common/default_drive.rs"]
+mod default_drive;
 #[path = "common/flank.rs"]
 mod flank;
 
 use atlas::gear::{
-    Contact, Face, GearPair, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding,
-    MisalignmentSearch, TiltCompliance, ToothForm, friction_direction, loaded_misalignment,
-    pairs_at,
+    Contact, Face, LoadSharing, MeshTable, MeshTableInputs, MisalignmentEnding, MisalignmentSearch,
+    TiltCompliance, friction_direction, loaded_misalignment, pairs_at,
 };
-use atlas::shaft::{Bearing, FlexibleDrive, Shaft};
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
-
-fn default_drive() -> FlexibleDrive {
-    let bearing = |axial| Bearing {
-        x: 1.25e8,
-        y: 1e8,
-        axial,
-        tilt: 2e4,
-    };
-    let shaft = |diameter, end_inertia| Shaft {
-        diameter,
-        span: 0.12,
-        overhang: 0.04,
-        gear_position: 0.45,
-        end_inertia,
-        bearings: [bearing(1e8), bearing(0.0)],
-    };
-    FlexibleDrive {
-        gears: GearPair {
-            teeth: [20, 30],
-            module: 4e-3,
-            pressure_angle: 20f64.to_radians(),
-            face_width: FACE_WIDTH,
-            body_length: [70e-3, 40e-3],
-            rated_torque: 50.0,
-            form: ToothForm::default(),
-        },
-        shafts: [shaft(22e-3, 2e-3), shaft(26e-3, 5e-3)],
-        young_modulus: 206e9,
-        shear_modulus: 79e9,
-        density: 7850.0,
-        shear_coefficient: 0.9,
-        elements: [3, 5, 7],
-        damping: 0.01,
-        damping_overrides: Vec::new(),
-    }
-}
 
 /// Static tilt compliance of the default drive, from an independent assembly of it.
 fn default_compliance() -> TiltCompliance {
@@ -78,7 +42,7 @@ fn default_flank() -> FunctionFlank {
 #[test]
 fn structure_takes_a_point_off_the_loss_of_stiffness() {
     let compliance = default_compliance();
-    let own = default_drive().modes(40, 40, false).unwrap();
+    let own = default_drive::flexible().modes(40, 40, false).unwrap();
     let ours = TiltCompliance::of_modes(&own.frequency, &own.mesh, &own.mesh_tilt);
     assert!((ours.by_force / compliance.by_force - 1.0).abs() < 1e-6);
     assert!((ours.by_moment / compliance.by_moment - 1.0).abs() < 1e-6);
@@ -191,7 +155,7 @@ fn a_search_says_how_it_ended() {
 /// is that of the sliding contacts.
 #[test]
 fn friction_dissipates_what_the_contacts_slide() {
-    let drive = default_drive();
+    let drive = default_drive::flexible();
     let structure = drive.modes(40, 40, false).unwrap();
     let pitch_radii = drive.gears.pitch_radii();
     let (force, coefficient, speed) = (1000.0, 0.08, 150.0);
@@ -221,7 +185,7 @@ fn friction_dissipates_what_the_contacts_slide() {
 /// Forces and velocities at one contact, from the geometry alone.
 #[test]
 fn friction_opposes_the_sliding_of_the_pinion() {
-    let gears = default_drive().gears;
+    let gears = default_drive::flexible().gears;
     let [r1, r2] = gears.pitch_radii();
     let (sin, cos) = gears.pressure_angle.sin_cos();
     let speeds = [100.0, 100.0 * r1 / r2];

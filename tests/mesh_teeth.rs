@@ -2,23 +2,17 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "common/default_drive.rs"]
+mod default_drive;
+
 use atlas::gear::{
     BasicRack, Contact, Face, FlankLaw, Flanks, GearPair, LoadSharing, MeshTable, MeshTableCycle,
-    MeshTableInputs, Relief, ToothForm, pairs_at,
+    MeshTableInputs, Relief, pairs_at,
 };
 
 /// The default drive's gears on its shafts.
 fn gears() -> GearPair {
-    GearPair {
-        teeth: [20, 30],
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        face_width: 20e-3,
-        body_length: [70e-3, 40e-3],
-        rated_torque: 50.0,
-        form: ToothForm::default(),
-    }
-    .on_shafts([22e-3, 26e-3])
+    default_drive::gears().on_shafts([22e-3, 26e-3])
 }
 
 fn table(gears: &GearPair, change: impl Fn(&mut MeshTableInputs)) -> MeshTable {

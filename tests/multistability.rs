@@ -10,7 +10,7 @@ use atlas::analysis::{
     SliceQuestion, Status, probe_basins,
 };
 use atlas::model::{
-    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
+    Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
 };
 use atlas::numerics::random::PointSeed;
 use atlas::propagate::Volterra;
@@ -82,11 +82,7 @@ impl Shaken {
         let mut structure = common::structure(self.frequency, DAMPING, self.mesh, &none);
         structure.pinion_torque = Some(self.force.to_vec());
         let drive = Drive {
-            half_gap,
-            mesh: Division::levels(&[1.44e8], &[]),
             damping: 480.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
             // Order 20 of a shaft with 20 teeth: the mesh frequency.
             torque_ripple: vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
@@ -94,6 +90,7 @@ impl Shaken {
                 amplitude: 1.0,
                 phase: 0.0,
             }],
+            ..common::constant_mesh(half_gap, 1.44e8)
         };
         Model::new(&structure, &drive, OperatingPoint { load: 1.0, speed }).unwrap()
     }
@@ -119,12 +116,9 @@ impl Shaken {
 fn loaded(load: f64, speed: f64) -> Model {
     let structure = common::structure(&[0.0], 0.0, &[1.3], &[1.3]);
     let drive = Drive {
-        half_gap: 10e-6,
-        mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
-        friction: 0.0,
         transmission_error: vec![MeshHarmonic::new(1, 1e-6, 0.0)],
-        torque_ripple: Vec::new(),
+        ..common::constant_mesh(10e-6, 4e8)
     };
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
@@ -235,12 +229,7 @@ fn mirror_images_are_two_attractors() {
 #[test]
 fn one_attractor_is_not_split() {
     // Chaos: every probe has other numbers within their errors.
-    let chaos = Model::new(
-        &common::structure(&[0.0], 0.0, &[1.3], &[1.3]),
-        &common::two_level_mesh(10e-6),
-        common::strong_rattle(),
-    )
-    .unwrap();
+    let chaos = common::model(&common::one_degree());
     for seed in 0..SEEDS {
         let found = probe(&chaos, seed, question());
         assert_eq!(found.attractors.len(), 1, "seed {seed}: {found:?}");
@@ -346,12 +335,8 @@ fn a_continuum_is_one() {
     let mut structure = common::structure(&[4000.0], 0.0, &[1.0], &[0.0]);
     structure.damping = vec![0.0];
     let drive = Drive {
-        half_gap: 10e-6,
-        mesh: Division::levels(&[1.44e8], &[]),
         damping: 480.0,
-        friction: 0.0,
-        transmission_error: Vec::new(),
-        torque_ripple: Vec::new(),
+        ..common::constant_mesh(10e-6, 1.44e8)
     };
     let point = OperatingPoint {
         load: 0.0,

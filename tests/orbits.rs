@@ -6,7 +6,7 @@ mod common;
 
 use atlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Kernel, Tangents};
+use atlas::propagate::{Counters, Kernel};
 use atlas::reference::Reference;
 use common::advance::{mean_equilibrium, volterra};
 use common::relative_difference;
@@ -14,9 +14,7 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 fn one_degree(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::one_degree();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::one_degree(), load, speed)
 }
 
 /// A survey from where the equilibrium of the mean stiffness has got to after some cycles, and where it started.
@@ -24,17 +22,15 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
     let kernel = volterra(model);
     let mut trajectory = mean_equilibrium(model);
     let mut workspace = kernel.workspace();
-    for _ in 0..after {
-        kernel
-            .advance_cycle(
-                &mut trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut Counters::default(),
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(
+            u64::from(after),
+            &mut trajectory,
+            &mut workspace,
+            &mut (),
+            &mut Counters::default(),
+        )
+        .unwrap();
     let question = OrbitQuestion {
         periods: periods.to_vec(),
         guesses: 24,
@@ -64,9 +60,9 @@ fn a_doubled_period_has_an_unstable_parent() {
     let kernel = volterra(&model);
     let mut next = settled.clone();
     kernel
-        .advance_cycle(
+        .advance(
+            1,
             &mut next,
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut (),
             &mut Counters::default(),
@@ -122,9 +118,7 @@ fn at_strobe(model: &Model, deflection: f64, velocity: f64) -> TrajectoryState {
 /// A kick within the margin of the event sequence grows as the monodromy matrix says.
 #[test]
 fn a_kick_grows_as_predicted_away_from_grazing() {
-    let (structure, drive, mut point) = common::forty_modes();
-    (point.load, point.speed) = (0.1, 700.0);
-    let forty = Model::new(&structure, &drive, point).unwrap();
+    let forty = common::model_at(&common::forty_modes(), 0.1, 700.0);
     for (name, model) in [
         ("one degree", one_degree(0.3, 600.0)),
         ("forty modes", forty),
@@ -188,9 +182,9 @@ fn deflection_at(model: &Model, deflection: f64, velocity: f64, phase: f64) -> f
     let kernel = volterra(model);
     let mut state = at_strobe(model, deflection, velocity);
     kernel
-        .advance_cycle(
+        .advance(
+            1,
             &mut state,
-            &mut Tangents::none(),
             &mut kernel.workspace(),
             &mut at,
             &mut Counters::default(),

@@ -12,7 +12,7 @@ use atlas::analysis::{
     SliceQuestion, probe_basins,
 };
 use atlas::model::{
-    Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple, TrajectoryState,
+    Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple, TrajectoryState,
 };
 use atlas::numerics::random::PointSeed;
 use atlas::reference::Reference;
@@ -29,16 +29,13 @@ fn drive(elastic: &[f64], load: f64, speed: f64, error: f64) -> Model {
     let mesh = vec![1.0; frequency.len()];
     let structure = common::structure(&frequency, 0.01, &mesh, &mesh);
     let drive = Drive {
-        half_gap: 10e-6,
-        mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
-        friction: 0.0,
         transmission_error: if error > 0.0 {
             vec![MeshHarmonic::new(1, error, 0.0)]
         } else {
             Vec::new()
         },
-        torque_ripple: Vec::new(),
+        ..common::constant_mesh(10e-6, 4e8)
     };
     Model::new(&structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
@@ -381,11 +378,7 @@ fn shaken(phase: f64) -> Model {
     let mut structure = common::structure(&[4000.0, 30_000.0], 0.02, &mesh, &[0.0; 2]);
     structure.pinion_torque = Some(vec![56.0, 0.0]);
     let drive = Drive {
-        half_gap: 3e-6,
-        mesh: Division::levels(&[1.44e8], &[]),
         damping: 480.0,
-        friction: 0.0,
-        transmission_error: Vec::new(),
         // Order 20 of a shaft with 20 teeth: the mesh frequency.
         torque_ripple: vec![TorqueRipple {
             shaft: DriveShaft::Pinion,
@@ -393,6 +386,7 @@ fn shaken(phase: f64) -> Model {
             amplitude: 1.0,
             phase,
         }],
+        ..common::constant_mesh(3e-6, 1.44e8)
     };
     let point = OperatingPoint {
         load: 1.0,

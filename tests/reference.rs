@@ -5,7 +5,7 @@
 mod common;
 
 use atlas::model::{
-    Contact, Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
+    Contact, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
 };
 use atlas::reference::{Passage, Reference};
 use common::{drives, relative_difference, structure};
@@ -14,12 +14,8 @@ use std::f64::consts::{PI, TAU};
 /// Constant stiffness, no excitation.
 fn plain(stiffness: f64, damping: f64, half_gap: f64) -> Drive {
     Drive {
-        half_gap,
-        mesh: Division::levels(&[stiffness], &[]),
         damping,
-        friction: 0.0,
-        transmission_error: Vec::new(),
-        torque_ripple: Vec::new(),
+        ..common::constant_mesh(half_gap, stiffness)
     }
 }
 

@@ -7,12 +7,12 @@
 mod common;
 
 use atlas::analysis::EnergyNorm;
-use atlas::gear::{GearPair, ToothForm};
+use atlas::gear::GearPair;
 use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use atlas::propagate::{DenseError, Fused, Kernel, Spectral};
 use atlas::shaft::{Bearing, FlexibleDrive, ModalStructure, RigidDrive, Shaft, Tier};
 use common::advance::{advance, volterra};
-use common::structure;
+use common::{default_drive, structure};
 
 const CELLS: u32 = 60;
 
@@ -150,27 +150,18 @@ fn repeated_modes_with_friction_are_followed() {
 
 fn like_shafts() -> ([Shaft; 2], GearPair) {
     let bearing = |axial| Bearing {
-        x: 1.25e8,
         y: 1.25e8,
-        axial,
-        tilt: 2e4,
+        ..default_drive::bearing(axial)
     };
+    let [pinion, _] = default_drive::shafts();
     let shaft = Shaft {
-        diameter: 22e-3,
-        span: 0.12,
-        overhang: 0.04,
-        gear_position: 0.45,
-        end_inertia: 2e-3,
         bearings: [bearing(1e8), bearing(0.0)],
+        ..pinion
     };
     let gears = GearPair {
         teeth: [20, 20],
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        face_width: 20e-3,
         body_length: [40e-3; 2],
-        rated_torque: 50.0,
-        form: ToothForm::default(),
+        ..default_drive::gears()
     };
     ([shaft.clone(), shaft], gears)
 }
@@ -200,13 +191,8 @@ fn like_shafts_are_followed() {
     let drive = FlexibleDrive {
         gears,
         shafts,
-        young_modulus: 206e9,
-        shear_modulus: 79e9,
-        density: 7850.0,
-        shear_coefficient: 0.9,
         elements: [2, 3, 3],
-        damping: 0.01,
-        damping_overrides: Vec::new(),
+        ..default_drive::flexible()
     };
     let structure = drive.modes(40, 40, false).unwrap();
     let model = operated(&structure, 0.1, 1200.0);

@@ -15,7 +15,7 @@ use atlas::model::{
 };
 use atlas::numerics::linalg::{eigenpair, eigenvalues};
 use atlas::numerics::random::PointSeed;
-use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use atlas::propagate::{Counters, Kernel, Volterra};
 use atlas::reference::Reference;
 use common::relative_difference;
 use faer::Mat;
@@ -61,16 +61,12 @@ fn ask(model: &Model, settle: bool, transient: u64) -> PointOutcome {
 
 /// One degree at a load and a speed.
 fn one_degree(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::one_degree();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::one_degree(), load, speed)
 }
 
 /// Forty modes at a load and a speed.
 fn forty_modes(load: f64, speed: f64) -> Model {
-    let (structure, drive, mut point) = common::forty_modes();
-    (point.load, point.speed) = (load, speed);
-    Model::new(&structure, &drive, point).unwrap()
+    common::model_at(&common::forty_modes(), load, speed)
 }
 
 /// One degree under ripple of half a pinion turn: period 20 in mesh cycles of 40 teeth.
@@ -91,17 +87,15 @@ fn rippled() -> Model {
 fn advance(model: &Model, state: &mut TrajectoryState, cycles: u32) {
     let kernel = Volterra::new(model, f64::EPSILON, 1000);
     let mut workspace = kernel.workspace();
-    for _ in 0..cycles {
-        kernel
-            .advance_cycle(
-                state,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut Counters::default(),
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(
+            u64::from(cycles),
+            state,
+            &mut workspace,
+            &mut (),
+            &mut Counters::default(),
+        )
+        .unwrap();
 }
 
 #[test]
@@ -227,17 +221,9 @@ fn motion_in_constant_contact_is_solved_in_one_step() {
     assert!(orbit.residual < 1e-11, "{:e}", orbit.residual);
     let mut state = orbit.start.clone();
     let mut counters = Counters::default();
-    for _ in 0..10 {
-        kernel
-            .advance_cycle(
-                &mut state,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(10, &mut state, &mut workspace, &mut (), &mut counters)
+        .unwrap();
     assert_eq!(counters.events, 0, "the drive stays in contact");
     assert!(norm.distance(&state.state, &orbit.start.state) < 1e-10 * norm.unit());
 }

@@ -3,48 +3,14 @@
 // Helpers outside the test functions may unwrap, too.
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::{GearPair, ToothForm};
-use atlas::shaft::{Bearing, FlexibleDrive, ModalStructure, Shaft};
+#[path = "common/default_drive.rs"]
+mod default_drive;
+
+use atlas::shaft::ModalStructure;
 use std::f64::consts::PI;
 
 const MODES: usize = 40;
 const MEAN_STIFFNESS: f64 = 4e8;
-
-fn default_drive() -> FlexibleDrive {
-    let bearing = |axial| Bearing {
-        x: 1.25e8,
-        y: 1e8,
-        axial,
-        tilt: 2e4,
-    };
-    let shaft = |diameter, end_inertia| Shaft {
-        diameter,
-        span: 0.12,
-        overhang: 0.04,
-        gear_position: 0.45,
-        end_inertia,
-        bearings: [bearing(1e8), bearing(0.0)],
-    };
-    FlexibleDrive {
-        gears: GearPair {
-            teeth: [20, 30],
-            module: 4e-3,
-            pressure_angle: 20f64.to_radians(),
-            face_width: 20e-3,
-            body_length: [70e-3, 40e-3],
-            rated_torque: 50.0,
-            form: ToothForm::default(),
-        },
-        shafts: [shaft(22e-3, 2e-3), shaft(26e-3, 5e-3)],
-        young_modulus: 206e9,
-        shear_modulus: 79e9,
-        density: 7850.0,
-        shear_coefficient: 0.9,
-        elements: [3, 5, 7],
-        damping: 0.01,
-        damping_overrides: Vec::new(),
-    }
-}
 
 /// Columns of the independent assembly.
 struct Reference(toml::Table);
@@ -66,7 +32,9 @@ impl Reference {
 }
 
 fn structure() -> ModalStructure {
-    default_drive().modes(MODES, MODES, false).unwrap()
+    default_drive::flexible()
+        .modes(MODES, MODES, false)
+        .unwrap()
 }
 
 fn largest(column: &[f64]) -> f64 {
@@ -185,7 +153,7 @@ fn rigid_friction_differs_by_the_arm_of_the_pinion() {
         reference.column("friction_lever"),
     );
     let angle = 20f64.to_radians();
-    let [base_1, base_2] = default_drive().gears.base_radii();
+    let [base_1, base_2] = default_drive::flexible().gears.base_radii();
     let half_base_pitch = 0.5 * PI * 4e-3 * angle.cos();
     assert!(ours.friction[0].abs() < 1e-9 * largest(&ours.friction));
     for mode in 0..2 {
@@ -209,7 +177,9 @@ fn rigid_friction_differs_by_the_arm_of_the_pinion() {
 #[test]
 fn participation_sums_and_residual_flexibility() {
     let sum = |retained| -> f64 {
-        let structure = default_drive().modes(MODES, retained, false).unwrap();
+        let structure = default_drive::flexible()
+            .modes(MODES, retained, false)
+            .unwrap();
         assert_eq!(structure.residual_flexibility, 0.0);
         structure.mesh.iter().map(|w| w * w).sum()
     };
@@ -218,7 +188,7 @@ fn participation_sums_and_residual_flexibility() {
         println!("sum of squares at {retained} modes: {found:.4}");
         assert!((found - expected).abs() <= 0.005, "{retained}: {found}");
     }
-    let augmented = default_drive().modes(MODES, 20, true).unwrap();
+    let augmented = default_drive::flexible().modes(MODES, 20, true).unwrap();
     let product = augmented.residual_flexibility * MEAN_STIFFNESS;
     println!("residual flexibility times mean stiffness, 40 to 20: {product:.4e}");
     assert!((product - 1.94e-3).abs() <= 0.005e-3, "{product}");

@@ -13,7 +13,7 @@ use atlas::analysis::{
     TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use atlas::manifest::{self, Job};
-use atlas::model::{Contact, Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint};
+use atlas::model::{Contact, Drive, InitialState, MeshHarmonic, Model};
 use atlas::numerics::random::PointSeed;
 use atlas::propagate::Event;
 use atlas::reference::Reference;
@@ -517,12 +517,9 @@ fn a_trace_follows_the_sweep_asked_for() {
 fn rattling(phase: f64) -> Model {
     let structure = common::structure(&[0.0], 0.0, &[1.3], &[1.3]);
     let drive = Drive {
-        half_gap: 10e-6,
-        mesh: Division::levels(&[4e8], &[]),
         damping: 1483.0,
-        friction: 0.0,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, std::f64::consts::TAU * phase)],
-        torque_ripple: Vec::new(),
+        ..common::constant_mesh(10e-6, 4e8)
     };
     Model::new(&structure, &drive, common::strong_rattle()).unwrap()
 }
@@ -654,15 +651,7 @@ fn entry_samples_lie_on_the_drive_flank() {
         assert!((sample.phase - event.time / model.period()).abs() < 1e-15);
     }
     // In contact throughout there is none.
-    let quiet = Model::new(
-        &common::structure(&[0.0], 0.0, &[1.3], &[1.3]),
-        &common::two_level_mesh(10e-6),
-        OperatingPoint {
-            load: 50.0,
-            speed: 300.0,
-        },
-    )
-    .unwrap();
+    let quiet = common::model_at(&common::one_degree(), 50.0, 300.0);
     assert!(samples(&quiet, Section::Entry).is_empty());
 }
 

@@ -7,7 +7,7 @@ mod common;
 
 use atlas::manifest::{self, Job};
 use atlas::model::{InitialState, Model};
-use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use atlas::propagate::{Counters, Kernel, Volterra};
 use atlas::sweep::build::Parts;
 use common::advance::{ROUND_OFF, advance, mean_equilibrium, volterra};
 use common::relative_difference;
@@ -42,17 +42,9 @@ fn events_per_cycle(model: &Model) -> f64 {
     let kernel = volterra(model);
     let mut trajectory = advance(&kernel, &model.start(&InitialState::Static), 300);
     let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
-    for _ in 0..200 {
-        kernel
-            .advance_cycle(
-                &mut trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(200, &mut trajectory, &mut workspace, &mut (), &mut counters)
+        .unwrap();
     counters.events as f64 / 200.0
 }
 
@@ -173,17 +165,8 @@ fn relieved_flanks_run_without_event_storms() {
         let kernel = Volterra::new(&model, ROUND_OFF, 100);
         let mut trajectory = model.start(&InitialState::Static);
         let (mut workspace, mut counters) = (kernel.workspace(), Counters::default());
-        let mut tangents = Tangents::none();
-        for _ in 0..600 {
-            kernel
-                .advance_cycle(
-                    &mut trajectory,
-                    &mut tangents,
-                    &mut workspace,
-                    &mut (),
-                    &mut counters,
-                )
-                .unwrap();
-        }
+        kernel
+            .advance(600, &mut trajectory, &mut workspace, &mut (), &mut counters)
+            .unwrap();
     }
 }

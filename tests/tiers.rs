@@ -3,49 +3,21 @@
 // Helpers outside the test functions may unwrap, too.
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::{GearPair, ToothForm};
+#[path = "common/default_drive.rs"]
+mod default_drive;
+
 use atlas::shaft::{
     Bearing, Disc, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
 };
+use default_drive::{DENSITY, gears, shafts};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 
-const DENSITY: f64 = 7850.0;
 const PEDESTAL: Pedestal = Pedestal {
     x: 4e8,
     y: 3e8,
     mass: 3.0,
 };
-
-fn gears() -> GearPair {
-    GearPair {
-        teeth: [20, 30],
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        face_width: 20e-3,
-        body_length: [70e-3, 40e-3],
-        rated_torque: 50.0,
-        form: ToothForm::default(),
-    }
-}
-
-/// The default drive's shafts.
-fn shafts() -> [Shaft; 2] {
-    let bearing = |axial| Bearing {
-        x: 1.25e8,
-        y: 1e8,
-        axial,
-        tilt: 2e4,
-    };
-    [(22e-3, 2e-3), (26e-3, 5e-3)].map(|(diameter, end_inertia)| Shaft {
-        diameter,
-        span: 0.12,
-        overhang: 0.04,
-        gear_position: 0.45,
-        end_inertia,
-        bearings: [bearing(1e8), bearing(0.0)],
-    })
-}
 
 fn rigid(tier: Tier, shafts: [Shaft; 2]) -> ModalStructure {
     all_modes(&drive(tier, shafts))
@@ -77,15 +49,9 @@ fn on_pedestals(pedestal: Pedestal) -> RigidDrive {
 
 fn flexible(stiffening: f64) -> FlexibleDrive {
     FlexibleDrive {
-        gears: gears(),
-        shafts: shafts(),
         young_modulus: 206e9 * stiffening,
         shear_modulus: 79e9 * stiffening,
-        density: DENSITY,
-        shear_coefficient: 0.9,
-        elements: [3, 5, 7],
-        damping: 0.01,
-        damping_overrides: Vec::new(),
+        ..default_drive::flexible()
     }
 }
 

@@ -7,9 +7,7 @@ mod common;
 
 use atlas::manifest::{self, Job};
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{
-    Counters, Event, Kernel, KernelChoice, Observer, Tangents, Volterra, Window,
-};
+use atlas::propagate::{Counters, Event, Kernel, KernelChoice, Observer, Volterra, Window};
 use atlas::reference::Reference;
 use atlas::shaft::ModalStructure;
 use atlas::store::{ResultTable, TableKind};
@@ -117,17 +115,15 @@ impl Observer for Events {
 fn advance(model: &Model, trajectory: &mut TrajectoryState, cycles: u64, events: &mut Events) {
     let kernel = kernel(model);
     let mut workspace = kernel.workspace();
-    for _ in 0..cycles {
-        kernel
-            .advance_cycle(
-                trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                events,
-                &mut Counters::default(),
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(
+            cycles,
+            trajectory,
+            &mut workspace,
+            events,
+            &mut Counters::default(),
+        )
+        .unwrap();
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -12,6 +12,7 @@ use atlas::reference::{Passage, Reference};
 use common::advance::{
     Events, ROUND_OFF, advance, advance_with, mean_equilibrium, settled, volterra,
 };
+use common::skipped::skipped;
 use common::{drives, relative_difference, state_difference};
 
 /// How two advances of one stretch differ.
@@ -166,6 +167,12 @@ fn instruction_sets_agree_within_rounding() {
     let sets = InstructionSet::available();
     assert_eq!(sets[0], InstructionSet::PORTABLE);
     assert_eq!(sets.last(), Some(&InstructionSet::best()));
+    let names: Vec<_> = sets.iter().map(|set| set.name()).collect();
+    for missing in ["avx2", "avx512"] {
+        if !names.contains(&missing) {
+            skipped(format!("{missing}, which this processor does not have"));
+        }
+    }
     for (name, case) in drives() {
         let model = common::model(&case);
         let mut start = settled(&model, 40);

@@ -1,12 +1,12 @@
 //! What is integrated: drives of any number of modes, their settled trajectories, and the work
 //! that a cycle takes.
 
-use crate::common::{self, Case};
+use crate::common::{self, Case, default_drive};
 use atlas::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, ToothForm};
 use atlas::model::{
     Division, FlankError, InitialState, Model, OperatingPoint, Stiffness, TrajectoryState,
 };
-use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
+use atlas::propagate::{Counters, Kernel, Volterra};
 use serde_json::{Value, json};
 
 /// Cycles integrated before the clock starts.
@@ -64,16 +64,11 @@ pub fn quiet(modes: usize) -> Case {
 pub fn computed(segments: Option<usize>) -> Case {
     let mut case = drive(40, 0.05, 1200.0);
     let gears = GearPair {
-        teeth: [20, 30],
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        face_width: 20e-3,
-        body_length: [70e-3, 40e-3],
-        rated_torque: 50.0,
         form: ToothForm {
             bore: [Some(48e-3), Some(76e-3)],
             ..ToothForm::default()
         },
+        ..default_drive::gears()
     };
     let inputs = MeshTableInputs {
         longest_piece: 0.25,
@@ -122,17 +117,15 @@ pub fn settled(model: &Model) -> TrajectoryState {
 fn advance<K: Kernel>(kernel: &K, trajectory: &mut TrajectoryState, cycles: u32) -> Counters {
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
-    for _ in 0..cycles {
-        kernel
-            .advance_cycle(
-                trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
-            .expect("the default drive does not diverge");
-    }
+    kernel
+        .advance(
+            u64::from(cycles),
+            trajectory,
+            &mut workspace,
+            &mut (),
+            &mut counters,
+        )
+        .expect("the default drive does not diverge");
     counters
 }
 

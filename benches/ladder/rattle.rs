@@ -6,8 +6,7 @@ use crate::scenes::{self, drive, settled};
 use atlas::analysis::{EnergyNorm, Nvh};
 use atlas::model::{Division, Model, TrajectoryState};
 use atlas::propagate::{
-    Counters, Dyadic, Fused, Hermite, Kernel, Observer, Spectral, Stepping, TableSize, Tangents,
-    Volterra,
+    Counters, Dyadic, Fused, Hermite, Kernel, Observer, Spectral, Stepping, TableSize, Volterra,
 };
 use atlas::reference::Reference;
 use serde_json::{Map, Value, json};
@@ -63,13 +62,7 @@ fn advance<K: Kernel>(
     counters: &mut Counters,
 ) {
     kernel
-        .advance_cycle(
-            trajectory,
-            &mut Tangents::none(),
-            workspace,
-            observer,
-            counters,
-        )
+        .advance(1, trajectory, workspace, observer, counters)
         .expect("the default drive does not diverge");
 }
 

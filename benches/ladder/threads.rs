@@ -4,7 +4,7 @@ use crate::common;
 use crate::rattle::{CELLS, LIMIT, sixty_levels};
 use crate::scenes::{drive, settled, volterra};
 use atlas::model::{Model, TrajectoryState};
-use atlas::propagate::{Counters, Fused, Kernel, Spectral, Tangents};
+use atlas::propagate::{Counters, Fused, Kernel, Spectral};
 use serde_json::{Map, Value, json};
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
@@ -24,17 +24,9 @@ fn rate<K: Kernel + Sync>(kernel: &K, start: &TrajectoryState, threads: usize) -
         barrier.wait();
         let clock = Instant::now();
         while clock.elapsed() < SPELL {
-            for _ in 0..16 {
-                kernel
-                    .advance_cycle(
-                        &mut trajectory,
-                        &mut Tangents::none(),
-                        &mut workspace,
-                        &mut (),
-                        &mut counters,
-                    )
-                    .expect("the default drive does not diverge");
-            }
+            kernel
+                .advance(16, &mut trajectory, &mut workspace, &mut (), &mut counters)
+                .expect("the default drive does not diverge");
         }
         counters.cycles as f64 / clock.elapsed().as_secs_f64()
     };

@@ -143,44 +143,33 @@ impl BearingForces {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Division, Drive, InitialState, MeshHarmonic, OperatingPoint};
+    use crate::model::{Division, Drive, InitialState, OperatingPoint, fixtures};
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
-    use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
+    use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
     use crate::shaft::{BearingGain, ModalStructure};
 
     fn model() -> Model {
-        let n = 3;
         let gain = |name: &str, gain: [f64; 3]| BearingGain {
             name: name.to_owned(),
             gain: gain.to_vec(),
         };
         let structure = ModalStructure {
-            teeth: 20,
-            wheel_teeth: None,
-            rated_force: 1330.0,
-            frequency: vec![0.0, 4288.0, 8171.0],
             damping: vec![0.0, 0.01, 0.02],
-            mesh: vec![0.61, 0.72, -0.48],
-            mesh_tilt: vec![0.0; n],
-            torque: vec![0.61, 0.33, 0.05],
-            pinion_torque: None,
-            wheel_torque: None,
-            friction: vec![0.0; n],
-            friction_lever: vec![0.0; n],
-            residual_flexibility: 0.0,
             bearings: vec![
                 gain("pinion 1 x", [0.0, 3e7, -2e7]),
                 gain("wheel 2 y", [0.0, 1e7, 4e7]),
             ],
+            ..fixtures::structure(
+                &[0.0, 4288.0, 8171.0],
+                0.0,
+                &[0.61, 0.72, -0.48],
+                &[0.61, 0.33, 0.05],
+            )
         };
         let drive = Drive {
-            half_gap: 10e-6,
             mesh: Division::levels(&[4.444e8, 4.444e8, 3.333e8], &[]),
-            damping: 1483.0,
-            friction: 0.0,
-            transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
-            torque_ripple: Vec::new(),
+            ..fixtures::two_level_mesh(10e-6)
         };
         let point = OperatingPoint {
             load: 0.1,
@@ -235,17 +224,15 @@ mod tests {
             sums: vec![[0.0; 2]; 2],
         };
         let mut workspace = kernel.workspace();
-        for _ in 0..330 {
-            kernel
-                .advance_cycle(
-                    &mut trajectory,
-                    &mut Tangents::none(),
-                    &mut workspace,
-                    &mut check,
-                    &mut Counters::default(),
-                )
-                .unwrap();
-        }
+        kernel
+            .advance(
+                330,
+                &mut trajectory,
+                &mut workspace,
+                &mut check,
+                &mut Counters::default(),
+            )
+            .unwrap();
         let [values, errors] = check.forces.statistics();
         for i in 0..2 {
             let [mean, square] = check.sums[i].map(|sum| sum / check.time);

@@ -202,44 +202,33 @@ pub fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{
-        Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, TorqueRipple,
-    };
+    use crate::model::{Drive, DriveShaft, InitialState, OperatingPoint, TorqueRipple, fixtures};
     use crate::numerics::legendre::{at_end, at_start, evaluate};
-    use crate::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
+    use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
     use crate::shaft::ModalStructure;
 
     /// Two rigid rotations and two elastic modes, with friction and ripple: rattles.
     fn drive() -> (ModalStructure, Drive) {
-        let n = 4;
         let structure = ModalStructure {
-            teeth: 20,
-            wheel_teeth: Some(30),
-            rated_force: 1330.0,
-            frequency: vec![0.0, 0.0, 4288.0, 8171.0],
             damping: vec![0.0, 0.0, 0.01, 0.02],
-            mesh: vec![0.61, -0.49, 0.72, -0.48],
-            mesh_tilt: vec![0.0; n],
-            torque: vec![0.61, -0.49, 0.33, 0.05],
             pinion_torque: Some(vec![16.0, 2.0, 8.0, 1.0]),
-            wheel_torque: None,
             friction: vec![0.1, 0.2, -0.17, 0.3],
-            friction_lever: vec![0.0; n],
-            residual_flexibility: 0.0,
-            bearings: Vec::new(),
+            ..fixtures::structure(
+                &[0.0, 0.0, 4288.0, 8171.0],
+                0.0,
+                &[0.61, -0.49, 0.72, -0.48],
+                &[0.61, -0.49, 0.33, 0.05],
+            )
         };
         let drive = Drive {
-            half_gap: 10e-6,
-            mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
-            damping: 1483.0,
             friction: 0.1,
-            transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
             torque_ripple: vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
                 order: 2.0,
                 amplitude: 1.5,
                 phase: 0.3,
             }],
+            ..fixtures::two_level_mesh(10e-6)
         };
         (structure, drive)
     }
@@ -305,17 +294,15 @@ mod tests {
             largest: [0.0; 2],
             worst: [0.0; 2],
         };
-        for _ in 0..40 {
-            kernel
-                .advance_cycle(
-                    &mut trajectory,
-                    &mut Tangents::none(),
-                    &mut workspace,
-                    &mut chain,
-                    &mut Counters::default(),
-                )
-                .unwrap();
-        }
+        kernel
+            .advance(
+                40,
+                &mut trajectory,
+                &mut workspace,
+                &mut chain,
+                &mut Counters::default(),
+            )
+            .unwrap();
         assert!(chain.events > 20, "{} events: no rattle", chain.events);
         assert!(chain.windows > 200, "{} windows", chain.windows);
         for row in 0..2 {

@@ -169,39 +169,21 @@ pub(super) fn excitation_period(model: &Model) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Division, Drive, OperatingPoint};
+    use crate::model::OperatingPoint;
+    use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::shaft::ModalStructure;
 
     fn model() -> Model {
         let structure = ModalStructure {
             teeth: 20,
-            wheel_teeth: None,
-            rated_force: 1.0,
-            frequency: vec![1.0],
             damping: vec![0.1],
-            mesh: vec![1.0],
-            mesh_tilt: vec![0.0],
-            torque: vec![1.0],
-            pinion_torque: None,
-            wheel_torque: None,
-            friction: vec![0.0],
-            friction_lever: vec![0.0],
-            residual_flexibility: 0.0,
-            bearings: Vec::new(),
-        };
-        let drive = Drive {
-            half_gap: 1.0,
-            mesh: Division::levels(&[1.0], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
+            ..one_mode(1.0)
         };
         let point = OperatingPoint {
             load: 1.0,
             speed: 1.0,
         };
-        Model::new(&structure, &drive, point).unwrap()
+        Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap()
     }
 
     fn period(cycles: usize, state: impl Fn(f64) -> [f64; 2]) -> Option<u32> {

@@ -5,7 +5,7 @@ use super::error::MeasurementError;
 use super::plan::Mesh;
 use crate::manifest::{self, DampingSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Stop, Tangents, Volterra};
+use crate::propagate::{Counters, Kernel, Volterra};
 use crate::shaft::{FlexibleDrive, ModalStructure};
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const MANIFEST: &str = include_str!("../../manifests/flex80.toml");
 pub const EVENT_LIMIT: u32 = 10_000;
 
 /// Mesh cycles after which the drive rattles.
-const TRANSIENT: usize = 60;
+const TRANSIENT: u64 = 60;
 
 /// How much the stiffness of sixty levels rises from the first to the last, beside the two
 /// levels of the default mesh: enough to make each its own.
@@ -111,27 +111,14 @@ pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     let mut trajectory = model.start(&InitialState::Static);
     let mut workspace = kernel.workspace();
     let mut counters = Counters::default();
-    advance(
-        &kernel,
+    kernel.advance(
         TRANSIENT,
         &mut trajectory,
         &mut workspace,
+        &mut (),
         &mut counters,
     )?;
     Ok(trajectory)
-}
-
-/// Advances so many mesh cycles, without tangents or observers.
-pub fn advance<K: Kernel>(
-    kernel: &K,
-    cycles: usize,
-    trajectory: &mut TrajectoryState,
-    workspace: &mut K::Workspace,
-    counters: &mut Counters,
-) -> Result<(), Stop> {
-    let none = &mut Tangents::none();
-    (0..cycles)
-        .try_for_each(|_| kernel.advance_cycle(trajectory, none, workspace, &mut (), counters))
 }
 
 #[cfg(test)]
@@ -167,7 +154,9 @@ mod tests {
         let mut trajectory = settled(&model).unwrap();
         let kernel = volterra(&model);
         let (mut counters, mut workspace) = (Counters::default(), kernel.workspace());
-        advance(&kernel, 50, &mut trajectory, &mut workspace, &mut counters).unwrap();
+        kernel
+            .advance(50, &mut trajectory, &mut workspace, &mut (), &mut counters)
+            .unwrap();
         assert!(counters.events > 50, "{}", counters.events);
     }
 }

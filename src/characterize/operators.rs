@@ -16,7 +16,7 @@ use std::time::Duration;
 const REPETITION: Duration = Duration::from_micros(500);
 
 /// Mesh cycles at an operating point before the next one: a campaign stays for hundreds.
-const STAY: usize = 16;
+const STAY: u64 = 16;
 
 /// Modes of the points that rotate.
 pub const MODES: usize = 40;
@@ -132,7 +132,7 @@ struct PointRotation<'m> {
 impl PointRotation<'_> {
     /// Advances so many cycles at the next points, always from the same start; gives the windows
     /// that they took.
-    fn advance(&mut self, count: usize, stays: usize, cycles: usize) -> u64 {
+    fn advance(&mut self, count: usize, stays: usize, cycles: u64) -> u64 {
         let mut counters = Counters::default();
         let mut workspace = self.kernels[0].workspace();
         let mut trajectory = self.start.clone();
@@ -140,11 +140,11 @@ impl PointRotation<'_> {
             self.at = if self.at + 1 < count { self.at + 1 } else { 0 };
             trajectory.clone_from(&self.start);
             let kernel = &self.kernels[self.at];
-            let ended = drive::advance(
-                kernel,
+            let ended = kernel.advance(
                 cycles,
                 &mut trajectory,
                 &mut workspace,
+                &mut (),
                 &mut counters,
             );
             self.stopped |= ended.is_err();

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Mesh cycles of a look: a tenth of a millisecond.
-const CYCLES: usize = 32;
+const CYCLES: u64 = 32;
 
 /// A look is the best of so many times: an interrupt in one of them does not count.
 const TIMES: usize = 3;
@@ -54,7 +54,9 @@ impl<'m> Probe<'m> {
         let mut trajectory = self.start.clone();
         let counters = &mut Counters::default();
         // It went this way before.
-        _ = drive::advance(&self.kernel, CYCLES, &mut trajectory, workspace, counters);
+        _ = self
+            .kernel
+            .advance(CYCLES, &mut trajectory, workspace, &mut (), counters);
     }
 
     /// Time of some cycles, on all threads at once \[s\].

@@ -19,7 +19,7 @@ const CELLS: u32 = 60;
 
 /// Mesh cycles of a repetition at every operating point: cycles differ in their events, so that a
 /// repetition must hold several, and always the same ones; a short one is less often disturbed.
-const STAY: usize = 16;
+const STAY: u64 = 16;
 
 /// How often all teams are gone through: a table that lies in a shared cache is read a fifth
 /// faster once it has been read some fifty times, and else the first team, the single thread,
@@ -224,7 +224,7 @@ fn advance<K: TableKernel + Sync>(
                 what: "integrating on several threads",
             });
         }
-        let cycles = (team.len() * STAY * models.len()) as f64;
+        let cycles = STAY as f64 * (team.len() * models.len()) as f64;
         let times = worked.times.into_iter().flatten();
         measured.times[index].extend(times.map(|time| time / cycles));
         measured.unbound = measured.unbound.or(worked.unbound);
@@ -275,11 +275,11 @@ impl<'k, K: Kernel> Trajectories<'k, K> {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
             self.states[point].clone_from(&self.starts[point]);
-            let ended = drive::advance(
-                &self.kernels[point],
+            let ended = self.kernels[point].advance(
                 STAY,
                 &mut self.states[point],
                 &mut self.workspaces[point],
+                &mut (),
                 &mut self.counters,
             );
             self.stopped = self.stopped.or(ended.err());

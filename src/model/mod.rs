@@ -36,3 +36,8 @@ pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment};
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::{Model, ModelError};
+
+#[cfg(test)]
+pub(crate) mod fixtures;
+#[cfg(test)]
+use crate::shaft::ModalStructure;

@@ -4,10 +4,10 @@ use super::{DenseError, Dyadic, Fused, Hermite, KeptTables, Kernel, Spectral, St
 use crate::model::Model;
 use serde::Serialize;
 use std::ops::Deref;
-use strum::IntoStaticStr;
+use strum::{EnumCount, IntoStaticStr};
 
 /// A kernel and its settings.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, IntoStaticStr, EnumCount)]
 #[strum(serialize_all = "lowercase")]
 pub enum KernelChoice {
     /// The structured kernel.
@@ -64,7 +64,7 @@ pub trait KernelUse {
 
 impl KernelChoice {
     /// Names of all kernels, each with the settings that it has in `[run]`.
-    pub const SETTINGS: [(&'static str, &'static [&'static str]); 6] = [
+    pub const SETTINGS: [(&'static str, &'static [&'static str]); Self::COUNT] = [
         ("volterra", &["tolerance"]),
         ("stepping", &["steps"]),
         ("dyadic", &["cells"]),

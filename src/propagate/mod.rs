@@ -128,4 +128,23 @@ pub trait Kernel {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop>;
+
+    /// Advances some mesh cycles without tangents.
+    ///
+    /// # Errors
+    /// As [`Kernel::advance_cycle`]; `counters` has the cycles before.
+    fn advance<O: Observer>(
+        &self,
+        cycles: u64,
+        trajectory: &mut TrajectoryState,
+        workspace: &mut Self::Workspace,
+        observer: &mut O,
+        counters: &mut Counters,
+    ) -> Result<(), Stop> {
+        let mut none = Tangents::none();
+        for _ in 0..cycles {
+            self.advance_cycle(trajectory, &mut none, workspace, observer, counters)?;
+        }
+        Ok(())
+    }
 }

@@ -343,39 +343,20 @@ impl Integration<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Division, Drive, OperatingPoint};
+    use crate::model::OperatingPoint;
+    use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::shaft::ModalStructure;
 
     fn model(frequency: f64, stiffness: f64) -> Model {
         let structure = ModalStructure {
-            teeth: 1,
-            wheel_teeth: None,
-            rated_force: 1.0,
-            frequency: vec![frequency],
-            damping: vec![0.0],
             mesh: vec![2.0],
-            mesh_tilt: vec![0.0],
-            torque: vec![1.0],
-            pinion_torque: None,
-            wheel_torque: None,
-            friction: vec![0.0],
-            friction_lever: vec![0.0],
-            residual_flexibility: 0.0,
-            bearings: Vec::new(),
-        };
-        let drive = Drive {
-            half_gap: 1.0,
-            mesh: Division::levels(&[stiffness], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
+            ..one_mode(frequency)
         };
         let point = OperatingPoint {
             load: 1.0,
             speed: 1.0,
         };
-        Model::new(&structure, &drive, point).unwrap()
+        Model::new(&structure, &constant_mesh(1.0, stiffness), point).unwrap()
     }
 
     #[test]

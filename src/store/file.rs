@@ -17,7 +17,7 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use serde::{Deserialize, Serialize};
-use strum::IntoStaticStr;
+use strum::{IntoStaticStr, VariantArray};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::StoreError;
@@ -37,7 +37,7 @@ pub const GROUP_BYTES: usize = 16 << 20;
 const PARTIAL: &str = ".partial";
 
 /// A result table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case", suffix = ".parquet")]
 pub enum TableKind {
     /// One row an operating point.

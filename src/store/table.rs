@@ -189,3 +189,20 @@ impl<R> Table<R> {
         RecordBatch::try_new(self.schema(), arrays)
     }
 }
+
+#[cfg(test)]
+impl<R> Table<R> {
+    /// A line a column: name, type, unit and description.
+    pub(super) fn listing(&self) -> String {
+        let lines = self.schema.fields().iter().map(|field| {
+            let (metadata, kind) = (field.metadata(), field.data_type());
+            format!(
+                "{}: {kind} [{}] {}",
+                field.name(),
+                &metadata["unit"],
+                &metadata["description"]
+            )
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+}

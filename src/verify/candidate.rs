@@ -224,16 +224,14 @@ fn watch<K: Kernel, O: Observer>(
     observer: &mut O,
 ) -> Result<(TrajectoryState, Counters), Stop> {
     let (mut workspace, mut trajectory) = (kernel.workspace(), start.clone());
-    let (mut tangents, mut counters) = (Tangents::none(), Counters::default());
-    for _ in 0..cycles {
-        kernel.advance_cycle(
-            &mut trajectory,
-            &mut tangents,
-            &mut workspace,
-            observer,
-            &mut counters,
-        )?;
-    }
+    let mut counters = Counters::default();
+    kernel.advance(
+        cycles,
+        &mut trajectory,
+        &mut workspace,
+        observer,
+        &mut counters,
+    )?;
     Ok((trajectory, counters))
 }
 

@@ -1,7 +1,7 @@
 //! Integrating with any kernel, and what was met on the way.
 
 use atlas::model::{FlankError, InitialState, Model, Stiffness, TrajectoryState};
-use atlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
+use atlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
 
 /// Tolerance of a kernel that works to round-off.
 pub const ROUND_OFF: f64 = f64::EPSILON;
@@ -35,17 +35,15 @@ pub fn advance_with<K: Kernel, O: Observer>(
     let mut workspace = kernel.workspace();
     let mut trajectory = start.clone();
     let mut counters = Counters::default();
-    for _ in 0..cycles {
-        kernel
-            .advance_cycle(
-                &mut trajectory,
-                &mut Tangents::none(),
-                &mut workspace,
-                observer,
-                &mut counters,
-            )
-            .unwrap();
-    }
+    kernel
+        .advance(
+            cycles,
+            &mut trajectory,
+            &mut workspace,
+            observer,
+            &mut counters,
+        )
+        .unwrap();
     assert_eq!(counters.cycles, cycles);
     (trajectory, counters)
 }

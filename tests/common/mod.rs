@@ -9,7 +9,13 @@
 #![allow(dead_code, clippy::unwrap_used)]
 
 pub mod advance;
+pub mod default_drive;
+#[path = "../../src/model/fixtures.rs"]
+pub mod fixtures;
 pub mod motions;
+pub mod skipped;
+
+pub use fixtures::*;
 
 use atlas::model::{
     Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
@@ -38,49 +44,9 @@ pub fn model(case: &Case) -> Model {
     Model::new(&case.0, &case.1, case.2).unwrap()
 }
 
-/// A structure with the given frequencies, damping ratio of the elastic modes, mesh and
-/// torque participations, and nothing else.
-pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
-    let n = frequency.len();
-    ModalStructure {
-        teeth: 20,
-        wheel_teeth: Some(30),
-        rated_force: 1330.0,
-        frequency: frequency.to_vec(),
-        damping: frequency
-            .iter()
-            .map(|f| if *f > 0.0 { ratio } else { 0.0 })
-            .collect(),
-        mesh: mesh.to_vec(),
-        mesh_tilt: vec![0.0; n],
-        torque: torque.to_vec(),
-        pinion_torque: None,
-        wheel_torque: None,
-        friction: vec![0.0; n],
-        friction_lever: vec![0.0; n],
-        residual_flexibility: 0.0,
-        bearings: Vec::new(),
-    }
-}
-
-/// The mesh of the default pair: 60 divisions, two levels, one harmonic.
-pub fn two_level_mesh(half_gap: f64) -> Drive {
-    Drive {
-        half_gap,
-        mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
-        damping: 1483.0,
-        friction: 0.0,
-        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
-        torque_ripple: Vec::new(),
-    }
-}
-
-/// Strong rattle: light load, 1200 rad/s.
-pub fn strong_rattle() -> OperatingPoint {
-    OperatingPoint {
-        load: 0.05,
-        speed: 1200.0,
-    }
+/// The model of a drive at another load and speed.
+pub fn model_at((structure, drive, _): &Case, load: f64, speed: f64) -> Model {
+    Model::new(structure, drive, OperatingPoint { load, speed }).unwrap()
 }
 
 /// The relative rotation alone, rigid: one degree of freedom.

@@ -8,3 +8,5 @@ mod made;
 mod pictures;
 mod processes;
 mod refusals;
+#[path = "../common/skipped.rs"]
+mod skipped;

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 use atlas::store::{Arrays, CacheKind, Fetched, MappedTable, TableStore};
 use serde_json::json;
 
+use crate::skipped::skipped;
+
 /// Numbers of the table: 8 MiB, enough to tell shared memory from noise.
 const NUMBERS: usize = 1 << 20;
 /// What a process may wait for another.
@@ -158,6 +160,7 @@ fn mapping(process: u32, name: &str) -> Option<(String, impl Fn(&str) -> f64)> {
 #[test]
 fn processes_share_the_memory_of_a_table_and_cannot_change_it() {
     if !Path::new("/proc/self/smaps").exists() {
+        skipped("no /proc/self/smaps to see shared memory in");
         return;
     }
     let folder = tempfile::tempdir().unwrap();

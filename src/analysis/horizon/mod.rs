@@ -307,13 +307,8 @@ impl<'a, K: Kernel> Record<'a, K> {
     }
 
     fn advance_twin(&mut self, twin: &mut TrajectoryState) -> Result<(), Stop> {
-        self.kernel.advance_cycle(
-            twin,
-            &mut Tangents::none(),
-            &mut self.workspace,
-            &mut (),
-            &mut self.counters,
-        )
+        self.kernel
+            .advance(1, twin, &mut self.workspace, &mut (), &mut self.counters)
     }
 
     /// Distance in half gaps; trajectories that merged to the last bit are round-off apart.

@@ -3,7 +3,8 @@
 
 use super::*;
 use crate::analysis::outcome::Class;
-use crate::model::{Division, Drive, InitialState, OperatingPoint};
+use crate::model::fixtures::{constant_mesh, structure};
+use crate::model::{InitialState, OperatingPoint};
 use crate::shaft::ModalStructure;
 
 fn probes(seed: u64, initial_conditions: u32, decades: f64) -> Probes {
@@ -19,30 +20,12 @@ fn probes(seed: u64, initial_conditions: u32, decades: f64) -> Probes {
 }
 
 pub(super) fn model() -> Model {
+    let mesh = [0.8, -0.6, 0.5, 0.1];
     let structure = ModalStructure {
-        teeth: 20,
-        wheel_teeth: None,
         rated_force: 1.0,
-        frequency: vec![0.0, 0.0, 2.0, 3.0],
-        damping: vec![0.0, 0.0, 0.1, 0.1],
-        mesh: vec![0.8, -0.6, 0.5, 0.1],
-        mesh_tilt: vec![0.0; 4],
-        torque: vec![0.8, -0.6, 0.5, 0.1],
-        pinion_torque: None,
-        wheel_torque: None,
-        friction: vec![0.0; 4],
-        friction_lever: vec![0.0; 4],
-        residual_flexibility: 0.0,
-        bearings: Vec::new(),
+        ..structure(&[0.0, 0.0, 2.0, 3.0], 0.1, &mesh, &mesh)
     };
-    let drive = Drive {
-        half_gap: 1.0,
-        mesh: Division::levels(&[1.0], &[]),
-        damping: 0.0,
-        friction: 0.0,
-        transmission_error: Vec::new(),
-        torque_ripple: Vec::new(),
-    };
+    let drive = constant_mesh(1.0, 1.0);
     let point = OperatingPoint {
         load: 1.0,
         speed: 1.0,

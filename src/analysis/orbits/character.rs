@@ -7,7 +7,7 @@ use crate::analysis::poincare::extrema;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
 use crate::numerics::linalg::{norm, product};
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
@@ -96,13 +96,7 @@ pub fn of<K: Kernel>(
     let mut state = orbit.start.clone();
     for _ in 0..orbit.period {
         points.push(state.clone());
-        kernel.advance_cycle(
-            &mut state,
-            &mut Tangents::none(),
-            workspace,
-            &mut extremes,
-            &mut counters,
-        )?;
+        kernel.advance(1, &mut state, workspace, &mut extremes, &mut counters)?;
     }
     let events = counters.events;
     let (direction, kick_growth_linear) = strongest(&orbit.monodromy);
@@ -112,15 +106,13 @@ pub fn of<K: Kernel>(
         kicked[i] += kick * u / norm.weights()[i];
     }
     let mut kicked = TrajectoryState::new(model, kicked, orbit.start.cycle);
-    for _ in 0..orbit.period {
-        kernel.advance_cycle(
-            &mut kicked,
-            &mut Tangents::none(),
-            workspace,
-            &mut (),
-            &mut counters,
-        )?;
-    }
+    kernel.advance(
+        u64::from(orbit.period),
+        &mut kicked,
+        workspace,
+        &mut (),
+        &mut counters,
+    )?;
     let character = Character {
         stable: orbit.spectral_radius() < 1.0,
         bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),

@@ -13,7 +13,7 @@ use super::floquet::monodromy;
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::linalg::{eigenvalues, product, solve};
-use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use crate::propagate::{Counters, Kernel, Stop};
 use faer::Mat;
 
 /// Most Newton steps; a good guess needs three to five.
@@ -141,13 +141,7 @@ pub fn shortest<K: Kernel>(
     let mut counters = Counters::default();
     let mut state = orbit.start.clone();
     for cycle in 1..orbit.period {
-        kernel.advance_cycle(
-            &mut state,
-            &mut Tangents::none(),
-            workspace,
-            &mut (),
-            &mut counters,
-        )?;
+        kernel.advance(1, &mut state, workspace, &mut (), &mut counters)?;
         let divides = cycle.is_multiple_of(unit) && orbit.period.is_multiple_of(cycle);
         let apart = norm.distance(&state.state, &orbit.start.state) / norm.unit();
         if divides && apart <= SAME_POINT {
@@ -202,15 +196,13 @@ pub fn approaches<K: Kernel>(
     let events = counters.events;
     for passed in 1..=periods as u64 {
         predicted = product(orbit.monodromy.as_ref(), predicted.as_ref());
-        for _ in 0..orbit.period {
-            kernel.advance_cycle(
-                trajectory,
-                &mut Tangents::none(),
-                workspace,
-                &mut (),
-                counters,
-            )?;
-        }
+        kernel.advance(
+            u64::from(orbit.period),
+            trajectory,
+            workspace,
+            &mut (),
+            counters,
+        )?;
         if (counters.events - events).abs_diff(passed * orbit.events) > 1 {
             return Ok(false);
         }

@@ -14,7 +14,7 @@
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::twin::ROUND_OFF as ROUND_OFF_OF_A_CYCLE;
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use crate::propagate::{Counters, Kernel, Stop};
 
 /// Distance of a twin from the orbit, in half gaps: between round-off of a period over it
 /// and the curvature of the map.
@@ -145,13 +145,7 @@ impl<'a> Twins<'a> {
     ) -> Result<(), Stop> {
         let twins = self.sides.iter_mut().flatten().flatten();
         for state in twins.chain([&mut self.orbit]) {
-            kernel.advance_cycle(
-                state,
-                &mut Tangents::none(),
-                workspace,
-                &mut (),
-                &mut Counters::default(),
-            )?;
+            kernel.advance(1, state, workspace, &mut (), &mut Counters::default())?;
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ use crate::analysis::recurrence::{Recurrence, excitation_period};
 use crate::analysis::spectrum::{Lines, Spectra};
 use crate::model::TrajectoryState;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
-use crate::propagate::{Counters, Kernel, Tangents};
+use crate::propagate::{Counters, Kernel};
 use faer::Mat;
 
 /// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
@@ -79,13 +79,9 @@ impl<K: Kernel> PointRun<'_, K> {
         let mut ahead = self.trajectory.clone();
         let mut counters = Counters::default();
         for _ in 0..period {
-            let integrated = self.kernel.advance_cycle(
-                &mut ahead,
-                &mut Tangents::none(),
-                &mut self.workspace,
-                &mut (),
-                &mut counters,
-            );
+            let integrated =
+                self.kernel
+                    .advance(1, &mut ahead, &mut self.workspace, &mut (), &mut counters);
             if integrated.is_err() || counters.events > 0 || !ahead.contact.touching() {
                 return None;
             }
@@ -296,15 +292,13 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// Advances a state by a period, uncounted.
     fn go_round(&mut self, state: &mut TrajectoryState, period: u32) -> Result<(), Halt> {
-        for _ in 0..period {
-            self.kernel.advance_cycle(
-                state,
-                &mut Tangents::none(),
-                &mut self.workspace,
-                &mut (),
-                &mut Counters::default(),
-            )?;
-        }
+        self.kernel.advance(
+            u64::from(period),
+            state,
+            &mut self.workspace,
+            &mut (),
+            &mut Counters::default(),
+        )?;
         Ok(())
     }
 }

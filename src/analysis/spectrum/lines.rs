@@ -101,42 +101,23 @@ impl Lines {
 mod tests {
     use super::*;
     use crate::analysis::modal_series::cosine_series;
-    use crate::model::{Contact, Division, Drive, FlankError, OperatingPoint, Segment, Stiffness};
+    use crate::model::fixtures::{constant_mesh, one_mode};
+    use crate::model::{Contact, FlankError, OperatingPoint, Segment, Stiffness};
     use crate::shaft::{BearingGain, ModalStructure};
 
     fn model() -> Model {
         let structure = ModalStructure {
-            teeth: 1,
-            wheel_teeth: None,
-            rated_force: 1.0,
-            frequency: vec![1.0],
-            damping: vec![0.0],
-            mesh: vec![1.0],
-            mesh_tilt: vec![0.0],
-            torque: vec![1.0],
-            pinion_torque: None,
-            wheel_torque: None,
-            friction: vec![0.0],
-            friction_lever: vec![0.0],
-            residual_flexibility: 0.0,
             bearings: vec![BearingGain {
                 name: "pinion 1 y".into(),
                 gain: vec![1.0],
             }],
-        };
-        let drive = Drive {
-            half_gap: 1.0,
-            mesh: Division::levels(&[1.0], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
+            ..one_mode(1.0)
         };
         let point = OperatingPoint {
             load: 0.0,
             speed: TAU,
         };
-        Model::new(&structure, &drive, point).unwrap()
+        Model::new(&structure, &constant_mesh(1.0, 1.0), point).unwrap()
     }
 
     /// A motion of period 3, shown from its second cycle on over two periods: every signal has its

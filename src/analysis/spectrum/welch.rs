@@ -173,39 +173,16 @@ impl Welch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::model::{Contact, Segment};
 
     #[test]
     fn a_sine_has_its_amplitude_at_its_order() {
-        let structure = crate::shaft::ModalStructure {
-            teeth: 1,
-            wheel_teeth: None,
-            rated_force: 1.0,
-            frequency: vec![1.0],
-            damping: vec![0.0],
-            mesh: vec![1.0],
-            mesh_tilt: vec![0.0],
-            torque: vec![1.0],
-            pinion_torque: None,
-            wheel_torque: None,
-            friction: vec![0.0],
-            friction_lever: vec![0.0],
-            residual_flexibility: 0.0,
-            bearings: Vec::new(),
-        };
-        let drive = crate::model::Drive {
-            half_gap: 1.0,
-            mesh: crate::model::Division::levels(&[1.0], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
-        };
         let point = crate::model::OperatingPoint {
             load: 0.0,
             speed: TAU,
         };
-        let model = Model::new(&structure, &drive, point).unwrap();
+        let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point).unwrap();
         let mut welch = Welch::new(&model, false);
         let segment = Segment {
             start: 0.0,

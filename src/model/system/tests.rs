@@ -1,37 +1,19 @@
 use super::*;
-use crate::model::{InitialState, MeshHarmonic};
+use crate::model::{InitialState, MeshHarmonic, fixtures};
 
 fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
-    let n = frequency.len();
     ModalStructure {
-        teeth: 20,
-        wheel_teeth: Some(30),
         rated_force: 1000.0,
-        frequency: frequency.to_vec(),
-        damping: frequency
-            .iter()
-            .map(|f| if *f > 0.0 { 0.02 } else { 0.0 })
-            .collect(),
-        mesh: mesh.to_vec(),
-        mesh_tilt: vec![0.0; n],
-        torque: mesh.to_vec(),
-        pinion_torque: None,
-        wheel_torque: None,
-        friction: vec![0.0; n],
-        friction_lever: vec![0.0; n],
-        residual_flexibility: 0.0,
-        bearings: Vec::new(),
+        ..fixtures::structure(frequency, 0.02, mesh, mesh)
     }
 }
 
 fn drive() -> Drive {
     Drive {
-        half_gap: 1e-5,
         mesh: Division::levels(&[4e8, 4e8, 3e8], &[]),
         damping: 1000.0,
-        friction: 0.0,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.3)],
-        torque_ripple: Vec::new(),
+        ..fixtures::constant_mesh(1e-5, 4e8)
     }
 }
 

@@ -1,40 +1,22 @@
 use super::*;
-use crate::model::{Division, Drive, InitialState, MeshHarmonic, OperatingPoint};
+use crate::model::{Division, Drive, InitialState, MeshHarmonic, fixtures};
 use crate::shaft::ModalStructure;
 
 fn structure() -> ModalStructure {
     ModalStructure {
-        teeth: 20,
-        wheel_teeth: None,
         rated_force: 1000.0,
-        frequency: vec![0.0, 5000.0],
-        damping: vec![0.0, 0.02],
-        mesh: vec![1.0, 0.5],
-        mesh_tilt: vec![0.0; 2],
-        torque: vec![1.0, 0.2],
-        pinion_torque: None,
-        wheel_torque: None,
-        friction: vec![0.0; 2],
-        friction_lever: vec![0.0; 2],
-        residual_flexibility: 0.0,
-        bearings: Vec::new(),
+        ..fixtures::structure(&[0.0, 5000.0], 0.02, &[1.0, 0.5], &[1.0, 0.2])
     }
 }
 
 fn model(stiffness: &[f64]) -> Model {
     let drive = Drive {
-        half_gap: 1e-5,
         mesh: Division::levels(stiffness, &[]),
         damping: 1000.0,
-        friction: 0.0,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.3)],
-        torque_ripple: Vec::new(),
+        ..fixtures::constant_mesh(1e-5, 4e8)
     };
-    let point = OperatingPoint {
-        load: 0.05,
-        speed: 1200.0,
-    };
-    Model::new(&structure(), &drive, point).unwrap()
+    Model::new(&structure(), &drive, fixtures::strong_rattle()).unwrap()
 }
 
 /// One window, kept.
@@ -109,13 +91,7 @@ fn windows_tile_the_cycle_and_agree_with_the_model() {
     let mut work = kernel.workspace();
     let mut counters = Counters::default();
     kernel
-        .advance_cycle(
-            &mut trajectory,
-            &mut Tangents::none(),
-            &mut work,
-            &mut record,
-            &mut counters,
-        )
+        .advance(1, &mut trajectory, &mut work, &mut record, &mut counters)
         .unwrap();
     assert_eq!(record.windows.len(), 900);
     assert_eq!(counters.windows, 900);
@@ -143,12 +119,11 @@ fn watching_does_not_change_the_trajectory() {
     let mut unseen = seen.clone();
     let mut record = Record::default();
     for _ in 0..20 {
-        let none = &mut Tangents::none();
         kernel
-            .advance_cycle(&mut seen, none, &mut work, &mut record, &mut counters)
+            .advance(1, &mut seen, &mut work, &mut record, &mut counters)
             .unwrap();
         kernel
-            .advance_cycle(&mut unseen, none, &mut work, &mut (), &mut counters)
+            .advance(1, &mut unseen, &mut work, &mut (), &mut counters)
             .unwrap();
     }
     assert_eq!(seen, unseen);
@@ -168,11 +143,13 @@ fn event_limit_and_divergence_stop_the_integration() {
     let model = model(&[4.4e8, 3.3e8]);
     let mut counters = Counters::default();
     let mut advance = |kernel: &Stepping, trajectory: &mut TrajectoryState| {
-        let none = &mut Tangents::none();
-        let mut work = kernel.workspace();
-        (0..50).try_for_each(|_| {
-            kernel.advance_cycle(trajectory, none, &mut work, &mut (), &mut counters)
-        })
+        kernel.advance(
+            50,
+            trajectory,
+            &mut kernel.workspace(),
+            &mut (),
+            &mut counters,
+        )
     };
     let mut trajectory = model.start(&InitialState::Static);
     let stop = advance(&Stepping::new(&model, 500, 0), &mut trajectory);

@@ -1,34 +1,21 @@
 //! Against closed forms, and its observed order.
 
 use super::*;
+use crate::model::fixtures::{constant_mesh, one_mode};
 use crate::model::{Division, Drive, MeshHarmonic, OperatingPoint};
 use crate::shaft::ModalStructure;
 
 /// One rigid degree of freedom with `Σ w g = 4`, half gap 1, period 2π.
 fn one_degree(stiffness: f64, damping: f64, error: Vec<MeshHarmonic>) -> Model {
     let structure = ModalStructure {
-        teeth: 1,
-        wheel_teeth: None,
-        rated_force: 1.0,
-        frequency: vec![0.0],
-        damping: vec![0.0],
         mesh: vec![2.0],
-        mesh_tilt: vec![0.0],
-        torque: vec![1.0],
-        pinion_torque: None,
-        wheel_torque: None,
-        friction: vec![0.0],
-        friction_lever: vec![0.0],
-        residual_flexibility: 0.0,
-        bearings: Vec::new(),
+        ..one_mode(0.0)
     };
     let drive = Drive {
-        half_gap: 1.0,
         mesh: Division::levels(&[stiffness; 7], &[]),
         damping,
-        friction: 0.0,
         transmission_error: error,
-        torque_ripple: Vec::new(),
+        ..constant_mesh(1.0, stiffness)
     };
     let point = OperatingPoint {
         load: 0.0,

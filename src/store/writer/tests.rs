@@ -1,16 +1,25 @@
 //! Round trips, order, names: what a result file promises.
 
+use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    AttractorOutcome, BasinShare, CellOutcome, Class, DurationOutcome, HorizonMeasure,
-    HorizonOutcome, HorizonQuantity, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome,
-    NvhErrors, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum,
-    SpectrumLine, SpectrumMethod, Status,
+    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, DurationOutcome,
+    HorizonMeasure, HorizonOutcome, HorizonQuantity, LyapunovMethod, LyapunovOutcome, ModalState,
+    MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, PoincareSample,
+    PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    TraceSample, TraceSink,
 };
-use crate::store::{Placement, ResultTable, Table};
+use crate::model::{Contact, Surface};
+use crate::propagate::Event;
+use crate::store::{
+    ChainPart, Level, Placement, ResultTable, TraceLabel, TraceWriter, Transition, events_table,
+    trace_table,
+};
+use strum::VariantArray;
 
 fn layout() -> ResultLayout {
     let axis = |name: &str, unit: &str| AxisColumn {
@@ -31,6 +40,14 @@ fn layout() -> ResultLayout {
         basins: Some(["of mode 1".into(), "of mode 2".into()]),
         horizon: true,
         shard: None,
+    }
+}
+
+/// Chains along the speed, whose changes of motion are refined.
+fn chains() -> ChainColumns {
+    ChainColumns {
+        axis: layout().axes.remove(1),
+        transitions: true,
     }
 }
 
@@ -82,11 +99,24 @@ fn full(point_id: u64) -> PointRow {
                     median: Some(8e-5),
                 },
                 stderr: Some(NvhErrors {
+                    deflection_mean: 2e-8,
                     deflection_rms: 1e-8,
+                    deflection_kurtosis: 3e-8,
                     harmonics: vec![1e-9, 2e-9],
+                    suborders: vec![3e-9; 5],
+                    force_mean: 4e-8,
+                    force_std: 5e-8,
+                    impact_rate: 6e-8,
+                    impact_velocity: 7e-8,
+                    impact_velocity_quantiles: vec![4e-9, 5e-9, 6e-9],
+                    flight_mean: 8e-8,
                     // Too few flights for an error bar.
                     flight_median: f64::INFINITY,
-                    ..NvhErrors::default()
+                    contact_mean: 9e-8,
+                    contact_median: 1e-7,
+                    bearing_mean: vec![7e-9, 8e-9],
+                    bearing_rms: vec![9e-9, 1e-8],
+                    fractions: [2e-7, 3e-7, 4e-7],
                 }),
             }),
             spectra: vec![Spectrum {
@@ -205,6 +235,67 @@ fn cell(column: u32, attractor: Option<u32>) -> CellOutcome {
     }
 }
 
+/// Orbits with a different number in every column.
+fn orbits() -> OrbitSurvey {
+    OrbitSurvey {
+        orbits: vec![OrbitOutcome {
+            period: 5,
+            residual: 1e-14,
+            deflection: 8e-6,
+            velocity: 9e-3,
+            lambda: -0.4,
+            multipliers: vec![(0.7, 0.1), (0.7, -0.1)],
+            character: Character {
+                stable: true,
+                bifurcation: Some(Bifurcation::NeimarkSacker),
+                events: 24,
+                deflection_pp: 2e-5,
+                grazing_margin: Some(0.6),
+                kick_growth: 1.6,
+                kick_growth_linear: 1.7,
+            },
+        }],
+        cycles: 60,
+    }
+}
+
+/// A part in a chain, with a change of motion that has a different number in every column.
+fn part() -> ChainPart {
+    let level = |base: f64| Level {
+        mean: [base, 0.0],
+        rms: [2.0 * base, 0.0],
+    };
+    ChainPart {
+        upwards: false,
+        end: None,
+        transition: Some(Transition {
+            from: Class::Periodic(6),
+            to: Class::SteadyContact(Some(7)),
+            bracket: [610.0, 605.0],
+            trials: 9,
+            jump: Some([level(1e-6), level(3e-6)]),
+        }),
+        level: None,
+    }
+}
+
+/// An instant with a different number in every column.
+fn instant() -> TraceSample {
+    TraceSample {
+        cycle: 3,
+        phase: 0.375,
+        time: 2e-4,
+        deflection: 1e-5,
+        velocity: -4e-3,
+        force: 250.0,
+        contact: Contact::Coast,
+        modal: Some(ModalState {
+            displacement: vec![1e-7, 2e-7],
+            velocity: vec![3e-7, 4e-7],
+        }),
+    }
+}
+
 /// A point of which nothing is known but that it failed.
 fn failed(point_id: u64) -> PointRow {
     let mut row = full(point_id);
@@ -247,45 +338,103 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-fn listing<R>(table: &Table<R>) -> String {
-    let fields = table.schema();
-    let lines = fields.fields().iter().map(|field| {
-        let (metadata, kind) = (field.metadata(), field.data_type());
-        format!(
-            "{}: {kind} [{}] {}",
-            field.name(),
-            &metadata["unit"],
-            &metadata["description"]
-        )
-    });
-    lines.collect::<Vec<_>>().join("\n")
-}
-
 #[test]
 fn columns_units_and_descriptions() {
-    insta::assert_snapshot!(
-        "points",
-        listing(&points_table(&layout().axes, None).unwrap())
-    );
-    insta::assert_snapshot!("poincare", listing(&poincare_table()));
-    insta::assert_snapshot!("spectra", listing(&spectra_table()));
-    insta::assert_snapshot!("probes", listing(&probes_table()));
-    insta::assert_snapshot!("attractors", listing(&attractors_table()));
-    insta::assert_snapshot!("basins", listing(&basins_table()));
+    let points = |chains| points_table(&layout().axes, chains).unwrap().listing();
+    for kind in TableKind::VARIANTS {
+        let listed = match kind {
+            TableKind::Points => points(None),
+            TableKind::Poincare => poincare_table().listing(),
+            TableKind::Spectra => spectra_table().listing(),
+            TableKind::Probes => probes_table().listing(),
+            TableKind::Orbits => orbits_table().listing(),
+            TableKind::Transitions => transitions_table(&chains().axis).listing(),
+            TableKind::Attractors => attractors_table().listing(),
+            TableKind::Basins => basins_table().listing(),
+            TableKind::Horizon => horizon_table().listing(),
+            TableKind::Trace => trace_table(true).listing(),
+            TableKind::Events => events_table().listing(),
+        };
+        let name = kind.file_name().strip_suffix(".parquet").unwrap();
+        insta::assert_snapshot!(name, listed);
+    }
+    insta::assert_snapshot!("points_of_chains", points(Some(&chains())));
+}
+
+/// A table that notes which of its columns were asked for.
+struct Asked {
+    table: ResultTable,
+    columns: RefCell<BTreeSet<String>>,
+}
+
+impl Asked {
+    fn read(folder: &Path, kind: TableKind) -> Self {
+        Self {
+            table: ResultTable::read(folder, kind).unwrap(),
+            columns: RefCell::default(),
+        }
+    }
+
+    fn note(&self, name: &str) -> &ResultTable {
+        self.columns.borrow_mut().insert(name.to_owned());
+        &self.table
+    }
+
+    fn f64(&self, name: &str) -> Vec<Option<f64>> {
+        self.note(name).f64(name).unwrap()
+    }
+
+    fn u64(&self, name: &str) -> Vec<Option<u64>> {
+        self.note(name).u64(name).unwrap()
+    }
+
+    fn bool(&self, name: &str) -> Vec<Option<bool>> {
+        self.note(name).bool(name).unwrap()
+    }
+
+    fn text(&self, name: &str) -> Vec<Option<String>> {
+        self.note(name).text(name).unwrap()
+    }
+
+    fn lists(&self, name: &str) -> Vec<Option<Vec<Option<f64>>>> {
+        self.note(name).lists(name).unwrap()
+    }
+
+    /// Nothing of the table is left.
+    fn read_through(self, kind: TableKind) -> TableKind {
+        let all: BTreeSet<String> = self.table.units().unwrap().into_keys().collect();
+        assert_eq!(self.columns.into_inner(), all, "{kind:?}");
+        kind
+    }
+}
+
+fn some<const N: usize>(list: [f64; N]) -> Vec<Option<f64>> {
+    list.map(Some).to_vec()
 }
 
 #[test]
 fn every_column_comes_back() {
     let folder = tempfile::tempdir().unwrap();
-    let written = write(folder.path(), &layout(), vec![full(0), failed(1)]);
+    let whole = ResultLayout {
+        orbits: true,
+        chains: Some(chains()),
+        ..layout()
+    };
+    let row = PointRow {
+        orbits: Some(orbits()),
+        chain: Some(Box::new(part())),
+        ..full(0)
+    };
+    let written = write(folder.path(), &whole, vec![row, failed(1)]);
+    let mut read = Vec::new();
     assert_eq!(written.missing, 0);
     for (kind, rows) in [
         (TableKind::Points, 2),
         (TableKind::Poincare, 1),
         (TableKind::Spectra, 2),
         (TableKind::Probes, 2),
-        (TableKind::Orbits, 0),
-        (TableKind::Transitions, 0),
+        (TableKind::Orbits, 1),
+        (TableKind::Transitions, 1),
         (TableKind::Attractors, 1),
         (TableKind::Basins, 2),
         (TableKind::Horizon, 1),
@@ -293,11 +442,14 @@ fn every_column_comes_back() {
         assert_eq!(written.rows(kind), rows, "{kind:?}");
     }
 
-    let points = ResultTable::read(folder.path(), TableKind::Points).unwrap();
-    assert_eq!(points.axes().unwrap(), ["load", "speed", "mesh.half_gap"]);
-    let numbers = |name: &str| points.f64(name).unwrap();
-    let counts = |name: &str| points.u64(name).unwrap();
-    let text = |name: &str| points.text(name).unwrap();
+    let points = Asked::read(folder.path(), TableKind::Points);
+    assert_eq!(
+        points.table.axes().unwrap(),
+        ["load", "speed", "mesh.half_gap"]
+    );
+    let numbers = |name: &str| points.f64(name);
+    let counts = |name: &str| points.u64(name);
+    let text = |name: &str| points.text(name);
     assert_eq!(counts("point_id"), [Some(0), Some(1)]);
     assert_eq!(numbers("load"), [Some(0.05), Some(1.05)]);
     assert_eq!(numbers("speed"), [Some(600.0), Some(601.0)]);
@@ -309,12 +461,12 @@ fn every_column_comes_back() {
     );
     assert_eq!(text("class"), [Some("chaotic".into()), None]);
     assert_eq!(counts("period"), [None, None]);
-    assert_eq!(points.bool("twin_agrees").unwrap(), [Some(true), None]);
+    assert_eq!(points.bool("twin_agrees"), [Some(true), None]);
     assert_eq!(text("lambda_method"), [Some("tangent".into()), None]);
     let exponents = Some(vec![Some(0.86), Some(-0.3), Some(-1.0 / 3.0)]);
-    assert_eq!(points.lists("exponents").unwrap(), [exponents, None]);
+    assert_eq!(points.lists("exponents"), [exponents, None]);
     let harmonics = Some(vec![Some(6e-6), Some(7e-6)]);
-    assert_eq!(points.lists("harmonics").unwrap(), [harmonics, None]);
+    assert_eq!(points.lists("harmonics"), [harmonics, None]);
     for (name, value) in [
         ("lambda_max", 0.86),
         ("lambda_stderr", 0.01),
@@ -348,23 +500,81 @@ fn every_column_comes_back() {
     assert_eq!(numbers("wall_time"), [Some(18.0), Some(18.0)]);
     assert_eq!(counts("worker"), [Some(16), Some(16)]);
     assert_eq!(counts("numa_node"), [Some(17), None]);
+    assert_eq!(text("direction"), [Some("down".into()), None]);
+    for (name, value) in [
+        ("lambda_twin_stderr", Some(0.02)),
+        ("horizon", Some(17.0)),
+        ("horizon_stderr", Some(0.5)),
+        ("saturation", Some(1.5)),
+        ("averaging_exponent", None),
+        ("fraction_drive_stderr", Some(2e-7)),
+        ("fraction_free_stderr", Some(3e-7)),
+        ("fraction_coast_stderr", Some(4e-7)),
+        ("dte_mean_stderr", Some(2e-8)),
+        ("dte_rms_stderr", Some(1e-8)),
+        ("dte_kurtosis_stderr", Some(3e-8)),
+        ("force_mean_stderr", Some(4e-8)),
+        ("force_std_stderr", Some(5e-8)),
+        ("impact_rate_stderr", Some(6e-8)),
+        ("impact_velocity_stderr", Some(7e-8)),
+        ("impact_velocity_max", Some(0.4)),
+        ("flight_mean", Some(5e-5)),
+        ("flight_mean_stderr", Some(8e-8)),
+        ("flight_median", Some(6e-5)),
+        ("flight_median_stderr", None),
+        ("contact_mean", Some(7e-5)),
+        ("contact_mean_stderr", Some(9e-8)),
+        ("contact_median", Some(8e-5)),
+        ("contact_median_stderr", Some(1e-7)),
+    ] {
+        assert_eq!(numbers(name), [value, None], "{name}");
+    }
+    for (name, value) in [
+        ("impacts_drive", 20),
+        ("impacts_coast", 21),
+        ("flights", 22),
+        ("contacts", 23),
+    ] {
+        assert_eq!(counts(name), [Some(value), None], "{name}");
+    }
+    for (name, list) in [
+        ("harmonics_stderr", some([1e-9, 2e-9])),
+        ("suborders", some([1e-7; 5])),
+        ("suborders_stderr", some([3e-9; 5])),
+        ("impact_velocity_quantiles", some([0.1, 0.2, 0.3])),
+        ("impact_velocity_quantiles_stderr", some([4e-9, 5e-9, 6e-9])),
+        ("bearing_mean", some([-30.0, 31.0])),
+        ("bearing_mean_stderr", some([7e-9, 8e-9])),
+        ("bearing_rms", some([32.0, 33.0])),
+        ("bearing_rms_stderr", some([9e-9, 1e-8])),
+    ] {
+        assert_eq!(points.lists(name), [Some(list), None], "{name}");
+    }
+    read.push(points.read_through(TableKind::Points));
 
-    let samples = ResultTable::read(folder.path(), TableKind::Poincare).unwrap();
-    assert_eq!(samples.u64("point_id").unwrap(), [Some(0)]);
-    assert_eq!(samples.u64("cycle").unwrap(), [Some(7)]);
-    assert_eq!(samples.f64("deflection").unwrap(), [Some(0.0)]);
-    assert_eq!(samples.f64("velocity").unwrap(), [Some(-2e-3)]);
+    let samples = Asked::read(folder.path(), TableKind::Poincare);
+    assert_eq!(samples.u64("point_id"), [Some(0)]);
+    assert_eq!(samples.u64("cycle"), [Some(7)]);
+    assert_eq!(samples.f64("deflection"), [Some(0.0)]);
+    assert_eq!(samples.f64("velocity"), [Some(-2e-3)]);
+    assert_eq!(samples.f64("phase"), [Some(0.25)]);
+    assert_eq!(samples.text("section"), [Some("strobe".into())]);
+    read.push(samples.read_through(TableKind::Poincare));
 
-    let lines = ResultTable::read(folder.path(), TableKind::Spectra).unwrap();
+    let lines = Asked::read(folder.path(), TableKind::Spectra);
     assert_eq!(
-        lines.text("signal").unwrap(),
+        lines.text("signal"),
         [Some("force".into()), Some("force".into())]
     );
-    assert_eq!(lines.f64("frequency").unwrap(), [Some(100.0), Some(200.0)]);
-    assert_eq!(lines.f64("order").unwrap(), [Some(0.5), Some(1.0)]);
-    assert_eq!(lines.f64("amplitude").unwrap(), [Some(3.0), Some(4.0)]);
+    assert_eq!(lines.f64("frequency"), [Some(100.0), Some(200.0)]);
+    assert_eq!(lines.f64("order"), [Some(0.5), Some(1.0)]);
+    assert_eq!(lines.f64("amplitude"), [Some(3.0), Some(4.0)]);
+    assert_eq!(lines.u64("point_id"), [Some(0); 2]);
+    let welch = Some("welch".to_owned());
+    assert_eq!(lines.text("method"), [welch.clone(), welch]);
+    read.push(lines.read_through(TableKind::Spectra));
 
-    let probes = ResultTable::read(folder.path(), TableKind::Probes).unwrap();
+    let probes = Asked::read(folder.path(), TableKind::Probes);
     for (name, values) in [
         ("point_id", [Some(0), Some(0)]),
         ("probe_id", [Some(0), Some(1)]),
@@ -372,7 +582,7 @@ fn every_column_comes_back() {
         ("period", [Some(3), Some(3)]),
         ("cycles", [Some(2500), Some(2500)]),
     ] {
-        assert_eq!(probes.u64(name).unwrap(), values, "{name}");
+        assert_eq!(probes.u64(name), values, "{name}");
     }
     for (name, value) in [
         ("status", "not_converged"),
@@ -380,7 +590,7 @@ fn every_column_comes_back() {
         ("class", "periodic"),
     ] {
         let value = Some(value.to_owned());
-        assert_eq!(probes.text(name).unwrap(), [value.clone(), value], "{name}");
+        assert_eq!(probes.text(name), [value.clone(), value], "{name}");
     }
     for (name, value) in [
         ("amplitude", 1.5),
@@ -393,10 +603,11 @@ fn every_column_comes_back() {
         ("basin_low", 0.09),
         ("basin_high", 0.91),
     ] {
-        assert_eq!(probes.f64(name).unwrap(), [Some(value); 2], "{name}");
+        assert_eq!(probes.f64(name), [Some(value); 2], "{name}");
     }
+    read.push(probes.read_through(TableKind::Probes));
 
-    let found = ResultTable::read(folder.path(), TableKind::Attractors).unwrap();
+    let found = Asked::read(folder.path(), TableKind::Attractors);
     for (name, value) in [
         ("point_id", 0),
         ("attractor_id", 0),
@@ -404,9 +615,9 @@ fn every_column_comes_back() {
         ("probes", 1),
         ("cells", 12),
     ] {
-        assert_eq!(found.u64(name).unwrap(), [Some(value)], "{name}");
+        assert_eq!(found.u64(name), [Some(value)], "{name}");
     }
-    assert_eq!(found.text("class").unwrap(), [Some("periodic".into())]);
+    assert_eq!(found.text("class"), [Some("periodic".into())]);
     for (name, value) in [
         ("lambda", -0.3),
         ("lambda_stderr", 2e-9),
@@ -417,14 +628,15 @@ fn every_column_comes_back() {
         ("basin_low", 0.09),
         ("basin_high", 0.91),
     ] {
-        assert_eq!(found.f64(name).unwrap(), [Some(value)], "{name}");
+        assert_eq!(found.f64(name), [Some(value)], "{name}");
     }
     let x = vec![Some(1e-6), Some(3e-6)];
     let y = vec![Some(2e-6), Some(4e-6)];
-    assert_eq!(found.lists("slice_x").unwrap(), [Some(x)]);
-    assert_eq!(found.lists("slice_y").unwrap(), [Some(y)]);
+    assert_eq!(found.lists("slice_x"), [Some(x)]);
+    assert_eq!(found.lists("slice_y"), [Some(y)]);
+    read.push(found.read_through(TableKind::Attractors));
 
-    let cells = ResultTable::read(folder.path(), TableKind::Basins).unwrap();
+    let cells = Asked::read(folder.path(), TableKind::Basins);
     for (name, values) in [
         ("point_id", [Some(0), Some(0)]),
         ("i", [Some(0), Some(1)]),
@@ -433,15 +645,133 @@ fn every_column_comes_back() {
         ("period", [Some(2), Some(2)]),
         ("cycles", [Some(77), Some(77)]),
     ] {
-        assert_eq!(cells.u64(name).unwrap(), values, "{name}");
+        assert_eq!(cells.u64(name), values, "{name}");
     }
-    assert_eq!(cells.f64("x").unwrap(), [Some(-1e-6); 2]);
-    assert_eq!(cells.f64("y").unwrap(), [Some(6e-6); 2]);
-    assert_eq!(cells.bool("in_full").unwrap(), [Some(true); 2]);
+    assert_eq!(cells.f64("x"), [Some(-1e-6); 2]);
+    assert_eq!(cells.f64("y"), [Some(6e-6); 2]);
+    assert_eq!(cells.bool("in_full"), [Some(true); 2]);
     for (name, value) in [("status", "ok"), ("class", "periodic")] {
         let value = Some(value.to_owned());
-        assert_eq!(cells.text(name).unwrap(), [value.clone(), value], "{name}");
+        assert_eq!(cells.text(name), [value.clone(), value], "{name}");
     }
+    read.push(cells.read_through(TableKind::Basins));
+
+    let orbits = Asked::read(folder.path(), TableKind::Orbits);
+    for (name, value) in [("point_id", 0), ("period", 5), ("events", 24)] {
+        assert_eq!(orbits.u64(name), [Some(value)], "{name}");
+    }
+    for (name, value) in [
+        ("residual", 1e-14),
+        ("deflection", 8e-6),
+        ("velocity", 9e-3),
+        ("deflection_pp", 2e-5),
+        ("lambda", -0.4),
+        ("grazing_margin", 0.6),
+        ("kick_growth", 1.6),
+        ("kick_growth_linear", 1.7),
+    ] {
+        assert_eq!(orbits.f64(name), [Some(value)], "{name}");
+    }
+    assert_eq!(orbits.bool("stable"), [Some(true)]);
+    assert_eq!(orbits.text("bifurcation"), [Some("neimark_sacker".into())]);
+    assert_eq!(orbits.lists("multipliers_re"), [Some(some([0.7, 0.7]))]);
+    assert_eq!(orbits.lists("multipliers_im"), [Some(some([0.1, -0.1]))]);
+    read.push(orbits.read_through(TableKind::Orbits));
+
+    let changes = Asked::read(folder.path(), TableKind::Transitions);
+    for (name, value) in [
+        ("point_id", 0),
+        ("from_period", 6),
+        ("to_period", 7),
+        ("trials", 9),
+    ] {
+        assert_eq!(changes.u64(name), [Some(value)], "{name}");
+    }
+    for (name, value) in [
+        ("axis", "speed"),
+        ("direction", "down"),
+        ("from_class", "periodic"),
+        ("what", "deflection"),
+        ("to_class", "steady_contact"),
+    ] {
+        assert_eq!(changes.text(name), [Some(value.into())], "{name}");
+    }
+    for (name, value) in [
+        ("lower", 605.0),
+        ("upper", 610.0),
+        ("from_deflection_mean", 1e-6),
+        ("to_deflection_mean", 3e-6),
+        ("from_deflection_rms", 2e-6),
+        ("to_deflection_rms", 6e-6),
+    ] {
+        assert_eq!(changes.f64(name), [Some(value)], "{name}");
+    }
+    read.push(changes.read_through(TableKind::Transitions));
+
+    let growth = Asked::read(folder.path(), TableKind::Horizon);
+    for (name, value) in [("point_id", 0), ("cycles", 1), ("samples", 16)] {
+        assert_eq!(growth.u64(name), [Some(value)], "{name}");
+    }
+    assert_eq!(growth.text("quantity"), [Some("separation".into())]);
+    assert_eq!(growth.f64("value"), [Some(2e-6)]);
+    assert_eq!(growth.f64("spread"), [Some(0.7)]);
+    read.push(growth.read_through(TableKind::Horizon));
+
+    read.extend(every_column_of_a_trace_comes_back());
+    for kind in TableKind::VARIANTS {
+        assert!(read.contains(kind), "{kind:?}");
+    }
+}
+
+/// The tables of a traced trajectory, read through.
+fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
+    let folder = tempfile::tempdir().unwrap();
+    let label = TraceLabel {
+        job: "test".into(),
+        manifest_hash: "0".into(),
+        point: Vec::new(),
+        period: 8e-4,
+        half_gap: 1e-5,
+    };
+    let mut writer = TraceWriter::create(folder.path(), &label, true).unwrap();
+    writer.sample(instant()).unwrap();
+    let event = Event {
+        cycle: 4,
+        time: 2e-4,
+        from: Contact::Free,
+        to: Contact::Coast,
+        surface: Surface::Coast,
+        rate: -5e-3,
+    };
+    writer.event(&event).unwrap();
+    writer.finish().unwrap();
+
+    let trace = Asked::read(folder.path(), TableKind::Trace);
+    assert_eq!(trace.u64("cycle"), [Some(3)]);
+    for (name, value) in [
+        ("time", 2e-4),
+        ("phase", 0.375),
+        ("deflection", 1e-5),
+        ("velocity", -4e-3),
+        ("force", 250.0),
+    ] {
+        assert_eq!(trace.f64(name), [Some(value)], "{name}");
+    }
+    assert_eq!(trace.text("contact"), [Some("coast".into())]);
+    assert_eq!(trace.lists("displacement"), [Some(some([1e-7, 2e-7]))]);
+    assert_eq!(trace.lists("modal_velocity"), [Some(some([3e-7, 4e-7]))]);
+
+    let events = Asked::read(folder.path(), TableKind::Events);
+    assert_eq!(events.u64("cycle"), [Some(4)]);
+    assert_eq!(events.f64("time"), [Some((4.0 + 2e-4 / 8e-4) * 8e-4)]);
+    assert_eq!(events.f64("phase"), [Some(2e-4 / 8e-4)]);
+    assert_eq!(events.f64("rate"), [Some(-5e-3)]);
+    assert_eq!(events.text("kind"), [Some("coast_entry".into())]);
+    assert_eq!(events.text("surface"), [Some("coast".into())]);
+    [
+        trace.read_through(TableKind::Trace),
+        events.read_through(TableKind::Events),
+    ]
 }
 
 #[test]

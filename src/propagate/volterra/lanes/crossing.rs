@@ -147,6 +147,7 @@ mod tests {
     use crate::numerics::legendre::sample_place;
     use crate::numerics::random::Stream;
     use crate::propagate::volterra::lanes::{InstructionSet, vector};
+    use std::io::Write;
 
     /// Maps by tables are what the recurrences say, and bounds what evaluation does.
     fn check<V: Vector>() {
@@ -182,8 +183,13 @@ mod tests {
         check::<vector::Packed<false>>();
         check::<vector::Packed<true>>();
         #[cfg(target_arch = "x86_64")]
-        if InstructionSet::best().name() == "avx512" {
-            check::<vector::Wide>();
+        match InstructionSet::best().name() {
+            "avx512" => check::<vector::Wide>(),
+            // The macros that print are not heard of tests that pass.
+            best => {
+                let line = format!("skipped: arithmetic in AVX-512 vectors: this is {best}\n");
+                std::io::stderr().write_all(line.as_bytes()).unwrap();
+            }
         }
     }
 }

@@ -1,0 +1,69 @@
+//! Structures and meshes built by hand, for tests: unit tests have them from here, and those of the
+//! whole program (`tests/common`) compile the same file. What it needs it names through `super`,
+//! which is the model here and what the program offers there.
+
+use super::{Division, Drive, MeshHarmonic, ModalStructure, OperatingPoint};
+
+/// A structure with the given frequencies, damping ratio of the elastic modes, mesh and
+/// torque participations, and nothing else.
+pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
+    let n = frequency.len();
+    let damping = |f: &f64| if *f > 0.0 { ratio } else { 0.0 };
+    ModalStructure {
+        teeth: 20,
+        wheel_teeth: Some(30),
+        rated_force: 1330.0,
+        frequency: frequency.to_vec(),
+        damping: frequency.iter().map(damping).collect(),
+        mesh: mesh.to_vec(),
+        mesh_tilt: vec![0.0; n],
+        torque: torque.to_vec(),
+        pinion_torque: None,
+        wheel_torque: None,
+        friction: vec![0.0; n],
+        friction_lever: vec![0.0; n],
+        residual_flexibility: 0.0,
+        bearings: Vec::new(),
+    }
+}
+
+/// One undamped mode `q'' + ω² q = load − F` that is the deflection itself, under 1 N at full
+/// load, of a pinion with one tooth.
+pub fn one_mode(frequency: f64) -> ModalStructure {
+    ModalStructure {
+        teeth: 1,
+        wheel_teeth: None,
+        rated_force: 1.0,
+        ..structure(&[frequency], 0.0, &[1.0], &[1.0])
+    }
+}
+
+/// A mesh of constant stiffness between its flanks, and nothing else.
+pub fn constant_mesh(half_gap: f64, stiffness: f64) -> Drive {
+    Drive {
+        half_gap,
+        mesh: Division::levels(&[stiffness], &[]),
+        damping: 0.0,
+        friction: 0.0,
+        transmission_error: Vec::new(),
+        torque_ripple: Vec::new(),
+    }
+}
+
+/// The mesh of the default pair: two levels, one harmonic.
+pub fn two_level_mesh(half_gap: f64) -> Drive {
+    Drive {
+        mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
+        damping: 1483.0,
+        transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
+        ..constant_mesh(half_gap, 4e8)
+    }
+}
+
+/// Strong rattle: light load, 1200 rad/s.
+pub fn strong_rattle() -> OperatingPoint {
+    OperatingPoint {
+        load: 0.05,
+        speed: 1200.0,
+    }
+}
