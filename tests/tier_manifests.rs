@@ -93,7 +93,7 @@ fn what_a_kind_does_not_feel_may_be_left_out() {
     let bare = without(&translational, &["tilt", "axial", "gear_position"]);
     assert_eq!(structure(&bare), structure(&translational));
     let torsional = text("torsional");
-    let keys = ["x", "across", "tilt", "axial", "gear_position"];
+    let keys = ["x", "y", "tilt", "axial", "gear_position"];
     let bare = without(&torsional, &keys);
     let (header, rest) = bare.split_once("[shafts.bearings]").unwrap();
     let (_, rest) = rest.split_once('\n').unwrap();

@@ -57,7 +57,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "fraction_coast", "1", found.fractions[2],
             "Fraction of time in contact on the coast flank", error.fractions[2];
         f64 "deflection_mean", "m", found.deflection_mean,
-            "Mean dynamic transmission error (mesh deflection)", error.deflection_mean;
+            "Mean mesh deflection", error.deflection_mean;
         f64 "deflection_rms", "m", found.deflection_rms,
             "Root mean square of the deflection about its mean", error.deflection_rms;
         f64 "deflection_pp", "m", found.deflection_pp, &format!("Largest minus smallest deflection; {SEEN}");

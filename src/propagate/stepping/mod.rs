@@ -13,11 +13,13 @@
 //! `F₀ (1 − e^{−λh})/λ`. The method is of order 2 while the contact state lasts and of
 //! order 1 where it changes.
 
+mod cubic;
 mod rotation;
 
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::{Contact, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
+use cubic::{derivative, hermite};
 use rotation::Rotation;
 
 /// Most equal parts of the cycle on which segment boundaries are sought.
@@ -462,27 +464,6 @@ impl Kernel for Stepping {
         trajectory.cycle += 1;
         Ok(())
     }
-}
-
-/// Legendre coefficients of the cubic through a value and its rate at both ends of a window.
-///
-/// From `p(±1) = a₀ ± a₁ + a₂ ± a₃` and `p'(±1) = a₁ ± 3 a₂ + 6 a₃`.
-fn hermite([p, left]: [f64; 2], [q, right]: [f64; 2], duration: f64) -> [f64; 4] {
-    let (s, t) = (0.5 * duration * left, 0.5 * duration * right);
-    let a2 = (t - s) / 6.0;
-    let a3 = (0.5 * (s + t) - 0.5 * (q - p)) / 5.0;
-    [0.5 * (p + q) - a2, 0.5 * (q - p) - a3, a2, a3]
-}
-
-/// Legendre coefficients of the time derivative of a cubic.
-fn derivative(a: [f64; 4], duration: f64) -> [f64; 4] {
-    let scale = 2.0 / duration;
-    [
-        scale * (a[1] + a[3]),
-        scale * 3.0 * a[2],
-        scale * 5.0 * a[3],
-        0.0,
-    ]
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
