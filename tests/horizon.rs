@@ -26,7 +26,6 @@ const QUESTION: HorizonQuestion = HorizonQuestion {
     separation: 1e-8,
     cycles: 60,
     averages: 200,
-    align: 100,
 };
 
 fn ask(model: &Model, start: &TrajectoryState) -> HorizonOutcome {

@@ -28,6 +28,9 @@ use std::sync::atomic::AtomicBool;
 /// tangents and to its probes.
 const FIRST_STREAM: u64 = 1 << 33;
 
+/// Cycles in which the tangent turns into the direction of growth, discarded.
+const ALIGN: u64 = 100;
+
 /// Share of the saturation at which the horizon lies: late, but where separations still
 /// grow with the exponent. Above it slow modes of the structure part at their own pace.
 const HORIZON_SHARE: f64 = 0.1;
@@ -49,8 +52,6 @@ pub struct HorizonQuestion {
     pub cycles: u64,
     /// Mesh cycles in the longest averages.
     pub averages: u64,
-    /// Cycles in which the tangent turns into the direction of growth, discarded.
-    pub align: u64,
 }
 
 /// What is measured over a number of cycles.
@@ -138,7 +139,7 @@ pub fn predictability<K: Kernel>(
     called_off: &AtomicBool,
 ) -> Result<HorizonOutcome, HorizonError> {
     let mut record = Record::new(model, kernel, start, (question, point), called_off);
-    for _ in 0..question.align {
+    for _ in 0..ALIGN {
         record.cycle()?;
     }
     record.restart();

@@ -140,13 +140,11 @@ fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {
     let separation = table.quantity_or_default(issues, "separation");
     let cycles = table.integer_or_default(issues, "cycles");
     let averages = table.integer_or_default(issues, "averages");
-    let align = table.integer_or_default(issues, "align");
     Some(HorizonQuestion {
         twins: u32::try_from(twins?).ok()?,
         separation: separation?,
         cycles: cycles?,
         averages: averages?,
-        align: align?,
     })
 }
 

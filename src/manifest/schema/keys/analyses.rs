@@ -87,8 +87,6 @@ pub(super) const KEYS: &[Key] = &[
         .about("Pairs of neighbouring trajectories that are followed."),
     quantity("analyses.horizon.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-8").or("1e-6")
         .about("Distance at which they start, in half gaps."),
-    integer("analyses.horizon.align", 0.0, 1e6, "200").or("100")
-        .about("Mesh cycles in which the tangent turns into the direction of growth, discarded."),
     integer("analyses.horizon.cycles", 1.0, 100_000.0, "100").or("60")
         .about("Mesh cycles that each pair is followed."),
     integer("analyses.horizon.averages", 1.0, 1e6, "1000").or("400")
