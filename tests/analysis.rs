@@ -131,8 +131,6 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
         deflection_crest: (high - mean).max(mean - low) / variance.sqrt(),
         deflection_kurtosis: average(|s, mean| (s.deflection - mean).powi(4), mean)
             / variance.powi(2),
-        deflection_skewness: average(|s, mean| (s.deflection - mean).powi(3), mean)
-            / variance.powf(1.5),
         harmonics: (1..=harmonics)
             .map(|h| {
                 let omega = TAU * h as f64 / model.period();
@@ -162,7 +160,6 @@ fn difference(a: &NvhOutcome, b: &NvhOutcome) -> [f64; 2] {
         relative(a.deflection_mean, b.deflection_mean),
         relative(a.deflection_rms, b.deflection_rms),
         relative(a.deflection_kurtosis, b.deflection_kurtosis),
-        (a.deflection_skewness - b.deflection_skewness).abs(),
         relative(a.force_mean, b.force_mean),
         relative(a.force_std, b.force_std),
         relative(a.impact_rate, b.impact_rate),

@@ -144,8 +144,6 @@ pub struct NvhOutcome {
     pub deflection_crest: f64,
     /// Fourth central moment over squared variance \[1\].
     pub deflection_kurtosis: f64,
-    /// Third central moment over the cube of the RMS \[1\].
-    pub deflection_skewness: f64,
     /// Amplitudes of δ at mesh orders 1, 2, … \[m\].
     pub harmonics: Vec<f64>,
     /// Amplitudes of δ at mesh orders 1/4, 1/3, 1/2, 2/3, 3/4 \[m\]; of a motion that does
@@ -201,7 +199,6 @@ pub struct NvhErrors {
     pub deflection_mean: f64,
     pub deflection_rms: f64,
     pub deflection_kurtosis: f64,
-    pub deflection_skewness: f64,
     pub harmonics: Vec<f64>,
     pub suborders: Vec<f64>,
     pub force_mean: f64,

@@ -65,8 +65,6 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             &format!("Largest |deflection - mean| over deflection_rms; {SEEN}");
         f64 "deflection_kurtosis", "1", found.deflection_kurtosis,
             "Fourth central moment over squared variance", error.deflection_kurtosis;
-        f64 "deflection_skewness", "1", found.deflection_skewness,
-            "Third central moment over the cube of the RMS", error.deflection_skewness;
         list "harmonics", "m", found.harmonics,
             "Amplitude of the deflection at mesh orders 1, 2, ...", error.harmonics;
         list "suborders", "m", found.suborders,

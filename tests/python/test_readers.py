@@ -32,7 +32,7 @@ COLUMNS = {
     "saturation": F64, "averaging_exponent": F64, "fraction_drive": F64,
     "fraction_drive_stderr": F64, "fraction_free": F64, "fraction_free_stderr": F64,
     "fraction_coast": F64, "fraction_coast_stderr": F64, "deflection_mean": F64, "dte_mean_stderr": F64,
-    "deflection_rms": F64, "dte_rms_stderr": F64, "deflection_pp": F64, "deflection_crest": F64, "deflection_kurtosis": F64, "deflection_skewness": F64, "deflection_skewness_stderr": F64,
+    "deflection_rms": F64, "dte_rms_stderr": F64, "deflection_pp": F64, "deflection_crest": F64, "deflection_kurtosis": F64,
     "dte_kurtosis_stderr": F64, "harmonics": LIST, "harmonics_stderr": LIST, "suborders": LIST,
     "suborders_stderr": LIST, "force_mean": F64, "force_mean_stderr": F64, "force_std": F64,
     "force_std_stderr": F64, "force_peak": F64, "impact_rate": F64, "impact_rate_stderr": F64,

@@ -86,11 +86,6 @@ fn central([m1, m2, m3, m4]: [f64; 4]) -> [f64; 2] {
     ]
 }
 
-/// Third central moment.
-fn third([m1, m2, m3, _]: [f64; 4]) -> f64 {
-    m3 - 3.0 * m1 * m2 + 2.0 * m1.powi(3)
-}
-
 /// The statistics that follow from sums alone; extremes and distributions are left at zero.
 pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
     let moments = sums.moments.map(|m| m / sums.time);
@@ -101,7 +96,6 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
         deflection_mean: origin.centre[0] + origin.half_gap * moments[0],
         deflection_rms: origin.half_gap * variance.sqrt(),
         deflection_kurtosis: ratio(fourth, variance * variance),
-        deflection_skewness: ratio(third(moments), variance.powf(1.5)),
         harmonics: (sums.harmonics.iter())
             .map(|(re, im)| 2.0 * re.hypot(*im) / sums.time)
             .collect(),
@@ -170,13 +164,6 @@ pub(super) fn errors(stretches: &[Sums], total: &Sums, half_gap: f64) -> NvhErro
         deflection_kurtosis: error(&|s| {
             let change = of_fourth(s.moments) - 2.0 * kurtosis * variance * of_variance(s.moments);
             ratio(change, variance * variance)
-        }),
-        deflection_skewness: error(&|s| {
-            let [a1, a2, a3, _] = s.moments;
-            let of_third = a3 - 3.0 * m1 * a2 + (6.0 * m1 * m1 - 3.0 * m2) * a1;
-            let change =
-                of_third - 1.5 * third([m1, m2, m3, m4]) / variance * of_variance(s.moments);
-            ratio(change, variance.powf(1.5))
         }),
         harmonics: harmonics.collect(),
         force_mean: error(&|s| s.force[0]),
