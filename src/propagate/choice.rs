@@ -1,8 +1,6 @@
 //! The kernels by name, each with its settings: the one place that tells them apart.
 
-use super::{
-    DenseError, Dyadic, Fused, Halved, Hermite, KeptTables, Kernel, Spectral, Stepping, Volterra,
-};
+use super::{DenseError, Dyadic, Fused, Hermite, KeptTables, Kernel, Spectral, Stepping, Volterra};
 use crate::model::Model;
 use serde::Serialize;
 use std::ops::Deref;
@@ -20,11 +18,6 @@ pub enum KernelChoice {
     /// Fixed small steps.
     Stepping {
         /// Steps a mesh cycle.
-        steps: u32,
-    },
-    /// Steps half as long.
-    Halved {
-        /// Steps a mesh cycle of the coarse grid.
         steps: u32,
     },
     /// Dense tables, halved down to an event.
@@ -74,7 +67,6 @@ impl KernelChoice {
     pub const SETTINGS: [(&'static str, &'static [&'static str]); Self::COUNT] = [
         ("volterra", &["tolerance"]),
         ("stepping", &["steps"]),
-        ("halved", &["steps"]),
         ("dyadic", &["cells"]),
         ("hermite", &["cells"]),
         ("spectral", &["cells", "event_grid"]),
@@ -89,7 +81,7 @@ impl KernelChoice {
     /// Fewest unit steps of its tables a mesh cycle; none of a kernel without tables.
     pub fn cells(&self) -> Option<u32> {
         match *self {
-            Self::Volterra { .. } | Self::Stepping { .. } | Self::Halved { .. } => None,
+            Self::Volterra { .. } | Self::Stepping { .. } => None,
             Self::Dyadic { cells }
             | Self::Hermite { cells }
             | Self::Spectral { cells, .. }
@@ -121,7 +113,6 @@ impl KernelChoice {
                 user.with(&Volterra::new(model, tolerance, event_limit))
             }
             Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
-            Self::Halved { steps } => user.with(&Halved::new(model, steps, event_limit)),
             Self::Dyadic { cells } => user.with(&Dyadic::new(model, cells, event_limit)?),
             Self::Hermite { cells } => user.with(&Hermite::new(model, cells, event_limit)?),
             Self::Spectral { cells, event_grid } => {
@@ -151,7 +142,6 @@ mod tests {
         let all = [
             KernelChoice::Volterra { tolerance: 1e-9 },
             KernelChoice::Stepping { steps: 16 },
-            KernelChoice::Halved { steps: 16 },
             KernelChoice::Dyadic { cells: 1 },
             KernelChoice::Hermite { cells: 1 },
             KernelChoice::Spectral {

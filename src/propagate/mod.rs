@@ -10,7 +10,6 @@ mod choice;
 mod counters;
 mod dense;
 pub mod events;
-mod halved;
 mod interrupt;
 mod observer;
 pub mod saltation;
@@ -24,7 +23,6 @@ pub use dense::{
     Conditioning, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator, PowerJumps, Spectral,
     TableArray, TableSize,
 };
-pub use halved::Halved;
 pub use interrupt::Interruptible;
 pub use observer::{Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};

@@ -118,12 +118,6 @@ fn kernel(section: &Section, issues: &mut Issues) -> Option<KernelChoice> {
                 steps: u32::try_from(steps).ok()?,
             }
         }
-        Some("halved") => {
-            let steps = section.integer_or_default(issues, "steps")?;
-            KernelChoice::Halved {
-                steps: u32::try_from(steps).ok()?,
-            }
-        }
         Some("dyadic") => KernelChoice::Dyadic {
             cells: cells(issues)?,
         },

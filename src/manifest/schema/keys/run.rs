@@ -13,10 +13,10 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mesh cycles discarded before anything is measured, of a motion that finds no periodic orbit."),
     integer("run.cycles", 1.0, MANY, "5000").or("800")
         .about("Most mesh cycles measured. A point stops earlier once its answers are settled."),
-    choice("run.kernel", &["volterra", "stepping", "halved", "dyadic", "hermite", "spectral", "fused"], r#""stepping""#)
+    choice("run.kernel", &["volterra", "stepping", "dyadic", "hermite", "spectral", "fused"], r#""stepping""#)
         .or(r#""volterra""#)
         .about("How the motion is computed. `volterra` is exact to round-off and the fastest. `stepping` takes fixed \
-                steps, `halved` half as long ones. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
+                steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
                 literature, for comparison."),
     key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), "1e-12").or(r#""roundoff""#)
         .about("Relative truncation of the series of `volterra`; \"roundoff\" is 2^-52. Only with that kernel."),
