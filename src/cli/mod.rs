@@ -8,7 +8,6 @@ mod earlier;
 mod events;
 mod excitation;
 pub mod help;
-pub mod instructions;
 pub mod machine;
 pub mod merge;
 pub mod plan;
@@ -81,8 +80,6 @@ enum Command {
     /// Check this build on this machine against closed forms, published values and independent
     /// integrators
     Verify(verify::VerifyArgs),
-    /// Say what results are computed with on this machine
-    Instructions(instructions::InstructionsArgs),
     /// Explain a subcommand, or a table or key of a manifest
     Help(help::HelpArgs),
     /// Print a completion script for a shell
@@ -106,7 +103,6 @@ pub fn main() -> ExitCode {
         Command::Machine(args) => machine::run(&args),
         Command::Table(args) => table::run(&args),
         Command::Verify(args) => verify::run(&args),
-        Command::Instructions(args) => instructions::run(&args),
         Command::Help(args) => help::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
