@@ -32,7 +32,7 @@ const LONGEST: usize = 500;
 /// are, to be measured.
 const UNSAFE: [&str; 6] = [
     "propagate/volterra/lanes.rs",
-    "propagate/volterra/lanes/vector.rs",
+    "propagate/volterra/lanes/wide.rs",
     "store/tables/map.rs",
     "characterize/buffer.rs",
     "characterize/latency.rs",
