@@ -181,7 +181,7 @@ mod tests {
         check::<vector::Packed<true>>();
         #[cfg(target_arch = "x86_64")]
         if InstructionSet::best().name() == "avx512" {
-            check::<vector::Wide>();
+            check::<crate::propagate::volterra::lanes::wide::Wide>();
         }
     }
 }
