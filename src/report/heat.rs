@@ -1,10 +1,10 @@
-//! A character map of the largest exponent over the first two axes of the grid.
+//! What does the first slice of the grid show, over its first two axes?
 //!
-//! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis),
-//! all others what they are. A wide grid is binned: a mark then stands for the liveliest
-//! of its points. Further axes are held at their first value.
+//! A wide grid is binned: a cell then stands for the liveliest of its points. Further axes are
+//! held at their first value.
 
 use super::point::{Axis, PointSummary};
+
 /// Most cells across and down.
 const MOST: [usize; 2] = [24, 64];
 

@@ -1,4 +1,7 @@
-//! The map of the largest exponent, as text.
+//! A character map of the largest exponent over the first two axes of the grid.
+//!
+//! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis),
+//! all others what they are.
 
 use super::style::Style;
 use super::table::label;
