@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// A module may import from layers above its own line, and from itself.
@@ -32,12 +33,18 @@ const LONGEST: usize = 500;
 /// are, to be measured.
 const UNSAFE: [&str; 6] = [
     "propagate/volterra/lanes.rs",
-    "propagate/volterra/lanes/vector.rs",
+    "propagate/volterra/lanes/wide.rs",
     "store/tables/map.rs",
     "characterize/buffer.rs",
     "characterize/latency.rs",
     "characterize/vectors.rs",
 ];
+
+/// Modules whose files may import each other in circles, each with the reason.
+const CIRCULAR: [(&str, &str); 1] = [(
+    "characterize",
+    "what is measured is described in terms of how it is measured and of what came out",
+)];
 
 /// What only the command line may do.
 const OUTWARD: [&str; 9] = [
@@ -204,6 +211,120 @@ fn unsafe_offences(source: &Source) -> Vec<String> {
     offences
 }
 
+/// A file as a module: `report::plot` of `report/plot/mod.rs`.
+fn module_path(path: &str) -> String {
+    let stem = path.trim_end_matches(".rs").trim_end_matches("/mod");
+    stem.replace('/', "::")
+}
+
+/// Every path of a `use` without blanks, `a::{b, c::{d, e}}` taken apart.
+fn paths(tree: &str) -> Vec<String> {
+    let Some((prefix, group)) = tree.split_once('{') else {
+        return vec![tree.split('@').next().unwrap().to_owned()];
+    };
+    let (mut depth, mut from, mut all) = (0, 0, Vec::new());
+    for (at, c) in group.char_indices() {
+        if depth == 0 && (c == ',' || c == '}') {
+            let inner = paths(&group[from..at]).into_iter();
+            all.extend(inner.map(|path| format!("{prefix}{path}")));
+            from = at + 1;
+        }
+        depth += i32::from(c == '{') - i32::from(c == '}');
+    }
+    all
+}
+
+/// What a file uses outside its tests, as paths from the crate's root, and whether it hands
+/// them on.
+fn uses(source: &Source) -> Vec<(String, bool)> {
+    let here = module_path(&source.path);
+    let parent = |path: &str| path.rsplit_once("::").map_or("", |(p, _)| p).to_owned();
+    let mut found = Vec::new();
+    for statement in code(source.lines()).split(';') {
+        let Some((before, tree)) = statement.rsplit_once("use ") else {
+            continue;
+        };
+        let public = before.lines().last().unwrap_or("").contains("pub");
+        let tree = tree.replace(" as ", "@");
+        let tree: String = tree.split_whitespace().collect();
+        for path in paths(&tree) {
+            let (mut base, mut rest) = (here.clone(), path.as_str());
+            while let Some(above) = rest.strip_prefix("super::") {
+                (base, rest) = (parent(&base), above);
+            }
+            found.push(match rest.strip_prefix("crate::") {
+                Some(absolute) => (absolute.to_owned(), public),
+                None => (
+                    format!("{base}::{}", rest.trim_start_matches("self::")),
+                    public,
+                ),
+            });
+        }
+    }
+    found
+}
+
+/// Files of one module that import each other in circles, by what their `use` statements say,
+/// each with those of its imports that lead back to it. A name that another file hands on is
+/// imported from where it is defined.
+fn circles(sources: &[Source]) -> Vec<String> {
+    let own = |s: &&Source| s.module().is_some() && !s.is_test() && !s.path.ends_with("_tests.rs");
+    let files: BTreeMap<String, Vec<(String, bool)>> = (sources.iter().filter(own))
+        .map(|source| (module_path(&source.path), uses(source)))
+        .collect();
+    let file_of = |path: &str| -> Option<&str> {
+        let ends = path.rmatch_indices("::").map(|(at, _)| at);
+        let mut prefixes = std::iter::once(path.len())
+            .chain(ends)
+            .map(|end| &path[..end]);
+        let found = prefixes.find_map(|prefix| files.get_key_value(prefix))?;
+        Some(found.0)
+    };
+    let home = |path: &str| -> Option<&str> {
+        let name = &path[path.rfind("::")?..];
+        let mut file = file_of(path)?;
+        // A few hands at most.
+        for _ in 0..5 {
+            let handed_on = |(path, public): &&(String, bool)| *public && path.ends_with(name);
+            let mut handed_on = files[file].iter().filter(handed_on);
+            match handed_on.find_map(|(path, _)| file_of(path).filter(|next| *next != file)) {
+                Some(next) => file = next,
+                None => break,
+            }
+        }
+        Some(file)
+    };
+    let imports = |file: &str| -> BTreeSet<&str> {
+        let (below, module) = (format!("{file}::"), head(file));
+        let used = files[file].iter();
+        let used = used.filter(|(path, public)| !(*public && path.starts_with(&below)));
+        let homes = used.filter_map(|(path, _)| home(path));
+        homes
+            .filter(|other| *other != file && head(other) == module)
+            .collect()
+    };
+    let graph: BTreeMap<&str, BTreeSet<&str>> = files
+        .keys()
+        .map(|file| (file.as_str(), imports(file)))
+        .collect();
+    let leads = |from: &str, to: &str| {
+        let (mut seen, mut open) = (BTreeSet::from([from]), vec![from]);
+        while let Some(file) = open.pop() {
+            open.extend(graph[file].iter().filter(|next| seen.insert(**next)));
+        }
+        seen.contains(to)
+    };
+    let back = |(file, imported): (&&str, &BTreeSet<&str>)| {
+        let back: Vec<&str> = imported
+            .iter()
+            .copied()
+            .filter(|next| leads(next, file))
+            .collect();
+        (!back.is_empty()).then(|| format!("{file} <-> {}", back.join(", ")))
+    };
+    graph.iter().filter_map(back).collect()
+}
+
 fn sources() -> Vec<Source> {
     fn walk(folder: &Path, root: &Path, sources: &mut Vec<Source>) {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -257,6 +378,17 @@ fn unsafe_code_is_listed_and_explained() {
             "{path} needs no entry"
         );
     }
+}
+
+#[test]
+fn files_of_a_module_import_one_way() {
+    let mut circles = circles(&sources());
+    for (module, _reason) in CIRCULAR {
+        let before = circles.len();
+        circles.retain(|circle| head(circle) != module);
+        assert!(circles.len() < before, "{module} needs no entry");
+    }
+    assert!(circles.is_empty(), "\n{}", circles.join("\n"));
 }
 
 /// Every module declared in the crate's root has a layer.
@@ -330,6 +462,40 @@ mod planted {
         assert_eq!(size_offences(&source("model/x.rs", &text)).len(), 1);
         let text = format!("{}#[cfg(test)]\n{text}", "x\n".repeat(LONGEST));
         assert!(size_offences(&source("model/x.rs", &text)).is_empty());
+    }
+
+    #[test]
+    fn circles_are_found() {
+        let found = |files: &[(&str, &str)]| {
+            let files = files.iter().map(|(path, text)| source(path, text));
+            circles(&files.collect::<Vec<_>>())
+        };
+        let circle = ["gear::a <-> gear::b", "gear::b <-> gear::a"];
+        let first = ("gear/a.rs", "use super::b::B;");
+        for text in [
+            "use super::a::A;",
+            "use crate::{model::M, gear::{x, a::{A, C}}};",
+            "fn f() {}\n\npub(super) use super::a::A as Other;",
+        ] {
+            assert_eq!(found(&[first, ("gear/b.rs", text)]), circle, "{text}");
+        }
+        let handed_on = ("gear/mod.rs", "pub use a::A;");
+        assert_eq!(
+            found(&[first, ("gear/b.rs", "use super::A;"), handed_on]),
+            circle
+        );
+        for text in [
+            "// use super::a::A;",
+            "#[cfg(test)]\nmod tests { use super::a::A; }",
+            "use super::x::X;",
+            "use crate::model::a::A;",
+        ] {
+            assert!(found(&[first, ("gear/b.rs", text)]).is_empty(), "{text}");
+        }
+        // A parent may hand on what its children define; what it uses they may not use it for.
+        let child = ("gear/a/b.rs", "use super::A;");
+        assert!(found(&[("gear/a.rs", "pub use b::B;"), child]).is_empty());
+        assert_eq!(found(&[("gear/a.rs", "use b::B;"), child]).len(), 2);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use atlas::manifest;
 use atlas::store::TableStore;
-use atlas::sweep::build::Parts;
+use atlas::sweep::Parts;
 
 const QUICKSTART: &str = include_str!("../manifests/quickstart.toml");
 

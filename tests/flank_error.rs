@@ -12,7 +12,7 @@ use atlas::model::{Contact, InitialState, Model, TrajectoryState};
 use atlas::numerics::legendre::evaluate;
 use atlas::propagate::{Dyadic, Event, Observer, Window};
 use atlas::reference::{Extended, Reference};
-use atlas::sweep::build::Parts;
+use atlas::sweep::Parts;
 use common::advance::{Events, advance, advance_with, mean_equilibrium, volterra};
 use common::{relative_difference, state_difference};
 use std::path::Path;

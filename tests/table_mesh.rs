@@ -8,7 +8,7 @@ mod common;
 use atlas::manifest::{self, Job};
 use atlas::model::{InitialState, Model};
 use atlas::propagate::{Counters, Kernel, Volterra};
-use atlas::sweep::build::Parts;
+use atlas::sweep::Parts;
 use common::advance::{ROUND_OFF, advance, mean_equilibrium, volterra};
 use common::relative_difference;
 use std::path::Path;

@@ -3,6 +3,7 @@
 
 mod analyses;
 mod bearings;
+mod called_off;
 mod classify;
 mod energy;
 mod horizon;
@@ -23,6 +24,7 @@ mod trace;
 mod twin;
 
 pub use analyses::Analyses;
+pub use called_off::CalledOff;
 pub use energy::EnergyAudit;
 pub use horizon::{
     HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
@@ -38,7 +40,7 @@ pub use orbits::character::{Bifurcation, Character};
 pub use orbits::survey::{OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits};
 pub use outcome::*;
 pub use poincare::{PoincareQuestion, Section};
-pub use point::{CalledOff, investigate, investigate_onward};
+pub use point::{investigate, investigate_onward};
 pub use questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 pub use spectrum::{Lines, Welch};
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

@@ -1,7 +1,7 @@
 //! What is known of one operating point after its analyses: the numbers that the result
 //! files hold.
 
-use super::point::CalledOff;
+use super::called_off::CalledOff;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
 

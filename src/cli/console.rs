@@ -3,7 +3,7 @@
 use super::answer;
 use super::events::Events;
 use super::progress::Display;
-use super::run::RunArgs;
+use super::run_args::RunArgs;
 use crate::manifest::Job;
 use crate::store::{PointRow, RunRecord};
 use crate::sweep::{Begun, Progress, Watcher};

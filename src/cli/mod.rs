@@ -18,7 +18,9 @@ mod process;
 mod progress;
 mod retry;
 pub mod run;
+mod run_args;
 pub mod show;
+mod status;
 pub mod table;
 pub mod trace;
 pub mod verify;
@@ -60,7 +62,7 @@ struct Cli {
 enum Command {
     /// Compute every point of a manifest, or what an interrupted run left, and write the
     /// result files
-    Run(run::RunArgs),
+    Run(run_args::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),
     /// Join the shards of a job into one set of results

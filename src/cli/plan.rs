@@ -9,7 +9,7 @@ use crate::characterize::machine_rate::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
 use crate::store::{Characteristics, Shard, StoreError};
-use crate::sweep::build::Parts;
+use crate::sweep::Parts;
 use crate::sweep::{self, Forecast, Interval, Options};
 use clap::Args;
 use serde_json::json;
@@ -29,7 +29,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
     /// Only part i of n, as `atlas run --shard i/n` would compute.
-    #[arg(long, value_name = "i/n", value_parser = super::run::parse_shard)]
+    #[arg(long, value_name = "i/n", value_parser = super::run_args::parse_shard)]
     pub shard: Option<Shard>,
     /// What `atlas machine` found out about this machine [default: results/machine-HOST, where
     /// it is there].

@@ -7,7 +7,8 @@
 
 use super::console::Console;
 use super::process::Process;
-use super::run::{RunArgs, failure, status};
+use super::run_args::RunArgs;
+use super::status::{failure, status};
 use super::{FAILED_POINTS, INTERRUPTED, fail, with_causes};
 use crate::manifest::Job;
 use crate::propagate::instructions;
@@ -15,7 +16,7 @@ use crate::store::{
     Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord,
     StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, timestamp, write_run,
 };
-use crate::sweep::build::Parts;
+use crate::sweep::Parts;
 use crate::sweep::{self, Options, Share, SweepError, Watcher};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -8,7 +8,7 @@ use crate::manifest::Job;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Kernel, KernelUse};
 use crate::store::{StoreError, TableKind, TraceLabel, TraceWriter, table_path};
-use crate::sweep::build::Parts;
+use crate::sweep::Parts;
 use crate::sweep::{self, build};
 use clap::Args;
 use serde_json::json;

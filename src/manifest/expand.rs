@@ -8,11 +8,10 @@
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
 use super::hash::JobHash;
-use super::points::Variant;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
 use super::sections::{Context, resolve};
-use super::spec::PointSpec;
+use super::spec::{PointSpec, Variant};
 use super::tree::Node;
 use crate::shaft::ModalStructure;
 use std::borrow::Cow;

@@ -2,8 +2,7 @@
 //! included, so that comments, layout, key order, equal units and the job's name do not matter and
 //! everything that can change a result does.
 
-use super::points::Variant;
-use super::spec::{Axis, Carried};
+use super::spec::{Axis, Carried, Variant};
 use super::tree::{Entry, Node, Value};
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -10,10 +10,12 @@
 
 mod axis;
 mod diagnostic;
+mod errors;
 mod excerpt;
 mod expand;
 mod grid;
 mod hash;
+mod job;
 pub mod manual;
 mod modal_file;
 mod points;
@@ -27,9 +29,11 @@ mod tree;
 mod unknown;
 
 pub use axis::{AxisKey, AxisValues};
-pub use diagnostic::{Diagnostic, DiagnosticKind, ManifestErrors, Source, Span};
+pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
+pub use errors::ManifestErrors;
 pub use expand::Between;
-pub use points::{Points, Variant};
+pub use job::Job;
+pub use points::Points;
 pub use spec::*;
 
 use diagnostic::Issues;

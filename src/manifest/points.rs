@@ -3,28 +3,8 @@
 
 use super::axis::{Ascending, AxisValues};
 use super::expand::Expansion;
-use super::spec::{
-    Axis, Carried, Direction, ExcitationSpec, MeshSpec, ModelSpec, PointSpec, RunSpec,
-};
-use crate::analysis::Analyses;
-use serde::Serialize;
+use super::spec::{Axis, Carried, Direction, PointSpec, Variant};
 use std::borrow::Cow;
-use std::sync::Arc;
-
-/// Everything about a point but its load and speed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Variant {
-    /// The structure.
-    pub model: ModelSpec,
-    /// The gear mesh.
-    pub mesh: MeshSpec,
-    /// Transmission error and torque ripple.
-    pub excitation: Arc<ExcitationSpec>,
-    /// How to integrate.
-    pub run: Arc<RunSpec>,
-    /// What to compute.
-    pub analyses: Arc<Analyses>,
-}
 
 /// All points of a job, in `point_id` order.
 #[derive(Debug, Clone)]

@@ -1,25 +1,16 @@
-//! A character map of the largest exponent over the first two axes of the grid.
+//! What does the first slice of the grid show, over its first two axes?
 //!
-//! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis),
-//! all others what they are. A wide grid is binned: a mark then stands for the liveliest
-//! of its points. Further axes are held at their first value.
+//! A wide grid is binned: a cell then stands for the liveliest of its points. Further axes are
+//! held at their first value.
 
-use std::fmt::Write;
+use super::point::{Axis, PointSummary};
 
-use super::summary::{Axis, PointSummary, Summary};
-use super::text::{Style, label, number};
-
-/// Chaotic marks, from small to large λ.
-const RAMP: [char; 5] = ['-', '=', '*', '#', '@'];
-/// Five steps of viridis in the 256-colour palette; dark to bright, so that order survives
-/// colour blindness.
-const COLOURS: [u8; 5] = [54, 60, 31, 78, 227];
 /// Most cells across and down.
 const MOST: [usize; 2] = [24, 64];
 
 /// What a cell shows. Order: of several points in a cell, the greatest is shown.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
-enum Cell {
+pub(super) enum Cell {
     Missing,
     Unclassified,
     SteadyContact,
@@ -42,54 +33,16 @@ impl Cell {
             _ => Self::Unclassified,
         }
     }
-
-    fn mark(self, largest: f64) -> char {
-        match self {
-            Self::Missing => ' ',
-            Self::Unclassified => '.',
-            Self::SteadyContact => 'L',
-            Self::Periodic(period @ 1..=9) => char::from(b'0' + period as u8),
-            Self::Periodic(_) => '+',
-            Self::Failed => 'x',
-            Self::NotConverged => '?',
-            Self::QuasiPeriodic => 'q',
-            Self::Chaotic(lambda) => RAMP[step(lambda, largest)],
-        }
-    }
-
-    fn meaning(self) -> Option<&'static str> {
-        match self {
-            Self::Missing => None,
-            Self::Unclassified => Some(". not classified"),
-            Self::SteadyContact => Some("S steady contact"),
-            Self::Periodic(1..=9) => Some("1-9 period in mesh cycles"),
-            Self::Periodic(_) => Some("+ longer period"),
-            Self::Failed => Some("x failed"),
-            Self::NotConverged => Some("? not converged"),
-            Self::QuasiPeriodic => Some("q quasi-periodic"),
-            Self::Chaotic(_) => None,
-        }
-    }
-}
-
-/// Position of λ on a ramp from 0 to the largest.
-fn step(lambda: f64, largest: f64) -> usize {
-    let fraction = if largest > 0.0 {
-        (lambda / largest).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)
 }
 
 /// The cells of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
-    cells: Vec<Vec<Cell>>,
-    rows: Bins,
-    columns: Bins,
+    pub(super) cells: Vec<Vec<Cell>>,
+    pub(super) rows: Bins,
+    pub(super) columns: Bins,
     /// Largest exponent met.
-    largest: f64,
+    pub(super) largest: f64,
 }
 
 impl Map {
@@ -134,71 +87,15 @@ impl Map {
     }
 }
 
-/// The map as text; empty when the grid has no axis or no point.
-pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
-    let Some(Map {
-        cells,
-        rows,
-        columns,
-        largest,
-    }) = &summary.map
-    else {
-        return String::new();
-    };
-    let (largest, across_index) = (*largest, summary.axes.len().min(2) - 1);
-    let across = &summary.axes[across_index];
-    let down = (across_index > 0).then(|| &summary.axes[0]);
-    let further = summary.axes.get(2..).unwrap_or_default();
-
-    let mut text = String::from("largest Lyapunov exponent");
-    if let Some(down) = down {
-        _ = write!(text, ", {} (down)", label(down));
-    }
-    _ = writeln!(text, " over {}", label(across));
-    for axis in further {
-        let (first, slices) = (number(axis.values[0]), axis.values.len());
-        _ = writeln!(
-            text,
-            "  first of {slices} slices: {} = {first}",
-            label(axis)
-        );
-    }
-    // The largest value of the slow axis on top, as in a diagram.
-    let width = match columns.count {
-        // Room for every label.
-        0..=12 => 6,
-        13..=32 => 2,
-        _ => 1,
-    };
-    for (row, marks) in cells.iter().enumerate().rev() {
-        let value = down.map_or_else(String::new, |axis| number(axis.values[rows.first(row)]));
-        _ = write!(text, "{value:>10} |");
-        for &cell in marks {
-            push_cell(&mut text, cell, largest, width, style);
-        }
-        text.push_str("|\n");
-    }
-    push_ticks(&mut text, across, columns, width);
-    push_legend(&mut text, cells, largest, style);
-    if rows.size > 1 || columns.size > 1 {
-        let size = rows.size * columns.size;
-        _ = writeln!(
-            text,
-            "  each mark stands for up to {size} points, the liveliest of them"
-        );
-    }
-    text
-}
-
 fn position(axis: &Axis, value: f64) -> usize {
     axis.values.partition_point(|&known| known < value)
 }
 
 /// A range of indices cut into equal bins.
 #[derive(Debug, Clone, PartialEq)]
-struct Bins {
-    size: usize,
-    count: usize,
+pub(super) struct Bins {
+    pub(super) size: usize,
+    pub(super) count: usize,
 }
 
 impl Bins {
@@ -214,66 +111,7 @@ impl Bins {
         index / self.size
     }
 
-    fn first(&self, bin: usize) -> usize {
+    pub(super) fn first(&self, bin: usize) -> usize {
         bin * self.size
-    }
-}
-
-fn push_cell(text: &mut String, cell: Cell, largest: f64, width: usize, style: Style) {
-    let mark = cell.mark(largest);
-    match (style, cell) {
-        (Style::Colour, Cell::Chaotic(lambda)) => {
-            let colour = COLOURS[step(lambda, largest)];
-            _ = write!(text, "\x1b[48;5;{colour}m{:width$}\x1b[0m", "");
-        }
-        (Style::Colour, Cell::Failed | Cell::NotConverged) => {
-            _ = write!(text, "\x1b[1m{mark:>width$}\x1b[0m");
-        }
-        _ => _ = write!(text, "{mark:>width$}"),
-    }
-}
-
-/// Values under the map, each starting under its mark, as many as fit.
-fn push_ticks(text: &mut String, axis: &Axis, columns: &Bins, width: usize) {
-    let mut line = String::new();
-    for column in 0..columns.count {
-        let start = (column + 1) * width - 1;
-        let used = line.chars().count();
-        if column == 0 || used < start {
-            let value = number(axis.values[columns.first(column)]);
-            _ = write!(line, "{:room$}{value}", "", room = start - used);
-        }
-    }
-    _ = writeln!(text, "{:>10}  {line}", "");
-}
-
-fn push_legend(text: &mut String, cells: &[Vec<Cell>], largest: f64, style: Style) {
-    let mut meanings: Vec<&str> = cells
-        .iter()
-        .flatten()
-        .filter_map(|cell| cell.meaning())
-        .collect();
-    meanings.sort_unstable();
-    meanings.dedup();
-    if cells
-        .iter()
-        .flatten()
-        .any(|cell| matches!(cell, Cell::Chaotic(_)))
-    {
-        let ramp: String = match style {
-            Style::Plain => RAMP.iter().collect(),
-            Style::Colour => COLOURS
-                .iter()
-                .map(|colour| format!("\x1b[48;5;{colour}m \x1b[0m"))
-                .collect(),
-        };
-        _ = writeln!(
-            text,
-            "  {ramp} chaotic, λ from 0 to {} 1/cycle",
-            number(largest)
-        );
-    }
-    if !meanings.is_empty() {
-        _ = writeln!(text, "  {}", meanings.join("; "));
     }
 }

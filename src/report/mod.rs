@@ -2,21 +2,27 @@
 
 mod branches;
 mod coexistence;
+mod error;
 mod heat;
 mod machine_page;
+mod numbers;
 mod operator_summary;
 mod plot;
+mod point;
 mod summary;
 mod table_summary;
 mod text;
 mod transitions;
 
-pub use branches::{Attractor, branches, read_attractors, render_branches};
+pub use branches::{Attractor, branches, read_attractors};
 pub use coexistence::{Coexistence, Ending};
+pub use error::ReportError;
 pub use machine_page::machine_page;
+pub use numbers::{size_text, to_digits};
 pub use operator_summary::OperatorSummary;
 pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, machine_pictures, plot};
-pub use summary::{Axis, ClassCount, PointSummary, ReportError, Summary};
-pub use table_summary::{ArraySummary, TableSummary, size_text};
-pub use text::{Style, render, to_digits};
+pub use point::{Axis, ClassCount, PointSummary};
+pub use summary::Summary;
+pub use table_summary::{ArraySummary, TableSummary};
+pub use text::{Style, render, render_branches};
 pub use transitions::TransitionSummary;

@@ -5,8 +5,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::table_summary::size_text;
-use super::text::number;
+use super::numbers::{number, size_text};
 use crate::store::{CacheKind, DYADIC_BYTES, MappedTable};
 
 /// Arrays of operators.

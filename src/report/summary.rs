@@ -10,31 +10,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use thiserror::Error;
 
 use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
+use super::error::ReportError;
 use super::heat::Map;
+use super::point::{Axis, ClassCount, PointSummary};
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
-use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
+use crate::store::{ResultTable, RunRecord, RunState, TableKind, read_runs};
 use census::{Census, by_id, in_order, livelier, scan};
-
-/// A results folder cannot be summarised.
-#[derive(Debug, Error)]
-pub enum ReportError {
-    /// Its files cannot be read.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// A file lacks a value that every row has.
-    #[error("`{}` has a row without `{column}`; write the results anew with `atlas run`", folder.display())]
-    Incomplete {
-        /// The results folder.
-        folder: PathBuf,
-        /// The column.
-        column: String,
-    },
-}
 
 /// Said of tables that nothing vouches for.
 const UNRECORDED: &str = "there is no run.json: whether the tables are whole cannot be checked";
@@ -107,55 +92,6 @@ pub struct Summary {
     /// Every point, in `point_id` order, where they were asked for or attractors follow them.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
-}
-
-/// A grid axis with the values met in the file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Axis {
-    /// Column name.
-    pub name: String,
-    /// SI unit, `1` when dimensionless.
-    pub unit: String,
-    /// Values met, ascending.
-    pub values: Vec<f64>,
-}
-
-/// How many points move in one way.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct ClassCount {
-    /// `steady_contact`, `periodic`, …; `none` for points without a class.
-    pub class: String,
-    /// Period of periodic motion.
-    pub period: Option<u64>,
-    /// Points.
-    pub points: usize,
-}
-
-/// One point, as far as a summary needs it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PointSummary {
-    /// Row-major index into the grid.
-    pub point_id: u64,
-    /// Value of each axis.
-    pub axis_values: Vec<f64>,
-    /// Direction of its sweep, `up` or `down`; absent where points are independent.
-    pub direction: Option<String>,
-    /// How the work ended.
-    pub status: String,
-    /// Why.
-    pub reason: String,
-    /// Kind of motion.
-    pub class: Option<String>,
-    /// Its period, where it has one.
-    pub period: Option<u64>,
-    /// Largest exponent \[1/cycle\].
-    pub lambda: Option<f64>,
-    /// Its standard error.
-    pub stderr: Option<f64>,
-    /// The twin's exponent.
-    pub twin: Option<f64>,
-    /// Whether the two agree.
-    pub twin_agrees: Option<bool>,
 }
 
 impl Summary {

@@ -8,8 +8,8 @@ use std::time::SystemTime;
 use serde::Serialize;
 use serde_json::Value;
 
+use super::numbers::{number, size_text};
 use super::operator_summary::OperatorSummary;
-use super::text::number;
 use crate::store::{ArrayHeader, CacheFault, CacheKind, MappedTable, timestamp};
 
 /// A table file.
@@ -152,21 +152,6 @@ fn push_json(text: &mut String, value: &Value, depth: usize) {
     }
 }
 
-/// A number of bytes for people: `512 B`, `1.5 MiB`.
-pub fn size_text(bytes: u64) -> String {
-    let mut size = bytes as f64;
-    let mut units = ["B", "KiB", "MiB", "GiB", "TiB"].into_iter();
-    let mut unit = units.next();
-    while size >= 1024.0
-        && let Some(larger) = units.next()
-    {
-        size /= 1024.0;
-        unit = Some(larger);
-    }
-    let digits = usize::from(bytes >= 1024 && size < 100.0);
-    format!("{size:.digits$} {}", unit.unwrap_or_default())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,12 +166,5 @@ mod tests {
             text,
             "\n  teeth: [25,31]\n  rack:\n    addendum: 1.0\n  x: null"
         );
-    }
-
-    #[test]
-    fn sizes_are_readable() {
-        let texts = [0, 1023, 1024, 1_572_864, 150 << 20, 5 << 50].map(size_text);
-        let wanted = ["0 B", "1023 B", "1.0 KiB", "1.5 MiB", "150 MiB", "5120 TiB"];
-        assert_eq!(texts, wanted);
     }
 }

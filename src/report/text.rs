@@ -1,25 +1,24 @@
 //! A [`Summary`] as text for a terminal.
 
+mod branches;
+mod coexistence;
+mod heat;
+mod style;
+mod table;
+mod transitions;
+
+pub use branches::render_branches;
+pub use style::Style;
+
 use std::fmt::Write;
 
-use super::coexistence;
-use super::heat::heat_map;
-use super::summary::{Axis, PointSummary, Summary};
-use super::transitions;
+use super::numbers::number;
+use super::point::PointSummary;
+use super::summary::Summary;
 use crate::input::printable;
 use crate::store::RunState;
-
-/// Rows of a table before it is cut short.
-const MOST_ROWS: usize = 20;
-
-/// How the text may look.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
-    /// Characters only.
-    Plain,
-    /// With ANSI escapes of the 256-colour palette.
-    Colour,
-}
+use heat::heat_map;
+use table::push_table;
 
 /// The summary as text.
 pub fn render(summary: &Summary, style: Style) -> String {
@@ -182,39 +181,6 @@ fn push_troubled(text: &mut String, summary: &Summary) {
     );
 }
 
-/// A table of the first of `count` points: id, axis values and one more cell.
-pub(super) fn push_table(
-    text: &mut String,
-    summary: &Summary,
-    points: &[PointSummary],
-    count: usize,
-    cell: impl Fn(&PointSummary) -> String,
-) {
-    let headings: Vec<String> = summary.axes.iter().map(label).collect();
-    _ = write!(text, "  {:>6}", "point");
-    for heading in &headings {
-        _ = write!(text, "  {heading:>10}");
-    }
-    if summary.carried_along.is_some() {
-        text.push_str("  sweep");
-    }
-    text.push('\n');
-    for point in points.iter().take(MOST_ROWS) {
-        _ = write!(text, "  {:>6}", point.point_id);
-        for (value, heading) in point.axis_values.iter().zip(&headings) {
-            let width = heading.chars().count().max(10);
-            _ = write!(text, "  {:>width$}", number(*value));
-        }
-        if let Some(direction) = &point.direction {
-            _ = write!(text, "  {direction:<5}");
-        }
-        _ = writeln!(text, "  {}", cell(point));
-    }
-    if count > MOST_ROWS {
-        _ = writeln!(text, "  … and {} more", count - MOST_ROWS);
-    }
-}
-
 /// λ with its standard error, to the digits that the error supports.
 fn exponent(point: &PointSummary) -> String {
     match (point.lambda, point.stderr) {
@@ -225,33 +191,6 @@ fn exponent(point: &PointSummary) -> String {
         }
         (Some(lambda), _) => format!("λ = {}", number(lambda)),
         (None, _) => "λ unknown".into(),
-    }
-}
-
-/// `speed [rad/s]`; no unit when dimensionless.
-pub(super) fn label(axis: &Axis) -> String {
-    match axis.unit.as_str() {
-        "" | "1" => axis.name.clone(),
-        unit => format!("{} [{unit}]", axis.name),
-    }
-}
-
-/// Four significant digits, and all of those before the point, without needless zeros.
-pub(super) fn number(value: f64) -> String {
-    let before_point = value.abs().log10().floor() + 1.0;
-    match (4.0..=6.0).contains(&before_point) {
-        true => to_digits(value, before_point as usize),
-        false => to_digits(value, 4),
-    }
-}
-
-/// So many significant digits, without needless zeros: `0.05`, `4.4e8`.
-pub fn to_digits(value: f64, digits: usize) -> String {
-    let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse();
-    let rounded: f64 = rounded.unwrap_or(value);
-    match rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
-        true => format!("{}", rounded + 0.0),
-        false => format!("{rounded:e}"),
     }
 }
 

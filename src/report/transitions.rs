@@ -1,16 +1,10 @@
 //! Where the motion changes along a sweep, and between which values.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::summary::Summary;
-use super::text::{number, to_digits};
 use crate::store::{ResultTable, StoreError, TableKind};
-
-/// Rows shown before the list is cut short.
-const MOST_ROWS: usize = 40;
 
 /// A change of class or period, or a jump of the deflection, between two points of a chain.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -64,59 +58,4 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> 
         })
     });
     Ok(found.collect())
-}
-
-/// A list of them.
-pub(super) fn push(text: &mut String, summary: &Summary) {
-    let Some(axis) = summary.carried_along.as_ref() else {
-        return;
-    };
-    if summary.transitions.is_empty() {
-        return;
-    }
-    let unit = summary.axes.iter().find(|known| known.name == *axis);
-    let unit = match unit.map_or("", |known| known.unit.as_str()) {
-        "1" => "",
-        unit => unit,
-    };
-    _ = writeln!(text, "\nchanges of motion along {axis}");
-    for found in summary.transitions.iter().take(MOST_ROWS) {
-        let [from, to] = [0, 1].map(|side| match found.periods[side] {
-            Some(period) if found.classes[side] == "periodic" => format!("period {period}"),
-            _ => found.classes[side].replace('_', " "),
-        });
-        // As many digits as tell the two ends apart.
-        let [lower, upper] = found.bracket;
-        let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
-        let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));
-        let line = format!(
-            "  {:>6}  {:<5} {from:<16} → {to:<16} {lower} … {upper} {unit}{}",
-            found.point_id,
-            found.direction,
-            jump(found)
-        );
-        _ = writeln!(text, "{}", line.trim_end());
-    }
-    if summary.transitions.len() > MOST_ROWS {
-        let more = summary.transitions.len() - MOST_ROWS;
-        _ = writeln!(text, "  … and {more} more");
-    }
-}
-
-/// What jumps, of a jump: the RMS, or the mean where that changes more.
-fn jump(found: &TransitionSummary) -> String {
-    let by = |[before, behind]: [Option<f64>; 2]| Some([before?, behind?]);
-    let (Some(rms), Some(mean)) = (by(found.deflection_rms), by(found.deflection_mean)) else {
-        return String::new();
-    };
-    let change = |[before, behind]: [f64; 2]| (behind - before).abs();
-    let (name, [before, behind]) = match change(rms) >= change(mean) {
-        true => ("RMS", rms),
-        false => ("mean", mean),
-    };
-    format!(
-        "  {name} of the deflection jumps, {} → {} m",
-        number(before),
-        number(behind)
-    )
 }

@@ -16,6 +16,7 @@
 
 mod attractors;
 mod basins;
+mod chain_part;
 mod chains;
 mod characteristics;
 mod clock;
@@ -30,6 +31,7 @@ mod merge;
 mod nvh;
 mod open;
 mod orbits;
+mod point_row;
 mod probes;
 mod read;
 mod reorder;
@@ -43,18 +45,14 @@ mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
-pub use chains::{
-    ChainColumns, ChainEnd, ChainPart, Level, Transition, TransitionRow, transitions_table,
-};
+pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
+pub use chains::{ChainColumns, TransitionRow, transitions_table};
 pub use characteristics::{
     ArithmeticKey, BandwidthKey, Characteristics, Cliff, Description, Figure, HugePages,
     LatencyKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, RoofRow, SolverKey,
 };
 pub use clock::timestamp;
-pub use columns::{
-    AxisColumn, Placement, PoincareRow, PointRow, SpectrumRow, poincare_table, points_table,
-    spectra_table,
-};
+pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_path, write_whole};
 pub use horizon::{HorizonRow, horizon_table};
@@ -63,6 +61,7 @@ pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
 pub use merge::{MergeError, merge};
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
+pub use point_row::{AxisColumn, Placement, PointRow};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_run, read_runs, record_paths, verify};
 pub use replace::{Exchange, replace, statuses};

@@ -1,7 +1,6 @@
 //! From a point's specification to the system that kernels integrate.
 
 use super::mesh_tables::{MeshError, MeshTables};
-pub use super::parts::{Parts, tables_wanted};
 use crate::analysis::{Questions, SliceError};
 use crate::manifest::{DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, Model, ModelError, OperatingPoint};

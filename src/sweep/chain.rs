@@ -11,7 +11,7 @@
 //! changes by much more between them than between those before, the interval is halved as well: a
 //! jump stays as large as it was, a continuous change is halved with it.
 
-use super::build::Parts;
+use super::parts::Parts;
 use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{
     CalledOff, Class, LyapunovQuestion, NvhErrors, NvhQuestion, PointOutcome, Status,

@@ -7,12 +7,12 @@
 //! refinement of changes takes is added for every change between neighbours of the sample: most
 //! points meet none, and a few would say little of how many do.
 
-use super::build::{Parts, tables_wanted};
 use super::chain::{Link, compute, verdict};
 use super::early_forecast::{sample, shared};
 use super::estimate::{Interval, Load, drawn};
 use super::layout::layout;
 use super::memory::{Memory, Rows};
+use super::parts::{Parts, tables_wanted};
 use super::point::Worker;
 use super::queue::{ahead, work};
 use super::run::{Options, SweepError, start_workers};

@@ -1,6 +1,6 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
-use super::parts::Near;
+use super::near::Near;
 use crate::gear::{
     Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs,
     MeshTablePiece, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,

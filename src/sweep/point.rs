@@ -1,6 +1,7 @@
 //! One point, from specification to answer; whatever goes wrong becomes part of the answer.
 
-use super::build::{BuildError, Parts, affordable, questions};
+use super::build::{BuildError, affordable, questions};
+use super::parts::Parts;
 use crate::analysis::{
     Analyses, CalledOff, Class, HorizonError, HorizonOutcome, MultistabilityOutcome, OrbitSurvey,
     PointOutcome, Probes, Questions, Status, investigate_onward, predictability, probe_basins,

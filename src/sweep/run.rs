@@ -1,9 +1,9 @@
 //! The pool and the channel between workers and writer.
 
-use super::build::Parts;
 use super::chain::compute;
 use super::early_forecast::{EarlyForecast, EarlySample};
 use super::layout::layout;
+use super::parts::Parts;
 use super::point::Worker;
 use super::queue::{Next, Queue};
 use super::recorder::{Begun, Progress, Recorder, Watcher};

@@ -1,7 +1,8 @@
 //! Results are the same bits however the work is cut and on however many threads it is done.
 
 use super::drives;
-use super::gears::{default_gears, differing};
+use super::drives::default_gears;
+use super::gears::differing;
 use super::report::drives_of;
 use super::{Line, Subjects, Trouble};
 use crate::analysis::{MultistabilityQuestion, Probes};

@@ -2,9 +2,9 @@
 //! them rattle. The largest is the default drive, read from the manifest `flex80` as it was
 //! when the program was built.
 
+use super::Trouble;
 use super::candidate::Propagator;
-use super::{Trouble, gears};
-use crate::gear::{Flanks, MeshTable, MeshTableInputs, MeshTablePiece};
+use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
     Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
@@ -123,7 +123,7 @@ pub fn cases() -> Result<Vec<Case>, Trouble> {
 /// The mesh of the default drive as its drawing gives it, misaligned by 0.2 mrad: stiffness that
 /// varies, a load centroid that wanders, friction that turns round.
 fn computed_mesh(load: f64) -> Result<Vec<Division>, Trouble> {
-    let gears = gears::default_gears()?;
+    let gears = default_gears()?;
     let mut inputs = MeshTableInputs::of_gears(&gears);
     inputs.misalignment = vec![2e-4];
     inputs.torque = vec![load * gears.rated_torque];
@@ -285,4 +285,14 @@ fn default_drive() -> Result<Case, Trouble> {
         },
         point: STRONG_RATTLE,
     })
+}
+
+/// The gears of the default drive, on its shafts.
+pub(super) fn default_gears() -> Result<GearPair, Trouble> {
+    let drive = shafts()?;
+    let diameters = drive.shafts.each_ref().map(|shaft| shaft.diameter);
+    let mut gears = drive.gears.on_shafts(diameters);
+    // Gears and shafts of one piece are rigid below these diameters.
+    gears.form.bore = [Some(48e-3), Some(76e-3)];
+    Ok(gears)
 }

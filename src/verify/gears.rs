@@ -1,8 +1,9 @@
 //! Tooth geometry, load sharing and mesh tables.
 
+use super::drives::default_gears;
 use super::flank::EvenFlank;
 use super::report::worse;
-use super::{Line, Subjects, Trouble, drives};
+use super::{Line, Subjects, Trouble};
 use crate::gear::{
     Contact, Face, Flanks, GearPair, LoadSharing, MeshTable, MeshTableInputs, ToothForm, pairs_at,
 };
@@ -22,16 +23,6 @@ fn published_pair() -> Result<Flanks, Trouble> {
             ..ToothForm::default()
         },
     })?)
-}
-
-/// The gears of the default drive, on its shafts.
-pub(super) fn default_gears() -> Result<GearPair, Trouble> {
-    let drive = drives::shafts()?;
-    let diameters = drive.shafts.each_ref().map(|shaft| shaft.diameter);
-    let mut gears = drive.gears.on_shafts(diameters);
-    // Gears and shafts of one piece are rigid below these diameters.
-    gears.form.bore = [Some(48e-3), Some(76e-3)];
-    Ok(gears)
 }
 
 /// Contact ratio of a published pair.

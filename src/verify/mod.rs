@@ -21,82 +21,15 @@ mod reduction;
 mod report;
 mod small_steps;
 mod structure;
+mod subjects;
 mod text;
 mod trouble;
 
 pub use report::{Bound, Finding, Group, Line, Report};
+pub use subjects::{Extent, Subjects};
 pub use trouble::Trouble;
 
-use candidate::Candidate;
-use drives::Case;
 use std::time::Instant;
-use strum::IntoStaticStr;
-
-/// How much is integrated.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
-#[strum(serialize_all = "lowercase")]
-pub enum Extent {
-    /// Some seconds.
-    Quick,
-    /// Longer horizons and more cycles of each drive: many minutes.
-    Full,
-}
-
-impl Extent {
-    /// The word used in reports.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-
-    /// One of two amounts.
-    fn pick<T>(self, quick: T, full: T) -> T {
-        match self {
-            Self::Quick => quick,
-            Self::Full => full,
-        }
-    }
-}
-
-/// What the checks are carried out on.
-pub struct Subjects {
-    /// How much is integrated.
-    pub extent: Extent,
-    /// The kernels under test; the last one where a check takes one only.
-    pub kernels: Vec<Candidate>,
-    /// The drives on which kernels are tested; the default drive last.
-    pub cases: Vec<Case>,
-    /// More operating points of the default drive, where a kernel is compared over single cycles.
-    pub grid: Vec<Case>,
-}
-
-impl Subjects {
-    /// All kernels of this machine on the built-in drives.
-    ///
-    /// # Errors
-    /// The built-in drives cannot be assembled.
-    pub fn all(extent: Extent) -> Result<Self, Trouble> {
-        Ok(Self {
-            extent,
-            kernels: candidate::kernels(),
-            cases: drives::cases()?,
-            grid: drives::grid()?,
-        })
-    }
-
-    /// The default drive: the last case.
-    fn default_drive(&self) -> Result<&Case, Trouble> {
-        self.cases.last().ok_or(Trouble::Missing {
-            what: "a drive to test on",
-        })
-    }
-
-    /// The kernel of a check that takes one only: the last, as users run it.
-    fn kernel(&self) -> Result<&Candidate, Trouble> {
-        self.kernels.last().ok_or(Trouble::Missing {
-            what: "a kernel to test",
-        })
-    }
-}
 
 /// One check: some lines of the ladder.
 #[derive(Debug, Clone, Copy)]

@@ -1,5 +1,6 @@
 //! Does the ladder show a kernel that is wrong? One coefficient off by a part in 10⁹ has to.
 
+use super::candidate::Candidate;
 use super::*;
 use crate::model::{Model, Stiffness, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Observer, Spectral, Stop, Tangents, Volterra};

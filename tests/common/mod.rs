@@ -22,7 +22,7 @@ use atlas::model::{
 };
 use atlas::shaft::ModalStructure;
 use atlas::store::TableStore;
-use atlas::sweep::build::Parts;
+use atlas::sweep::Parts;
 use std::path::Path;
 
 /// A drive at an operating point.

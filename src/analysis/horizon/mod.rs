@@ -14,9 +14,9 @@ mod measure;
 #[cfg(test)]
 mod tests;
 
+use super::called_off::CalledOff;
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
-use super::point::CalledOff;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};

@@ -1,88 +1,15 @@
 //! The attractors of one point: found by integrating, numbered by who found them first.
 
-use super::capture::{KnownOrbits, Watched};
+use super::capture::KnownOrbits;
+use super::field::Field;
 use super::outcome::{AttractorOutcome, BasinShare};
 use super::plane::Plane;
 use super::same::Attractor;
-use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::shooting::shoot;
 use crate::analysis::outcome::{Class, PointOutcome};
-use crate::analysis::point::{CalledOff, investigate_onward};
-use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::excitation_period;
-use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel};
-use std::sync::atomic::AtomicBool;
-
-/// What trajectories are integrated in.
-pub(super) struct Field<'a, K: Kernel> {
-    pub model: &'a Model,
-    pub kernel: &'a K,
-    pub norm: &'a EnergyNorm,
-    pub called_off: &'a AtomicBool,
-}
-
-/// A motion investigated in full.
-#[derive(Debug)]
-pub(super) struct Integrated {
-    pub found: PointOutcome,
-    /// None where it settled on none.
-    pub attractor: Option<Attractor>,
-}
-
-impl<K: Kernel> Field<'_, K> {
-    /// Investigates the motion from `trajectory` on.
-    ///
-    /// # Errors
-    /// [`CalledOff`] when the work was called off meanwhile.
-    pub fn investigate(
-        &self,
-        mut trajectory: TrajectoryState,
-        questions: &Questions,
-    ) -> Result<Integrated, CalledOff> {
-        let mut found = investigate_onward(
-            self.model,
-            self.kernel,
-            &mut trajectory,
-            questions,
-            self.called_off,
-        )?;
-        let recognised = Attractor::of(self.model, self.kernel, &found, trajectory);
-        let attractor = match recognised {
-            Ok(attractor) => attractor,
-            Err(stop) => {
-                found.status = stop.try_into()?;
-                found.reason = stop.to_string();
-                None
-            }
-        };
-        // The statistics were drawn from them; thousands of probes may wait for their turn.
-        found.poincare = Vec::new();
-        Ok(Integrated { found, attractor })
-    }
-
-    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit, and
-    /// investigates it from there on if it does not. Gives how that ended and the mesh
-    /// cycles before the investigation.
-    ///
-    /// # Errors
-    /// [`CalledOff`] when the work was called off meanwhile.
-    pub fn watch(
-        &self,
-        orbits: &KnownOrbits,
-        mut trajectory: TrajectoryState,
-        cycles: u64,
-        questions: &Questions,
-    ) -> Result<(Watched, u64), CalledOff> {
-        let mut counters = Counters::default();
-        let ending = orbits.watch(self, &mut trajectory, cycles, &mut counters)?;
-        let watched = match ending {
-            Some(watched) => watched,
-            None => Watched::Open(Box::new(self.investigate(trajectory, questions)?)),
-        };
-        Ok((watched, counters.cycles))
-    }
-}
+use crate::model::TrajectoryState;
+use crate::propagate::Kernel;
 
 /// The attractors found so far.
 pub(super) struct Attractors {

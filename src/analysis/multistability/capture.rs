@@ -4,9 +4,10 @@
 //! integrated until it comes near one, and is decided once its distance falls as the monodromy
 //! matrix of that orbit predicts ([`approaches`]). Every known orbit attracts.
 
-use super::attractors::{Field, Integrated};
+use super::field::{Field, Integrated};
+use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches};
-use crate::analysis::point::CalledOff;
+use crate::analysis::questions::Questions;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 
@@ -48,12 +49,31 @@ impl KnownOrbits {
         self.orbits.push((attractor, orbit));
     }
 
-    /// Advances `trajectory` until it is seen to approach a known orbit, for at most some
-    /// `cycles` and one approach; none where it came near no orbit by then.
+    /// Advances `trajectory` for at most `cycles` until it approaches a known orbit, and
+    /// investigates it from there on if it does not. Gives how that ended and the mesh
+    /// cycles before the investigation.
     ///
     /// # Errors
     /// [`CalledOff`] when the work was called off meanwhile.
     pub fn watch<K: Kernel>(
+        &self,
+        field: &Field<'_, K>,
+        mut trajectory: TrajectoryState,
+        cycles: u64,
+        questions: &Questions,
+    ) -> Result<(Watched, u64), CalledOff> {
+        let mut counters = Counters::default();
+        let ending = self.approach(field, &mut trajectory, cycles, &mut counters)?;
+        let watched = match ending {
+            Some(watched) => watched,
+            None => Watched::Open(Box::new(field.investigate(trajectory, questions)?)),
+        };
+        Ok((watched, counters.cycles))
+    }
+
+    /// Advances `trajectory` until it is seen to approach a known orbit, for at most some
+    /// `cycles` and one approach; none where it came near no orbit by then.
+    fn approach<K: Kernel>(
         &self,
         field: &Field<'_, K>,
         trajectory: &mut TrajectoryState,

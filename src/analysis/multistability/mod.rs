@@ -19,23 +19,25 @@
 
 mod attractors;
 mod capture;
+mod field;
 mod outcome;
 mod plane;
 mod same;
 #[cfg(test)]
 mod tests;
 
+use super::called_off::CalledOff;
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
-use super::point::CalledOff;
 use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;
-use attractors::{Attractors, Field, Integrated};
+use attractors::Attractors;
 use capture::Watched;
+use field::{Field, Integrated};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
@@ -206,7 +208,7 @@ fn slice<K: Kernel + Sync>(
             .par_iter()
             .map(|&cell| {
                 let trajectory = plane.state(field.model, start, cell);
-                field.watch(orbits, trajectory, probes.asked.transient, &questions)
+                orbits.watch(field, trajectory, probes.asked.transient, &questions)
             })
             .collect::<Result<_, CalledOff>>()?;
         for (&cell, (watched, cycles)) in round.iter().zip(integrated) {

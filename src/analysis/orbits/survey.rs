@@ -8,8 +8,8 @@
 
 use super::character::{self, Character};
 use super::shooting::{PeriodicOrbit, shoot, shortest};
+use crate::analysis::called_off::CalledOff;
 use crate::analysis::norm::EnergyNorm;
-use crate::analysis::point::CalledOff;
 use crate::analysis::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop, Tangents};

@@ -13,46 +13,24 @@
 //! is treated as in step 2. A chaotic one is done when its standard error is small enough.
 
 mod instruments;
+mod run;
 mod settle;
 
+use super::called_off::CalledOff;
 use super::classify::{Evidence, classify, parts_exponentially};
-use super::energy::{EnergyAudit, objection};
 use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use super::norm::EnergyNorm;
-use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
-use super::poincare::{Poincare, Section};
+use super::outcome::{LyapunovMethod, LyapunovOutcome, PointOutcome};
 use super::questions::{GrowthNorm, Questions};
 use super::recurrence::Recurrence;
-use super::spectrum::Spectra;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
-use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
-use instruments::{Instruments, Watch};
+use crate::propagate::{Counters, Kernel};
+use instruments::Instruments;
+use run::{Halt, PointRun};
 use settle::{Repeating, Searches, WORTH_A_SEARCH};
 use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicBool, Ordering};
-
-/// The work was called off; nothing is known of the point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("called off before the point was finished")]
-pub struct CalledOff;
-
-impl CalledOff {
-    /// Ends the work where it was called off.
-    ///
-    /// # Errors
-    /// [`CalledOff`] when the flag is raised.
-    pub fn check(flag: &AtomicBool) -> Result<(), Self> {
-        match flag.load(Ordering::Relaxed) {
-            true => Err(Self),
-            false => Ok(()),
-        }
-    }
-}
-
-/// Averages of a twin's exponent: as many as an error bar takes. It is there to check the
-/// tangents over the same cycles, which more of them would not do any better.
-const TWIN_AVERAGES: usize = FEWEST_BLOCKS;
+use std::sync::atomic::AtomicBool;
 
 /// Cycles between two looks at the answers.
 const BLOCK: u64 = 50;
@@ -107,40 +85,6 @@ pub fn investigate_onward<K: Kernel>(
     *trajectory = run.trajectory;
     outcome
 }
-
-/// Why an integration ended early.
-enum Halt {
-    CalledOff,
-    Stop(Stop),
-}
-
-impl From<Stop> for Halt {
-    fn from(stop: Stop) -> Self {
-        Self::Stop(stop)
-    }
-}
-
-impl From<CalledOff> for Halt {
-    fn from(_: CalledOff) -> Self {
-        Self::CalledOff
-    }
-}
-
-/// The integration of one point.
-struct PointRun<'a, K: Kernel> {
-    model: &'a Model,
-    kernel: &'a K,
-    questions: &'a Questions,
-    called_off: &'a AtomicBool,
-    norm: EnergyNorm,
-    /// The norm in which tangents and twin are measured.
-    growth_norm: EnergyNorm,
-    trajectory: TrajectoryState,
-    workspace: K::Workspace,
-    counters: Counters,
-    energy_residual: Option<f64>,
-}
-
 impl<K: Kernel> PointRun<'_, K> {
     fn run(&mut self) -> Result<PointOutcome, Halt> {
         self.kernel.accepts(self.model, &self.trajectory)?;
@@ -216,123 +160,6 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(None)
     }
 
-    /// Instruments at the trajectory's present place, tangents and twin aligned.
-    fn align(&mut self) -> Result<Instruments, Halt> {
-        let mut instruments = Instruments::new(
-            self.model,
-            &self.growth_norm,
-            self.questions,
-            &self.trajectory,
-        );
-        if let Some(lyapunov) = &self.questions.lyapunov {
-            for _ in 0..lyapunov.align {
-                self.cycle(&mut instruments, &mut ())?;
-            }
-        }
-        instruments.restart(&self.counters);
-        Ok(instruments)
-    }
-
-    /// Advances without watching.
-    fn plain(&mut self, cycles: u64) -> Result<(), Halt> {
-        for _ in 0..cycles {
-            CalledOff::check(self.called_off)?;
-            self.kernel.advance_cycle(
-                &mut self.trajectory,
-                &mut Tangents::none(),
-                &mut self.workspace,
-                &mut (),
-                &mut self.counters,
-            )?;
-        }
-        Ok(())
-    }
-
-    /// Audits the energy balance over some cycles, where it is to be audited at all.
-    fn audit(&mut self, cycles: u64) -> Result<(), Halt> {
-        let mut audit = EnergyAudit::new(self.model);
-        for _ in 0..cycles.min(self.questions.audit_cycles) {
-            CalledOff::check(self.called_off)?;
-            self.kernel.advance_cycle(
-                &mut self.trajectory,
-                &mut Tangents::none(),
-                &mut self.workspace,
-                &mut audit,
-                &mut self.counters,
-            )?;
-        }
-        self.energy_residual = audit.residual(&self.trajectory);
-        Ok(())
-    }
-
-    /// One cycle of the trajectory, its tangents and its twin.
-    fn cycle<O: Observer>(
-        &mut self,
-        instruments: &mut Instruments,
-        observer: &mut O,
-    ) -> Result<(), Halt> {
-        CalledOff::check(self.called_off)?;
-        let mut none = Tangents::none();
-        let tangents = match &mut instruments.growth {
-            Some(growth) => growth.tangents(),
-            None => &mut none,
-        };
-        self.kernel.advance_cycle(
-            &mut self.trajectory,
-            tangents,
-            &mut self.workspace,
-            observer,
-            &mut self.counters,
-        )?;
-        if let Some(growth) = &mut instruments.growth {
-            growth.cycle(&self.growth_norm);
-        }
-        if let Some(twin) = &mut instruments.twin
-            && twin.averages().len() < TWIN_AVERAGES
-        {
-            // The twin's work is not the point's: its events and grazings are not counted.
-            let mut uncounted = Counters::default();
-            self.kernel.advance_cycle(
-                twin.trajectory(),
-                &mut Tangents::none(),
-                &mut self.workspace,
-                &mut (),
-                &mut uncounted,
-            )?;
-            twin.cycle(self.model, &self.growth_norm, &self.trajectory);
-        }
-        Ok(())
-    }
-
-    /// Measures some cycles.
-    fn measure(&mut self, instruments: &mut Instruments, cycles: u64) -> Result<(), Halt> {
-        for _ in 0..cycles {
-            if self.questions.nvh.is_some() || instruments.watch.poincare.watches() {
-                let mut watch = std::mem::replace(
-                    &mut instruments.watch,
-                    Watch {
-                        nvh: None,
-                        spectra: None,
-                        poincare: Poincare::new(self.model, Section::default(), 0),
-                        bearings: None,
-                    },
-                );
-                let result = self.cycle(instruments, &mut watch);
-                instruments.watch = watch;
-                result?;
-            } else {
-                self.cycle(instruments, &mut ())?;
-            }
-            instruments.measured += 1;
-            instruments
-                .watch
-                .poincare
-                .push(self.model, &self.trajectory);
-            instruments.recurrence.push(&self.trajectory.state);
-        }
-        Ok(())
-    }
-
     /// Whether the largest exponent of a motion that does not repeat is known well enough.
     fn precise_enough(&self, instruments: &Instruments) -> bool {
         let Some(target) = self.questions.lyapunov.and_then(|l| l.stop_at_stderr) else {
@@ -398,54 +225,5 @@ impl<K: Kernel> PointRun<'_, K> {
             lyapunov,
             &mut instruments,
         )
-    }
-
-    fn outcome(
-        &self,
-        status: Status,
-        reason: String,
-        class: Option<Class>,
-        lyapunov: Option<LyapunovOutcome>,
-        instruments: &mut Instruments,
-    ) -> PointOutcome {
-        let events = self.counters.events - instruments.events_before;
-        let (status, reason) = match self.objection() {
-            Some(objection) => (Status::Inaccurate, format!("{objection}; {reason}")),
-            None => (status, reason),
-        };
-        PointOutcome {
-            status,
-            reason,
-            class,
-            lyapunov: lyapunov.filter(|l| l.stderr.is_finite()),
-            nvh: instruments.watch.statistics(),
-            spectra: (instruments.watch.spectra.as_ref())
-                .map(Spectra::spectra)
-                .unwrap_or_default(),
-            poincare: instruments.watch.poincare.take(),
-            events_per_cycle: (instruments.measured > 0)
-                .then(|| events as f64 / instruments.measured as f64),
-            energy_residual: self.energy_residual,
-            grazing_count: self.counters.grazings,
-            cycles: self.counters.cycles,
-            measured_cycles: instruments.measured,
-        }
-    }
-
-    /// Why the answers cannot be relied on, where the energy balance says so. A kernel that
-    /// approximates leaves a residual by design.
-    fn objection(&self) -> Option<String> {
-        let residual = self.energy_residual.filter(|_| self.kernel.exact())?;
-        objection(residual)
-    }
-
-    /// The outcome of an integration that a kernel ended.
-    fn stopped(&self, stop: Stop) -> Result<PointOutcome, CalledOff> {
-        Ok(PointOutcome {
-            energy_residual: self.energy_residual,
-            grazing_count: self.counters.grazings,
-            cycles: self.counters.cycles,
-            ..PointOutcome::unanswered(Status::try_from(stop)?, stop.to_string())
-        })
     }
 }

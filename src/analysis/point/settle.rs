@@ -1,7 +1,8 @@
 //! Motions that repeat: found early by Newton's method, or by waiting until they do.
 
 use super::instruments::Instruments;
-use super::{CalledOff, Halt, PointRun};
+use super::run::{Halt, PointRun};
+use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::floquet::{exponents, monodromy};
 use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches, shoot, shortest};
 use crate::analysis::orbits::twins;

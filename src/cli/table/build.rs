@@ -17,7 +17,7 @@ use crate::cli::{BAD_INPUT, answer, check, fail, start_threads, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
-use crate::sweep::build::Parts;
+use crate::sweep::Parts;
 use crate::units::{self, Dimension};
 
 /// Arguments of `atlas table build`.

@@ -13,11 +13,10 @@ mod ring;
 
 pub use beam::ToothCompliance;
 pub(super) use foundation::BODY_RATIO;
-pub(super) use ring::RingCompliance;
+pub(super) use ring::{RingCompliance, rings};
 
-use super::{Flanks, GearPair, Tooth};
+use super::Flanks;
 use ring::RootLoad;
-use std::f64::consts::PI;
 
 /// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
 /// `[pinion, wheel]`.
@@ -134,27 +133,4 @@ impl Flanks {
             rings[gear].between(load(far[gear]), load(near[gear])) / young_modulus
         }))
     }
-}
-
-/// The bodies between teeth one, two ... base pitches apart, as many as can be in contact at
-/// once. Teeth further along the path are ahead in the sense of rotation: with the force on the
-/// wheel, against that on the pinion.
-pub(super) fn rings(
-    pair: &GearPair,
-    teeth: &[Tooth; 2],
-    bores: [f64; 2],
-    most: usize,
-) -> Vec<[RingCompliance; 2]> {
-    let ring = |gear: usize, ahead: f64| {
-        let tooth = &teeth[gear];
-        RingCompliance::new(
-            tooth.root_half_angle,
-            2.0 * tooth.root_radius / bores[gear],
-            pair.form.material[gear].poisson_ratio,
-            ahead * 2.0 * PI / f64::from(pair.teeth[gear]),
-        )
-    };
-    (1..=most)
-        .map(|ahead| [ring(0, -(ahead as f64)), ring(1, ahead as f64)])
-        .collect()
 }

@@ -10,6 +10,7 @@
 //! Lengths are in root radii and stresses in Young's moduli here, so that every compliance
 //! comes out times E per unit width.
 
+use crate::gear::{GearPair, Tooth};
 use crate::numerics::linalg;
 use std::f64::consts::PI;
 
@@ -210,6 +211,29 @@ impl Ring {
             power([n, n], -n - 1.0, self.bore),
         ]
     }
+}
+
+/// The bodies between teeth one, two ... base pitches apart, as many as can be in contact at
+/// once. Teeth further along the path are ahead in the sense of rotation: with the force on the
+/// wheel, against that on the pinion.
+pub(in crate::gear) fn rings(
+    pair: &GearPair,
+    teeth: &[Tooth; 2],
+    bores: [f64; 2],
+    most: usize,
+) -> Vec<[RingCompliance; 2]> {
+    let ring = |gear: usize, ahead: f64| {
+        let tooth = &teeth[gear];
+        RingCompliance::new(
+            tooth.root_half_angle,
+            2.0 * tooth.root_radius / bores[gear],
+            pair.form.material[gear].poisson_ratio,
+            ahead * 2.0 * PI / f64::from(pair.teeth[gear]),
+        )
+    };
+    (1..=most)
+        .map(|ahead| [ring(0, -(ahead as f64)), ring(1, ahead as f64)])
+        .collect()
 }
 
 #[cfg(test)]

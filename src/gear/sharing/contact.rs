@@ -1,6 +1,8 @@
 //! Flanks that stiffen as they flatten: the contact law follows the load it bears.
 
-use super::{ContactPair, Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
+use super::LoadSharing;
+use super::error::{MOST_PAIRS, SharingError};
+use super::pairs::{ContactPair, Face, pairs_at};
 use crate::gear::FlankLaw;
 
 /// How the flanks yield where they touch.

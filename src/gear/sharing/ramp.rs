@@ -1,6 +1,7 @@
 //! One slice of one pair as a spring whose contact spreads from one border to the other.
 
-use super::{ContactPair, Face, MOST_PAIRS, SharingError};
+use super::error::{MOST_PAIRS, SharingError};
+use super::pairs::{ContactPair, Face};
 use crate::numerics::linalg::invert;
 
 /// A one-sided spring with a gap that is a straight line across its slice: without load up

@@ -1,59 +1,22 @@
 //! `[grid]`: its axes and their values. An axis is `load`, `speed` or a quoted model key.
 
+mod grid_axis;
 mod order;
 mod values;
 
 use super::axis::AxisKey;
-use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use super::reader::Section;
 use super::schema::{self, Key, Kind, MANIFEST, VARIABLE_TABLES};
 use super::spec::{Axis, Carried};
-use super::tree::{Entry, Node, Value};
+use super::tree::{Entry, Value};
 use crate::units::Dimension;
+pub(super) use grid_axis::GridAxis;
 pub(super) use order::is_carried;
-use values::{AxisReader, Spans};
-
-/// Most points of a grid.
-pub(super) const MAX_POINTS: u64 = 10_000_000;
+use values::{AxisReader, MAX_POINTS};
 
 /// Axes named where there are too many points.
 const MOST_FACTORS: usize = 8;
-
-/// An axis and where its values stand.
-#[derive(Debug)]
-pub(super) struct GridAxis {
-    pub axis: Axis,
-    /// Where its name stands.
-    pub key_span: Span,
-    dimension: Dimension,
-    spans: Spans,
-}
-
-impl GridAxis {
-    /// Whether the axis names a model key; otherwise it is load or speed.
-    pub fn is_model_key(&self) -> bool {
-        self.axis.key.is_model_key()
-    }
-
-    /// Any value of the axis's kind as it goes into the tree.
-    pub fn sample(&self, value: f64) -> Node {
-        Node {
-            span: self.key_span,
-            value: Value::Sample(value, self.dimension),
-        }
-    }
-
-    /// The i-th value as it goes into the tree.
-    pub fn node(&self, i: usize) -> Node {
-        Node {
-            span: match &self.spans {
-                Spans::Each(spans) => spans[i],
-                Spans::Whole(span) => *span,
-            },
-            value: Value::Sample(self.axis.values.get(i), self.dimension),
-        }
-    }
-}
 
 /// The axes of a grid, slowest first.
 #[derive(Debug, Default)]

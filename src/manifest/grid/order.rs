@@ -1,7 +1,7 @@
 //! `grid.order` and `grid.along`: whether points are independent, or follow from each other
 //! along one axis.
 
-use super::GridAxis;
+use super::grid_axis::GridAxis;
 use crate::manifest::axis::AxisKey;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;

@@ -1,6 +1,5 @@
 //! The values of one axis: one value, a list, or an even range.
 
-use super::MAX_POINTS;
 use crate::manifest::axis::AxisValues;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::reader::{self, wrong_type};
@@ -10,6 +9,9 @@ use crate::units::{self, Dimension};
 
 /// Keys of an axis written as a table.
 const AXIS_KEYS: [&str; 5] = ["from", "to", "count", "spacing", "values"];
+
+/// Most points of a grid, and so most values of an axis.
+pub(super) const MAX_POINTS: u64 = 10_000_000;
 
 static COUNT: Key = schema::integer("count", 1.0, MAX_POINTS as f64, "8");
 

@@ -3,6 +3,7 @@
 
 mod analyses;
 mod backlash;
+mod drive_kind;
 mod excitation;
 mod gear;
 mod job;
@@ -15,9 +16,8 @@ mod unfelt;
 
 use super::diagnostic::Issues;
 use super::grid::is_carried;
-use super::points::Variant;
 use super::reader::{Child, Section};
-use super::spec::{ExcitationSpec, StructureSource};
+use super::spec::{ExcitationSpec, StructureSource, Variant};
 use crate::analysis::Analyses;
 use crate::shaft::ModalStructure;
 use std::collections::HashMap;

@@ -1,5 +1,6 @@
 //! `[model]`: where the structure comes from, and how many of its modes are kept.
 
+use super::drive_kind::DriveKind;
 use super::shafts::{Elastic, ShaftSet};
 use super::{Context, gear, mesh, shafts, unfelt};
 use crate::gear::GearPair;
@@ -18,33 +19,6 @@ const DEFAULT_MODES: usize = 40;
 const RIGID_MODES: usize = 2;
 /// Degrees of freedom of a node, times two shafts.
 const FREEDOMS_PER_STATION: usize = 12;
-
-/// How `[gear]` and `[shafts]` become a structure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum DriveKind {
-    /// Rigid bodies.
-    Rigid(Tier),
-    /// Flexible shafts.
-    Flexible,
-    /// Not understood; the tables are read all the same, so that their own faults show at once.
-    Faulty,
-}
-
-impl DriveKind {
-    fn of(name: &str) -> Self {
-        let tier = Tier::ALL.into_iter().find(|tier| tier.name() == name);
-        tier.map_or(Self::Flexible, Self::Rigid)
-    }
-
-    /// The value of `model.kind`.
-    pub(super) fn name(self) -> Option<&'static str> {
-        match self {
-            Self::Rigid(tier) => Some(tier.name()),
-            Self::Flexible => Some("flexible"),
-            Self::Faulty => None,
-        }
-    }
-}
 
 pub(super) fn read(
     root: &Section,

@@ -5,7 +5,7 @@
 //! needs and checks whatever else is there, so that `model.kind` alone takes a drive from tier
 //! to tier. Pedestals are the exception: they stand only where they are felt.
 
-use super::model::DriveKind;
+use super::drive_kind::DriveKind;
 use super::unfelt::feels;
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};

@@ -1,7 +1,7 @@
 //! What of `[shafts]` a model kind does not feel: such keys may be left out, and an axis of the
 //! grid that varies one would make the same point again and again.
 
-use super::model::DriveKind;
+use super::drive_kind::DriveKind;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::tree::Value;

@@ -9,35 +9,10 @@ use super::cell_model::{CellModel, Position};
 use super::exits::DeflectionAt;
 use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
+use super::stretch::{Exit, Stretch};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::propagate::events::{Changes, Margin, ROUND_OFF};
 use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
-
-/// A stretch of one contact state to be passed.
-#[derive(Debug, Clone, Copy)]
-pub struct Stretch {
-    /// Cell in which it starts.
-    pub cell: usize,
-    /// Contact state.
-    pub contact: Contact,
-    /// Length \[s\].
-    pub duration: f64,
-    /// Whether it is the whole cell.
-    pub whole: bool,
-    /// Surface just crossed, when an event happened at its start.
-    pub crossed: Option<Surface>,
-    /// Round-off of δ \[m\].
-    pub noise: f64,
-}
-
-/// The first event of a stretch.
-#[derive(Debug, Clone, Copy)]
-pub struct Exit {
-    /// Time since the start of the stretch \[s\].
-    pub time: f64,
-    /// Surface crossed.
-    pub surface: Surface,
-}
 
 /// How a table kernel crosses a stretch.
 pub trait Method: Sync {

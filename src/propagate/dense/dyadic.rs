@@ -5,7 +5,7 @@
 //! crossed by the binary digits of its length.
 
 use super::cell_model::CellModel;
-use super::cycle::{Exit, Method, Stretch};
+use super::cycle::Method;
 use super::exits::{Bounds, DeflectionAt, Verdict};
 use super::exponential;
 use super::generator::{Generator, Layout};
@@ -14,6 +14,7 @@ use super::kernel::{Dense, Stock};
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::{BoundRows, Series, judge_all, locate};
 use super::show::Taylor;
+use super::stretch::{Exit, Stretch};
 use super::{DenseError, TableSize};
 use crate::model::Model;
 use crate::propagate::Counters;

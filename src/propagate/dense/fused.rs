@@ -8,14 +8,16 @@
 
 use super::DenseError;
 use super::cell_model::CellModel;
-use super::cycle::{Exit, Method, Stretch};
+use super::conditioning::Conditioning;
+use super::cycle::Method;
 use super::exits::DeflectionAt;
 use super::exponential::{self, bound_row};
 use super::kept::{KeptTables, Reader, TableArray, Writer};
 use super::kernel::Dense;
 use super::matrix::{Operator, dot, numbers_of, padded, reach};
-use super::spectral::{Conditioning, SpectralScratch, SpectralTables};
+use super::spectral::{SpectralScratch, SpectralTables};
 use super::steady::{CycleMap, Steady};
+use super::stretch::{Exit, Stretch};
 use crate::model::Model;
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;

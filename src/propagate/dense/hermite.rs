@@ -8,7 +8,7 @@
 
 use super::DenseError;
 use super::cell_model::CellModel;
-use super::cycle::{Exit, Method, Stretch};
+use super::cycle::Method;
 use super::exits::{DeflectionAt, Verdict};
 use super::exponential;
 use super::generator::Generator;
@@ -16,6 +16,7 @@ use super::kernel::{Dense, Stock};
 use super::matrix::{Operator, dot, padded};
 use super::series::{BoundRows, Series, TERMS, judge_all, locate};
 use super::show::Taylor;
+use super::stretch::{Exit, Stretch};
 use crate::model::Model;
 use crate::propagate::Counters;
 use faer::Mat;

@@ -1,8 +1,9 @@
 //! What all table kernels are: a model on cells, and tables that cross its stretches.
 
 use super::cell_model::CellModel;
-use super::cycle::{Method, Stretch, Workspace};
+use super::cycle::{Method, Workspace};
 use super::generator::Generator;
+use super::stretch::Stretch;
 use super::{DenseError, TableSize};
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};

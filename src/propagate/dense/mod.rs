@@ -17,6 +17,7 @@
 mod basis;
 mod cell_model;
 mod cluster;
+mod conditioning;
 mod cycle;
 mod dyadic;
 mod eigen;
@@ -35,15 +36,17 @@ mod show;
 mod spectral;
 mod spectral_table;
 mod steady;
+mod stretch;
 mod waves;
 
+pub use conditioning::Conditioning;
 pub use dyadic::Dyadic;
 pub use fused::Fused;
 pub use hermite::Hermite;
 pub use jumps::PowerJumps;
 pub use kept::{KeptTables, TableArray};
 pub use matrix::Operator;
-pub use spectral::{Conditioning, Spectral};
+pub use spectral::Spectral;
 
 /// Why a table kernel cannot be built for a model.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

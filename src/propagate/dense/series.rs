@@ -1,11 +1,11 @@
 //! The guard of a short stretch as a Taylor polynomial, and certificates from rows.
 
-use super::cycle::{Exit, Stretch};
 use super::exits::{Bounds, DeflectionAt, Verdict, earliest_exit, judge};
 use super::exponential::bound_row;
 use super::generator::Generator;
 use super::matrix::{dot, reach};
 use super::show::Taylor;
+use super::stretch::{Exit, Stretch};
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
 

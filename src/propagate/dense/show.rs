@@ -4,9 +4,9 @@
 //! depend on the kernel's tables.
 
 use super::cell_model::CellModel;
-use super::cycle::Stretch;
 use super::generator::Generator;
 use super::matrix::{add_scaled, dot, scale};
+use super::stretch::Stretch;
 use crate::numerics::legendre::transforms24;
 use crate::propagate::{Observer, Window};
 

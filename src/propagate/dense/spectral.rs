@@ -8,7 +8,8 @@
 use super::DenseError;
 use super::basis::POWERS;
 use super::cell_model::CellModel;
-use super::cycle::{Exit, Method, Stretch};
+use super::conditioning::Conditioning;
+use super::cycle::Method;
 use super::exits::{Bounds, DeflectionAt};
 use super::generator::Generator;
 use super::kept::{KeptTables, Reader, TableArray, Writer};
@@ -16,6 +17,7 @@ use super::kernel::{Dense, Stock};
 use super::matrix::{Operator, dot, padded};
 use super::series::locate;
 use super::spectral_table::{Factors, Guard, SpectralTable};
+use super::stretch::{Exit, Stretch};
 use super::waves;
 use crate::model::Model;
 use crate::propagate::Counters;
@@ -26,39 +28,6 @@ const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 
 /// The spectral kernel for one model.
 pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
-
-/// How well one basis behaves.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Conditioning {
-    /// A mesh segment it serves.
-    pub segment: usize,
-    /// Whether it is that of contact.
-    pub touching: bool,
-    /// Condition number of the eigenvector basis of the blocks that are diagonalised, each
-    /// velocity in units of its frequency.
-    pub condition: f64,
-    /// Largest error of a cell's propagator rebuilt from the basis, relative to its largest
-    /// entry, against the Taylor series.
-    pub reconstruction: f64,
-}
-
-/// Largest error of a rebuilt propagator that is let pass: of a drive of forty modes it is 1e-15,
-/// of nearly parallel eigenvectors some 1e-16 times their condition number.
-const WORST_RECONSTRUCTION: f64 = 1e-11;
-
-impl Conditioning {
-    /// Whether the basis serves.
-    pub(super) fn check(&self) -> Result<(), DenseError> {
-        // Written so that an error that is no number is refused.
-        match self.reconstruction <= WORST_RECONSTRUCTION {
-            true => Ok(()),
-            false => Err(DenseError::Defective {
-                condition: self.condition,
-                error: self.reconstruction,
-            }),
-        }
-    }
-}
 
 /// Its tables.
 #[derive(Debug)]

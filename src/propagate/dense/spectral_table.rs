@@ -4,11 +4,11 @@
 use super::DenseError;
 use super::basis::{Basis, POWERS};
 use super::cell_model::CellModel;
+use super::conditioning::Conditioning;
 use super::exponential;
 use super::generator::Generator;
 use super::kept::{Reader, Writer};
 use super::matrix::{Operator, numbers_of};
-use super::spectral::Conditioning;
 use super::waves;
 use faer::Mat;
 

@@ -2,12 +2,12 @@
 
 use super::DenseError;
 use super::cell_model::CellModel;
-use super::cycle::Stretch;
 use super::exits::DeflectionAt;
 use super::exponential::{self, bound_row};
 use super::kept::{Reader, Writer};
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::BoundRows;
+use super::stretch::Stretch;
 use crate::model::Contact;
 use crate::numerics::linalg;
 use crate::propagate::events::Margin;

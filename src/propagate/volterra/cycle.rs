@@ -5,12 +5,13 @@
 //! grid, windows of full length follow one another until one would pass such a
 //! breakpoint; that one is cut there, and the integration is aligned again.
 
+use super::Volterra;
+use super::closure::Closure;
 use super::feedback::Closed;
 use super::lanes;
-use super::tables::{Closure, Lack, Series};
+use super::shapes::{Lack, Series, TERMS};
 use super::varying::{Factors, Nodal};
 use super::workspace::Workspace;
-use super::{TERMS, Volterra};
 use crate::model::{Contact, Surface, TrajectoryState};
 use crate::numerics::legendre;
 use crate::propagate::events::{Changes, ROUND_OFF, WindowDeflection};

@@ -1,8 +1,6 @@
 //! The mesh closed on itself: what a window in contact makes of its free deflection.
 
-use super::TERMS;
-use super::lanes::{self, InstructionSet};
-use super::tables::{Row, Series};
+use super::shapes::{Row, Series, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::numerics::linalg::invert;
 
@@ -66,25 +64,6 @@ impl Feedback {
             force: to_force,
             deflection: to_deflection,
             gap: [Row(gap), Row(after_force(response, &gap, -1.0))],
-        }
-    }
-}
-
-impl Feedback {
-    /// The operator of a window whose stiffness varies, from the factors of its system.
-    pub fn varying(set: InstructionSet, nodal: &Nodal, factors: &Factors) -> Self {
-        let (mut to_force, mut to_deflection) = ([Row::ZERO; TERMS], [Row::ZERO; TERMS]);
-        for (j, (force, deflection)) in to_force.iter_mut().zip(&mut to_deflection).enumerate() {
-            let mut free = Row::ZERO;
-            free.0[j] = 1.0;
-            *force = lanes::force(set, nodal, factors, &free, 0.0);
-            *deflection = lanes::deflection(set, nodal, &free, force);
-        }
-        let gap = lanes::force(set, nodal, factors, &Row::ZERO, 1.0);
-        Self {
-            force: to_force,
-            deflection: to_deflection,
-            gap: [gap, lanes::deflection(set, nodal, &Row::ZERO, &gap)],
         }
     }
 }

@@ -12,32 +12,20 @@ mod crossing;
 mod cut;
 mod varying;
 mod vector;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 mod window;
 
 pub use cut::{Basis, ExponentialChunk};
 pub use window::{Solution, Windows};
 
-use super::TERMS;
 use super::feedback::Closed;
-use super::tables::{BlockChunk, Lack, Row, Series};
+use super::shapes::{BlockChunk, Lack, Lanes, Row, Series, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::STIFFNESS_TERMS;
 use crate::numerics::instructions::portable;
 use crate::propagate::Counters;
 use crate::propagate::events::{Crossing, WindowDeflection};
-
-/// Blocks carried side by side.
-pub const LANES: usize = 8;
-
-/// One lane group, on a cache line of its own: a vector load never straddles two.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub struct Lanes(pub [f64; LANES]);
-
-impl Lanes {
-    /// All zero.
-    pub const ZERO: Self = Self([0.0; LANES]);
-}
 
 /// Instruction set of the inner loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -230,7 +218,7 @@ use cut::{basis_body, cut_body, moments_body, node_values_body, push_body, salt_
 use varying::{deflection_body, factorise_body, force_body};
 use vector::Packed;
 #[cfg(target_arch = "x86_64")]
-use vector::Wide;
+use wide::Wide;
 use window::{advance_body, solve_body};
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! How long is a window?
 
-use super::TERMS;
+use super::shapes::TERMS;
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 

@@ -48,12 +48,14 @@
 //! only cuts read. The instruction set is chosen once a window's solution, once a move: each is
 //! one call ([`lanes`]).
 
+mod closure;
 mod cycle;
 mod feedback;
 mod grid;
 mod lanes;
 mod length;
 mod partial;
+mod shapes;
 mod tables;
 mod varying;
 mod window_table;
@@ -64,9 +66,6 @@ pub use lanes::InstructionSet;
 use crate::model::Model;
 use tables::VolterraTables;
 use window_table::WindowTable;
-
-/// Terms of every series on a window.
-pub const TERMS: usize = 24;
 
 /// The structured kernel for one model.
 #[derive(Debug)]

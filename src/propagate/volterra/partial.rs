@@ -11,8 +11,8 @@
 //! by the trajectory and its tangents.
 
 use super::Volterra;
-use super::lanes::{self, Basis, Lanes};
-use super::tables::{Row, Series};
+use super::lanes::{self, Basis};
+use super::shapes::{Lanes, Row, Series};
 use super::window_table::WindowTable;
 use crate::numerics::exponential::multiply;
 use crate::numerics::legendre::transforms24;

@@ -1,67 +1,13 @@
 //! Everything a kernel computes once for an operating point.
 
-use super::TERMS;
+use super::closure::Closure;
 use super::feedback::Feedback;
 use super::grid::Grid;
-use super::lanes::{self, InstructionSet, LANES, Lanes};
-use super::varying::{Factors, Nodal};
+use super::lanes::InstructionSet;
+use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{Block, MeshGain, Model, STIFFNESS_TERMS, Segment, Stiffness};
-use crate::numerics::legendre::{transforms8, transforms24};
-
-/// A series on a window.
-pub type Series = [f64; TERMS];
-
-/// A series of a table, on cache lines of its own.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub struct Row(pub Series);
-
-impl Row {
-    /// All zero.
-    pub const ZERO: Self = Self([0.0; TERMS]);
-}
-
-/// What a chunk of blocks is made of.
-#[derive(Debug, Clone, Copy)]
-pub struct BlockChunk {
-    /// Traceless part M, row by row.
-    pub traceless: [Lanes; 4],
-    /// Gain w of the deflection.
-    pub deflection: [Lanes; 2],
-    /// Gain −g of the mesh force.
-    pub mesh_pull: [Lanes; 2],
-    /// Constant input of the mean torques, where the blocks drift.
-    pub static_input: [Lanes; 2],
-    /// Where the mean torques alone hold the blocks, `−A⁻¹ s`; zero where they drift.
-    pub rest: [Lanes; 2],
-    /// Whether some of the blocks have no rest, or one too far away.
-    pub drifts: bool,
-}
-
-/// Sizes that all tables of a model share.
-#[derive(Debug, Clone, Copy)]
-pub struct Layout {
-    /// Blocks rounded up to whole chunks.
-    pub padded: usize,
-    /// Inputs that act on the blocks, the first of all inputs: the constant 1 and (cos, sin)
-    /// of every ripple.
-    pub acting: usize,
-    /// All inputs: those that act, then (cos, sin) of every harmonic of the transmission
-    /// error; rounded up to a multiple of 4.
-    pub inputs: usize,
-}
-
-impl Layout {
-    fn new(model: &Model) -> Self {
-        let acting = 1 + 2 * model.ripple.len();
-        Self {
-            padded: model.modes().next_multiple_of(LANES),
-            acting,
-            inputs: (acting + 2 * model.transmission_error.len()).next_multiple_of(4),
-        }
-    }
-}
+use crate::model::{Block, MeshGain, Model, Segment};
+use crate::numerics::legendre::transforms8;
 
 /// Tables of the structured kernel.
 #[derive(Debug)]
@@ -85,10 +31,6 @@ pub struct VolterraTables {
     /// What loaded flanks lack on every cell \[m\]; empty where they lack nothing anywhere.
     lacks: Vec<Lack>,
 }
-
-/// What loaded flanks lack over a window \[m\]: the first terms of its series, all others being
-/// zero.
-pub type Lack = [f64; STIFFNESS_TERMS];
 
 /// What loaded flanks lack over a window of length `delta` \[s\] that starts at `time` \[s\] in a
 /// segment.
@@ -203,48 +145,6 @@ fn place<T: PartialEq>(known: &mut Vec<T>, value: T) -> usize {
         known.push(value);
         known.len() - 1
     })
-}
-
-/// What closes the mesh on a window: its stiffness and where the window lies in it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closure {
-    /// Stiffness of the segment.
-    pub stiffness: Stiffness,
-    /// Contact damping c \[N s/m\].
-    pub damping: f64,
-    /// Places of the window's start and end in the segment, \[−1, 1\] being the segment; the
-    /// same for all windows where the stiffness is constant.
-    span: [f64; 2],
-}
-
-impl Closure {
-    /// That of a window of length `delta` \[s\] which starts at `time` \[s\] in a segment.
-    pub fn new(model: &Model, segment: &Segment, time: f64, delta: f64) -> Self {
-        let stiffness = segment.stiffness;
-        let place = |time: f64| segment.place(time / model.period());
-        let span = match stiffness.is_constant() {
-            true => [-1.0, 1.0],
-            false => [place(time), place(time + delta)],
-        };
-        Self {
-            stiffness,
-            damping: segment.damping,
-            span,
-        }
-    }
-
-    /// Whether the stiffness varies.
-    pub fn varies(&self) -> bool {
-        !self.stiffness.is_constant()
-    }
-
-    /// Factorises the window's system.
-    pub fn factorise(&self, set: InstructionSet, nodal: &Nodal, out: &mut Factors) {
-        let [start, end] = self.span;
-        let places = (transforms24().nodes()).map(|x| 0.5 * ((end - start) * x + (start + end)));
-        let stiffness = self.stiffness.coefficients();
-        lanes::factorise(set, nodal, stiffness, &places, self.damping, out);
-    }
 }
 
 /// Pairs of numbers, one a block, by chunks.

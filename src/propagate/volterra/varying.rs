@@ -13,8 +13,7 @@
 //! nearly lower triangular with a unit diagonal when the nodes are taken in order of time, and
 //! is eliminated in that order without exchanging rows.
 
-use super::TERMS;
-use super::tables::{Row, Series};
+use super::shapes::{Row, Series, TERMS};
 use crate::numerics::legendre::{self, transforms24};
 
 /// Matrices of windows of one length, by columns.

@@ -1,9 +1,9 @@
 //! Everything that depends on the length of a window and on the direction of the mesh force.
 
-use super::TERMS;
+use super::closure::Closure;
 use super::feedback::Feedback;
-use super::lanes::{ExponentialChunk, InstructionSet, LANES, Windows};
-use super::tables::{Closure, Layout, Row};
+use super::lanes::{ExponentialChunk, InstructionSet, Windows};
+use super::shapes::{LANES, Layout, Row, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::convolution24;
@@ -147,10 +147,7 @@ impl WindowTable {
         let mut factors = Factors::NONE;
         self.feedback = (closures.iter())
             .map(|closure| match &self.nodal {
-                Some(nodal) if closure.varies() => {
-                    closure.factorise(set, nodal, &mut factors);
-                    Feedback::varying(set, nodal, &factors)
-                }
+                Some(nodal) if closure.varies() => closure.feedback(set, nodal, &mut factors),
                 _ => {
                     let pair = (closure.stiffness.mean(), closure.damping);
                     Feedback::new(pair, &response, &response_rate, self.delta)

@@ -1,8 +1,8 @@
 //! What an integration works on.
 
-use super::lanes::{LANES, Solution};
+use super::lanes::Solution;
 use super::partial::Cut;
-use super::tables::{Layout, Row};
+use super::shapes::{LANES, Layout, Row};
 use super::varying::Factors;
 use crate::model::TrajectoryState;
 use crate::propagate::Tangents;

@@ -180,7 +180,7 @@ impl Axis {
 
     /// A value in the shown unit, with four digits.
     pub fn shown(&self, value: f64) -> String {
-        minus(crate::report::text::number(value * self.factor))
+        minus(crate::report::numbers::number(value * self.factor))
     }
 }
 

@@ -7,10 +7,11 @@ use super::canvas::{Anchor, Canvas, INK, Place, SOFT};
 use super::categories::{colour, lost};
 use super::error::PlotError;
 use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
 use super::results::{MOST_SLICES, Results};
-use super::{Drawn, Picture, PlotRequest, What};
+use super::what::{PlotRequest, What};
 use crate::report::branches::{Attractor, read_attractors};
-use crate::report::text::number;
+use crate::report::numbers::number;
 use crate::store::{ResultTable, TableKind};
 
 const LEFT: f64 = 92.0;

@@ -7,8 +7,9 @@ use super::canvas::{Anchor, Canvas, FAINT, INK, SOFT};
 use super::motion::{Motion, counts};
 use super::over_axis::across;
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
 use super::results::Results;
-use super::{Drawn, Picture, What};
+use super::what::What;
 
 /// Height of a row \[px\].
 const ROW: f64 = 40.0;

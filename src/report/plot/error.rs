@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::What;
+use super::what::What;
 use crate::report::ReportError;
 use crate::store::{CacheFault, StoreError};
 

@@ -5,10 +5,11 @@ use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::error::PlotError;
 use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
 use super::results::Results;
-use super::{Drawn, Picture, PlotRequest, What};
+use super::what::{PlotRequest, What};
 use crate::report::PointSummary;
-use crate::report::text::number;
+use crate::report::numbers::number;
 use crate::store::{ResultTable, TableKind};
 
 const TOP: f64 = 84.0;

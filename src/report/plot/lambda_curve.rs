@@ -5,8 +5,9 @@ use super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
 use super::motion::{Motion, counts, key};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
 use super::results::Results;
-use super::{Drawn, Picture, What};
+use super::what::What;
 use crate::report::PointSummary;
 
 /// Half the height of the ends of an error bar's whiskers \[px\].

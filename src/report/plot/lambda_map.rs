@@ -6,9 +6,10 @@ use super::canvas::{Anchor, Canvas, Colour, INK};
 use super::cells::{Cells, HEIGHT, MARGIN, missing_key};
 use super::motion::{Motion, counts, key};
 use super::panel::TICK_SIZE;
+use super::picture::{Drawn, Picture};
 use super::ramp::{bar, viridis};
 use super::results::Results;
-use super::{Drawn, Picture, What};
+use super::what::What;
 
 /// Cells of points that are not chaotic: pale, so that the ramp stands out.
 fn calm(motion: Motion) -> Colour {

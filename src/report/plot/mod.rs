@@ -6,6 +6,7 @@
 
 mod axis;
 mod basins;
+mod bifurcation;
 mod canvas;
 mod categories;
 mod cells;
@@ -21,6 +22,7 @@ mod motion;
 mod over_axis;
 mod panel;
 mod phase;
+mod picture;
 mod ramp;
 mod recording;
 mod results;
@@ -28,144 +30,21 @@ mod section;
 mod shares;
 mod spectrum;
 mod trace;
+mod what;
 
 use std::path::Path;
 
-use clap::ValueEnum;
-use strum::{IntoStaticStr, VariantArray};
+use strum::VariantArray;
 
 use crate::store::{TableKind, record_paths};
-use canvas::Canvas;
 use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
 
 pub use error::PlotError;
 pub use machine::pictures as machine_pictures;
-
-/// A kind of picture.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, IntoStaticStr, VariantArray, ValueEnum,
-)]
-#[strum(serialize_all = "lowercase")]
-pub enum What {
-    /// Largest Lyapunov exponent: a map, or a curve over one axis.
-    Lambda,
-    /// Map of the kind of motion.
-    Classes,
-    /// Strobed deflection over one axis, with the exponent.
-    Bifurcation,
-    /// Basin shares over one axis, a colour a branch of attractors.
-    Shares,
-    /// Slices of initial states, a colour an attractor.
-    Basins,
-    /// Deflection and force of a point over mesh orders.
-    Spectrum,
-    /// How twins of a point part, and how its averages settle.
-    Horizon,
-    /// Phase portrait of a trace, or strobe samples of a point.
-    Phase,
-    /// Deflection, force and contact of a trace over time.
-    Trace,
-    /// Stiffness, load centre and transmission error of a mesh table.
-    Mesh,
-    /// Load shares of the pairs of teeth of a mesh table.
-    Sharing,
-    /// Contact pattern of a mesh table.
-    Contact,
-}
-
-impl What {
-    /// Its name on the command line and at the start of file names.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
-
-/// What to draw.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct PlotRequest {
-    /// Kinds of pictures; empty for all that the data allow.
-    pub what: Vec<What>,
-    /// Axis of pictures over one axis; else the one with most values.
-    pub over: Option<String>,
-    /// `point_id` of pictures of one point; else the loudest or most chaotic one.
-    pub point: Option<u64>,
-}
-
-/// A picture, not yet in a file format.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
-    /// File name without extension.
-    pub name: String,
-    canvas: Canvas,
-}
-
-impl Picture {
-    /// `name` may hold names of axes, which go into the name of a file.
-    fn new(name: String, canvas: Canvas) -> Self {
-        let fits = |c: char| !c.is_control() && c != '/';
-        let name = name.chars().map(|c| if fits(c) { c } else { '_' });
-        Self {
-            name: name.collect(),
-            canvas,
-        }
-    }
-
-    /// The picture as an SVG document, 960 pixels wide.
-    ///
-    /// # Errors
-    /// The drawing library refuses.
-    pub fn svg(&self) -> Result<String, PlotError> {
-        draw::svg(&self.canvas)
-    }
-
-    /// The picture as a PNG file, 1920 pixels wide.
-    ///
-    /// # Errors
-    /// The drawing library refuses.
-    pub fn png(&self) -> Result<Vec<u8>, PlotError> {
-        draw::png(&self.canvas)
-    }
-}
-
-/// Pictures of a folder.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Drawn {
-    /// The pictures, by kind.
-    pub pictures: Vec<Picture>,
-    /// What was left out and why, a sentence each.
-    pub notes: Vec<String>,
-}
-
-impl Drawn {
-    fn one(picture: Picture) -> Self {
-        Self {
-            pictures: vec![picture],
-            notes: Vec::new(),
-        }
-    }
-
-    /// Nothing yet, but a note if not all slices will be drawn.
-    fn of_slices(what: What, drawn: usize, all: usize) -> Self {
-        let mut notes = Vec::new();
-        if drawn < all {
-            notes.push(format!(
-                "{}: the first {drawn} of {all} slices are drawn",
-                what.name()
-            ));
-        }
-        Self {
-            pictures: Vec::new(),
-            notes,
-        }
-    }
-
-    fn append(&mut self, other: Self) {
-        self.pictures.extend(other.pictures);
-        self.notes.extend(other.notes);
-    }
-}
+pub use picture::{Drawn, Picture};
+pub use what::{PlotRequest, What};
 
 /// What pictures of a mesh need.
 const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table list` shows";
@@ -317,7 +196,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
             Some(cells) if over.is_none() => Ok(lambda_map::draw_classes(results, &cells)),
             _ => Ok(class_rows::draw(results, results.along(what, over)?)),
         },
-        What::Bifurcation => over_axis::draw_bifurcation(results, results.along(what, over)?),
+        What::Bifurcation => bifurcation::draw(results, results.along(what, over)?),
         What::Shares => shares::draw(results, results.along(what, over)?),
         What::Basins => basins::draw(results, request),
         What::Spectrum => spectrum::draw(results, request),

@@ -6,10 +6,11 @@ use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::error::PlotError;
 use super::motion::Motion;
 use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
 use super::recording::Recording;
 use super::results::Results;
 use super::section::Section;
-use super::{Drawn, Picture, PlotRequest, What};
+use super::what::{PlotRequest, What};
 use crate::report::PointSummary;
 use crate::store::TableKind;
 

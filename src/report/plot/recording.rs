@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::error::PlotError;
-use crate::report::text::number;
+use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 
 /// A change of contact state.

@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use super::What;
 use super::error::PlotError;
-use crate::report::text::number;
+use super::what::What;
+use crate::report::numbers::number;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
 use crate::store::{ResultTable, RunState, StoreError, TableKind, read_runs, verify};
 

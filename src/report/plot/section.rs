@@ -1,7 +1,7 @@
 //! Which section of phase space the samples of poincare.parquet lie on, in words.
 
 use super::error::PlotError;
-use crate::report::text::number;
+use crate::report::numbers::number;
 use crate::store::ResultTable;
 
 /// A section.

@@ -8,8 +8,9 @@ use super::categories::colour;
 use super::error::PlotError;
 use super::over_axis::across;
 use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
 use super::results::Results;
-use super::{Drawn, Picture, What};
+use super::what::What;
 use crate::report::PointSummary;
 use crate::report::branches::{Attractor, branches, read_attractors};
 

@@ -4,8 +4,9 @@ use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, INK, Place};
 use super::error::PlotError;
 use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
 use super::results::Results;
-use super::{Drawn, Picture, PlotRequest, What};
+use super::what::{PlotRequest, What};
 use crate::store::TableKind;
 
 /// Decades shown below the largest line; what is lower is round-off.
@@ -148,7 +149,7 @@ fn panel(
         if named.len() < MOST_NAMED && named.iter().all(free) {
             let place = [at[0].min(panel.right - 30.0), at[1] - 5.0];
             let (factor, shown) = super::axis::scaled_unit(unit, amplitude);
-            let value = crate::report::text::number(amplitude * factor);
+            let value = crate::report::numbers::number(amplitude * factor);
             let text = format!("{value} {shown}");
             canvas.text(place, &text, TICK_SIZE, INK, Anchor::Middle);
             named.push(at);

@@ -4,9 +4,9 @@
 use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, label_place};
+use super::picture::{Drawn, Picture};
 use super::recording::{Change, Recording};
-use super::{Drawn, Picture};
-use crate::report::text::number;
+use crate::report::numbers::number;
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 838.0;

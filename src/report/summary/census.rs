@@ -5,8 +5,9 @@ use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{Axis, ClassCount, PointSummary, ReportError};
 use crate::input::printable;
+use crate::report::error::ReportError;
+use crate::report::point::{Axis, ClassCount, PointSummary};
 use crate::store::{ResultTable, TableKind};
 
 /// Points listed of each kind; the others are counted.

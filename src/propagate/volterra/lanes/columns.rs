@@ -6,9 +6,7 @@
 //! bits whatever company it keeps.
 
 use super::vector::Vector;
-use super::{LANES, Lanes};
-use crate::propagate::volterra::TERMS;
-use crate::propagate::volterra::tables::Row;
+use crate::propagate::volterra::shapes::{LANES, Lanes, Row, TERMS};
 
 /// Calls `$batch::<V, COLUMNS>` for all columns, as many at a time as registers hold sums for;
 /// `$first` is the first column of the batch.

@@ -1,14 +1,12 @@
 //! Loops of the search for events.
 
-use super::LANES;
 use super::columns::GROUPS;
 use super::vector::Vector;
 use crate::numerics::arithmetic::{Arithmetic, Bounds};
 use crate::numerics::legendre::{self, Columns, SAMPLES, Transforms, transforms24};
 use crate::propagate::Counters;
 use crate::propagate::events::{self, Crossing, WindowDeflection};
-use crate::propagate::volterra::TERMS;
-use crate::propagate::volterra::tables::Series;
+use crate::propagate::volterra::shapes::{LANES, Series, TERMS};
 use std::marker::PhantomData;
 
 /// Arithmetic in vectors.
@@ -184,7 +182,7 @@ mod tests {
         check::<vector::Packed<true>>();
         #[cfg(target_arch = "x86_64")]
         match InstructionSet::best().name() {
-            "avx512" => check::<vector::Wide>(),
+            "avx512" => check::<crate::propagate::volterra::lanes::wide::Wide>(),
             // The macros that print are not heard of tests that pass.
             best => {
                 let line = format!("skipped: arithmetic in AVX-512 vectors: this is {best}\n");

@@ -12,9 +12,7 @@
 
 use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use super::vector::Vector;
-use super::{LANES, Lanes};
-use crate::propagate::volterra::TERMS;
-use crate::propagate::volterra::tables::{BlockChunk, Row, Series};
+use crate::propagate::volterra::shapes::{BlockChunk, LANES, Lanes, Row, Series, TERMS};
 
 /// Legendre series of `e^{μt} cos νt` and `e^{μt} sin νt / ν` of one chunk on a full window.
 #[derive(Debug, Clone, Copy)]

@@ -7,6 +7,7 @@ use crate::numerics::legendre::{evaluate, polynomials, transforms24};
 use crate::numerics::random::Stream;
 use crate::propagate::saltation;
 use crate::propagate::volterra::feedback::Feedback;
+use crate::propagate::volterra::shapes::LANES;
 use crate::propagate::volterra::varying::{Factors, Nodal};
 
 /// Numbers of modes about the edges of one chunk and of five.

@@ -1,11 +1,9 @@
 //! Loops of a full window on which the stiffness varies.
 
-use super::LANES;
 use super::columns::{GROUPS, combine, series};
 use super::vector::Vector;
 use crate::model::STIFFNESS_TERMS;
-use crate::propagate::volterra::TERMS;
-use crate::propagate::volterra::tables::{Row, Series};
+use crate::propagate::volterra::shapes::{LANES, Row, Series, TERMS};
 use crate::propagate::volterra::varying::{Factors, Nodal};
 
 /// Values of a Legendre series at places in lanes, by Clenshaw's recurrence.

@@ -3,10 +3,8 @@
 use super::columns::{add_terms, combine, in_batches, load, series, store};
 use super::varying::{deflection_columns, force_columns};
 use super::vector::Vector;
-use super::{LANES, Lanes};
-use crate::propagate::volterra::TERMS;
 use crate::propagate::volterra::feedback::{Closed, Feedback};
-use crate::propagate::volterra::tables::{Lack, Row, Series};
+use crate::propagate::volterra::shapes::{LANES, Lack, Lanes, Row, Series, TERMS};
 
 /// Deflection on a window.
 #[derive(Debug, Clone)]

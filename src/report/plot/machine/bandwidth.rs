@@ -1,12 +1,12 @@
 //! Bandwidth over threads, a panel a placement; and from node to node.
 
-use super::super::Picture;
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, INK};
 use super::super::categories::colour;
 use super::super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
 use super::super::ramp::{ink_on, viridis};
 use super::{Curve, draw_curves, titled};
+use crate::report::plot::picture::Picture;
 use crate::store::Characteristics;
 
 const KERNELS: [(&str, &str); 5] = [

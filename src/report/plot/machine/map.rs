@@ -1,13 +1,13 @@
 //! Where the data lies: working sets of operators and tables on the levels of this machine's
 //! memory.
 
-use super::super::Picture;
 use super::super::axis::Axis;
 use super::super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
 use super::super::categories::colour;
 use super::super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
 use super::super::ramp::viridis;
 use super::{levels, titled};
+use crate::report::plot::picture::Picture;
 use crate::report::size_text;
 use crate::store::Characteristics;
 

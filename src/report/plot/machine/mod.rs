@@ -8,10 +8,10 @@ mod operators;
 mod roofline;
 mod solver;
 
-use super::Picture;
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, SOFT};
 use super::panel::{Panel, TICK_SIZE};
+use super::picture::Picture;
 use crate::report::size_text;
 use crate::store::Characteristics;
 

@@ -1,10 +1,10 @@
 //! The memory mountain, seen along its size: bandwidth a stride above, latency below.
 
-use super::super::Picture;
 use super::super::canvas::{Anchor, BLUE, INK, RED};
 use super::super::panel::{Panel, TICK_SIZE};
 use super::super::ramp::viridis;
 use super::{Curve, draw_curves, logarithmic, mark_caches, sizes, titled};
+use crate::report::plot::picture::Picture;
 use crate::report::size_text;
 use crate::store::Characteristics;
 

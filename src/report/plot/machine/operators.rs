@@ -1,10 +1,10 @@
 //! Rotating tables: the cost of a dense product against its working set, and that of a window of
 //! the structured kernel.
 
-use super::super::Picture;
 use super::super::categories::colour;
 use super::super::panel::Panel;
 use super::{Curve, draw_curves, logarithmic, mark_caches, sizes, titled};
+use crate::report::plot::picture::Picture;
 use crate::store::Characteristics;
 
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {

@@ -1,12 +1,12 @@
 //! The roofline: what arithmetic and each level of memory allow one thread, and where kernels
 //! lie, from counted work (Williams, Waterman and Patterson 2009).
 
-use super::super::Picture;
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, INK, SOFT};
 use super::super::categories::colour;
 use super::super::panel::{Panel, TICK_SIZE};
 use super::{levels, name_ends, titled};
+use crate::report::plot::picture::Picture;
 use crate::store::Characteristics;
 
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {

@@ -1,12 +1,12 @@
 //! Depth and breadth: a cycle's time over modes on one thread, and the gain from threads.
 
-use super::super::Picture;
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
 use super::super::categories::colour;
 use super::super::panel::{LABEL_SIZE, Panel};
 use super::bandwidth::threads;
 use super::{Curve, draw_curves, logarithmic, titled};
+use crate::report::plot::picture::Picture;
 use crate::store::{Characteristics, Measurement, SolverKey};
 
 /// Modes at which the gain from threads is shown, where it was measured.

@@ -8,8 +8,9 @@ use crate::report::plot::axis::{Axis, padded, range};
 use crate::report::plot::canvas::Canvas;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::Panel;
+use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::viridis;
-use crate::report::plot::{Drawn, Picture, What};
+use crate::report::plot::what::What;
 
 /// Panels: array, name of the axis up, least range shown in SI: less is round-off, or nothing
 /// beside a face of centimetres.

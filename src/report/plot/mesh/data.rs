@@ -5,10 +5,10 @@
 
 use std::path::Path;
 
+use crate::report::numbers::number;
 use crate::report::plot::axis::scaled_unit;
 use crate::report::plot::canvas::Place;
 use crate::report::plot::error::PlotError;
-use crate::report::text::number;
 use crate::store::{CacheFault, CacheKind, MappedTable};
 
 /// Places drawn of a piece, its ends among them.

@@ -7,7 +7,8 @@ mod pattern;
 mod sharing;
 
 use super::error::PlotError;
-use super::{Drawn, What};
+use super::picture::Drawn;
+use super::what::What;
 
 pub(super) use data::MeshCurves;
 

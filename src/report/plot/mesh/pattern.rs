@@ -6,8 +6,9 @@ use crate::report::plot::axis::{Axis, range};
 use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK, SOFT};
 use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
+use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::{bar, viridis};
-use crate::report::plot::{Drawn, Picture, What};
+use crate::report::plot::what::What;
 
 const LEFT: f64 = 92.0;
 const TOP: f64 = 96.0;

@@ -8,7 +8,8 @@ use crate::report::plot::canvas::{Anchor, Canvas, INK};
 use crate::report::plot::categories::colour;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
-use crate::report::plot::{Drawn, Picture, What};
+use crate::report::plot::picture::{Drawn, Picture};
+use crate::report::plot::what::What;
 
 /// Pairs of teeth that a table keeps.
 const PAIRS: usize = 3;

@@ -1,0 +1,21 @@
+//! Has the work been called off meanwhile?
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The work was called off; nothing is known of the point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("called off before the point was finished")]
+pub struct CalledOff;
+
+impl CalledOff {
+    /// Ends the work where it was called off.
+    ///
+    /// # Errors
+    /// [`CalledOff`] when the flag is raised.
+    pub fn check(flag: &AtomicBool) -> Result<(), Self> {
+        match flag.load(Ordering::Relaxed) {
+            true => Err(Self),
+            false => Ok(()),
+        }
+    }
+}

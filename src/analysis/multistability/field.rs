@@ -1,0 +1,59 @@
+//! Where does a motion end that is integrated on its own?
+
+use super::same::Attractor;
+use crate::analysis::called_off::CalledOff;
+use crate::analysis::norm::EnergyNorm;
+use crate::analysis::outcome::PointOutcome;
+use crate::analysis::point::investigate_onward;
+use crate::analysis::questions::Questions;
+use crate::model::{Model, TrajectoryState};
+use crate::propagate::Kernel;
+use std::sync::atomic::AtomicBool;
+
+/// What trajectories are integrated in.
+pub(super) struct Field<'a, K: Kernel> {
+    pub model: &'a Model,
+    pub kernel: &'a K,
+    pub norm: &'a EnergyNorm,
+    pub called_off: &'a AtomicBool,
+}
+
+/// A motion investigated in full.
+#[derive(Debug)]
+pub(super) struct Integrated {
+    pub found: PointOutcome,
+    /// None where it settled on none.
+    pub attractor: Option<Attractor>,
+}
+
+impl<K: Kernel> Field<'_, K> {
+    /// Investigates the motion from `trajectory` on.
+    ///
+    /// # Errors
+    /// [`CalledOff`] when the work was called off meanwhile.
+    pub fn investigate(
+        &self,
+        mut trajectory: TrajectoryState,
+        questions: &Questions,
+    ) -> Result<Integrated, CalledOff> {
+        let mut found = investigate_onward(
+            self.model,
+            self.kernel,
+            &mut trajectory,
+            questions,
+            self.called_off,
+        )?;
+        let recognised = Attractor::of(self.model, self.kernel, &found, trajectory);
+        let attractor = match recognised {
+            Ok(attractor) => attractor,
+            Err(stop) => {
+                found.status = stop.try_into()?;
+                found.reason = stop.to_string();
+                None
+            }
+        };
+        // The statistics were drawn from them; thousands of probes may wait for their turn.
+        found.poincare = Vec::new();
+        Ok(Integrated { found, attractor })
+    }
+}

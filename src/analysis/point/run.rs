@@ -1,0 +1,224 @@
+//! The integration of one point, step by step: how it is advanced, aligned, audited and measured,
+//! and what is handed over when it ends.
+
+use super::instruments::{Instruments, Watch};
+use crate::analysis::called_off::CalledOff;
+use crate::analysis::energy::{EnergyAudit, objection};
+use crate::analysis::norm::EnergyNorm;
+use crate::analysis::outcome::{Class, LyapunovOutcome, PointOutcome, Status};
+use crate::analysis::poincare::{Poincare, Section};
+use crate::analysis::questions::Questions;
+use crate::analysis::spectrum::Spectra;
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::statistics::FEWEST_BLOCKS;
+use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use std::sync::atomic::AtomicBool;
+
+/// Averages of a twin's exponent: as many as an error bar takes. It is there to check the
+/// tangents over the same cycles, which more of them would not do any better.
+const TWIN_AVERAGES: usize = FEWEST_BLOCKS;
+
+/// Why an integration ended early.
+pub(super) enum Halt {
+    CalledOff,
+    Stop(Stop),
+}
+
+impl From<Stop> for Halt {
+    fn from(stop: Stop) -> Self {
+        Self::Stop(stop)
+    }
+}
+
+impl From<CalledOff> for Halt {
+    fn from(_: CalledOff) -> Self {
+        Self::CalledOff
+    }
+}
+
+/// The integration of one point.
+pub(super) struct PointRun<'a, K: Kernel> {
+    pub(super) model: &'a Model,
+    pub(super) kernel: &'a K,
+    pub(super) questions: &'a Questions,
+    pub(super) called_off: &'a AtomicBool,
+    pub(super) norm: EnergyNorm,
+    /// The norm in which tangents and twin are measured.
+    pub(super) growth_norm: EnergyNorm,
+    pub(super) trajectory: TrajectoryState,
+    pub(super) workspace: K::Workspace,
+    pub(super) counters: Counters,
+    pub(super) energy_residual: Option<f64>,
+}
+
+impl<K: Kernel> PointRun<'_, K> {
+    /// Instruments at the trajectory's present place, tangents and twin aligned.
+    pub(super) fn align(&mut self) -> Result<Instruments, Halt> {
+        let mut instruments = Instruments::new(
+            self.model,
+            &self.growth_norm,
+            self.questions,
+            &self.trajectory,
+        );
+        if let Some(lyapunov) = &self.questions.lyapunov {
+            for _ in 0..lyapunov.align {
+                self.cycle(&mut instruments, &mut ())?;
+            }
+        }
+        instruments.restart(&self.counters);
+        Ok(instruments)
+    }
+
+    /// Advances without watching.
+    pub(super) fn plain(&mut self, cycles: u64) -> Result<(), Halt> {
+        for _ in 0..cycles {
+            CalledOff::check(self.called_off)?;
+            self.kernel.advance_cycle(
+                &mut self.trajectory,
+                &mut Tangents::none(),
+                &mut self.workspace,
+                &mut (),
+                &mut self.counters,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Audits the energy balance over some cycles, where it is to be audited at all.
+    pub(super) fn audit(&mut self, cycles: u64) -> Result<(), Halt> {
+        let mut audit = EnergyAudit::new(self.model);
+        for _ in 0..cycles.min(self.questions.audit_cycles) {
+            CalledOff::check(self.called_off)?;
+            self.kernel.advance_cycle(
+                &mut self.trajectory,
+                &mut Tangents::none(),
+                &mut self.workspace,
+                &mut audit,
+                &mut self.counters,
+            )?;
+        }
+        self.energy_residual = audit.residual(&self.trajectory);
+        Ok(())
+    }
+
+    /// One cycle of the trajectory, its tangents and its twin.
+    fn cycle<O: Observer>(
+        &mut self,
+        instruments: &mut Instruments,
+        observer: &mut O,
+    ) -> Result<(), Halt> {
+        CalledOff::check(self.called_off)?;
+        let mut none = Tangents::none();
+        let tangents = match &mut instruments.growth {
+            Some(growth) => growth.tangents(),
+            None => &mut none,
+        };
+        self.kernel.advance_cycle(
+            &mut self.trajectory,
+            tangents,
+            &mut self.workspace,
+            observer,
+            &mut self.counters,
+        )?;
+        if let Some(growth) = &mut instruments.growth {
+            growth.cycle(&self.growth_norm);
+        }
+        if let Some(twin) = &mut instruments.twin
+            && twin.averages().len() < TWIN_AVERAGES
+        {
+            // The twin's work is not the point's: its events and grazings are not counted.
+            let mut uncounted = Counters::default();
+            self.kernel.advance_cycle(
+                twin.trajectory(),
+                &mut Tangents::none(),
+                &mut self.workspace,
+                &mut (),
+                &mut uncounted,
+            )?;
+            twin.cycle(self.model, &self.growth_norm, &self.trajectory);
+        }
+        Ok(())
+    }
+
+    /// Measures some cycles.
+    pub(super) fn measure(
+        &mut self,
+        instruments: &mut Instruments,
+        cycles: u64,
+    ) -> Result<(), Halt> {
+        for _ in 0..cycles {
+            if self.questions.nvh.is_some() || instruments.watch.poincare.watches() {
+                let mut watch = std::mem::replace(
+                    &mut instruments.watch,
+                    Watch {
+                        nvh: None,
+                        spectra: None,
+                        poincare: Poincare::new(self.model, Section::default(), 0),
+                        bearings: None,
+                    },
+                );
+                let result = self.cycle(instruments, &mut watch);
+                instruments.watch = watch;
+                result?;
+            } else {
+                self.cycle(instruments, &mut ())?;
+            }
+            instruments.measured += 1;
+            instruments
+                .watch
+                .poincare
+                .push(self.model, &self.trajectory);
+            instruments.recurrence.push(&self.trajectory.state);
+        }
+        Ok(())
+    }
+
+    pub(super) fn outcome(
+        &self,
+        status: Status,
+        reason: String,
+        class: Option<Class>,
+        lyapunov: Option<LyapunovOutcome>,
+        instruments: &mut Instruments,
+    ) -> PointOutcome {
+        let events = self.counters.events - instruments.events_before;
+        let (status, reason) = match self.objection() {
+            Some(objection) => (Status::Inaccurate, format!("{objection}; {reason}")),
+            None => (status, reason),
+        };
+        PointOutcome {
+            status,
+            reason,
+            class,
+            lyapunov: lyapunov.filter(|l| l.stderr.is_finite()),
+            nvh: instruments.watch.statistics(),
+            spectra: (instruments.watch.spectra.as_ref())
+                .map(Spectra::spectra)
+                .unwrap_or_default(),
+            poincare: instruments.watch.poincare.take(),
+            events_per_cycle: (instruments.measured > 0)
+                .then(|| events as f64 / instruments.measured as f64),
+            energy_residual: self.energy_residual,
+            grazing_count: self.counters.grazings,
+            cycles: self.counters.cycles,
+            measured_cycles: instruments.measured,
+        }
+    }
+
+    /// Why the answers cannot be relied on, where the energy balance says so. A kernel that
+    /// approximates leaves a residual by design.
+    fn objection(&self) -> Option<String> {
+        let residual = self.energy_residual.filter(|_| self.kernel.exact())?;
+        objection(residual)
+    }
+
+    /// The outcome of an integration that a kernel ended.
+    pub(super) fn stopped(&self, stop: Stop) -> Result<PointOutcome, CalledOff> {
+        Ok(PointOutcome {
+            energy_residual: self.energy_residual,
+            grazing_count: self.counters.grazings,
+            cycles: self.counters.cycles,
+            ..PointOutcome::unanswered(Status::try_from(stop)?, stop.to_string())
+        })
+    }
+}

@@ -1,0 +1,81 @@
+//! What can `atlas run` be told?
+
+use super::table::TablesFolder;
+use crate::store::Shard;
+use crate::topology::Pinning;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// Arguments of `atlas run`.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The manifest.
+    pub manifest: PathBuf,
+    /// Folder for the results [default: results/JOB].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Worker threads [default: one a core this process may use].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Bind workers to their cores even where they are fewer than the cores.
+    #[arg(long, conflicts_with = "no_pin")]
+    pub pin: bool,
+    /// Leave it to the system where workers run.
+    #[arg(long)]
+    pub no_pin: bool,
+    /// Compute only part i of n, every n-th point (or chain of points): 1/4, 2/4, …
+    #[arg(long, value_name = "i/n", value_parser = parse_shard)]
+    pub shard: Option<Shard>,
+    /// Start over: replace results in the folder, drop what an interrupted run left.
+    #[arg(long)]
+    pub fresh: bool,
+    /// Compute points of finished results again and keep the others: those with status failed,
+    /// diverged, event_storm or inaccurate.
+    #[arg(long, value_name = "WHAT", conflicts_with = "fresh")]
+    pub retry: Option<Retry>,
+    /// Call the job off once so many points have failed; the same command goes on.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub max_failures: Option<u64>,
+    #[command(flatten)]
+    pub(super) tables: TablesFolder,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print what happens to standard output, one JSON object a line, its kind in `event`:
+    /// started, point, progress (every second), warning, finished (with the record, run.json).
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl RunArgs {
+    /// Whether workers are bound to their cores.
+    pub(super) fn pinning(&self) -> Pinning {
+        match (self.pin, self.no_pin) {
+            (true, _) => Pinning::Always,
+            (false, true) => Pinning::Never,
+            (false, false) => Pinning::Full,
+        }
+    }
+}
+
+/// What is to be computed again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Retry {
+    /// Points of which nothing is known.
+    Failed,
+}
+
+/// Most shards a job may be split into.
+const MOST_SHARDS: u32 = 100_000;
+
+pub(super) fn parse_shard(text: &str) -> Result<Shard, String> {
+    let shard = text.split_once('/').and_then(|(index, count)| {
+        Some(Shard {
+            index: index.parse().ok()?,
+            count: count.parse().ok()?,
+        })
+    });
+    shard
+        .filter(|s| (1..=s.count).contains(&s.index) && s.count <= MOST_SHARDS)
+        .ok_or_else(|| format!("a shard is i/n with 1 ≤ i ≤ n ≤ {MOST_SHARDS}, such as 2/8"))
+}

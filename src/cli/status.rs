@@ -1,0 +1,22 @@
+//! Which exit status does the end of a run stand for?
+
+use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED};
+use crate::store::{RunRecord, RunState, StoreError};
+
+/// Exit status when results cannot be written.
+pub(super) fn failure(error: &StoreError) -> u8 {
+    match error {
+        StoreError::Busy { .. } => BUSY,
+        refused if refused.is_refusal() => BAD_INPUT,
+        _ => 1,
+    }
+}
+
+/// Exit status that a record stands for.
+pub(super) fn status(record: &RunRecord) -> u8 {
+    match record.state {
+        RunState::Interrupted => INTERRUPTED,
+        RunState::Complete if record.totals.failed > 0 => FAILED_POINTS,
+        RunState::Complete => 0,
+    }
+}

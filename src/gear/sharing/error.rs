@@ -1,0 +1,54 @@
+//! Why can a load not be shared out?
+
+/// Most pairs that share a load.
+pub const MOST_PAIRS: usize = 3;
+
+/// Why a load cannot be shared out.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum SharingError {
+    /// Nothing to press on.
+    #[error("no pair is in contact: the contact ratio is below 1")]
+    NoPair,
+    /// More pairs than there is room for.
+    #[error("{found} pairs in contact; at most {MOST_PAIRS} can share the load")]
+    TooManyPairs {
+        /// How many, counted no further than that.
+        found: usize,
+    },
+    /// A quantity outside its physical range.
+    #[error("{name} is {value} at {position} m from the pitch point; it must be {accepted}")]
+    OutOfRange {
+        /// Which quantity.
+        name: &'static str,
+        /// Its value, SI.
+        value: f64,
+        /// Place on the line of action \[m\].
+        position: f64,
+        /// What would be accepted.
+        accepted: &'static str,
+    },
+    /// A contact law that does not settle.
+    #[error(
+        "the contact compliance at {position} m from the pitch point does not settle under its own load; is the law's derivative its own?"
+    )]
+    Unsettled {
+        /// Place on the line of action \[m\].
+        position: f64,
+    },
+    /// Pairs that take each other's load away.
+    #[error(
+        "the gear bodies couple the pair at {position} m from the pitch point so strongly with another that one loses load when the gears approach"
+    )]
+    Coupling {
+        /// Place on the line of action \[m\].
+        position: f64,
+    },
+    /// A face without width or slices.
+    #[error("a face of {width} m in {slices} slices bears nothing; give it a width and a slice")]
+    NoFace {
+        /// Width \[m\].
+        width: f64,
+        /// Number of slices.
+        slices: usize,
+    },
+}

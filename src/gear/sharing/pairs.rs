@@ -1,0 +1,142 @@
+//! Which pairs of teeth are in contact, and how does each give?
+
+use super::error::{MOST_PAIRS, SharingError};
+use crate::gear::FlankLaw;
+
+/// The face and its slices.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Face {
+    /// Width \[m\].
+    pub width: f64,
+    /// Number of equal slices, ≥ 1.
+    pub slices: usize,
+}
+
+impl Face {
+    /// Distance of the border below slice `index` from mid-face \[m\].
+    pub(super) fn border(&self, index: usize) -> f64 {
+        (index as f64 / self.slices as f64 - 0.5) * self.width
+    }
+}
+
+/// A pair in contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactPair {
+    /// Place on the line of action \[m\].
+    pub position: f64,
+    /// Compliance of the teeth without their contact, times width \[m²/N\].
+    pub(super) teeth: f64,
+    /// Tangent compliance of the contact, times width \[m²/N\].
+    pub(super) contact: f64,
+    /// Where the tangent of the contact law meets zero load \[m\].
+    pub(super) intercept: f64,
+    /// Compliance of both gear bodies, times width \[m²/N\].
+    foundation: f64,
+    /// That between this pair and the ones ahead of it, nearest first \[m²/N\].
+    pub(super) coupling: Vec<f64>,
+    /// Material missing at the borders of the slices \[m\].
+    pub(super) gap: Vec<f64>,
+}
+
+impl ContactPair {
+    /// The pair at `position` of a law.
+    ///
+    /// # Errors
+    /// A compliance that is not positive and finite, or a gap that is not finite.
+    pub fn new(law: &impl FlankLaw, position: f64, face: Face) -> Result<Self, SharingError> {
+        let compliance = law.compliance(position);
+        let teeth = compliance.tooth[0] + compliance.tooth[1];
+        let tooth = teeth + compliance.hertz;
+        let foundation = compliance.foundation[0] + compliance.foundation[1];
+        let relief = law.relief(position);
+        let gap: Vec<f64> = (0..=face.slices)
+            .map(|border| relief + law.deviation(position, face.border(border)))
+            .collect();
+        let path = law.path();
+        let ahead = |pairs: usize| position + pairs as f64 * path.base_pitch;
+        let coupling: Vec<f64> = (1..)
+            .take_while(|&pairs| pairs < MOST_PAIRS && ahead(pairs) <= path.end)
+            .map(|pairs| law.coupling(position, pairs))
+            .collect();
+        let bad_coupling = coupling.iter().copied().find(|c| !c.is_finite());
+        let bad_gap = gap.iter().copied().find(|gap| !gap.is_finite());
+        for (name, value, valid, accepted) in [
+            (
+                "compliance of teeth and contact [m²/N]",
+                tooth,
+                tooth > 0.0 && tooth.is_finite(),
+                "positive and finite",
+            ),
+            (
+                "compliance of the gear bodies [m²/N]",
+                foundation,
+                foundation >= 0.0 && foundation.is_finite(),
+                "finite and not negative",
+            ),
+            (
+                "compliance of the gear bodies between two pairs [m²/N]",
+                bad_coupling.unwrap_or(0.0),
+                bad_coupling.is_none(),
+                "finite",
+            ),
+            (
+                "material missing from the flanks [m]",
+                bad_gap.unwrap_or(0.0),
+                bad_gap.is_none(),
+                "finite",
+            ),
+        ] {
+            if !valid {
+                return Err(SharingError::OutOfRange {
+                    name,
+                    value,
+                    position,
+                    accepted,
+                });
+            }
+        }
+        Ok(Self {
+            position,
+            teeth,
+            contact: compliance.hertz,
+            intercept: 0.0,
+            foundation,
+            coupling,
+            gap,
+        })
+    }
+
+    /// Compliance of the pair alone in contact, times width \[m²/N\].
+    pub(super) fn compliance(&self) -> f64 {
+        self.teeth + self.contact + self.foundation
+    }
+
+    /// What the tooth spring has to close at the border of a slice \[m\].
+    pub(super) fn gap(&self, border: usize) -> f64 {
+        self.gap[border] + self.intercept
+    }
+
+    /// The same on the middle of a slice \[m\].
+    pub(super) fn mean_gap(&self, slice: usize) -> f64 {
+        0.5 * (self.gap(slice) + self.gap(slice + 1))
+    }
+}
+
+/// The pairs at mesh phase `phase`, the one that came last first. None where the path is
+/// shorter than a base pitch and the phase falls between two pairs.
+///
+/// # Errors
+/// Those of [`ContactPair::new`].
+pub fn pairs_at(
+    law: &impl FlankLaw,
+    phase: f64,
+    face: Face,
+) -> Result<Vec<ContactPair>, SharingError> {
+    let path = law.path();
+    // One too many is enough to be refused.
+    (0..=MOST_PAIRS)
+        .map(|pair| path.start + (phase + pair as f64) * path.base_pitch)
+        .take_while(|&position| position <= path.end)
+        .map(|position| ContactPair::new(law, position, face))
+        .collect()
+}

@@ -1,0 +1,43 @@
+//! An axis of the grid in the text: how its values go into the tree.
+
+use super::values::Spans;
+use crate::manifest::diagnostic::Span;
+use crate::manifest::spec::Axis;
+use crate::manifest::tree::{Node, Value};
+use crate::units::Dimension;
+
+/// An axis and where its values stand.
+#[derive(Debug)]
+pub(in crate::manifest) struct GridAxis {
+    pub axis: Axis,
+    /// Where its name stands.
+    pub key_span: Span,
+    pub(super) dimension: Dimension,
+    pub(super) spans: Spans,
+}
+
+impl GridAxis {
+    /// Whether the axis names a model key; otherwise it is load or speed.
+    pub fn is_model_key(&self) -> bool {
+        self.axis.key.is_model_key()
+    }
+
+    /// Any value of the axis's kind as it goes into the tree.
+    pub fn sample(&self, value: f64) -> Node {
+        Node {
+            span: self.key_span,
+            value: Value::Sample(value, self.dimension),
+        }
+    }
+
+    /// The i-th value as it goes into the tree.
+    pub fn node(&self, i: usize) -> Node {
+        Node {
+            span: match &self.spans {
+                Spans::Each(spans) => spans[i],
+                Spans::Whole(span) => *span,
+            },
+            value: Value::Sample(self.axis.values.get(i), self.dimension),
+        }
+    }
+}

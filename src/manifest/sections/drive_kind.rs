@@ -1,0 +1,30 @@
+//! Which kind of drive do `[gear]` and `[shafts]` describe?
+
+use crate::shaft::Tier;
+
+/// How `[gear]` and `[shafts]` become a structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum DriveKind {
+    /// Rigid bodies.
+    Rigid(Tier),
+    /// Flexible shafts.
+    Flexible,
+    /// Not understood; the tables are read all the same, so that their own faults show at once.
+    Faulty,
+}
+
+impl DriveKind {
+    pub(super) fn of(name: &str) -> Self {
+        let tier = Tier::ALL.into_iter().find(|tier| tier.name() == name);
+        tier.map_or(Self::Flexible, Self::Rigid)
+    }
+
+    /// The value of `model.kind`.
+    pub(super) fn name(self) -> Option<&'static str> {
+        match self {
+            Self::Rigid(tier) => Some(tier.name()),
+            Self::Flexible => Some("flexible"),
+            Self::Faulty => None,
+        }
+    }
+}

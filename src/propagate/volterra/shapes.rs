@@ -1,0 +1,77 @@
+//! In what shapes do the numbers of tables and windows lie?
+
+use crate::model::{Model, STIFFNESS_TERMS};
+
+/// Terms of every series on a window.
+pub const TERMS: usize = 24;
+
+/// A series on a window.
+pub type Series = [f64; TERMS];
+
+/// A series of a table, on cache lines of its own.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Row(pub Series);
+
+impl Row {
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; TERMS]);
+}
+
+/// Blocks carried side by side.
+pub const LANES: usize = 8;
+
+/// One lane group, on a cache line of its own: a vector load never straddles two.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
+pub struct Lanes(pub [f64; LANES]);
+
+impl Lanes {
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; LANES]);
+}
+
+/// What a chunk of blocks is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct BlockChunk {
+    /// Traceless part M, row by row.
+    pub traceless: [Lanes; 4],
+    /// Gain w of the deflection.
+    pub deflection: [Lanes; 2],
+    /// Gain −g of the mesh force.
+    pub mesh_pull: [Lanes; 2],
+    /// Constant input of the mean torques, where the blocks drift.
+    pub static_input: [Lanes; 2],
+    /// Where the mean torques alone hold the blocks, `−A⁻¹ s`; zero where they drift.
+    pub rest: [Lanes; 2],
+    /// Whether some of the blocks have no rest, or one too far away.
+    pub drifts: bool,
+}
+
+/// What loaded flanks lack over a window \[m\]: the first terms of its series, all others being
+/// zero.
+pub type Lack = [f64; STIFFNESS_TERMS];
+
+/// Sizes that all tables of a model share.
+#[derive(Debug, Clone, Copy)]
+pub struct Layout {
+    /// Blocks rounded up to whole chunks.
+    pub padded: usize,
+    /// Inputs that act on the blocks, the first of all inputs: the constant 1 and (cos, sin)
+    /// of every ripple.
+    pub acting: usize,
+    /// All inputs: those that act, then (cos, sin) of every harmonic of the transmission
+    /// error; rounded up to a multiple of 4.
+    pub inputs: usize,
+}
+
+impl Layout {
+    pub fn new(model: &Model) -> Self {
+        let acting = 1 + 2 * model.ripple.len();
+        Self {
+            padded: model.modes().next_multiple_of(LANES),
+            acting,
+            inputs: (acting + 2 * model.transmission_error.len()).next_multiple_of(4),
+        }
+    }
+}

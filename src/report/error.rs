@@ -1,0 +1,21 @@
+//! Why can a results folder not be summarised?
+
+use crate::store::StoreError;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A results folder cannot be summarised.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// Its files cannot be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A file lacks a value that every row has.
+    #[error("`{}` has a row without `{column}`; write the results anew with `atlas run`", folder.display())]
+    Incomplete {
+        /// The results folder.
+        folder: PathBuf,
+        /// The column.
+        column: String,
+    },
+}

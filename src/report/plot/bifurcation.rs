@@ -1,0 +1,192 @@
+//! The bifurcation diagram: Poincaré samples over one axis, a panel for each direction of a
+//! sweep, with the kind of motion as a strip below it, and λ at the bottom.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::axis::{Axis, padded, range};
+use super::canvas::{Anchor, Canvas, Colour, INK};
+use super::error::PlotError;
+use super::lambda_curve;
+use super::motion::{Motion, counts, key};
+use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
+use super::results::Results;
+use super::section::Section;
+use super::what::What;
+use crate::report::PointSummary;
+use crate::store::TableKind;
+
+const TOP: f64 = 72.0;
+
+/// Height of the strip that shows the kind of motion \[px\].
+const STRIP: f64 = 9.0;
+
+/// Lines at changes of motion.
+const CHANGE: Colour = Colour(0x8c, 0x8c, 0x8c);
+
+/// What the strobe panels show of every point.
+struct Samples {
+    /// By `point_id`.
+    values: BTreeMap<u64, Vec<f64>>,
+    unit: String,
+    /// Name of the axis up.
+    label: String,
+    /// The same, short.
+    symbol: String,
+}
+
+impl Samples {
+    fn read(results: &Results) -> Result<Self, PlotError> {
+        let unfit = |reason: &str| PlotError::Unfit {
+            what: What::Bifurcation,
+            reason: reason.into(),
+        };
+        let table = results.table(TableKind::Poincare)?.ok_or_else(|| {
+            unfit("there is no poincare.parquet; ask for `poincare` in the manifest's [analyses]")
+        })?;
+        let section = Section::of(&table)?;
+        let (column, name, symbol) = match section.fixed_deflection {
+            true => ("velocity", "rate of the deflection", "δ'"),
+            false => ("deflection", "deflection", "δ"),
+        };
+        let mut values: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+        for (id, value) in table.u64("point_id")?.into_iter().zip(table.f64(column)?) {
+            if let (Some(id), Some(value)) = (id, value) {
+                values.entry(id).or_default().push(value);
+            }
+        }
+        if values.is_empty() {
+            return Err(unfit("poincare.parquet holds no sample"));
+        }
+        Ok(Self {
+            values,
+            unit: table.units()?.remove(column).unwrap_or_default(),
+            label: format!("{name} {}", section.words),
+            symbol: format!("{symbol} {}", section.words),
+        })
+    }
+
+    fn of<'s>(&'s self, point: &PointSummary) -> impl Iterator<Item = f64> + use<'s> {
+        let values = self.values.get(&point.point_id);
+        values.into_iter().flatten().copied()
+    }
+}
+
+/// Samples over one axis, and λ below.
+pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> {
+    let samples = Samples::read(results)?;
+    let name = &results.summary.axes[along].name;
+    let (slices, all) = results.slices_of_both(&[along]);
+    let mut drawn = Drawn::of_slices(What::Bifurcation, slices.len(), all);
+    for slice in slices {
+        let title = format!("{}: bifurcation diagram over {name}", results.job);
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let sweeps = sweeps(results, &slice.points);
+        let with_lambda = slice.points.iter().any(|point| point.lambda.is_some());
+        let all = slice.points.iter().flat_map(|point| samples.of(point));
+        let up = padded(range(all), 0.05);
+        let (both, height) = match (sweeps.len() > 1, with_lambda) {
+            (true, true) => (true, 206.0),
+            (true, false) => (true, 216.0),
+            (false, true) => (false, 278.0),
+            (false, false) => (false, 454.0),
+        };
+        let mut top = TOP;
+        for (row, sweep) in sweeps.iter().enumerate() {
+            let label = match both {
+                true => format!("{}: {}", sweep.direction, samples.symbol),
+                false => samples.label.clone(),
+            };
+            let named = !with_lambda && row + 1 == sweeps.len();
+            let panel = Panel {
+                left: LEFT,
+                right: RIGHT,
+                top,
+                bottom: top + height,
+                across: across(results, along),
+                up: Axis::linear(&label, &samples.unit, up),
+            };
+            panel.frame(&mut canvas, named);
+            strobe_panel(&mut canvas, &panel, results, along, sweep, &samples);
+            if both {
+                strip(&mut canvas, &panel, along, sweep);
+            }
+            top = panel.bottom + 22.0;
+        }
+        if with_lambda {
+            let area = match both {
+                true => [top, top + 176.0],
+                false => [370.0, 526.0],
+            };
+            lambda_curve::panel(&mut canvas, area, results, along, &slice.points);
+            top = area[1];
+        }
+        if both {
+            canvas.height = top + 74.0;
+        }
+        let found = counts(slice.points.iter().copied());
+        let used = key(&mut canvas, [MARGIN, TOP], &found);
+        if !results.summary.transitions.is_empty() {
+            let y = TOP + used + 10.0;
+            canvas.dashes([MARGIN + 7.0, y], [MARGIN + 7.0, y + 26.0], CHANGE, 1.2);
+            let at = [MARGIN + 21.0, y + 17.0];
+            canvas.text(at, "change of motion", TICK_SIZE, INK, Anchor::Start);
+        }
+        drawn
+            .pictures
+            .push(Picture::new(format!("bifurcation{}", slice.suffix), canvas));
+    }
+    Ok(drawn)
+}
+
+fn strobe_panel(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    results: &Results,
+    along: usize,
+    sweep: &Sweep<'_>,
+    samples: &Samples,
+) {
+    for change in &results.summary.transitions {
+        if sweep.points.iter().any(|p| p.point_id == change.point_id) {
+            let [lower, upper] = change.bracket;
+            let x = panel.x(0.5 * (lower + upper));
+            canvas.dashes([x, panel.top], [x, panel.bottom], CHANGE, 0.8);
+        }
+    }
+    let count = sweep.points.len() as f64;
+    let radius = (0.14 * (RIGHT - LEFT) / count.max(1.0)).clamp(0.8, 2.0);
+    // Samples on the same half pixel are drawn once: a settled orbit is a dot or two.
+    let mut taken = BTreeSet::new();
+    for point in &sweep.points {
+        for value in samples.of(point) {
+            let place = panel.at(point.axis_values[along], value);
+            let cell = place.map(|coordinate| (2.0 * coordinate).round() as i64);
+            if taken.insert(cell) {
+                canvas.disc(place, radius, sweep.colour);
+            }
+        }
+    }
+    if taken.is_empty() {
+        panel.note(canvas, "no samples in this slice");
+    }
+}
+
+/// The kind of motion of every point, below a panel, each up to halfway to its neighbours.
+fn strip(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>) {
+    let mut points: Vec<(f64, Motion)> = (sweep.points.iter())
+        .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))
+        .collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let [top, bottom] = [panel.bottom + 1.0, panel.bottom + STRIP];
+    for (index, &(x, motion)) in points.iter().enumerate() {
+        let neighbour = |other: Option<usize>| {
+            let other = other.and_then(|other| points.get(other));
+            other.map(|(other, _)| 0.5 * (x + other))
+        };
+        let left = neighbour(index.checked_sub(1)).unwrap_or(panel.left);
+        let right = neighbour(Some(index + 1)).unwrap_or(panel.right);
+        canvas.rectangle([left, top], [right, bottom], motion.colour());
+    }
+}

@@ -1,0 +1,80 @@
+//! A picture that is drawn, before it is a file.
+
+use super::canvas::Canvas;
+use super::draw;
+use super::error::PlotError;
+use super::what::What;
+
+/// A picture, not yet in a file format.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// File name without extension.
+    pub name: String,
+    canvas: Canvas,
+}
+
+impl Picture {
+    /// `name` may hold names of axes, which go into the name of a file.
+    pub(super) fn new(name: String, canvas: Canvas) -> Self {
+        let fits = |c: char| !c.is_control() && c != '/';
+        let name = name.chars().map(|c| if fits(c) { c } else { '_' });
+        Self {
+            name: name.collect(),
+            canvas,
+        }
+    }
+
+    /// The picture as an SVG document, 960 pixels wide.
+    ///
+    /// # Errors
+    /// The drawing library refuses.
+    pub fn svg(&self) -> Result<String, PlotError> {
+        draw::svg(&self.canvas)
+    }
+
+    /// The picture as a PNG file, 1920 pixels wide.
+    ///
+    /// # Errors
+    /// The drawing library refuses.
+    pub fn png(&self) -> Result<Vec<u8>, PlotError> {
+        draw::png(&self.canvas)
+    }
+}
+
+/// Pictures of a folder.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Drawn {
+    /// The pictures, by kind.
+    pub pictures: Vec<Picture>,
+    /// What was left out and why, a sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Drawn {
+    pub(super) fn one(picture: Picture) -> Self {
+        Self {
+            pictures: vec![picture],
+            notes: Vec::new(),
+        }
+    }
+
+    /// Nothing yet, but a note if not all slices will be drawn.
+    pub(super) fn of_slices(what: What, drawn: usize, all: usize) -> Self {
+        let mut notes = Vec::new();
+        if drawn < all {
+            notes.push(format!(
+                "{}: the first {drawn} of {all} slices are drawn",
+                what.name()
+            ));
+        }
+        Self {
+            pictures: Vec::new(),
+            notes,
+        }
+    }
+
+    pub(super) fn append(&mut self, other: Self) {
+        self.pictures.extend(other.pictures);
+        self.notes.extend(other.notes);
+    }
+}

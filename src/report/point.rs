@@ -1,0 +1,52 @@
+//! What is a point of a results folder, on which axes does it lie, and how many are alike?
+
+use serde::Serialize;
+
+/// A grid axis with the values met in the file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Axis {
+    /// Column name.
+    pub name: String,
+    /// SI unit, `1` when dimensionless.
+    pub unit: String,
+    /// Values met, ascending.
+    pub values: Vec<f64>,
+}
+
+/// How many points move in one way.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ClassCount {
+    /// `steady_contact`, `periodic`, …; `none` for points without a class.
+    pub class: String,
+    /// Period of periodic motion.
+    pub period: Option<u64>,
+    /// Points.
+    pub points: usize,
+}
+
+/// One point, as far as a summary needs it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PointSummary {
+    /// Row-major index into the grid.
+    pub point_id: u64,
+    /// Value of each axis.
+    pub axis_values: Vec<f64>,
+    /// Direction of its sweep, `up` or `down`; absent where points are independent.
+    pub direction: Option<String>,
+    /// How the work ended.
+    pub status: String,
+    /// Why.
+    pub reason: String,
+    /// Kind of motion.
+    pub class: Option<String>,
+    /// Its period, where it has one.
+    pub period: Option<u64>,
+    /// Largest exponent \[1/cycle\].
+    pub lambda: Option<f64>,
+    /// Its standard error.
+    pub stderr: Option<f64>,
+    /// The twin's exponent.
+    pub twin: Option<f64>,
+    /// Whether the two agree.
+    pub twin_agrees: Option<bool>,
+}

@@ -1,0 +1,49 @@
+//! The branches of attractors, as text.
+
+use crate::report::numbers::number;
+use crate::report::summary::Summary;
+use std::fmt::Write;
+
+/// The branches of a results folder as text: a line an attractor, branch by branch.
+pub fn render_branches(summary: &Summary) -> String {
+    let mut text = String::from("branches of attractors");
+    let along = summary.axes.iter().rposition(|axis| axis.values.len() > 1);
+    match along.map(|along| &summary.axes[along]) {
+        Some(axis) => _ = writeln!(text, " along {}", axis.name),
+        None => text.push('\n'),
+    }
+    let mut order: Vec<usize> = (0..summary.attractors.len()).collect();
+    order.sort_by_key(|&index| summary.branches[index]);
+    let mut last = None;
+    for index in order {
+        let (attractor, branch) = (&summary.attractors[index], summary.branches[index]);
+        if last != Some(branch) {
+            _ = writeln!(text, "\nbranch {branch}");
+            last = Some(branch);
+        }
+        let place = summary
+            .all
+            .binary_search_by_key(&attractor.point_id, |point| point.point_id);
+        let values = place.map_or(&[][..], |place| &summary.all[place].axis_values);
+        let values: Vec<String> = summary
+            .axes
+            .iter()
+            .zip(values)
+            .map(|(axis, value)| format!("{} {}", axis.name, number(*value)))
+            .collect();
+        let percent = |share: f64| format!("{:.1}", 100.0 * share);
+        let [low, high] = attractor.interval.map(percent);
+        let rms = attractor
+            .deflection_rms
+            .map_or("–".into(), |rms| number(1e6 * rms));
+        _ = writeln!(
+            text,
+            "  point {:<5} {:<34} {:<15} RMS {rms:>6} µm  {:>5} % ({low} … {high})",
+            attractor.point_id,
+            values.join(", "),
+            attractor.kind(),
+            percent(attractor.share),
+        );
+    }
+    text
+}

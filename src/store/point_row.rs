@@ -1,0 +1,78 @@
+//! What is kept of a point: a row of `points.parquet`, and what it adds to the other tables.
+
+use super::chain_part::ChainPart;
+use crate::analysis::{
+    HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey, PointOutcome,
+};
+use serde::{Deserialize, Serialize};
+
+/// One axis of the grid as a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AxisColumn {
+    /// `load`, `speed`, or the dotted manifest key.
+    pub name: String,
+    /// SI unit, `1` when dimensionless.
+    pub unit: String,
+}
+
+/// Where and for how long a point was computed. These columns differ from run to run;
+/// all others depend on the manifest alone.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Placement {
+    /// Worker that computed the point, from 0.
+    pub worker: u32,
+    /// NUMA node it ran on, where the machine tells.
+    pub numa_node: Option<u32>,
+    /// Wall time \[s\].
+    pub wall_time: f64,
+}
+
+/// A row of `points.parquet`, with what the point adds to the other tables.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PointRow {
+    /// Place in the job's list of points.
+    pub point_id: u64,
+    /// Value of each axis, in the order of the axis columns.
+    pub axis_values: Vec<f64>,
+    /// What was found.
+    pub outcome: PointOutcome,
+    /// What its probes found, where they were asked for.
+    pub multistability: Option<MultistabilityOutcome>,
+    /// The periodic orbits found, where they were asked for.
+    pub orbits: Option<OrbitSurvey>,
+    /// Its part in a chain, where the state is carried from point to point.
+    pub chain: Option<Box<ChainPart>>,
+    /// How far ahead it can be foretold, where asked for and chaotic.
+    pub horizon: Option<HorizonOutcome>,
+    /// Name of the kernel that integrated it.
+    pub kernel: String,
+    /// Where and for how long.
+    pub placement: Placement,
+}
+
+impl PointRow {
+    /// The row without what it adds to other tables.
+    pub fn without_tables(mut self) -> Self {
+        self.outcome.poincare.clear();
+        self.outcome.spectra.clear();
+        if let Some(found) = &mut self.multistability {
+            found.probes.clear();
+            found.attractors.clear();
+            found.cells.clear();
+        }
+        if let Some(found) = &mut self.orbits {
+            found.orbits.clear();
+        }
+        if let Some(found) = &mut self.horizon {
+            found.measures.clear();
+        }
+        if let Some(chain) = &mut self.chain {
+            chain.end = None;
+        }
+        self
+    }
+
+    pub(super) fn lyapunov(&self) -> Option<&LyapunovOutcome> {
+        self.outcome.lyapunov.as_ref()
+    }
+}
