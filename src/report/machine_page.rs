@@ -228,7 +228,7 @@ fn operators(page: &mut String, machine: &Characteristics) {
         let Some(first) = rows.next() else {
             continue;
         };
-        let last = rows.last().unwrap_or(first);
+        let last = rows.next_back().unwrap_or(first);
         let of = format!("{kernel} of dimension {dimension}");
         let cliffs = machine.cliffs.iter().filter(|cliff| cliff.of == of);
         let words: Vec<String> = cliffs
