@@ -58,7 +58,7 @@ macro_rules! loops {
      |$a:ident, $b:ident, $c:ident| $multiply_add:expr) => {
         mod $set {
             use super::super::buffer::{LANES, Line};
-            use super::READERS;
+            use crate::characterize::vectors::READERS;
             use std::arch::asm;
             use std::arch::x86_64::*;
             use std::hint::black_box;
@@ -210,7 +210,7 @@ loops!(
 #[cfg(not(target_arch = "x86_64"))]
 mod baseline {
     use super::super::buffer::{LANES, Line};
-    use super::READERS;
+    use crate::characterize::vectors::READERS;
     use std::arch::asm;
     use std::hint::black_box;
 
