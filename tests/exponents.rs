@@ -115,7 +115,7 @@ fn independent_exponents(model: &Model) -> Vec<f64> {
         .eigenvalues()
         .unwrap()
         .iter()
-        .map(|z| z.re.hypot(z.im).ln())
+        .map(|z| z.norm().ln())
         .collect();
     exponents.sort_by(|a, b| b.total_cmp(a));
     exponents

@@ -17,6 +17,7 @@ use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{Event, Observer, Window};
 use common::advance::{Events, advance_with, settled, volterra};
 use common::{forty_modes, model, one_degree};
+use num_complex::{Complex64, c64};
 use std::f64::consts::{SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::channel;
@@ -45,12 +46,11 @@ fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u
             deflection[0] = signal.0;
             for (order, amplitude, phase) in &signal.1 {
                 let omega = TAU * order / period;
-                let mut series = [(0.0, 0.0); 16];
-                legendre_series((0.0, omega), duration, &mut series);
+                let mut series = [Complex64::ZERO; 16];
+                legendre_series(c64(0.0, omega), duration, &mut series);
                 let turned = TAU * (order * cycle as f64).fract() + omega * start + phase;
-                let (sin, cos) = turned.sin_cos();
                 for (a, u) in deflection.iter_mut().zip(series) {
-                    *a += amplitude * (cos * u.0 - sin * u.1);
+                    *a += amplitude * (Complex64::cis(turned) * u).re;
                 }
             }
             nvh.window(&Window {

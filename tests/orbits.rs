@@ -53,7 +53,7 @@ fn a_doubled_period_has_an_unstable_parent() {
     let [parent, doubled] = [&found.orbits[0], &found.orbits[1]];
     assert!(!parent.character.stable && doubled.character.stable);
     assert_eq!(parent.character.bifurcation, Some(Bifurcation::Flip));
-    assert!(parent.multipliers[0].0 < -1.0 && parent.lambda > 0.0);
+    assert!(parent.multipliers[0].re < -1.0 && parent.lambda > 0.0);
     assert!(doubled.lambda < 0.0);
     // The stable one is where the motion has settled.
     let norm = EnergyNorm::new(&model);
@@ -96,7 +96,7 @@ fn a_chaotic_set_is_threaded_by_unstable_orbits() {
         // A start that is known to round-off ends as far off as the orbit stretches it.
         let amplified = 1e-12 * orbit.character.kick_growth_linear.max(1.0);
         assert!(open < amplified, "open by {open:e}: {orbit:?}");
-        let product: f64 = orbit.multipliers.iter().map(|m| m.0.hypot(m.1)).product();
+        let product: f64 = orbit.multipliers.iter().map(|m| m.norm()).product();
         assert!(product < 1.0, "a damped drive contracts volume: {orbit:?}");
     }
     for (i, a) in found.orbits.iter().enumerate() {

@@ -9,6 +9,7 @@ use atlas::model::{
 };
 use atlas::reference::{Passage, Reference};
 use common::{drives, relative_difference, structure};
+use num_complex::{Complex64, c64};
 use std::f64::consts::{PI, TAU};
 
 /// Constant stiffness, no excitation.
@@ -47,13 +48,11 @@ fn one_degree_in_contact_follows_its_closed_form() {
         let mean = (load + w * k * b) / square;
         // Complex amplitude of q: w a (k + iωc) / (Ω² − ω² + 2iβω).
         let omega = TAU / model.period();
-        let (nr, ni) = (w * a * k, w * a * omega * c);
-        let (dr, di) = (square - omega * omega, 2.0 * beta * omega);
-        let norm = dr * dr + di * di;
-        let (re, im) = ((nr * dr + ni * di) / norm, (ni * dr - nr * di) / norm);
+        let impedance = c64(square - omega * omega, 2.0 * beta * omega);
+        let amplitude = w * a * c64(k, omega * c) / impedance;
         let forced = |t: f64| {
-            let (sin, cos) = (omega * t).sin_cos();
-            (mean + re * cos - im * sin, -omega * (re * sin + im * cos))
+            let turned = amplitude * Complex64::cis(omega * t);
+            (mean + turned.re, -omega * turned.im)
         };
 
         // Free vibration of 1e-7 and 0.002 on top of it.
@@ -73,7 +72,7 @@ fn one_degree_in_contact_follows_its_closed_form() {
                 q + fall * (p * cos + s * sin),
                 r + fall * (v * cos - (beta * s + damped * p) * sin),
             ];
-            let scale = [q0.abs(), (omega * re.hypot(im)).max(v)];
+            let scale = [q0.abs(), (omega * amplitude.norm()).max(v)];
             for i in 0..2 {
                 let error = (passage.end.state[i] - exact[i]).abs() / scale[i];
                 assert!(error < 1e-13, "component {i}, {cycles} cycles: {error:e}");

@@ -13,8 +13,9 @@
 use super::recurring::Recurring;
 use crate::model::{Block, Model};
 use crate::numerics::convolution::convolution24;
-use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series};
+use crate::numerics::exponential::{RIGID_PHASE, legendre_series};
 use crate::propagate::Window;
+use num_complex::{Complex64, c64};
 use std::borrow::Cow;
 
 /// Terms of a window's series; kernels carry no more.
@@ -30,7 +31,7 @@ pub type Series = [f64; TERMS];
 type Responses = [Series; KERNEL_TERMS];
 
 /// Series of the exponential's C and S.
-type Exponential = [Complex; KERNEL_TERMS];
+type Exponential = [Complex64; KERNEL_TERMS];
 
 /// Modal motion of a model, window after window.
 #[derive(Debug, Clone)]
@@ -52,7 +53,7 @@ impl<'m> ModalMotion<'m> {
     pub fn of(model: Cow<'m, Model>) -> Self {
         Self {
             own: Recurring::new(),
-            cut: vec![[(0.0, 0.0); KERNEL_TERMS]; model.modes()],
+            cut: vec![[Complex64::ZERO; KERNEL_TERMS]; model.modes()],
             model,
         }
     }
@@ -67,7 +68,7 @@ impl<'m> ModalMotion<'m> {
             }
         };
         let own = self.own.find(tau, || {
-            let mut own = vec![[(0.0, 0.0); KERNEL_TERMS]; blocks.len()];
+            let mut own = vec![[Complex64::ZERO; KERNEL_TERMS]; blocks.len()];
             fill(&mut own);
             own
         });
@@ -105,9 +106,9 @@ fn exponential(block: &Block, tau: f64, out: &mut Exponential) {
         .damped_frequency()
         .unwrap_or(0.0)
         .max(RIGID_PHASE / tau);
-    legendre_series((block.growth(), nu), tau, out);
+    legendre_series(c64(block.growth(), nu), tau, out);
     for term in out {
-        term.1 /= nu;
+        term.im /= nu;
     }
 }
 
@@ -139,7 +140,7 @@ impl ModalSeries<'_> {
         let start = weights([self.window.first[index], self.window.second[index]]);
         let mut out = [0.0; TERMS];
         for (value, e) in out.iter_mut().zip(exponential) {
-            *value = e.0 * start.0 + e.1 * start.1;
+            *value = e.re * start.0 + e.im * start.1;
         }
         let constant = weights(block.static_input);
         add_constant(exponential, constant, self.window.duration, &mut out);
@@ -163,7 +164,7 @@ impl ModalSeries<'_> {
 /// Adds the response to an input given by its `responses`.
 fn add(exponential: &Exponential, weights: (f64, f64), responses: &Responses, out: &mut Series) {
     for (e, response) in exponential.iter().zip(responses) {
-        let scale = e.0 * weights.0 + e.1 * weights.1;
+        let scale = e.re * weights.0 + e.im * weights.1;
         for (value, r) in out.iter_mut().zip(response) {
             *value += scale * r;
         }
@@ -174,7 +175,7 @@ fn add(exponential: &Exponential, weights: (f64, f64), responses: &Responses, ou
 /// `P_{−1} = −1`.
 fn add_constant(exponential: &Exponential, weights: (f64, f64), tau: f64, out: &mut Series) {
     for (k, e) in exponential[..=TERMS].iter().enumerate() {
-        let scale = e.0 * weights.0 + e.1 * weights.1;
+        let scale = e.re * weights.0 + e.im * weights.1;
         let value = 0.5 * tau * scale / (2 * k + 1) as f64;
         if k + 1 < TERMS {
             out[k + 1] += value;
@@ -193,10 +194,10 @@ pub fn padded(series: &[f64]) -> Series {
 
 /// `cos(ωt + phase)` on a window.
 pub fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
-    let mut series = [(0.0, 0.0); TERMS];
-    legendre_series((0.0, omega), tau, &mut series);
-    let (sin, cos) = phase.sin_cos();
-    series.map(|u| cos * u.0 - sin * u.1)
+    let mut series = [Complex64::ZERO; TERMS];
+    legendre_series(c64(0.0, omega), tau, &mut series);
+    let turn = Complex64::cis(phase);
+    series.map(|u| (turn * u).re)
 }
 
 #[cfg(test)]

@@ -14,53 +14,38 @@
 //! A rigid rotation (λ = 0) needs 1 and t. It is carried as `λ = iν` with a ν so small that
 //! cos νt = 1 and sin νt/ν = t to round-off: [`RIGID_PHASE`].
 
+use num_complex::Complex64;
+
 /// ν of a rigid rotation times the window's length: its square is below round-off.
 pub const RIGID_PHASE: f64 = 1e-9;
 
 /// Largest |λ| τ/2 for which the series below are converged to round-off.
 pub const LARGEST_HALF_ARGUMENT: f64 = 5.0;
 
-/// A complex number as (re, im).
-pub type Complex = (f64, f64);
-
-/// Product of two complex numbers.
-#[inline(always)]
-pub fn multiply(a: Complex, b: Complex) -> Complex {
-    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
-}
-
 /// Legendre coefficients of `e^{λt}` on \[0, τ\], written to `out`; returns `e^{λτ}`.
 ///
 /// `|λ| τ/2` must not exceed [`LARGEST_HALF_ARGUMENT`] and `out` must hold at least
 /// 2 entries.
-pub fn legendre_series(lambda: Complex, tau: f64, out: &mut [Complex]) -> Complex {
+pub fn legendre_series(lambda: Complex64, tau: f64, out: &mut [Complex64]) -> Complex64 {
     let n = out.len();
-    let z = (0.5 * lambda.0 * tau, 0.5 * lambda.1 * tau);
-    let square = multiply(z, z);
+    let z = 0.5 * lambda * tau;
+    let square = z * z;
     // c_n from the top.
     let mut above = scaled_bessel(n, square);
     let mut current = scaled_bessel(n - 1, square);
     out[n - 1] = current;
     for k in (1..n).rev() {
         let factor = 1.0 / ((2 * k + 1) * (2 * k + 3)) as f64;
-        let term = multiply(square, above);
-        let below = (current.0 + factor * term.0, current.1 + factor * term.1);
-        above = current;
-        current = below;
+        (above, current) = (current, current + factor * (square * above));
         out[k - 1] = current;
     }
     // e^z zⁿ / (2n−1)!! from the bottom.
-    let half = (z.0.exp() * z.1.cos(), z.0.exp() * z.1.sin());
-    let mut power = half;
+    let mut power = z.exp();
     for (k, value) in out.iter_mut().enumerate() {
-        *value = multiply(*value, power);
-        power = multiply(power, z);
-        let next = 1.0 / (2 * k + 1) as f64;
-        power = (power.0 * next, power.1 * next);
+        *value *= power;
+        power = power * z * (1.0 / (2 * k + 1) as f64);
     }
-    let full = (2.0 * z.0).exp();
-    let (sin, cos) = (2.0 * z.1).sin_cos();
-    (full * cos, full * sin)
+    (2.0 * z).exp()
 }
 
 /// Terms of the power series of `c_n` that are enough for |z| ≤ 5: fewer the higher n.
@@ -73,12 +58,11 @@ fn bessel_terms(n: usize) -> usize {
 }
 
 /// `c_n = Σ (z²/2)^k / (k! (2n+3)(2n+5)…(2n+2k+1))` (A&S 10.2.5), given z².
-fn scaled_bessel(n: usize, square: Complex) -> Complex {
-    let mut sum = (1.0, 0.0);
+fn scaled_bessel(n: usize, square: Complex64) -> Complex64 {
+    let mut sum = Complex64::ONE;
     for k in (1..=bessel_terms(n)).rev() {
         let factor = 0.5 / (k * (2 * n + 2 * k + 1)) as f64;
-        let product = multiply(square, sum);
-        sum = (1.0 + factor * product.0, factor * product.1);
+        sum = 1.0 + factor * (square * sum);
     }
     sum
 }
@@ -87,22 +71,22 @@ fn scaled_bessel(n: usize, square: Complex) -> Complex {
 mod tests {
     use super::super::legendre;
     use super::*;
+    use num_complex::c64;
 
-    fn check(lambda: Complex, tau: f64) {
-        let mut out = [(f64::NAN, f64::NAN); 32];
+    fn check(lambda: Complex64, tau: f64) {
+        let mut out = [c64(f64::NAN, f64::NAN); 32];
         let end = legendre_series(lambda, tau, &mut out);
-        let re: Vec<f64> = out.iter().map(|c| c.0).collect();
-        let im: Vec<f64> = out.iter().map(|c| c.1).collect();
+        let re: Vec<f64> = out.iter().map(|c| c.re).collect();
+        let im: Vec<f64> = out.iter().map(|c| c.im).collect();
         for x in [-1.0, -0.5, 0.1, 0.8, 1.0] {
             let t = 0.5 * tau * (x + 1.0);
-            let size = (lambda.0 * t).exp();
-            let exact = (size * (lambda.1 * t).cos(), size * (lambda.1 * t).sin());
-            assert!((legendre::evaluate(&re, x) - exact.0).abs() < 2e-15 * 4.0);
-            assert!((legendre::evaluate(&im, x) - exact.1).abs() < 2e-15 * 4.0);
+            let exact = (lambda * t).exp();
+            assert!((legendre::evaluate(&re, x) - exact.re).abs() < 2e-15 * 4.0);
+            assert!((legendre::evaluate(&im, x) - exact.im).abs() < 2e-15 * 4.0);
         }
-        let size = (lambda.0 * tau).exp();
-        assert!((end.0 - size * (lambda.1 * tau).cos()).abs() < 1e-15);
-        assert!((end.1 - size * (lambda.1 * tau).sin()).abs() < 1e-15);
+        let exact = (lambda * tau).exp();
+        assert!((end.re - exact.re).abs() < 1e-15);
+        assert!((end.im - exact.im).abs() < 1e-15);
     }
 
     #[test]
@@ -116,31 +100,31 @@ mod tests {
             (-9.9, 0.5),
             (0.0, 0.0),
         ] {
-            check((re, im), 1.0);
-            check((re * 1e5, im * 1e5), 1e-5);
+            check(c64(re, im), 1.0);
+            check(c64(re * 1e5, im * 1e5), 1e-5);
         }
     }
 
     #[test]
     fn a_rigid_rotation_gives_one_and_t() {
-        let (tau, mut out) = (3.0, [(0.0, 0.0); 16]);
+        let (tau, mut out) = (3.0, [Complex64::ZERO; 16]);
         let nu = RIGID_PHASE / tau;
-        let end = legendre_series((0.0, nu), tau, &mut out);
-        assert_eq!((out[0].0, end.0), (1.0, 1.0));
-        assert!((out[0].1 / nu - 1.5).abs() < 1e-15);
-        assert!((out[1].1 / nu - 1.5).abs() < 1e-15);
-        assert!((end.1 / nu - 3.0).abs() < 1e-15);
+        let end = legendre_series(c64(0.0, nu), tau, &mut out);
+        assert_eq!((out[0].re, end.re), (1.0, 1.0));
+        assert!((out[0].im / nu - 1.5).abs() < 1e-15);
+        assert!((out[1].im / nu - 1.5).abs() < 1e-15);
+        assert!((end.im / nu - 3.0).abs() < 1e-15);
         for value in &out[2..] {
-            assert!((value.1 / nu).abs() < 1e-17);
+            assert!((value.im / nu).abs() < 1e-17);
         }
     }
 
     #[test]
     fn tiny_windows_neither_overflow_nor_vanish() {
-        let mut out = [(0.0, 0.0); 16];
-        let end = legendre_series((-1.0, 1e5), 1e-300, &mut out);
-        assert_eq!(end.0, 1.0);
-        assert!((out[0].1 / 1e5 - 0.5e-300).abs() < 1e-315);
-        assert!(out.iter().all(|c| c.0.is_finite() && c.1.is_finite()));
+        let mut out = [Complex64::ZERO; 16];
+        let end = legendre_series(c64(-1.0, 1e5), 1e-300, &mut out);
+        assert_eq!(end.re, 1.0);
+        assert!((out[0].im / 1e5 - 0.5e-300).abs() < 1e-315);
+        assert!(out.iter().all(|c| c.is_finite()));
     }
 }

@@ -9,7 +9,7 @@
 //! The work for each multiple is the same, however fast it turns.
 
 use super::bessel::{LANES, Lanes, ORDERS, spherical_bessel};
-use super::exponential::{Complex, multiply};
+use num_complex::{Complex64, c64};
 
 /// Sixteens of multiples after which turns are taken from sine and cosine again: what one
 /// multiplication loses of them adds up.
@@ -29,7 +29,7 @@ pub struct Stretch {
 /// Adds to every `sums[s][m − 1]` the integral of `series[s]` at m times the slowest
 /// frequency. The same on every instruction set: nothing is fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Complex>]) {
+pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Complex64>]) {
     let count = sums.iter().map(Vec::len).max().unwrap_or(0);
     let mut halves = Turning::new(stretch.half_turn);
     let mut places = Turning::new(stretch.phase);
@@ -39,14 +39,14 @@ pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Com
         for (i, x) in x.iter_mut().enumerate() {
             *x = stretch.half_turn * (first + i + 1) as f64;
         }
-        let (cos, sin) = halves.next();
+        let [cos, sin] = halves.next();
         spherical_bessel(&x, &sin, &cos, &mut bessel);
-        let (cos, sin) = places.next();
+        let [cos, sin] = places.next();
         for (a, sums) in series.iter().zip(&mut *sums) {
             let [re, im] = about_the_middle(a, &bessel);
             for (i, sum) in sums.iter_mut().skip(first).take(LANES).enumerate() {
-                sum.0 += stretch.duration * (re[i] * cos[i] + im[i] * sin[i]);
-                sum.1 += stretch.duration * (im[i] * cos[i] - re[i] * sin[i]);
+                sum.re += stretch.duration * (re[i] * cos[i] + im[i] * sin[i]);
+                sum.im += stretch.duration * (im[i] * cos[i] - re[i] * sin[i]);
             }
         }
     }
@@ -54,7 +54,7 @@ pub fn add_lines(stretch: Stretch, series: &[[f64; ORDERS]], sums: &mut [Vec<Com
 
 /// Writes `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt = τ e^{−iκ} (−i)ⁿ j_n(κ)` for every n, κ = ωτ/2 being the
 /// half turn.
-pub fn line_integrals(half_turn: f64, duration: f64, out: &mut [Complex; ORDERS]) {
+pub fn line_integrals(half_turn: f64, duration: f64, out: &mut [Complex64; ORDERS]) {
     let (sin, cos) = half_turn.sin_cos();
     let mut bessel = [[0.0; LANES]; ORDERS];
     spherical_bessel(
@@ -64,10 +64,10 @@ pub fn line_integrals(half_turn: f64, duration: f64, out: &mut [Complex; ORDERS]
         &mut bessel,
     );
     // τ e^{−iκ} (−i)ⁿ, from n = 0 on.
-    let mut factor = (duration * cos, -duration * sin);
+    let mut factor = duration * c64(cos, -sin);
     for (value, j) in out.iter_mut().zip(&bessel) {
-        *value = (factor.0 * j[0], factor.1 * j[0]);
-        factor = (factor.1, -factor.0);
+        *value = factor * j[0];
+        factor = c64(factor.im, -factor.re);
     }
 }
 
@@ -87,19 +87,19 @@ fn about_the_middle(a: &[f64; ORDERS], bessel: &[Lanes; ORDERS]) -> [Lanes; 2] {
 /// Cosines and sines of the multiples of an angle, sixteen after sixteen.
 struct Turning {
     angle: f64,
-    /// Multiples 1 … 16.
-    low: [Complex; LANES],
+    /// Of the multiples 1 … 16.
+    low: [Lanes; 2],
     /// Sixteens given.
     given: usize,
-    now: [Complex; LANES],
+    now: [Lanes; 2],
 }
 
 impl Turning {
     #[inline(always)]
     fn new(angle: f64) -> Self {
-        let mut low = [(1.0, 0.0); LANES];
-        for (i, turn) in low.iter_mut().enumerate() {
-            *turn = unit(angle * (i + 1) as f64);
+        let mut low = [[0.0; LANES]; 2];
+        for i in 0..LANES {
+            (low[1][i], low[0][i]) = (angle * (i + 1) as f64).sin_cos();
         }
         Self {
             angle,
@@ -110,25 +110,26 @@ impl Turning {
     }
 
     #[inline(always)]
-    fn next(&mut self) -> (Lanes, Lanes) {
+    fn next(&mut self) -> [Lanes; 2] {
         if self.given > 0 {
-            let (from, turn) = match self.given % MOST_TURNED {
-                0 => (self.low, unit(self.angle * (self.given * LANES) as f64)),
-                _ => (self.now, self.low[LANES - 1]),
+            let ([re, im], turn) = match self.given % MOST_TURNED {
+                0 => {
+                    let angle = self.angle * (self.given * LANES) as f64;
+                    (self.low, Complex64::cis(angle))
+                }
+                _ => (
+                    self.now,
+                    c64(self.low[0][LANES - 1], self.low[1][LANES - 1]),
+                ),
             };
             for i in 0..LANES {
-                self.now[i] = multiply(from[i], turn);
+                self.now[0][i] = re[i] * turn.re - im[i] * turn.im;
+                self.now[1][i] = re[i] * turn.im + im[i] * turn.re;
             }
         }
         self.given += 1;
-        (self.now.map(|turn| turn.0), self.now.map(|turn| turn.1))
+        self.now
     }
-}
-
-/// `e^{iφ}`.
-fn unit(angle: f64) -> Complex {
-    let (sin, cos) = angle.sin_cos();
-    (cos, sin)
 }
 
 #[cfg(test)]
@@ -141,7 +142,7 @@ mod tests {
     #[test]
     fn one_frequency_is_one_of_the_multiples() {
         for half_turn in [0.3, 5.0, 9.0, 23.0, 24.0, 61.0] {
-            let mut found = [(0.0, 0.0); ORDERS];
+            let mut found = [Complex64::ZERO; ORDERS];
             line_integrals(half_turn, 0.3, &mut found);
             let stretch = Stretch {
                 duration: 0.3,
@@ -150,9 +151,9 @@ mod tests {
             };
             for (n, value) in found.into_iter().enumerate() {
                 let series: [f64; ORDERS] = std::array::from_fn(|i| f64::from(u8::from(i == n)));
-                let mut sums = vec![vec![(0.0, 0.0); 20]];
+                let mut sums = vec![vec![Complex64::ZERO; 20]];
                 add_lines(stretch, &[series], &mut sums);
-                let error = (sums[0][19].0 - value.0).hypot(sums[0][19].1 - value.1);
+                let error = (sums[0][19] - value).norm();
                 assert!(error < 1e-15, "{n} at {half_turn}: {error:e}");
             }
         }
@@ -170,21 +171,18 @@ mod tests {
                 half_turn,
                 phase: 2.0 + half_turn,
             };
-            let mut sums = vec![vec![(1.0, 2.0); 1000], vec![(0.0, 0.0); 1001]];
+            let starts = [(c64(1.0, 2.0), 1000), (Complex64::ZERO, 1001)];
+            let mut sums = starts.map(|(start, count)| vec![start; count]);
             add_lines(stretch, &series, &mut sums);
             for m in (1..=1000).step_by(173).chain([2, 3, 8, 9, 128, 129, 1000]) {
                 let rule = GaussLegendre::new(60 + (m as f64 * half_turn) as usize);
-                for (s, (series, start)) in series.iter().zip([(1.0, 2.0), (0.0, 0.0)]).enumerate()
-                {
-                    let mut exact = start;
+                for (s, (series, (mut exact, _))) in series.iter().zip(starts).enumerate() {
                     for (x, w) in rule.nodes.iter().zip(&rule.weights) {
                         let turn = m as f64 * (stretch.phase + half_turn * x);
                         let value = 0.5 * stretch.duration * w * evaluate(series, *x);
-                        exact.0 += value * turn.cos();
-                        exact.1 -= value * turn.sin();
+                        exact += value * Complex64::cis(-turn);
                     }
-                    let found = sums[s][m - 1];
-                    let error = (found.0 - exact.0).hypot(found.1 - exact.1);
+                    let error = (sums[s][m - 1] - exact).norm();
                     // The phases themselves are known to so much of their turns.
                     let unsure = 8e-16 * m as f64 * stretch.phase / (1.0 + m as f64 * half_turn);
                     let bound = 2e-14 + unsure;

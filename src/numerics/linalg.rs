@@ -7,7 +7,8 @@ use super::plain;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::traits::ComplexField;
 use faer::traits::ext::ComplexFieldExt;
-use faer::{Mat, MatRef, Side, c64};
+use faer::{Mat, MatRef, Side};
+use num_complex::{Complex64, c64};
 
 /// `A B`.
 pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
@@ -121,22 +122,17 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
     (0..rhs.len()).map(|i| x[(i, 0)]).collect()
 }
 
-/// Eigenvalues of a real matrix as (re, im), largest modulus first; none where the
+/// Eigenvalues of a real matrix, largest modulus first; none where the
 /// iteration fails or the matrix is not finite.
-pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<(f64, f64)>> {
-    let mut values: Vec<(f64, f64)> = match portable() {
+pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
+    let mut values = match portable() {
         true => plain::eigenvalues(matrix)?,
-        false => {
-            let found = matrix.eigenvalues().ok()?;
-            found.iter().map(|c| (c.re, c.im)).collect()
-        }
+        false => matrix.eigenvalues().ok()?,
     };
-    let modulus = |v: &(f64, f64)| v.0.hypot(v.1);
     values.sort_by(|a, b| {
-        modulus(b)
-            .total_cmp(&modulus(a))
-            .then(b.0.total_cmp(&a.0))
-            .then(b.1.total_cmp(&a.1))
+        (b.norm().total_cmp(&a.norm()))
+            .then(b.re.total_cmp(&a.re))
+            .then(b.im.total_cmp(&a.im))
     });
     Some(values)
 }
@@ -144,8 +140,8 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<(f64, f64)>> {
 /// An eigenvalue and its right eigenvector.
 #[derive(Debug, Clone)]
 pub struct EigenPair {
-    /// The eigenvalue as (re, im).
-    pub value: (f64, f64),
+    /// The eigenvalue.
+    pub value: Complex64,
     /// Real and imaginary part of the eigenvector, of unit Euclidean norm together; the
     /// imaginary part of a real eigenvalue's is zero.
     pub vector: [Vec<f64>; 2],
@@ -158,10 +154,10 @@ const MOST_INVERSE_STEPS: usize = 12;
 /// Residual, relative to the matrix, at which an eigenvector counts as found.
 const EIGENVECTOR_RESIDUAL: f64 = 1e-13;
 
-/// The eigenvalue nearest to `near` (re, im) with its right eigenvector, by inverse iteration:
+/// The eigenvalue nearest to `near` with its right eigenvector, by inverse iteration:
 /// one factorisation where a whole decomposition takes some twenty. None where the matrix is
 /// not finite or the iteration does not find one.
-pub fn eigenpair(matrix: MatRef<'_, f64>, near: (f64, f64)) -> Option<EigenPair> {
+pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> {
     let n = matrix.nrows();
     // A maximum, whose bits no order changes.
     let size = matrix.norm_max();
@@ -169,15 +165,15 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: (f64, f64)) -> Option<EigenPair>
         return None;
     }
     // An exact eigenvalue would make the shifted matrix singular.
-    let shift = c64::new(near.0 + f64::EPSILON * size, near.1);
+    let shift = near + f64::EPSILON * size;
     let shifted = Mat::from_fn(n, n, |i, j| {
-        let diagonal = if i == j { shift } else { c64::ZERO };
-        c64::new(matrix[(i, j)], 0.0) - diagonal
+        let diagonal = if i == j { shift } else { Complex64::ZERO };
+        c64(matrix[(i, j)], 0.0) - diagonal
     });
     let factors = Shifted::new(&shifted);
     // A start that no structure of the matrix is likely to be orthogonal to.
     let mut vector = Mat::from_fn(n, 1, |i, _| {
-        c64::new((1.0 + i as f64).sin(), (0.5 + i as f64).cos())
+        c64((1.0 + i as f64).sin(), (0.5 + i as f64).cos())
     });
     for _ in 0..MOST_INVERSE_STEPS {
         vector = factors.solve(&vector);
@@ -189,13 +185,13 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: (f64, f64)) -> Option<EigenPair>
             vector[(i, 0)] /= length;
         }
         let image = image(matrix, &vector);
-        let value: c64 = (0..n).map(|i| vector[(i, 0)].conj() * image[i]).sum();
+        let value: Complex64 = (0..n).map(|i| vector[(i, 0)].conj() * image[i]).sum();
         let residual = (0..n)
             .map(|i| (image[i] - value * vector[(i, 0)]).norm_sqr())
             .sum::<f64>()
             .sqrt();
         if residual <= EIGENVECTOR_RESIDUAL * size * (n as f64).sqrt() {
-            return Some(polished(value, &vector, near.1 == 0.0));
+            return Some(polished(value, &vector, near.im == 0.0));
         }
     }
     None
@@ -203,13 +199,13 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: (f64, f64)) -> Option<EigenPair>
 
 /// The factors of a shifted matrix.
 enum Shifted {
-    Library(PartialPivLu<c64>),
+    Library(PartialPivLu<Complex64>),
     /// Of the real matrix that does the same to real and imaginary parts, one below the other.
     Plain(plain::Lu),
 }
 
 impl Shifted {
-    fn new(matrix: &Mat<c64>) -> Self {
+    fn new(matrix: &Mat<Complex64>) -> Self {
         if !portable() {
             return Self::Library(PartialPivLu::new(matrix.as_ref()));
         }
@@ -224,7 +220,7 @@ impl Shifted {
         })))
     }
 
-    fn solve(&self, vector: &Mat<c64>) -> Mat<c64> {
+    fn solve(&self, vector: &Mat<Complex64>) -> Mat<Complex64> {
         let factors = match self {
             Self::Library(factors) => return factors.solve(vector),
             Self::Plain(factors) => factors,
@@ -235,7 +231,7 @@ impl Shifted {
             .chain((0..n).map(|i| vector[(i, 0)].im))
             .collect();
         let x = factors.solve(&parts);
-        Mat::from_fn(n, 1, |i, _| c64::new(x[i], x[n + i]))
+        Mat::from_fn(n, 1, |i, _| c64(x[i], x[n + i]))
     }
 }
 
@@ -250,9 +246,9 @@ pub fn norm<T: ComplexField<Real = f64>>(vector: &Mat<T>) -> f64 {
     }
 }
 
-fn image(matrix: MatRef<'_, f64>, vector: &Mat<c64>) -> Vec<c64> {
+fn image(matrix: MatRef<'_, f64>, vector: &Mat<Complex64>) -> Vec<Complex64> {
     let n = matrix.nrows();
-    let mut image = vec![c64::ZERO; n];
+    let mut image = vec![Complex64::ZERO; n];
     for j in 0..n {
         for (i, value) in image.iter_mut().enumerate() {
             *value += vector[(j, 0)] * matrix[(i, j)];
@@ -262,9 +258,9 @@ fn image(matrix: MatRef<'_, f64>, vector: &Mat<c64>) -> Vec<c64> {
 }
 
 /// The pair of parts; the vector of a real eigenvalue is turned until it is real.
-fn polished(value: c64, vector: &Mat<c64>, real: bool) -> EigenPair {
+fn polished(value: Complex64, vector: &Mat<Complex64>, real: bool) -> EigenPair {
     let n = vector.nrows();
-    let mut turn = c64::new(1.0, 0.0);
+    let mut turn = c64(1.0, 0.0);
     if real {
         let largest = (0..n).max_by(|&a, &b| {
             let size = |i: usize| vector[(i, 0)].norm_sqr();
@@ -274,10 +270,10 @@ fn polished(value: c64, vector: &Mat<c64>, real: bool) -> EigenPair {
             turn = largest.conj() / largest.norm();
         }
     }
-    let turned: Vec<c64> = (0..n).map(|i| turn * vector[(i, 0)]).collect();
+    let turned: Vec<Complex64> = (0..n).map(|i| turn * vector[(i, 0)]).collect();
     let imaginary = |part: f64| if real { 0.0 } else { part };
     EigenPair {
-        value: (value.re, imaginary(value.im)),
+        value: c64(value.re, imaginary(value.im)),
         vector: [
             turned.iter().map(|z| z.re).collect(),
             turned.iter().map(|z| imaginary(z.im)).collect(),
@@ -286,8 +282,8 @@ fn polished(value: c64, vector: &Mat<c64>, real: bool) -> EigenPair {
 }
 
 /// The discrete Fourier transform of a power of two of real values in plain loops: the terms up to
-/// half their number, as (re, im).
-pub fn transform(values: &[f64]) -> Vec<(f64, f64)> {
+/// half their number.
+pub fn transform(values: &[f64]) -> Vec<Complex64> {
     plain::transform(values)
 }
 
@@ -332,9 +328,9 @@ mod tests {
             [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 0.3]][i][j]
         });
         let values = eigenvalues(a.as_ref()).unwrap();
-        assert!((values[0].0.hypot(values[0].1) - r).abs() < 1e-15);
-        assert!((values[0].1.atan2(values[0].0).abs() - phi).abs() < 1e-15);
-        assert!((values[2].0 - 0.3).abs() < 1e-15);
+        assert!((values[0].norm() - r).abs() < 1e-15);
+        assert!((values[0].arg().abs() - phi).abs() < 1e-15);
+        assert!((values[2].re - 0.3).abs() < 1e-15);
     }
 
     #[test]
@@ -346,17 +342,15 @@ mod tests {
         let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
         for known in eigenvalues(a.as_ref()).unwrap() {
             for off in [0.0, 1e-9, 1e-3] {
-                let near = (known.0 + off, known.1);
-                let EigenPair { value, vector } = eigenpair(a.as_ref(), near).unwrap();
-                assert!((value.0 - known.0).hypot(value.1 - known.1) < 1e-12);
+                let EigenPair { value, vector } = eigenpair(a.as_ref(), known + off).unwrap();
+                assert!((value - known).norm() < 1e-12);
                 let [re, im] = &vector;
                 assert!((dot(re, re) + dot(im, im) - 1.0).abs() < 1e-14);
-                assert_eq!(known.1 == 0.0, im.iter().all(|u| *u == 0.0));
+                assert_eq!(known.im == 0.0, im.iter().all(|u| *u == 0.0));
                 for i in 0..3 {
                     let row: Vec<f64> = (0..3).map(|j| a[(i, j)]).collect();
-                    let x = value.0 * re[i] - value.1 * im[i];
-                    let y = value.0 * im[i] + value.1 * re[i];
-                    assert!((dot(&row, re) - x).abs() + (dot(&row, im) - y).abs() < 1e-12);
+                    let off = c64(dot(&row, re), dot(&row, im)) - value * c64(re[i], im[i]);
+                    assert!(off.norm() < 1e-12);
                 }
             }
         }
@@ -365,8 +359,8 @@ mod tests {
     #[test]
     fn a_matrix_that_is_not_finite_has_no_eigenpair() {
         let a = Mat::from_fn(2, 2, |i, _| if i == 0 { f64::NAN } else { 1.0 });
-        assert!(eigenpair(a.as_ref(), (1.0, 0.0)).is_none());
+        assert!(eigenpair(a.as_ref(), Complex64::ONE).is_none());
         let nothing: Mat<f64> = Mat::zeros(0, 0);
-        assert!(eigenpair(nothing.as_ref(), (1.0, 0.0)).is_none());
+        assert!(eigenpair(nothing.as_ref(), Complex64::ONE).is_none());
     }
 }

@@ -9,6 +9,7 @@ pub use general::eigenvalues;
 pub use symmetric::symmetric_eigen;
 
 use faer::{Mat, MatRef};
+use num_complex::Complex64;
 
 /// Steps of an iteration for one eigenvalue before it is given up.
 const MOST_STEPS: usize = 60;
@@ -134,22 +135,20 @@ pub fn solve_upper(lower: &Mat<f64>, b: &mut Mat<f64>) {
 }
 
 /// The discrete Fourier transform of real values, a power of two of them: the terms up to half
-/// their number, as (re, im).
-pub fn transform(values: &[f64]) -> Vec<(f64, f64)> {
+/// their number.
+pub fn transform(values: &[f64]) -> Vec<Complex64> {
     let n = values.len();
     assert!(n.is_power_of_two(), "{n} values");
     let bits = n.trailing_zeros();
     let place = |i: usize| i.reverse_bits().unbounded_shr(usize::BITS - bits);
-    let mut z: Vec<(f64, f64)> = (0..n).map(|i| (values[place(i)], 0.0)).collect();
+    let mut z: Vec<Complex64> = (0..n).map(|i| values[place(i)].into()).collect();
     let mut half = 1;
     while half < n {
         for k in 0..half {
-            let (sin, cos) = (-std::f64::consts::PI * k as f64 / half as f64).sin_cos();
+            let turn = Complex64::cis(-std::f64::consts::PI * k as f64 / half as f64);
             for i in (k..n).step_by(2 * half) {
-                let (a, b) = (z[i], z[i + half]);
-                let turned = (b.0 * cos - b.1 * sin, b.0 * sin + b.1 * cos);
-                z[i] = (a.0 + turned.0, a.1 + turned.1);
-                z[i + half] = (a.0 - turned.0, a.1 - turned.1);
+                let (a, turned) = (z[i], z[i + half] * turn);
+                (z[i], z[i + half]) = (a + turned, a - turned);
             }
         }
         half *= 2;
@@ -239,12 +238,12 @@ mod tests {
             let mut known = linalg::eigenvalues(a.as_ref()).unwrap();
             let found = eigenvalues(a.as_ref()).unwrap();
             assert_eq!(known.len(), found.len());
-            for (re, im) in found {
-                let far = |v: &(f64, f64)| (v.0 - re).hypot(v.1 - im);
+            for value in found {
+                let far = |v: &Complex64| (v - value).norm();
                 let nearest = (0..known.len())
                     .min_by(|&a, &b| far(&known[a]).total_cmp(&far(&known[b])))
                     .unwrap();
-                assert!(far(&known.swap_remove(nearest)) < 1e-12, "{re} {im}");
+                assert!(far(&known.swap_remove(nearest)) < 1e-12, "{value}");
             }
         }
         assert!(eigenvalues(Mat::from_fn(2, 2, |_, _| f64::NAN).as_ref()).is_none());
@@ -253,14 +252,13 @@ mod tests {
     #[test]
     fn the_transform_is_its_sum() {
         let values: Vec<f64> = (0..16).map(|i| (0.3 * i as f64).sin() + 0.1).collect();
-        for (k, (re, im)) in transform(&values).into_iter().enumerate() {
-            let mut sum = (0.0, 0.0);
+        for (k, term) in transform(&values).into_iter().enumerate() {
+            let mut sum = Complex64::ZERO;
             for (i, value) in values.iter().enumerate() {
-                let (sin, cos) = (-std::f64::consts::TAU * (k * i) as f64 / 16.0).sin_cos();
-                sum = (sum.0 + value * cos, sum.1 + value * sin);
+                sum += value * Complex64::cis(-std::f64::consts::TAU * (k * i) as f64 / 16.0);
             }
-            assert!((sum.0 - re).hypot(sum.1 - im) < 1e-13, "{k}");
+            assert!((sum - term).norm() < 1e-13, "{k}");
         }
-        assert_eq!(transform(&[2.0]), [(2.0, 0.0)]);
+        assert_eq!(transform(&[2.0]), [Complex64::from(2.0)]);
     }
 }

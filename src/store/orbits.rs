@@ -2,6 +2,7 @@
 
 use super::table::{Table, columns};
 use crate::analysis::{Bifurcation, OrbitOutcome};
+use num_complex::Complex64;
 
 /// A row of `orbits.parquet`.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,8 +18,8 @@ pub struct OrbitRow {
 impl OrbitRow {
     /// The row of an orbit of a point.
     pub fn new(point_id: u64, orbit: OrbitOutcome) -> Self {
-        let part = |of: fn(&(f64, f64)) -> f64| orbit.multipliers.iter().map(of).collect();
-        let multipliers = (!orbit.multipliers.is_empty()).then(|| [part(|m| m.0), part(|m| m.1)]);
+        let part = |of: fn(&Complex64) -> f64| orbit.multipliers.iter().map(of).collect();
+        let multipliers = (!orbit.multipliers.is_empty()).then(|| [part(|m| m.re), part(|m| m.im)]);
         Self {
             point_id,
             orbit,

@@ -15,6 +15,7 @@ use crate::propagate::{
     Counters, DenseError, Dyadic, Event, Fused, Hermite, InstructionSet, Kernel, Observer,
     Spectral, Stop, Tangents, Volterra, Window,
 };
+use num_complex::Complex64;
 use std::sync::atomic::AtomicBool;
 
 /// Most events in a mesh cycle.
@@ -174,7 +175,7 @@ pub trait Propagator {
         &self,
         model: &Model,
         start: &TrajectoryState,
-    ) -> Result<Option<Vec<(f64, f64)>>, Stop>;
+    ) -> Result<Option<Vec<Complex64>>, Stop>;
 
     /// Growth of the whole tangent space over a multiple of ten cycles.
     fn volume_growth(
@@ -282,7 +283,7 @@ impl<K: Kernel + Sync> Propagator for K {
         &self,
         model: &Model,
         start: &TrajectoryState,
-    ) -> Result<Option<Vec<(f64, f64)>>, Stop> {
+    ) -> Result<Option<Vec<Complex64>>, Stop> {
         floquet::multipliers(
             model,
             self,

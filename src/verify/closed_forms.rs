@@ -29,7 +29,7 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 what: "an eigenvalue of the kernel's map",
             })?;
             for (found, exact) in found.iter().zip(exponents) {
-                worst = worse(worst, (found.0.hypot(found.1).ln() - exact).abs());
+                worst = worse(worst, (found.norm().ln() - exact).abs());
             }
             if found.len() != exponents.len() {
                 worst = f64::NAN;
@@ -105,7 +105,7 @@ fn independent_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
     let eigenvalues = map.eigenvalues().map_err(|_| Trouble::Missing {
         what: "an eigenvalue of the exponentials",
     })?;
-    let mut exponents: Vec<f64> = eigenvalues.iter().map(|z| z.re.hypot(z.im).ln()).collect();
+    let mut exponents: Vec<f64> = eigenvalues.iter().map(|z| z.norm().ln()).collect();
     exponents.sort_by(|a, b| b.total_cmp(a));
     Ok(exponents)
 }
@@ -320,10 +320,10 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         let start = model.start(&InitialState::Static);
         let found = kernel.on(&model)?.multipliers(&model, &start)?;
         let found = found.and_then(|multipliers| multipliers.first().copied());
-        let (re, im) = found.ok_or(Trouble::Missing {
+        let leading = found.ok_or(Trouble::Missing {
             what: "a multiplier of the pair",
         })?;
-        let frequency = im.atan2(re).abs() / model.period();
+        let frequency = leading.arg().abs() / model.period();
         lines.push(Line::at_most(
             format!("{}: rigid pair, {exact:.0} rad/s", kernel.name),
             "sqrt(k (r1^2/J1 + r2^2/J2))",

@@ -9,11 +9,12 @@ use super::rule::{LANES, LONG, Rule};
 use super::stretches::Stretches;
 use crate::analysis::modal_series::TERMS;
 use crate::analysis::recurring::Recurring;
-use crate::numerics::exponential::{Complex, LARGEST_HALF_ARGUMENT, legendre_series, multiply};
+use crate::numerics::exponential::{LARGEST_HALF_ARGUMENT, legendre_series};
 use crate::numerics::fourier::{Stretch, add_lines, line_integrals};
 use crate::numerics::legendre::polynomials;
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::Window;
+use num_complex::{Complex64, c64};
 use std::slice;
 use std::sync::Arc;
 
@@ -44,7 +45,7 @@ type Table = Arc<[EightFrequencies]>;
 /// Writes `∫ δ e^{−iω t} dt` over a window, t from its start, for every frequency of a table.
 /// The same on every instruction set: nothing is fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn integrals(table: &[EightFrequencies], series: &[f64; TERMS], out: &mut [Complex]) {
+fn integrals(table: &[EightFrequencies], series: &[f64; TERMS], out: &mut [Complex64]) {
     for (eight, out) in table.iter().zip(out.chunks_mut(LANES)) {
         // Even and odd terms apart: two short chains of sums instead of a long one.
         let mut sums = [Lanes::ZERO; 2];
@@ -58,7 +59,7 @@ fn integrals(table: &[EightFrequencies], series: &[f64; TERMS], out: &mut [Compl
             }
         }
         for (i, value) in out.iter_mut().enumerate() {
-            *value = (sums[0].re[i] + sums[1].re[i], sums[0].im[i] + sums[1].im[i]);
+            *value = c64(sums[0].re[i] + sums[1].re[i], sums[0].im[i] + sums[1].im[i]);
         }
     }
 }
@@ -72,7 +73,7 @@ pub(super) struct Fourier {
     /// Integrals of the Legendre polynomials on windows of the kernel's own lengths.
     known: Recurring<Table>,
     /// Room for the integrals at all frequencies.
-    values: Vec<Complex>,
+    values: Vec<Complex64>,
     pub(super) suborders: Suborders,
 }
 
@@ -84,7 +85,7 @@ impl Fourier {
         let frequencies: Vec<f64> = orders.map(|order| order * mesh_frequency).collect();
         Self {
             mesh_frequency,
-            values: vec![(0.0, 0.0); frequencies.len()],
+            values: vec![Complex64::ZERO; frequencies.len()],
             frequencies,
             known: Recurring::new(),
             suborders: Suborders::new(),
@@ -114,7 +115,7 @@ impl Fourier {
         series: &[f64; TERMS],
         rule: &Rule<M>,
         at_nodes: &[f64; M],
-        sums: &mut Vec<Complex>,
+        sums: &mut Vec<Complex64>,
     ) {
         let tau = window.duration;
         let (many, turned) = (self.many(), self.half_turn(tau));
@@ -139,9 +140,9 @@ impl Fourier {
         }
         // A twelfth of the mesh frequency has its phase back after twelve cycles.
         let twelfth = turn(self.mesh_frequency / 12.0 * window.start);
-        let twelfth = multiply(twelfth, TWELFTH_TURNS[(window.cycle % 12) as usize]);
-        let three = multiply(twelfth, multiply(twelfth, twelfth));
-        let six = multiply(three, three);
+        let twelfth = twelfth * TWELFTH_TURNS[(window.cycle % 12) as usize];
+        let three = twelfth * (twelfth * twelfth);
+        let six = three * three;
         let (below, whole) = self.values.split_at(SUBORDERS);
         if whole_at_once {
             let stretch = Stretch {
@@ -151,17 +152,15 @@ impl Fourier {
             };
             add_lines(stretch, slice::from_ref(series), slice::from_mut(sums));
         } else {
-            let start = multiply(six, six);
+            let start = six * six;
             let mut rotation = start;
             for (sum, value) in sums.iter_mut().zip(whole) {
-                let value = multiply(rotation, *value);
-                sum.0 += value.0;
-                sum.1 += value.1;
-                rotation = multiply(rotation, start);
+                *sum += rotation * value;
+                rotation *= start;
             }
         }
-        let four = multiply(three, twelfth);
-        let factors = [three, four, six, multiply(four, four), multiply(six, three)];
+        let four = three * twelfth;
+        let factors = [three, four, six, four * four, six * three];
         self.suborders.add(&factors, below);
     }
 }
@@ -174,11 +173,11 @@ fn table(frequencies: &[f64], tau: f64) -> Table {
             im: [[0.0; LANES]; TERMS],
         };
         for (i, omega) in frequencies.iter().enumerate() {
-            let mut integrals = [(0.0, 0.0); TERMS];
+            let mut integrals = [Complex64::ZERO; TERMS];
             window_integrals(*omega, tau, &mut integrals);
-            for (n, (re, im)) in integrals.into_iter().enumerate() {
-                out.re[n][i] = re;
-                out.im[n][i] = im;
+            for (n, integral) in integrals.into_iter().enumerate() {
+                out.re[n][i] = integral.re;
+                out.im[n][i] = integral.im;
             }
         }
         out
@@ -246,8 +245,8 @@ impl Lanes {
         }
     }
 
-    fn total(&self) -> Complex {
-        (self.re.iter().sum(), self.im.iter().sum())
+    fn total(&self) -> Complex64 {
+        c64(self.re.iter().sum::<f64>(), self.im.iter().sum())
     }
 }
 
@@ -258,8 +257,8 @@ fn sum_nodes<const M: usize>(
     places: &[f64; M],
     weighted: &[f64; M],
     slowest: f64,
-    below: &mut [Complex],
-    whole: &mut [Complex],
+    below: &mut [Complex64],
+    whole: &mut [Complex64],
 ) {
     let mut parts = [Lanes::ZERO; SUBORDERS];
     let mut orders = [Lanes::ZERO; MOST_AT_NODES];
@@ -297,9 +296,9 @@ fn sum_nodes<const M: usize>(
 #[derive(Debug, Clone)]
 pub(super) struct Suborders {
     /// Over all cycles.
-    coherent: [Complex; SUBORDERS],
+    coherent: [Complex64; SUBORDERS],
     /// Over the cycles of the present window of [`SUBORDER_WINDOW`].
-    present: [Complex; SUBORDERS],
+    present: [Complex64; SUBORDERS],
     filled: u64,
     /// Squares of amplitudes \[m²\], one a window.
     powers: Stretches<[f64; SUBORDERS]>,
@@ -308,26 +307,24 @@ pub(super) struct Suborders {
 impl Suborders {
     fn new() -> Self {
         Self {
-            coherent: [(0.0, 0.0); SUBORDERS],
-            present: [(0.0, 0.0); SUBORDERS],
+            coherent: [Complex64::ZERO; SUBORDERS],
+            present: [Complex64::ZERO; SUBORDERS],
             filled: 0,
             powers: Stretches::new([0.0; SUBORDERS], 1),
         }
     }
 
     pub(super) fn restart(&mut self) {
-        self.coherent = [(0.0, 0.0); SUBORDERS];
-        self.present = [(0.0, 0.0); SUBORDERS];
+        self.coherent = [Complex64::ZERO; SUBORDERS];
+        self.present = [Complex64::ZERO; SUBORDERS];
         self.filled = 0;
         self.powers.restart();
     }
 
     /// Adds the integrals of a window, turned by `factors` to its place in time.
-    fn add(&mut self, factors: &[Complex; SUBORDERS], window: &[Complex]) {
+    fn add(&mut self, factors: &[Complex64; SUBORDERS], window: &[Complex64]) {
         for ((sum, factor), value) in self.present.iter_mut().zip(factors).zip(window) {
-            let value = multiply(*factor, *value);
-            sum.0 += value.0;
-            sum.1 += value.1;
+            *sum += factor * value;
         }
     }
 
@@ -338,8 +335,7 @@ impl Suborders {
             return;
         }
         let time = SUBORDER_WINDOW as f64 * period;
-        let present = self.present;
-        let power = present.map(|(re, im)| (2.0 * re.hypot(im) / time).powi(2));
+        let power = self.present.map(|sum| (2.0 * sum.norm() / time).powi(2));
         self.powers.open().copy_from_slice(&power);
         self.powers.advance();
         self.close();
@@ -347,9 +343,7 @@ impl Suborders {
 
     fn close(&mut self) {
         for (sum, part) in self.coherent.iter_mut().zip(&mut self.present) {
-            sum.0 += part.0;
-            sum.1 += part.1;
-            *part = (0.0, 0.0);
+            *sum += std::mem::take(part);
         }
         self.filled = 0;
     }
@@ -360,9 +354,8 @@ impl Suborders {
     pub(super) fn of_periodic(&self, period: u32, time: f64) -> Vec<f64> {
         (0..SUBORDERS)
             .map(|i| {
-                let (whole, part) = (self.coherent[i], self.present[i]);
                 if period.is_multiple_of(DENOMINATORS[i]) {
-                    2.0 * (whole.0 + part.0).hypot(whole.1 + part.1) / time
+                    2.0 * (self.coherent[i] + self.present[i]).norm() / time
                 } else {
                     0.0
                 }
@@ -390,39 +383,37 @@ impl Suborders {
 }
 
 /// `e^{−i 2π n/12}`.
-const TWELFTH_TURNS: [Complex; 12] = {
+const TWELFTH_TURNS: [Complex64; 12] = {
     const R: f64 = 0.866_025_403_784_438_6;
     [
-        (1.0, 0.0),
-        (R, -0.5),
-        (0.5, -R),
-        (0.0, -1.0),
-        (-0.5, -R),
-        (-R, -0.5),
-        (-1.0, 0.0),
-        (-R, 0.5),
-        (-0.5, R),
-        (0.0, 1.0),
-        (0.5, R),
-        (R, 0.5),
+        Complex64::new(1.0, 0.0),
+        Complex64::new(R, -0.5),
+        Complex64::new(0.5, -R),
+        Complex64::new(0.0, -1.0),
+        Complex64::new(-0.5, -R),
+        Complex64::new(-R, -0.5),
+        Complex64::new(-1.0, 0.0),
+        Complex64::new(-R, 0.5),
+        Complex64::new(-0.5, R),
+        Complex64::new(0.0, 1.0),
+        Complex64::new(0.5, R),
+        Complex64::new(R, 0.5),
     ]
 };
 
 /// `e^{−i phase}`.
-fn turn(phase: f64) -> Complex {
-    let (sin, cos) = phase.sin_cos();
-    (cos, -sin)
+fn turn(phase: f64) -> Complex64 {
+    Complex64::cis(phase).conj()
 }
 
 /// `∫₀^τ P_n(2t/τ − 1) e^{−iωt} dt` for n < 24: by the series of the exponential, by a Gauss
 /// rule, and by Bessel functions, the faster it turns.
-fn window_integrals(omega: f64, tau: f64, out: &mut [Complex; TERMS]) {
+fn window_integrals(omega: f64, tau: f64, out: &mut [Complex64; TERMS]) {
     let turned = 0.5 * omega * tau;
     if turned <= LARGEST_HALF_ARGUMENT {
-        legendre_series((0.0, -omega), tau, out);
+        legendre_series(c64(0.0, -omega), tau, out);
         for (n, value) in out.iter_mut().enumerate() {
-            let factor = tau / (2 * n + 1) as f64;
-            *value = (factor * value.0, factor * value.1);
+            *value *= tau / (2 * n + 1) as f64;
         }
         return;
     }
@@ -430,17 +421,16 @@ fn window_integrals(omega: f64, tau: f64, out: &mut [Complex; TERMS]) {
         line_integrals(turned, tau, out);
         return;
     }
-    out.fill((0.0, 0.0));
+    out.fill(Complex64::ZERO);
     let nodes = LONG + (omega * tau) as usize;
     let gauss = GaussLegendre::new(nodes);
     let mut p = [0.0; TERMS];
     for (x, w) in gauss.nodes.iter().zip(&gauss.weights) {
         polynomials(*x, &mut p);
-        let (cos, sin) = turn(0.5 * omega * tau * (x + 1.0));
+        let turn = turn(0.5 * omega * tau * (x + 1.0));
         let weight = 0.5 * tau * w;
         for (value, p) in out.iter_mut().zip(&p) {
-            value.0 += weight * p * cos;
-            value.1 += weight * p * sin;
+            *value += weight * p * turn;
         }
     }
 }

@@ -6,8 +6,8 @@
 
 use super::stretches::Summable;
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
-use crate::numerics::exponential::Complex;
 use crate::numerics::statistics::standard_error;
+use num_complex::Complex64;
 
 /// Sums over a stretch.
 #[derive(Debug, Clone, Default)]
@@ -29,14 +29,14 @@ pub(super) struct Sums {
     /// The same of contacts.
     pub touches: [f64; 2],
     /// ∫ δ e^{−ihωt} dt, h = 1, 2, ….
-    pub harmonics: Vec<Complex>,
+    pub harmonics: Vec<Complex64>,
 }
 
 impl Sums {
     /// Nothing, with room for some harmonics.
     pub(super) fn empty(harmonics: usize) -> Self {
         Self {
-            harmonics: vec![(0.0, 0.0); harmonics],
+            harmonics: vec![Complex64::ZERO; harmonics],
             ..Self::default()
         }
     }
@@ -53,14 +53,13 @@ impl Summable for Sums {
         self.flights.add(&other.flights);
         self.touches.add(&other.touches);
         for (sum, value) in self.harmonics.iter_mut().zip(&other.harmonics) {
-            sum.0 += value.0;
-            sum.1 += value.1;
+            *sum += value;
         }
     }
 
     fn clear(&mut self) {
         let mut harmonics = std::mem::take(&mut self.harmonics);
-        harmonics.fill((0.0, 0.0));
+        harmonics.fill(Complex64::ZERO);
         *self = Self {
             harmonics,
             ..Self::default()
@@ -97,7 +96,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
         deflection_rms: origin.half_gap * variance.sqrt(),
         deflection_kurtosis: ratio(fourth, variance * variance),
         harmonics: (sums.harmonics.iter())
-            .map(|(re, im)| 2.0 * re.hypot(*im) / sums.time)
+            .map(|sum| 2.0 * sum.norm() / sums.time)
             .collect(),
         force_mean: origin.centre[1] + force_first,
         force_std: (force_square - force_first * force_first).max(0.0).sqrt(),
@@ -151,12 +150,8 @@ pub(super) fn errors(stretches: &[Sums], total: &Sums, half_gap: f64) -> NvhErro
     let [f1, f2] = total.force.map(|f| f / total.time);
     let force_spread = (f2 - f1 * f1).max(0.0).sqrt();
     let harmonics = (0..total.harmonics.len()).map(|h| {
-        let (re, im) = total.harmonics[h];
-        let size = re.hypot(im);
-        error(&|s| {
-            let (a, b) = s.harmonics[h];
-            ratio(2.0 * (re * a + im * b), size)
-        })
+        let sum = total.harmonics[h];
+        error(&|s| ratio(2.0 * (sum.conj() * s.harmonics[h]).re, sum.norm()))
     });
     NvhErrors {
         deflection_mean: half_gap * error(&|s| s.moments[0]),

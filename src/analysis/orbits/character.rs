@@ -9,6 +9,7 @@ use crate::numerics::legendre::evaluate;
 use crate::numerics::linalg::{norm, product};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
 use faer::Mat;
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 /// Size of the kick that an orbit is tried with, in half gaps.
@@ -44,12 +45,12 @@ impl Bifurcation {
         }
     }
 
-    /// By the leading multiplier (re, im); none of one well inside the unit circle, where a
+    /// By the leading multiplier; none of one well inside the unit circle, where a
     /// complex pair may yet meet on the real axis, and nothing is told by where it stands.
-    fn of((re, im): (f64, f64)) -> Option<Self> {
-        (re.hypot(im) >= NEAR_THE_CIRCLE).then_some(if im != 0.0 {
+    fn of(leading: Complex64) -> Option<Self> {
+        (leading.norm() >= NEAR_THE_CIRCLE).then_some(if leading.im != 0.0 {
             Self::NeimarkSacker
-        } else if re < 0.0 {
+        } else if leading.re < 0.0 {
             Self::Flip
         } else {
             Self::Fold
@@ -201,21 +202,22 @@ impl Observer for Extremes<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use num_complex::c64;
 
     #[test]
     fn only_a_multiplier_near_the_circle_or_outside_is_said_to_cross_it() {
         for (multiplier, crossing) in [
-            ((1.3, 0.0), Some(Bifurcation::Fold)),
-            ((0.95, 0.0), Some(Bifurcation::Fold)),
-            ((-1.29, 0.0), Some(Bifurcation::Flip)),
-            ((-0.91, 0.0), Some(Bifurcation::Flip)),
-            ((0.6, 0.8), Some(Bifurcation::NeimarkSacker)),
-            ((0.5, 0.2), None),
-            ((-0.6, 0.6), None),
-            ((0.4, 0.0), None),
-            ((-0.89, 0.0), None),
+            (c64(1.3, 0.0), Some(Bifurcation::Fold)),
+            (c64(0.95, 0.0), Some(Bifurcation::Fold)),
+            (c64(-1.29, 0.0), Some(Bifurcation::Flip)),
+            (c64(-0.91, 0.0), Some(Bifurcation::Flip)),
+            (c64(0.6, 0.8), Some(Bifurcation::NeimarkSacker)),
+            (c64(0.5, 0.2), None),
+            (c64(-0.6, 0.6), None),
+            (c64(0.4, 0.0), None),
+            (c64(-0.89, 0.0), None),
         ] {
-            assert_eq!(Bifurcation::of(multiplier), crossing, "{multiplier:?}");
+            assert_eq!(Bifurcation::of(multiplier), crossing, "{multiplier}");
         }
     }
 }

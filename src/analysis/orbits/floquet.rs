@@ -11,6 +11,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::linalg::eigenvalues;
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
 use faer::Mat;
+use num_complex::Complex64;
 
 /// Monodromy matrix of `period` mesh cycles from `start`, which is advanced by them: the
 /// derivative of the end by the start in energy coordinates `y = weight x`, neutral pair
@@ -43,7 +44,7 @@ pub fn monodromy<K: Kernel>(
 }
 
 /// Floquet multipliers of the orbit through `start` with a period of `period` mesh cycles,
-/// as (re, im), largest modulus first. `start` is advanced by one period. None where the
+/// largest modulus first. `start` is advanced by one period. None where the
 /// eigenvalue iteration fails.
 ///
 /// # Errors
@@ -56,15 +57,13 @@ pub fn multipliers<K: Kernel>(
     period: u32,
     workspace: &mut K::Workspace,
     counters: &mut Counters,
-) -> Result<Option<Vec<(f64, f64)>>, Stop> {
+) -> Result<Option<Vec<Complex64>>, Stop> {
     let matrix = monodromy(model, kernel, norm, start, period, workspace, counters)?;
     Ok(eigenvalues(matrix.as_ref()))
 }
 
 /// Exponents per mesh cycle `ln|μ| / k` of multipliers over k cycles.
-pub fn exponents(multipliers: &[(f64, f64)], period: u32) -> Vec<f64> {
-    multipliers
-        .iter()
-        .map(|(re, im)| re.hypot(*im).ln() / f64::from(period))
-        .collect()
+pub fn exponents(multipliers: &[Complex64], period: u32) -> Vec<f64> {
+    let exponent = |multiplier: &Complex64| multiplier.norm().ln() / f64::from(period);
+    multipliers.iter().map(exponent).collect()
 }

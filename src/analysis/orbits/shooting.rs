@@ -15,6 +15,7 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::linalg::{eigenvalues, product, solve};
 use crate::propagate::{Counters, Kernel, Stop};
 use faer::Mat;
+use num_complex::Complex64;
 
 /// Most Newton steps; a good guess needs three to five.
 const MOST_STEPS: usize = 8;
@@ -43,8 +44,8 @@ pub struct PeriodicOrbit {
     pub events: u64,
     /// Monodromy matrix in energy coordinates.
     pub monodromy: Mat<f64>,
-    /// Floquet multipliers as (re, im), largest modulus first.
-    pub multipliers: Vec<(f64, f64)>,
+    /// Floquet multipliers, largest modulus first.
+    pub multipliers: Vec<Complex64>,
 }
 
 impl PeriodicOrbit {
@@ -52,7 +53,7 @@ impl PeriodicOrbit {
     pub fn spectral_radius(&self) -> f64 {
         self.multipliers
             .first()
-            .map_or(0.0, |(re, im)| re.hypot(*im))
+            .map_or(0.0, |leading| leading.norm())
     }
 }
 

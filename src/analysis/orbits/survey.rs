@@ -13,6 +13,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
@@ -57,8 +58,8 @@ pub struct OrbitOutcome {
     pub velocity: f64,
     /// Largest exponent `ln|μ| / k` \[1/cycle\].
     pub lambda: f64,
-    /// All multipliers (re, im), largest modulus first; empty where not asked for.
-    pub multipliers: Vec<(f64, f64)>,
+    /// All multipliers, largest modulus first; empty where not asked for.
+    pub multipliers: Vec<Complex64>,
     /// What else is to be said of it.
     pub character: Character,
 }

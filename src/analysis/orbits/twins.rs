@@ -15,6 +15,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::twin::ROUND_OFF as ROUND_OFF_OF_A_CYCLE;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop};
+use num_complex::{Complex64, c64};
 
 /// Distance of a twin from the orbit, in half gaps: between round-off of a period over it
 /// and the curvature of the map.
@@ -83,15 +84,13 @@ pub fn leading_exponent<K: Kernel>(
     }
     let [central, forward] = twins.images();
     let multiplier = quotient(direction, &central);
-    let exponent = |(re, im): (f64, f64)| (re.hypot(im).ln() + logarithm) / f64::from(period);
+    let exponent = |multiplier: Complex64| (multiplier.norm().ln() + logarithm) / f64::from(period);
     let error = (exponent(quotient(direction, &forward)) - exponent(multiplier)).abs()
         + error / f64::from(period);
-    let (re, im) = multiplier;
     let missed: f64 = (0..central[0].len())
         .map(|i| {
-            let x = re * direction[0][i] - im * direction[1][i];
-            let y = re * direction[1][i] + im * direction[0][i];
-            (central[0][i] - x).hypot(central[1][i] - y).powi(2)
+            let linear = multiplier * c64(direction[0][i], direction[1][i]);
+            (c64(central[0][i], central[1][i]) - linear).norm().powi(2)
         })
         .sum::<f64>()
         .sqrt();
@@ -175,9 +174,9 @@ fn length(parts: &[Vec<f64>; 2]) -> f64 {
 }
 
 /// `uᴴ v` of complex vectors given as parts; u has unit norm.
-fn quotient(u: &[Vec<f64>; 2], v: &[Vec<f64>; 2]) -> (f64, f64) {
+fn quotient(u: &[Vec<f64>; 2], v: &[Vec<f64>; 2]) -> Complex64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    (
+    c64(
         dot(&u[0], &v[0]) + dot(&u[1], &v[1]),
         dot(&u[0], &v[1]) - dot(&u[1], &v[0]),
     )

@@ -14,6 +14,7 @@ use crate::model::TrajectoryState;
 use crate::numerics::linalg::{eigenpair, eigenvalues};
 use crate::propagate::{Counters, Kernel};
 use faer::Mat;
+use num_complex::Complex64;
 
 /// Exponent per cycle up to which a repeating motion counts as neutral: round-off splits a
 /// double multiplier 1 (free flight) by its square root.
@@ -64,7 +65,7 @@ pub(super) struct Repeating {
 #[derive(Debug)]
 pub(super) struct Turn {
     monodromy: Mat<f64>,
-    multipliers: Vec<(f64, f64)>,
+    multipliers: Vec<Complex64>,
 }
 
 /// Longest period of an excitation, in mesh cycles, over which contact is watched.
@@ -182,7 +183,7 @@ impl<K: Kernel> PointRun<'_, K> {
         };
         // A second, independent turn around the orbit shows how well the first is known.
         let second = self.monodromy(&mut end, period)?;
-        let leading = multipliers.first().copied().unwrap_or((f64::NAN, 0.0));
+        let leading = multipliers.first().copied().unwrap_or(f64::NAN.into());
         let Some(again) = eigenpair(second.as_ref(), leading) else {
             return Ok(None);
         };

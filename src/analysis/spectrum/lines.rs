@@ -8,9 +8,9 @@ use super::{HIGHEST_ORDER, signals};
 use crate::analysis::modal_series::{Series, padded};
 use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
 use crate::model::Model;
-use crate::numerics::exponential::Complex;
 use crate::numerics::fourier::{Stretch, add_lines};
 use crate::propagate::Window;
+use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 /// Most lines of a signal; of a long period the highest orders are left out.
@@ -28,7 +28,7 @@ pub struct Lines {
     /// The present window's signals.
     series: Vec<Series>,
     /// `∫ f e^{−iωt} dt` of every signal, from the lowest frequency on.
-    sums: Vec<Vec<Complex>>,
+    sums: Vec<Vec<Complex64>>,
 }
 
 impl Lines {
@@ -42,7 +42,7 @@ impl Lines {
             repeats,
             cycles: None,
             series: Vec::with_capacity(names.len()),
-            sums: vec![vec![(0.0, 0.0); count]; names.len()],
+            sums: vec![vec![Complex64::ZERO; count]; names.len()],
             names,
         }
     }
@@ -51,7 +51,7 @@ impl Lines {
     pub fn restart(&mut self) {
         self.cycles = None;
         for sums in &mut self.sums {
-            sums.fill((0.0, 0.0));
+            sums.fill(Complex64::ZERO);
         }
     }
 
@@ -79,16 +79,16 @@ impl Lines {
             return Vec::new();
         };
         let time = (present - first + 1) as f64 * self.mesh_period;
-        let spectrum = |(name, sums): (&String, &Vec<Complex>)| Spectrum {
+        let spectrum = |(name, sums): (&String, &Vec<Complex64>)| Spectrum {
             signal: name.clone(),
             method: SpectrumMethod::Fourier,
             lines: (sums.iter().zip(1_u32..))
-                .map(|((re, im), m)| {
+                .map(|(sum, m)| {
                     let order = f64::from(m) / f64::from(self.repeats);
                     SpectrumLine {
                         frequency: order / self.mesh_period,
                         order,
-                        amplitude: 2.0 * re.hypot(*im) / time,
+                        amplitude: 2.0 * sum.norm() / time,
                     }
                 })
                 .collect(),

@@ -15,7 +15,7 @@ use crate::numerics::instructions::portable;
 use crate::numerics::legendre::evaluate;
 use crate::numerics::linalg;
 use crate::propagate::Window;
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -63,8 +63,7 @@ impl Signal {
 fn transformed(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
     if portable() {
         // The planner chooses by the processor.
-        let terms = linalg::transform(&input).into_iter();
-        return Some(terms.map(|(re, im)| Complex64::new(re, im)).collect());
+        return Some(linalg::transform(&input));
     }
     let mut output = vec![Complex64::default(); SEGMENT / 2 + 1];
     plan.process(&mut input, &mut output).ok()?;
@@ -173,6 +172,7 @@ impl Welch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::modal_series::cosine_series;
     use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::model::{Contact, Segment};
 
@@ -197,17 +197,15 @@ mod tests {
         for cycle in 0..128 {
             for w in 0..windows {
                 let (start, tau) = (w as f64 / f64::from(windows), 1.0 / f64::from(windows));
-                let mut c = [(0.0, 0.0); 16];
-                crate::numerics::exponential::legendre_series((0.0, 2.0 * TAU), tau, &mut c);
-                let (sin, cos) = (2.0 * TAU * start).sin_cos();
-                let deflection = c.map(|u| 0.3 * (cos * u.0 - sin * u.1));
+                let mut sine = cosine_series(2.0 * TAU, 2.0 * TAU * start, tau);
+                sine.iter_mut().for_each(|a| *a *= 0.3);
                 let shown = Window {
                     cycle,
                     start,
                     duration: tau,
                     segment: &segment,
                     contact: Contact::Free,
-                    deflection: &deflection,
+                    deflection: &sine,
                     force: &[0.0],
                     first: &[],
                     second: &[],

@@ -3,10 +3,11 @@
 
 use super::MOST_STEPS;
 use faer::{Mat, MatRef};
+use num_complex::{Complex64, c64};
 
-/// Eigenvalues (re, im) of a real matrix, in no order; none where the iteration fails or an
+/// Eigenvalues of a real matrix, in no order; none where the iteration fails or an
 /// entry is not finite.
-pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<(f64, f64)>> {
+pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
     let n = matrix.nrows();
     let mut h = matrix.to_owned();
     for j in 0..n {
@@ -69,9 +70,9 @@ fn hessenberg(h: &mut Mat<f64>) {
 }
 
 /// Francis' double QR steps on a Hessenberg matrix. (`hqr`)
-fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<(f64, f64)>> {
+fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<Complex64>> {
     let size = h.nrows();
-    let mut values = vec![(0.0, 0.0); size];
+    let mut values = vec![Complex64::ZERO; size];
     let mut norm = 0.0;
     for i in 0..size {
         for j in i.saturating_sub(1)..size {
@@ -92,7 +93,7 @@ fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<(f64, f64)>> {
             l -= 1;
         }
         if l == n {
-            values[n] = (h[(n, n)] + moved, 0.0);
+            values[n] = (h[(n, n)] + moved).into();
             end -= 1;
             steps = 0;
             continue;
@@ -106,11 +107,11 @@ fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<(f64, f64)>> {
             let at = x + moved;
             if q >= 0.0 {
                 let z = if p >= 0.0 { p + z } else { p - z };
-                values[n - 1] = (at + z, 0.0);
-                values[n] = (if z == 0.0 { at + z } else { at - w / z }, 0.0);
+                values[n - 1] = (at + z).into();
+                values[n] = if z == 0.0 { at + z } else { at - w / z }.into();
             } else {
-                values[n - 1] = (at + p, z);
-                values[n] = (at + p, -z);
+                values[n - 1] = c64(at + p, z);
+                values[n] = c64(at + p, -z);
             }
             end -= 2;
             steps = 0;

@@ -18,7 +18,8 @@ use super::eigen::{eigen, follow, invert, refine};
 use super::generator::Generator;
 use super::matrix::padded;
 use crate::numerics::linalg;
-use faer::{Mat, c64};
+use faer::Mat;
+use num_complex::{Complex64, c64};
 
 /// Eigenvalues below this over a mesh period are slow: splitting the constant input off a wave
 /// of rate λ loses a factor (λT)⁻² of accuracy.
@@ -202,10 +203,9 @@ impl Basis {
             g
         };
         let mut steady = Mat::<f64>::zeros(length, d - 2 * n);
-        for (w, &(alpha, nu)) in parts.waves.iter().enumerate() {
-            let lambda = c64::new(alpha, nu);
-            let force = |j: usize| c64::new(felt[(w, j)], felt[(lanes + w, j)]);
-            let mut put = |j: usize, value: c64| {
+        for (w, &lambda) in parts.waves.iter().enumerate() {
+            let force = |j: usize| c64(felt[(w, j)], felt[(lanes + w, j)]);
+            let mut put = |j: usize, value: Complex64| {
                 steady[(w, j)] = value.re;
                 steady[(lanes + w, j)] = value.im;
             };
@@ -214,7 +214,7 @@ impl Basis {
             }
             for (h, &omega) in generator.frequencies.iter().enumerate() {
                 let (c, s) = (force(2 + 2 * h), force(3 + 2 * h));
-                let apart = lambda * lambda + c64::new(omega * omega, 0.0);
+                let apart = lambda * lambda + Complex64::from(omega * omega);
                 let size = lambda.norm_sqr() + omega * omega;
                 if apart.norm() < RESONANCE * size {
                     return Err(DenseError::Resonance { frequency: omega });
@@ -293,7 +293,7 @@ impl Basis {
             }
             powers.push(power);
         }
-        let rates = |value: fn(&(f64, f64)) -> f64, harmonic: fn(&f64) -> f64| {
+        let rates = |value: fn(&Complex64) -> f64, harmonic: fn(&f64) -> f64| {
             let own = parts.waves.iter().map(value);
             let mut all: Vec<f64> = own
                 .chain(generator.frequencies.iter().map(harmonic))
@@ -304,8 +304,8 @@ impl Basis {
         Ok(Self {
             inverse,
             matrix,
-            alpha: rates(|wave| wave.0, |_| 0.0),
-            nu: rates(|wave| wave.1, |frequency| *frequency),
+            alpha: rates(|wave| wave.re, |_| 0.0),
+            nu: rates(|wave| wave.im, |frequency| *frequency),
             slow: m,
             powers,
             condition: parts.condition,
@@ -376,7 +376,7 @@ struct Parts {
     /// Slow blocks that nothing feels.
     apart: Vec<usize>,
     rest: Vec<usize>,
-    waves: Vec<(f64, f64)>,
+    waves: Vec<Complex64>,
     columns: Vec<[Vec<f64>; 2]>,
     slow: Vec<Vec<f64>>,
     /// Inverse of the basis of the rest: rows u₀, v₀, u₁, … and the slow ones.

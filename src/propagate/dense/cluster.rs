@@ -11,7 +11,8 @@
 //! basis that is nearly parallel: whoever uses it has to look at its condition.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Mat, MatRef, c64};
+use faer::{Mat, MatRef};
+use num_complex::{Complex64, c64};
 
 /// Largest distance of neighbours of a cluster, relative to the matrix.
 const TOGETHER: f64 = 1e-9;
@@ -27,7 +28,7 @@ const SHIFT: f64 = 1e-4;
 const STEPS: usize = 6;
 
 /// An eigenvalue with its vector.
-pub type Pair = (c64, Vec<c64>);
+pub type Pair = (Complex64, Vec<Complex64>);
 
 /// Replaces the vectors of complex eigenvalues of `a` that lie together; the others, real ones
 /// among them, stay as they are. `pairs`: eigenvalues with imaginary parts of at least zero.
@@ -70,7 +71,7 @@ fn clusters(pairs: &[Pair], reach: f64) -> Vec<Vec<usize>> {
 /// New pairs for the members of a cluster; none where the iteration breaks down.
 fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Option<Vec<Pair>> {
     let (n, m) = (a.nrows(), members.len());
-    let mean = members.iter().map(|&j| pairs[j].0).sum::<c64>() / m as f64;
+    let mean = members.iter().map(|&j| pairs[j].0).sum::<Complex64>() / m as f64;
     let others = (0..pairs.len())
         .filter(|j| !members.contains(j))
         .map(|j| (pairs[j].0 - mean).norm());
@@ -78,25 +79,25 @@ fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Op
     let gap = others.fold(2.0 * mean.im, f64::min);
     let shift = mean + SHIFT * gap;
     let shifted = Mat::from_fn(n, n, |i, j| {
-        let diagonal = if i == j { shift } else { c64::ZERO };
-        c64::new(a[(i, j)], 0.0) - diagonal
+        let diagonal = if i == j { shift } else { Complex64::ZERO };
+        c64(a[(i, j)], 0.0) - diagonal
     });
     let factors = PartialPivLu::new(shifted.as_ref());
     // A start that no structure of the matrix is likely to be orthogonal to.
     let mut v = Mat::from_fn(n, m, |i, j| {
         let place = (1 + i + n * j) as f64;
-        c64::new((1.3 * place * place).sin(), (0.7 * place * place).cos())
+        c64((1.3 * place * place).sin(), (0.7 * place * place).cos())
     });
     for _ in 0..STEPS {
         v = orthonormal(factors.solve(&v))?;
     }
     let image = product(a, &v);
     let b = v.adjoint() * &image;
-    let mean = (0..m).map(|j| b[(j, j)]).sum::<c64>() / m as f64;
+    let mean = (0..m).map(|j| b[(j, j)]).sum::<Complex64>() / m as f64;
     let deviation = Mat::from_fn(m, m, |i, j| {
-        b[(i, j)] - if i == j { mean } else { c64::ZERO }
+        b[(i, j)] - if i == j { mean } else { Complex64::ZERO }
     });
-    let column = |v: &Mat<c64>, j: usize| (0..n).map(|i| v[(i, j)]).collect::<Vec<_>>();
+    let column = |v: &Mat<Complex64>, j: usize| (0..n).map(|i| v[(i, j)]).collect::<Vec<_>>();
     let unit = deviation.norm_max();
     if unit <= ROUND_OFF * size {
         return Some((0..m).map(|j| (mean, column(&v, j))).collect());
@@ -120,12 +121,12 @@ fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Op
 }
 
 /// Columns orthonormalised by Gram and Schmidt, twice; none where one vanishes or is not finite.
-fn orthonormal(mut v: Mat<c64>) -> Option<Mat<c64>> {
+fn orthonormal(mut v: Mat<Complex64>) -> Option<Mat<Complex64>> {
     let (n, m) = (v.nrows(), v.ncols());
     for j in 0..m {
         for _ in 0..2 {
             for k in 0..j {
-                let along: c64 = (0..n).map(|i| v[(i, k)].conj() * v[(i, j)]).sum();
+                let along: Complex64 = (0..n).map(|i| v[(i, k)].conj() * v[(i, j)]).sum();
                 for i in 0..n {
                     let part = v[(i, k)] * along;
                     v[(i, j)] -= part;
@@ -143,7 +144,7 @@ fn orthonormal(mut v: Mat<c64>) -> Option<Mat<c64>> {
     Some(v)
 }
 
-fn product(a: MatRef<'_, f64>, v: &Mat<c64>) -> Mat<c64> {
+fn product(a: MatRef<'_, f64>, v: &Mat<Complex64>) -> Mat<Complex64> {
     Mat::from_fn(a.nrows(), v.ncols(), |i, j| {
         (0..a.ncols()).map(|k| v[(k, j)] * a[(i, k)]).sum()
     })
@@ -170,7 +171,7 @@ mod tests {
 
     fn residual(a: &Mat<f64>, (value, vector): &Pair) -> f64 {
         let n = a.nrows();
-        let row = |i: usize| -> c64 { (0..n).map(|k| vector[k] * a[(i, k)]).sum() };
+        let row = |i: usize| -> Complex64 { (0..n).map(|k| vector[k] * a[(i, k)]).sum() };
         let off = (0..n).map(|i| (row(i) - value * vector[i]).norm());
         off.fold(0.0, f64::max)
     }
@@ -179,12 +180,12 @@ mod tests {
     #[test]
     fn a_repeated_eigenvalue_has_independent_vectors() {
         let a = turned(&[(-0.3, 5.0), (-0.1, 2.0), (-0.3, 5.0), (-0.3, 5.0)]);
-        let value = c64::new(-0.3, 5.0);
-        let parallel = vec![c64::new(1.0, 0.0); 8];
+        let value = c64(-0.3, 5.0);
+        let parallel = vec![c64(1.0, 0.0); 8];
         let mut pairs = vec![(value, parallel); 3];
-        pairs.insert(1, (c64::new(-0.1, 2.0), vec![c64::ZERO; 8]));
+        pairs.insert(1, (c64(-0.1, 2.0), vec![Complex64::ZERO; 8]));
         separate(a.as_ref(), &mut pairs);
-        assert_eq!(pairs[1].1, vec![c64::ZERO; 8]);
+        assert_eq!(pairs[1].1, vec![Complex64::ZERO; 8]);
         for i in [0, 2, 3] {
             assert!((pairs[i].0 - value).norm() < 1e-13);
             assert!(
@@ -193,10 +194,10 @@ mod tests {
                 residual(&a, &pairs[i])
             );
             for j in [0, 2, 3] {
-                let dot: c64 = (pairs[i].1.iter().zip(&pairs[j].1))
+                let dot: Complex64 = (pairs[i].1.iter().zip(&pairs[j].1))
                     .map(|(x, y)| x.conj() * y)
                     .sum();
-                let unit = c64::new(f64::from(u8::from(i == j)), 0.0);
+                let unit = c64(f64::from(u8::from(i == j)), 0.0);
                 assert!((dot - unit).norm() < 1e-14);
             }
         }
@@ -210,8 +211,8 @@ mod tests {
         let mut pairs: Vec<Pair> = [5.0, 5.0 + apart, 2.0]
             .map(|nu| {
                 (
-                    c64::new(if nu > 3.0 { -0.3 } else { -0.1 }, nu),
-                    vec![c64::ZERO; 6],
+                    c64(if nu > 3.0 { -0.3 } else { -0.1 }, nu),
+                    vec![Complex64::ZERO; 6],
                 )
             })
             .to_vec();
@@ -221,7 +222,7 @@ mod tests {
         for pair in [first, second] {
             assert!(residual(&a, pair) < 1e-13);
         }
-        let dot: c64 = (first.1.iter().zip(&second.1))
+        let dot: Complex64 = (first.1.iter().zip(&second.1))
             .map(|(x, y)| x.conj() * y)
             .sum();
         assert!(dot.norm() < 0.9, "{dot}");
@@ -231,10 +232,10 @@ mod tests {
     fn eigenvalues_apart_and_real_ones_are_left_alone() {
         let a = turned(&[(-0.3, 5.0), (-0.1, 2.0)]);
         let pairs = vec![
-            (c64::new(-0.3, 5.0), vec![c64::ZERO; 4]),
-            (c64::new(-0.1, 2.0), vec![c64::ZERO; 4]),
-            (c64::new(-0.1, 0.0), vec![c64::ZERO; 4]),
-            (c64::new(-0.1, 0.0), vec![c64::ZERO; 4]),
+            (c64(-0.3, 5.0), vec![Complex64::ZERO; 4]),
+            (c64(-0.1, 2.0), vec![Complex64::ZERO; 4]),
+            (c64(-0.1, 0.0), vec![Complex64::ZERO; 4]),
+            (c64(-0.1, 0.0), vec![Complex64::ZERO; 4]),
         ];
         let mut same = pairs.clone();
         separate(a.as_ref(), &mut same);

@@ -2,13 +2,14 @@
 
 use super::DenseError;
 use super::cluster::{Pair, separate};
+use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Mat, c64};
+use num_complex::{Complex64, c64};
 
 /// An invariant group of blocks in its eigenvectors.
 pub struct Eigen {
-    /// (α, ν) of every wave, ν ≥ 0.
-    pub waves: Vec<(f64, f64)>,
+    /// α + iν of every wave, ν ≥ 0.
+    pub waves: Vec<Complex64>,
     /// Real columns: of a wave 2 Re V and −2 Im V, of a real one V and 0.
     pub columns: Vec<[Vec<f64>; 2]>,
     /// Basis of the slow subspace.
@@ -43,7 +44,7 @@ pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, DenseError> {
     for (value, vector) in fast(a, slow_rate).ok_or(failed)? {
         let length = vector.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt();
         let vector = |i: usize| vector[i] / length;
-        found.waves.push((value.re, value.im));
+        found.waves.push(value);
         found.columns.push(match value.im > 0.0 {
             true => [
                 (0..size).map(|i| 2.0 * vector(i).re).collect(),
@@ -55,7 +56,7 @@ pub fn eigen(a: &Mat<f64>, slow_rate: f64) -> Result<Eigen, DenseError> {
     let count = found
         .waves
         .iter()
-        .map(|wave| if wave.1 > 0.0 { 2 } else { 1 })
+        .map(|wave| if wave.im > 0.0 { 2 } else { 1 })
         .sum::<usize>();
     if count == size {
         return Ok(found);
@@ -107,18 +108,20 @@ pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
         let coupling = &inverse * (a * &forward);
         for (j, wave) in found.waves.iter_mut().enumerate() {
             let entry = |i: usize, k: usize| coupling[(2 * j + i, 2 * j + k)];
-            *wave = match wave.1 > 0.0 {
-                true => (
+            *wave = match wave.im > 0.0 {
+                true => c64(
                     0.5 * (entry(0, 0) + entry(1, 1)),
                     0.5 * (entry(1, 0) - entry(0, 1)),
                 ),
-                false => (entry(0, 0), 0.0),
+                false => entry(0, 0).into(),
             };
         }
-        let lambda: Vec<c64> = found.waves.iter().map(|w| c64::new(w.0, w.1)).collect();
-        let undo = |part: c64, distance: c64| match part.norm() < TOO_CLOSE * distance.norm() {
+        let lambda = &found.waves;
+        let undo = |part: Complex64, distance: Complex64| match part.norm()
+            < TOO_CLOSE * distance.norm()
+        {
             true => part / distance,
-            false => c64::new(0.0, 0.0),
+            false => Complex64::ZERO,
         };
         // New coordinates in terms of old ones: the identity and small corrections.
         let mut change = Mat::<f64>::identity(all.len(), all.len());
@@ -126,8 +129,8 @@ pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
             for i in 0..count {
                 let entry = |p: usize, q: usize| coupling[(2 * i + p, 2 * j + q)];
                 let (a, b, c, d) = (entry(0, 0), entry(0, 1), entry(1, 0), entry(1, 1));
-                let (along, across) = (c64::new(a + d, c - b) * 0.5, c64::new(a - d, c + b) * 0.5);
-                let mut x = c64::new(0.0, 0.0);
+                let (along, across) = (c64(a + d, c - b) * 0.5, c64(a - d, c + b) * 0.5);
+                let mut x = Complex64::ZERO;
                 if i != j {
                     x = undo(along, lambda[j] - lambda[i]);
                 }
@@ -138,11 +141,11 @@ pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
                 change[(2 * i + 1, 2 * j + 1)] += x.re - w.re;
             }
             for k in 2 * count..2 * count + slow {
-                let driven = c64::new(coupling[(k, 2 * j)], -coupling[(k, 2 * j + 1)]);
+                let driven = c64(coupling[(k, 2 * j)], -coupling[(k, 2 * j + 1)]);
                 let t = undo(driven, lambda[j]);
                 change[(k, 2 * j)] += t.re;
                 change[(k, 2 * j + 1)] -= t.im;
-                let driving = c64::new(coupling[(2 * j, k)], coupling[(2 * j + 1, k)]);
+                let driving = c64(coupling[(2 * j, k)], coupling[(2 * j + 1, k)]);
                 let x = undo(-driving, lambda[j]);
                 change[(2 * j, k)] += x.re;
                 change[(2 * j + 1, k)] += x.im;
@@ -151,7 +154,7 @@ pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
         let better = forward * change;
         let column = |j: usize| -> Vec<f64> { (0..size).map(|i| better[(i, j)]).collect() };
         for (j, pair) in found.columns.iter_mut().enumerate() {
-            let real = found.waves[j].1 == 0.0;
+            let real = found.waves[j].im == 0.0;
             *pair = [
                 column(2 * j),
                 if real {
@@ -214,20 +217,19 @@ pub fn invert(
 
 /// Adds to the waves' columns what they bring to the blocks apart: for each of these
 /// `(λ − A) X = A_other V`.
-pub fn follow(a: &Mat<f64>, apart: &[usize], waves: &[(f64, f64)], columns: &mut [[Vec<f64>; 2]]) {
+pub fn follow(a: &Mat<f64>, apart: &[usize], waves: &[Complex64], columns: &mut [[Vec<f64>; 2]]) {
     let n = a.nrows() / 2;
-    for (&(alpha, nu), pair) in waves.iter().zip(columns) {
-        let lambda = c64::new(alpha, nu);
+    for (&lambda, pair) in waves.iter().zip(columns) {
         let mut found = Vec::with_capacity(apart.len());
         for &i in apart {
-            let driven = |row: usize| -> c64 {
+            let driven = |row: usize| -> Complex64 {
                 (0..2 * n)
-                    .map(|k| c64::new(a[(row, k)] * pair[0][k], -a[(row, k)] * pair[1][k]))
+                    .map(|k| c64(a[(row, k)] * pair[0][k], -a[(row, k)] * pair[1][k]))
                     .sum()
             };
             let (f, g) = (driven(i), driven(n + i));
-            let (p, q) = (lambda - a[(i, i)], c64::new(-a[(i, n + i)], 0.0));
-            let (r, s) = (c64::new(-a[(n + i, i)], 0.0), lambda - a[(n + i, n + i)]);
+            let (p, q) = (lambda - a[(i, i)], c64(-a[(i, n + i)], 0.0));
+            let (r, s) = (c64(-a[(n + i, i)], 0.0), lambda - a[(n + i, n + i)]);
             let det = p * s - q * r;
             found.push((i, (s * f - q * g) / det, (p * g - r * f) / det));
         }

@@ -14,8 +14,8 @@ use super::Volterra;
 use super::lanes::{self, Basis};
 use super::shapes::{Lanes, Row, Series};
 use super::window_table::WindowTable;
-use crate::numerics::exponential::multiply;
 use crate::numerics::legendre::transforms24;
+use num_complex::c64;
 
 /// A window cut at τ.
 #[derive(Debug)]
@@ -74,7 +74,7 @@ impl Volterra<'_> {
         lanes::cut(set, blocks, exponentials, basis, forces, ends, columns);
         let phases = inputs[1..].chunks_exact(2);
         for ((input, series), phase) in t.ripple.iter().zip(&table.ripple).zip(phases) {
-            let mut moments = [Row(series.map(|u| multiply((phase[0], phase[1]), u).0))];
+            let mut moments = [Row(series.map(|u| (c64(phase[0], phase[1]) * u).re))];
             self.moments(basis, &mut moments);
             let trajectory = &mut columns[..2 * t.layout.padded];
             lanes::push(set, blocks, exponentials, input, &moments[0], trajectory);

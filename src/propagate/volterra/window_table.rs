@@ -7,7 +7,8 @@ use super::shapes::{LANES, Layout, Row, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::convolution24;
-use crate::numerics::exponential::{Complex, RIGID_PHASE, legendre_series, multiply};
+use crate::numerics::exponential::{RIGID_PHASE, legendre_series};
+use num_complex::{Complex64, c64};
 
 /// Terms of the series of response kernels; the convolution table's first size.
 const KERNEL_TERMS: usize = 32;
@@ -34,7 +35,7 @@ pub struct WindowTable {
     /// Direction of the mesh force, among the model's.
     pub direction: usize,
     /// Series of every torque ripple's `e^{iωt}` on a full window.
-    pub ripple: Vec<[Complex; TERMS]>,
+    pub ripple: Vec<[Complex64; TERMS]>,
 }
 
 impl WindowTable {
@@ -162,30 +163,29 @@ impl WindowTable {
         let gains = &model.directions[self.direction];
         for (index, ripple) in model.ripple.iter().enumerate() {
             let column = 1 + 2 * index;
-            let mut series = [(0.0, 0.0); TERMS];
-            legendre_series((0.0, ripple.angular_frequency), delta, &mut series);
+            let mut series = [Complex64::ZERO; TERMS];
+            legendre_series(c64(0.0, ripple.angular_frequency), delta, &mut series);
             let mut kernels = Kernels::default();
             let blocks = gains.iter().zip(exponentials).zip(&ripple.input);
             for (i, ((mesh, exponential), gain)) in blocks.enumerate() {
                 kernels.add(mesh, exponential, *gain);
-                let mut state = [(0.0, 0.0); 2];
+                let mut state = [Complex64::ZERO; 2];
                 for (n, u) in series.iter().enumerate() {
                     let e = apply(exponential.matrix(n), *gain);
                     let moment = moment(n, delta);
                     for (target, e) in state.iter_mut().zip(e) {
-                        target.0 += moment * e * u.0;
-                        target.1 += moment * e * u.1;
+                        *target += moment * e * u;
                     }
                 }
-                self.moves.set_input(i, column, state.map(|s| s.0));
-                self.moves.set_input(i, column + 1, state.map(|s| -s.1));
+                self.moves.set_input(i, column, state.map(|s| s.re));
+                self.moves.set_input(i, column + 1, state.map(|s| -s.im));
             }
             let columns = convolution24().operator(&kernels.deflection, delta);
             let rows = &mut self.rows[2 * layout.padded + 1 + 2 * index..][..2];
             for (column, u) in columns.iter().zip(&series) {
                 for n in 0..TERMS {
-                    rows[0].0[n] += column[n] * u.0;
-                    rows[1].0[n] -= column[n] * u.1;
+                    rows[0].0[n] += column[n] * u.re;
+                    rows[1].0[n] -= column[n] * u.im;
                 }
             }
             self.ripple.push(series);
@@ -196,13 +196,13 @@ impl WindowTable {
     fn fill_transmission_error(&mut self, model: &Model, layout: Layout) {
         let first = 2 * layout.padded + layout.acting;
         for (index, h) in model.transmission_error.iter().enumerate() {
-            let mut series = [(0.0, 0.0); TERMS];
-            legendre_series((0.0, h.angular_frequency), self.delta, &mut series);
-            let amplitude = (-h.amplitude * h.phase.cos(), -h.amplitude * h.phase.sin());
+            let mut series = [Complex64::ZERO; TERMS];
+            legendre_series(c64(0.0, h.angular_frequency), self.delta, &mut series);
+            let amplitude = -h.amplitude * Complex64::cis(h.phase);
             for (n, u) in series.iter().enumerate() {
-                let value = multiply(amplitude, *u);
-                self.rows[first + 2 * index].0[n] = value.0;
-                self.rows[first + 2 * index + 1].0[n] = -value.1;
+                let value = amplitude * u;
+                self.rows[first + 2 * index].0[n] = value.re;
+                self.rows[first + 2 * index + 1].0[n] = -value.im;
             }
         }
     }
@@ -214,10 +214,10 @@ fn moment(n: usize, delta: f64) -> f64 {
     sign * delta / (2 * n + 1) as f64
 }
 
-/// μ, ν of a block; a rigid rotation gets the ν of [`RIGID_PHASE`].
-fn eigenvalue(block: &Block, delta: f64) -> (f64, f64) {
+/// μ + iν of a block; a rigid rotation gets the ν of [`RIGID_PHASE`].
+fn eigenvalue(block: &Block, delta: f64) -> Complex64 {
     let nu = block.damped_frequency().unwrap_or(0.0);
-    (block.growth(), nu.max(RIGID_PHASE / delta))
+    c64(block.growth(), nu.max(RIGID_PHASE / delta))
 }
 
 /// Legendre series of one block's `e^{At}` on a window.
@@ -231,13 +231,13 @@ pub struct BlockExponential {
 impl BlockExponential {
     /// The series on a window of length `delta` \[s\].
     pub fn new(block: &Block, delta: f64) -> Self {
-        let (mu, nu) = eigenvalue(block, delta);
-        let mut series = [(0.0, 0.0); KERNEL_TERMS];
-        let end = legendre_series((mu, nu), delta, &mut series);
+        let lambda = eigenvalue(block, delta);
+        let mut series = [Complex64::ZERO; KERNEL_TERMS];
+        let end = legendre_series(lambda, delta, &mut series);
         Self {
-            cosine: series.map(|c| c.0),
-            sine: series.map(|c| c.1 / nu),
-            end: [end.0, end.1 / nu],
+            cosine: series.map(|c| c.re),
+            sine: series.map(|c| c.im / lambda.im),
+            end: [end.re, end.im / lambda.im],
             traceless: block.traceless(),
         }
     }

@@ -244,7 +244,7 @@ fn orbits() -> OrbitSurvey {
             deflection: 8e-6,
             velocity: 9e-3,
             lambda: -0.4,
-            multipliers: vec![(0.7, 0.1), (0.7, -0.1)],
+            multipliers: vec![num_complex::c64(0.7, 0.1), num_complex::c64(0.7, -0.1)],
             character: Character {
                 stable: true,
                 bifurcation: Some(Bifurcation::NeimarkSacker),
