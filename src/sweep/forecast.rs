@@ -184,7 +184,7 @@ pub fn forecast(
         chain_length: length as u64,
         tables: tables as u64,
         threads: threads as u64,
-        placement: crew.seats.to_string(),
+        placement: crew.places.to_string(),
         calibrated,
         cut_short,
         calibration_time,

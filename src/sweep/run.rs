@@ -124,10 +124,10 @@ pub fn run(
     let Workers {
         pool,
         threads,
-        seats,
+        places,
         obtained,
     } = start_workers(job, &share, options, topology)?;
-    let asked = seats.to_string();
+    let asked = places.to_string();
     watcher.begun(&Begun {
         points,
         progress,
@@ -147,7 +147,7 @@ pub fn run(
         watcher.warning(&warning);
     }
 
-    let copies = copies(&seats);
+    let copies = copies(&places);
     let of_nodes: Vec<Parts> = copies.nodes.iter().map(|_| parts.on_node()).collect();
     forecast.begin(clock.elapsed());
     let written = AtomicU64::new(progress.done - writer.waiting() as u64);
@@ -241,7 +241,7 @@ pub(super) struct Workers {
     pub pool: rayon::ThreadPool,
     pub threads: usize,
     /// Where they were to sit.
-    pub seats: Plan,
+    pub places: Plan,
     /// Where they sit, in words.
     pub obtained: String,
 }
@@ -271,30 +271,30 @@ pub(super) fn start_workers(
     let most = most_workers(parallelism.map_or(1, usize::from));
     let threads = threads.min(most);
     let threads = threads.clamp(1, pieces(job, share, threads).max(1));
-    let seats = plan(cores, threads, options.pinning);
+    let places = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|i| format!("atlas-{i}"))
         .build()
         .map_err(|error| SweepError::threads(threads, &error))?;
-    let obtained = take_seats(&pool, &seats, topology);
+    let obtained = take_places(&pool, &places, topology);
     Ok(Workers {
         pool,
         threads,
-        seats,
+        places,
         obtained,
     })
 }
 
-/// Binds every worker to its seat where that is planned; says what came of it. A worker that
+/// Binds every worker to its place where that is planned; says what came of it. A worker that
 /// cannot be bound works where the system puts it.
-fn take_seats(pool: &rayon::ThreadPool, seats: &Plan, topology: Option<&Topology>) -> String {
-    let Some(topology) = topology.filter(|_| seats.pinned) else {
+fn take_places(pool: &rayon::ThreadPool, places: &Plan, topology: Option<&Topology>) -> String {
+    let Some(topology) = topology.filter(|_| places.pinned) else {
         return "not pinned".into();
     };
     let taken = pool.broadcast(|context| {
-        let seat = &seats.places[context.index()];
-        topology.bind_current_thread(&seat.threads)
+        let place = &places.places[context.index()];
+        topology.bind_current_thread(&place.threads)
     });
     let bound = taken.iter().filter(|taken| taken.is_ok()).count();
     match taken.iter().find_map(|taken| taken.as_ref().err()) {
