@@ -35,7 +35,7 @@ const LOADS: [f64; 2] = [0.05, 0.30];
 /// Speeds beside the 1200 rad/s of the scenes by number of modes: each scene is timed once.
 const SPEEDS: [f64; 5] = [600.0, 900.0, 1100.0, 1500.0, 2400.0];
 
-/// Advances a settled trajectory on, cycle after cycle.
+/// Advances a settled trajectory, cycle after cycle.
 fn advance<K: Kernel>(
     bench: &mut criterion::Bencher<'_>,
     kernel: &K,

@@ -139,7 +139,7 @@ def campaign() -> str:
         f"`manifests/flex80.toml`, {r['points']} points with 40 modes, nothing truncated, every chaotic λ to "
         f"± {r['lambda_stderr']:.2f}: {seconds['settled']:.2f} s on one core, "
         f"{seconds['settled on 2 threads']:.2f} s on two, {r['cycles']} cycles; largest energy residual "
-        f"{power(r['energy_residual'])}, {r['twins_disagree']} twins disagree. Integrated out with transients "
+        f"{power(r['energy_residual'])}, {r['twins_disagree']} twins disagree. Integrated to the end with transients "
         f"of 6000 cycles instead (`run.settle = false`) it takes "
         f"{seconds['integrated'] / seconds['settled']:.1f} times as long (settled points "
         f"{r['settled_ratio']:.1f} times), gives {r['same_class']} of {r['points']} the same class, and the "

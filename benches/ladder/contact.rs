@@ -45,7 +45,7 @@ fn rubbed(modes: usize) -> Model {
 }
 
 /// Entries of a state but those of the free rotation, which gathers the round-off of a million
-/// steps of integrating.
+/// steps of the integration.
 fn felt(model: &Model, state: &[f64]) -> Vec<f64> {
     let n = model.modes();
     let kept = (0..2 * n).filter(|i| !model.neutral.contains(&(i % n)));

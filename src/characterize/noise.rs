@@ -2,7 +2,7 @@
 //!
 //! The system's own accounts (`/proc/stat`, ticks of usable processors) less what this process
 //! took, the time that the hypervisor kept for others, the load average, how far the
-//! repetitions of a measurement scatter, and how often integrating was slowed.
+//! repetitions of a measurement scatter, and how often its threads were slowed.
 
 use super::quiet::QuietMachine;
 use crate::store::Noise;
@@ -17,7 +17,7 @@ const MOST_STOLEN: f64 = 0.01;
 /// The median repetition may lie so far behind the best.
 const MOST_SCATTER: f64 = 0.05;
 
-/// Integrating may be slowed before or after this part of the measurements.
+/// Mesh cycles may be slowed before or after this part of the measurements.
 const MOST_SLOWED: f64 = 0.1;
 
 /// Time spent until now, in ticks of all usable processors.
@@ -142,7 +142,7 @@ fn verdict(
         }),
         notice(slowed, MOST_SLOWED, |v| {
             format!(
-                "integrating was slowed beside {:.0} % of the measurements: others share the \
+                "mesh cycles were slowed beside {:.0} % of the measurements: others share the \
                  cores, or their clock changes",
                 100.0 * v
             )

@@ -192,7 +192,7 @@ impl<'a> QuietMachine<'a> {
         self.waited
     }
 
-    /// Part of the measurements that integrating was slowed before or after; none before the first.
+    /// Part of the measurements that mesh cycles were slowed before or after; none before the first.
     pub fn slowed(&self) -> Option<f64> {
         let part = self.slowed as f64 / self.measurements as f64;
         (self.measurements > 0).then_some(part)

@@ -4,7 +4,7 @@ use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::TrajectoryState;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A kernel that looks at a flag before every window, and stops once it is raised. What it advances
+/// A kernel that looks at a flag before every window, and stops once it is raised. What it integrates
 /// keeps its bits.
 #[derive(Debug, Clone, Copy)]
 pub struct Interruptible<'a, K> {
