@@ -11,13 +11,13 @@ use atlas::analysis::{
     Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
     TangentGrowth, investigate,
 };
-use atlas::model::{Contact, Division, InitialState, Model, TrajectoryState};
+use atlas::model::{Division, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
 use atlas::propagate::{Counters, Kernel, Tangents};
 use atlas::reference::Reference;
+use atlas::verify::constant_contact_exponents;
 use common::advance::{advance, settled, volterra};
 use common::{drives, relative_difference};
-use faer::Mat;
 use std::sync::atomic::AtomicBool;
 
 fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
@@ -54,73 +54,6 @@ fn quiet(mut case: common::Case) -> Model {
     common::model(&case)
 }
 
-/// `exp(A t)` by scaling and squaring of its Taylor series.
-fn exponential(a: &Mat<f64>, t: f64) -> Mat<f64> {
-    let n = a.nrows();
-    let norm = a.norm_l2() * t;
-    let squarings = (norm.log2().ceil() as i32 + 2).max(0);
-    let scale = t / f64::from(squarings).exp2();
-    let mut sum = Mat::<f64>::identity(n, n);
-    let mut term = Mat::<f64>::identity(n, n);
-    for k in 1..20 {
-        term = a * &term * faer::Scale(scale / f64::from(k));
-        sum += &term;
-    }
-    for _ in 0..squarings {
-        sum = &sum * &sum;
-    }
-    sum
-}
-
-/// Exponents per cycle of the affine map of constant contact, largest first: products of
-/// matrix exponentials of the linear part of [`Model::derivative`], neutral blocks left out.
-fn independent_exponents(model: &Model) -> Vec<f64> {
-    let n = model.modes();
-    let felt: Vec<usize> = (0..2 * n)
-        .filter(|i| !model.neutral.contains(&(i % n)))
-        .collect();
-    let m = felt.len();
-    let fastest = model
-        .blocks
-        .iter()
-        .map(|b| b.natural_frequency())
-        .fold(2e4, f64::max);
-    // Velocities in units of the fastest mode's keep the matrix balanced.
-    let unit = |i: usize| if i < n { 1.0 } else { fastest };
-    let mut map = Mat::<f64>::identity(m, m);
-    for (index, segment) in model.cycle.segments.iter().enumerate() {
-        let field = |state: &[f64]| {
-            let mut out = vec![f64::NAN; 2 * n];
-            model.derivative(segment, Contact::Drive, 0, 0.0, state, &mut out);
-            out
-        };
-        let offset = field(&vec![0.0; 2 * n]);
-        let columns: Vec<Vec<f64>> = felt
-            .iter()
-            .map(|&j| {
-                let mut state = vec![0.0; 2 * n];
-                // So large that the constant part is lost in round-off.
-                state[j] = 1e6 * unit(j);
-                field(&state)
-            })
-            .collect();
-        let a = Mat::from_fn(m, m, |row, column| {
-            let i = felt[row];
-            (columns[column][i] - offset[i]) / (1e6 * unit(i))
-        });
-        let duration = model.cycle.end(index) - model.cycle.start(index);
-        map = exponential(&a, duration) * map;
-    }
-    let mut exponents: Vec<f64> = map
-        .eigenvalues()
-        .unwrap()
-        .iter()
-        .map(|z| z.norm().ln())
-        .collect();
-    exponents.sort_by(|a, b| b.total_cmp(a));
-    exponents
-}
-
 fn worst_difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     a.iter()
@@ -133,7 +66,7 @@ fn worst_difference(a: &[f64], b: &[f64]) -> f64 {
 fn multipliers_in_constant_contact_are_eigenvalues_of_the_map() {
     for (name, case) in drives() {
         let model = quiet(case);
-        let exact = independent_exponents(&model);
+        let exact = constant_contact_exponents(&model).unwrap();
         let kernel = volterra(&model);
         let norm = EnergyNorm::new(&model);
         let mut counters = Counters::default();
@@ -165,7 +98,7 @@ fn multipliers_in_constant_contact_are_eigenvalues_of_the_map() {
 fn investigation_of_steady_contact_gives_them_too() {
     for (name, case) in drives() {
         let model = quiet(case);
-        let exact = independent_exponents(&model);
+        let exact = constant_contact_exponents(&model).unwrap();
         let kernel = volterra(&model);
         let start = model.start(&InitialState::Static);
         let asked = 3.min(exact.len());

@@ -333,6 +333,8 @@ fn a_contact_that_does_not_settle_is_refused() {
 
 mod bisection {
     use super::*;
+    use faer::linalg::solvers::Solve;
+    use faer::{Col, Mat};
     use proptest::collection::vec;
     use proptest::prelude::*;
 
@@ -372,24 +374,12 @@ mod bisection {
             panic!("no set of pairs bears the approach {u}");
         }
 
-        /// Gaussian elimination among some pairs.
+        /// Solution among some pairs.
         fn solve(&self, pairs: &[usize], rhs: &dyn Fn(usize) -> f64) -> Vec<f64> {
             let n = pairs.len();
-            let mut rows: Vec<Vec<f64>> = (pairs.iter())
-                .map(|&i| {
-                    let row = pairs.iter().map(|&j| self.compliance[i][j]);
-                    row.chain([rhs(i)]).collect()
-                })
-                .collect();
-            for k in 0..n {
-                for i in (0..n).filter(|&i| i != k) {
-                    let factor = rows[i][k] / rows[k][k];
-                    for j in 0..=n {
-                        rows[i][j] -= factor * rows[k][j];
-                    }
-                }
-            }
-            (0..n).map(|k| rows[k][n] / rows[k][k]).collect()
+            let compliance = Mat::from_fn(n, n, |i, j| self.compliance[pairs[i]][pairs[j]]);
+            let solution = (compliance.partial_piv_lu()).solve(Col::from_fn(n, |i| rhs(pairs[i])));
+            solution.iter().copied().collect()
         }
 
         /// Approach at which a pair comes into contact, by bisection.

@@ -8,7 +8,7 @@ use crate::model::{
     Contact, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
 };
 use crate::shaft::{RigidDrive, Tier};
-use faer::Mat;
+use nalgebra::{DMatrix, Schur};
 use std::f64::consts::PI;
 
 /// In constant contact a mesh cycle is one affine map: the kernel's multipliers against the
@@ -18,7 +18,7 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let mut exact = Vec::new();
     for case in &subjects.cases {
         let model = case.in_constant_contact().model()?;
-        exact.push((independent_exponents(&model)?, model));
+        exact.push((constant_contact_exponents(&model)?, model));
     }
     for kernel in &subjects.kernels {
         let mut worst = 0.0f64;
@@ -50,28 +50,19 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     Ok(lines)
 }
 
-/// `exp(A t)` by scaling and squaring of its Taylor series.
-fn exponential(a: &Mat<f64>, t: f64) -> Mat<f64> {
-    let n = a.nrows();
-    let squarings = ((a.norm_l2() * t).log2().ceil() as i32 + 2).max(0);
-    let scale = t / f64::from(squarings).exp2();
-    let mut sum = Mat::<f64>::identity(n, n);
-    let mut term = Mat::<f64>::identity(n, n);
-    for k in 1..20 {
-        term = a * &term * faer::Scale(scale / f64::from(k));
-        sum += &term;
-    }
-    for _ in 0..squarings {
-        sum = &sum * &sum;
-    }
-    sum
-}
-
 /// Exponents per cycle of the affine map of constant contact, largest first: products of
 /// matrix exponentials of the linear part of [`Model::derivative`], neutral blocks left out.
-fn independent_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
+///
+/// Exponentials (Padé, scaling and squaring) and eigenvalues (Schur) are those of nalgebra; kernels and
+/// their multipliers use another library.
+///
+/// # Errors
+/// [`Trouble::Missing`] where an eigenvalue does not converge.
+pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
     /// So large that the constant part is lost in round-off.
     const LARGE: f64 = 1e6;
+    /// Steps of the Schur iteration for every row.
+    const STEPS: usize = 1000;
     let n = model.modes();
     let felt: Vec<usize> = (0..2 * n)
         .filter(|i| !model.neutral.contains(&(i % n)))
@@ -81,7 +72,7 @@ fn independent_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
     let fastest = natural.fold(2e4, f64::max);
     // Velocities in units of the fastest mode's keep the matrix balanced.
     let unit = |i: usize| if i < n { 1.0 } else { fastest };
-    let mut map = Mat::<f64>::identity(m, m);
+    let mut map = DMatrix::<f64>::identity(m, m);
     for (index, segment) in model.cycle.segments.iter().enumerate() {
         let field = |state: &[f64]| {
             let mut out = vec![f64::NAN; 2 * n];
@@ -95,17 +86,18 @@ fn independent_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
             field(&state)
         };
         let columns: Vec<Vec<f64>> = felt.iter().map(column).collect();
-        let a = Mat::from_fn(m, m, |row, column| {
-            let i = felt[row];
-            (columns[column][i] - offset[i]) / (LARGE * unit(i))
-        });
         let duration = model.cycle.end(index) - model.cycle.start(index);
-        map = exponential(&a, duration) * map;
+        let generator = DMatrix::from_fn(m, m, |row, column| {
+            let i = felt[row];
+            duration * (columns[column][i] - offset[i]) / (LARGE * unit(i))
+        });
+        map = generator.exp() * map;
     }
-    let eigenvalues = map.eigenvalues().map_err(|_| Trouble::Missing {
+    let schur = Schur::try_new(map, f64::EPSILON, STEPS * m).ok_or(Trouble::Missing {
         what: "an eigenvalue of the exponentials",
     })?;
-    let mut exponents: Vec<f64> = eigenvalues.iter().map(|z| z.norm().ln()).collect();
+    let moduli = schur.complex_eigenvalues();
+    let mut exponents: Vec<f64> = moduli.iter().map(|z| z.norm().ln()).collect();
     exponents.sort_by(|a, b| b.total_cmp(a));
     Ok(exponents)
 }

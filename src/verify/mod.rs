@@ -25,6 +25,7 @@ mod subjects;
 mod text;
 mod trouble;
 
+pub use closed_forms::constant_contact_exponents;
 pub use report::{Bound, Finding, Group, Line, Report};
 pub use subjects::{Extent, Subjects};
 pub use trouble::Trouble;
