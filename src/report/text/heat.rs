@@ -137,7 +137,7 @@ fn mark(cell: Cell, largest: f64) -> char {
     match cell {
         Cell::Missing => ' ',
         Cell::Unclassified => '.',
-        Cell::SteadyContact => 'L',
+        Cell::SteadyContact => 'S',
         Cell::Periodic(period @ 1..=9) => char::from(b'0' + period as u8),
         Cell::Periodic(_) => '+',
         Cell::Failed => 'x',
