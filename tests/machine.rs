@@ -90,7 +90,7 @@ fn a_machine_is_measured_shown_compared_and_planned_with() {
     for words in [
         &*found.description.cpu,
         "rotating tables",
-        "integrating",
+        "rates at",
         "not measured",
     ] {
         assert!(page.contains(words), "{words}: {page}");
