@@ -66,6 +66,7 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// Those of the tables of a model.
     pub fn new(model: &Model) -> Self {
         let acting = 1 + 2 * model.ripple.len();
         Self {

@@ -2,7 +2,7 @@
 //!
 //! Loops over arrays are left to the compiler for vectors of two and four. For vectors of eight
 //! it would keep the sums of several columns in memory, and gather where rows are summed along:
-//! these are written out ([`Wide`](super::wide::Wide)).
+//! these are written out in a file of their own.
 
 use crate::propagate::volterra::shapes::{LANES, Lanes, Row, Series, TERMS};
 
