@@ -1,4 +1,4 @@
-//! Tables of dense kernels on disk: do they integrate the bits of tables just computed, are they
+//! Tables of dense kernels on disk: do they give the bits of tables just computed, are they
 //! found again for every load and gap and for nothing else, and is what is damaged refused?
 
 #![allow(clippy::unwrap_used)]
@@ -40,7 +40,7 @@ fn bits<K: Kernel>(kernel: &K, start: &TrajectoryState) -> (Vec<u64>, usize) {
     )
 }
 
-/// Tables kept for one load integrate any other, to the bits of tables computed for that one.
+/// Tables kept for one load serve any other, to the bits of tables computed for that one.
 #[test]
 fn a_kept_table_gives_the_bits_of_a_new_one() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,6 @@
 //! Is a motion of known kind called by its name? One- and two-degree oscillators with known
-//! attractors, for twenty seeds each. The kind is known from a closed form or from a brute
-//! integrate by the reference integrator, which shares no code with the kernels; shares are known
+//! attractors, for twenty seeds each. The kind is known from a closed form or from a long
+//! integration by the reference integrator, which shares no code with the kernels; shares are known
 //! from a dense set of initial states, each integrated to the end, or from a symmetry.
 
 #![allow(clippy::unwrap_used)]

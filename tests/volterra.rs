@@ -15,7 +15,7 @@ use common::advance::{
 use common::skipped::skipped;
 use common::{drives, relative_difference, state_difference};
 
-/// How two advances of one stretch differ.
+/// How two integrations over the same time differ.
 #[derive(Debug, Clone, Copy, Default)]
 struct Difference {
     /// Of the final states, relative.

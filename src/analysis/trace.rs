@@ -14,7 +14,7 @@ use super::modal_series::{ModalMotion, padded};
 use super::{Nvh, NvhOutcome};
 use crate::model::{Contact, Model, TrajectoryState};
 use crate::numerics::legendre::{derivative, evaluate};
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
 
 /// What is traced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,7 +120,6 @@ pub fn trace<K: Kernel, S: TraceSink>(
         },
         Nvh::new(model, 0),
     );
-    let mut none = Tangents::none();
     let mut cycles = 0;
     let mut stop = kernel.accepts(model, &trajectory).err();
     let wanted = match stop {
@@ -131,21 +130,15 @@ pub fn trace<K: Kernel, S: TraceSink>(
         let recording = integrated >= question.skip;
         let result = if recording {
             watch.0.next = 0;
-            kernel.advance_cycle(
+            kernel.advance(
+                1,
                 &mut trajectory,
-                &mut none,
                 &mut workspace,
                 &mut watch,
                 &mut counters,
             )
         } else {
-            kernel.advance_cycle(
-                &mut trajectory,
-                &mut none,
-                &mut workspace,
-                &mut (),
-                &mut counters,
-            )
+            kernel.advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
         };
         if let Some(refusal) = watch.0.refused.take() {
             return Err(refusal);

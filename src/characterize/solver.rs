@@ -83,7 +83,7 @@ impl TableKernel for Fused<'_> {
     }
 }
 
-/// Advances on every team.
+/// Integrates on every team.
 pub fn measure(
     topology: &Topology,
     default: &DefaultDrive,
@@ -179,7 +179,7 @@ fn on_each<T: Send>(
     nodes.iter().enumerate().map(of_node).collect()
 }
 
-/// Advances on every team with the kernels of each node, one an operating point.
+/// Integrates on every team with the kernels of each node, one an operating point.
 fn advance<K: TableKernel + Sync>(
     topology: &Topology,
     models: &[Model],

@@ -253,13 +253,13 @@ fn stiffness(job: &Job) -> String {
 }
 
 fn tabled(job: &Job, table: &MeshTableSpec) -> String {
-    let course = match table.division {
+    let division = match table.division {
         CycleDivision::Segments(count) => format!("{count} segments"),
         CycleDivision::Continuous => "continuous".to_owned(),
     };
     let misalignment = range(job.points.variants().iter().map(|v| v.mesh.misalignment));
     format!(
-        "stiffness from the drawing of the gears, {course}; misalignment {} rad{}",
+        "stiffness from the drawing of the gears, {division}; misalignment {} rad{}",
         span(misalignment.0, misalignment.1),
         match table.shaft_tilt {
             true => " and the shafts' tilt under load",

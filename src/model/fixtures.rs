@@ -7,35 +7,18 @@ use super::{Division, Drive, MeshHarmonic, ModalStructure, OperatingPoint};
 /// A structure with the given frequencies, damping ratio of the elastic modes, mesh and
 /// torque participations, and nothing else.
 pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
-    let n = frequency.len();
-    let damping = |f: &f64| if *f > 0.0 { ratio } else { 0.0 };
     ModalStructure {
         teeth: 20,
         wheel_teeth: Some(30),
         rated_force: 1330.0,
-        frequency: frequency.to_vec(),
-        damping: frequency.iter().map(damping).collect(),
-        mesh: mesh.to_vec(),
-        mesh_tilt: vec![0.0; n],
-        torque: torque.to_vec(),
-        pinion_torque: None,
-        wheel_torque: None,
-        friction: vec![0.0; n],
-        friction_lever: vec![0.0; n],
-        residual_flexibility: 0.0,
-        bearings: Vec::new(),
+        ..ModalStructure::of_modes(frequency, ratio, mesh, torque)
     }
 }
 
 /// One undamped mode `q'' + ω² q = load − F` that is the deflection itself, under 1 N at full
 /// load, of a pinion with one tooth.
 pub fn one_mode(frequency: f64) -> ModalStructure {
-    ModalStructure {
-        teeth: 1,
-        wheel_teeth: None,
-        rated_force: 1.0,
-        ..structure(&[frequency], 0.0, &[1.0], &[1.0])
-    }
+    ModalStructure::of_modes(&[frequency], 0.0, &[1.0], &[1.0])
 }
 
 /// A mesh of constant stiffness between its flanks, and nothing else.

@@ -45,13 +45,36 @@ pub struct ModalStructure {
 /// times displacement. Damping is modal and has no place of its own.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BearingGain {
-    /// Shaft, bearing and direction, such as `pinion 1 line`.
+    /// Shaft, bearing and direction, such as `pinion 1 x`.
     pub name: String,
     /// Force per unit modal displacement \[N/(m √kg)\], one entry a mode.
     pub gain: Vec<f64>,
 }
 
 impl ModalStructure {
+    /// Modes with one damping ratio, rigid ones undamped, that mesh and torque participations alone tell
+    /// about: a pinion of one tooth, 1 N of mesh force at load = 1, no friction, no bearings.
+    pub fn of_modes(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> Self {
+        let n = frequency.len();
+        let damping = |f: &f64| if *f > 0.0 { ratio } else { 0.0 };
+        Self {
+            teeth: 1,
+            wheel_teeth: None,
+            rated_force: 1.0,
+            frequency: frequency.to_vec(),
+            damping: frequency.iter().map(damping).collect(),
+            mesh: mesh.to_vec(),
+            mesh_tilt: vec![0.0; n],
+            torque: torque.to_vec(),
+            pinion_torque: None,
+            wheel_torque: None,
+            friction: vec![0.0; n],
+            friction_lever: vec![0.0; n],
+            residual_flexibility: 0.0,
+            bearings: Vec::new(),
+        }
+    }
+
     /// Number of modes N.
     pub fn modes(&self) -> usize {
         self.frequency.len()

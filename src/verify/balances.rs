@@ -61,13 +61,13 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
                 place + time * (speed + 0.5 * time * pull),
                 speed + time * pull,
             ];
-            let course = kernel.on(&model)?.passage(&start, cycles)?;
-            let state = &course.end.state;
+            let passage = kernel.on(&model)?.passage(&start, cycles)?;
+            let state = &passage.end.state;
             for (found, exact) in [state[neutral], state[n + neutral]].iter().zip(&exact) {
                 worst = worse(worst, (found / exact - 1.0).abs());
             }
             served += 1;
-            windows = windows.max(course.counters.windows);
+            windows = windows.max(passage.counters.windows);
         }
         lines.push(Line::at_most(
             format!(

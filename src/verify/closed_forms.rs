@@ -241,15 +241,15 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let cycles = (last / model.period()).ceil() as u64;
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let course = kernel
+        let passage = kernel
             .on(&model)?
             .passage(&model.start(&InitialState::Rest), cycles)?;
-        let mut worst = if course.events.len() < 2 * bounces {
+        let mut worst = if passage.events.len() < 2 * bounces {
             f64::NAN
         } else {
             0.0
         };
-        for (index, event) in course.events.iter().take(2 * bounces).enumerate() {
+        for (index, event) in passage.events.iter().take(2 * bounces).enumerate() {
             let time = event.cycle as f64 + event.time / model.period();
             worst = worse(worst, (time - exact(index) / model.period()).abs());
         }

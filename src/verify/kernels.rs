@@ -192,11 +192,11 @@ pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     for kernel in &subjects.kernels {
         let (mut worst, mut events) = (0.0f64, 0);
         for (model, start, exact) in &known {
-            let course = kernel.on(model)?.passage(start, cycles)?;
+            let passage = kernel.on(model)?.passage(start, cycles)?;
             let norm = EnergyNorm::new(model);
-            let apart = norm.distance(&course.end.state, &exact.end.state) / norm.unit();
+            let apart = norm.distance(&passage.end.state, &exact.end.state) / norm.unit();
             worst = worse(worst, apart);
-            events += course.events.len() + exact.crossings.len();
+            events += passage.events.len() + exact.crossings.len();
         }
         lines.push(Line::at_most(
             format!(

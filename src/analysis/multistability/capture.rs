@@ -9,7 +9,7 @@ use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches};
 use crate::analysis::questions::Questions;
 use crate::model::TrajectoryState;
-use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use crate::propagate::{Counters, Kernel, Stop};
 
 /// Distance \[half gaps\] from which an approach is worth watching. Watching costs nothing: the
 /// trajectory is advanced by it.
@@ -82,7 +82,6 @@ impl KnownOrbits {
     ) -> Result<Option<Watched>, CalledOff> {
         let (kernel, norm) = (field.kernel, field.norm);
         let mut workspace = kernel.workspace();
-        let mut none = Tangents::none();
         while counters.cycles < cycles {
             CalledOff::check(field.called_off)?;
             let near = self.orbits.iter().find(|(_, orbit)| {
@@ -98,8 +97,7 @@ impl KnownOrbits {
                 }
             }
             // After a failed approach too: it may not have integrated at all.
-            let integrated =
-                kernel.advance_cycle(trajectory, &mut none, &mut workspace, &mut (), counters);
+            let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), counters);
             if let Err(stop) = integrated {
                 return Ok(Some(Watched::Stopped(stop)));
             }

@@ -9,7 +9,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::{Class, LyapunovMethod, PointOutcome};
 use crate::model::{Contact, Model, TrajectoryState};
 use crate::numerics::statistics::{mean, standard_error};
-use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use crate::propagate::{Counters, Kernel, Stop};
 
 /// Distance of two orbits \[half gaps\] below which they are one: far above the error of a
 /// settled orbit, 1e-10 over its decay a cycle.
@@ -189,9 +189,9 @@ fn orbit<K: Kernel>(
     let mut states = Vec::new();
     for _ in 0..period {
         states.push(end.state.clone());
-        kernel.advance_cycle(
+        kernel.advance(
+            1,
             &mut end,
-            &mut Tangents::none(),
             &mut workspace,
             &mut (),
             &mut Counters::default(),

@@ -12,7 +12,7 @@ use crate::analysis::called_off::CalledOff;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
-use crate::propagate::{Counters, Kernel, Stop, Tangents};
+use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
@@ -81,13 +81,7 @@ pub fn survey<K: Kernel>(
     let mut path = vec![trajectory.clone()];
     for _ in 0..question.cycles {
         CalledOff::check(called_off)?;
-        let integrated = kernel.advance_cycle(
-            trajectory,
-            &mut Tangents::none(),
-            &mut workspace,
-            &mut (),
-            &mut counters,
-        );
+        let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), &mut counters);
         // What diverged later may have passed orbits before.
         if integrated.is_err() {
             break;

@@ -141,7 +141,7 @@ impl<K: Kernel> PointRun<'_, K> {
             return Ok(Some(orbit));
         }
         while self.counters.cycles < self.questions.transient {
-            self.plain(1)?;
+            self.plain_cycle(&mut ())?;
             if searches.is_none() {
                 continue;
             }

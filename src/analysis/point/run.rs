@@ -69,18 +69,16 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(instruments)
     }
 
-    /// Advances without watching.
-    pub(super) fn plain(&mut self, cycles: u64) -> Result<(), Halt> {
-        for _ in 0..cycles {
-            CalledOff::check(self.called_off)?;
-            self.kernel.advance_cycle(
-                &mut self.trajectory,
-                &mut Tangents::none(),
-                &mut self.workspace,
-                &mut (),
-                &mut self.counters,
-            )?;
-        }
+    /// One cycle of the trajectory alone.
+    pub(super) fn plain_cycle<O: Observer>(&mut self, observer: &mut O) -> Result<(), Halt> {
+        CalledOff::check(self.called_off)?;
+        self.kernel.advance(
+            1,
+            &mut self.trajectory,
+            &mut self.workspace,
+            observer,
+            &mut self.counters,
+        )?;
         Ok(())
     }
 
@@ -88,14 +86,7 @@ impl<K: Kernel> PointRun<'_, K> {
     pub(super) fn audit(&mut self, cycles: u64) -> Result<(), Halt> {
         let mut audit = EnergyAudit::new(self.model);
         for _ in 0..cycles.min(self.questions.audit_cycles) {
-            CalledOff::check(self.called_off)?;
-            self.kernel.advance_cycle(
-                &mut self.trajectory,
-                &mut Tangents::none(),
-                &mut self.workspace,
-                &mut audit,
-                &mut self.counters,
-            )?;
+            self.plain_cycle(&mut audit)?;
         }
         self.energy_residual = audit.residual(&self.trajectory);
         Ok(())
@@ -128,9 +119,9 @@ impl<K: Kernel> PointRun<'_, K> {
         {
             // The twin's work is not the point's: its events and grazings are not counted.
             let mut uncounted = Counters::default();
-            self.kernel.advance_cycle(
+            self.kernel.advance(
+                1,
                 twin.trajectory(),
-                &mut Tangents::none(),
                 &mut self.workspace,
                 &mut (),
                 &mut uncounted,

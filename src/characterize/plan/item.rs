@@ -51,7 +51,7 @@ pub enum Mesh {
     SixtyLevels,
 }
 
-/// A kernel that advances.
+/// A kernel that integrates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "lowercase")]
 pub enum Solver {

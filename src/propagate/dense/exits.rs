@@ -12,7 +12,7 @@ use crate::propagate::events::Margin;
 /// Deepest halving of an interval.
 const DEEPEST: usize = 52;
 
-/// A guard at one time.
+/// The deflection at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct DeflectionAt {
     /// Time since the start of the stretch \[s\].
