@@ -48,7 +48,7 @@ impl Observer for Record {
         self.windows.push(Piece {
             start: w.start,
             duration: w.duration,
-            contact: w.contact.index(),
+            contact: w.contact.flanks().index(),
             deflection: w.deflection.to_vec(),
             force: w.force.to_vec(),
         });
@@ -366,7 +366,7 @@ fn small_oscillators_are_of_their_known_kind() {
         let [drive, _, coast] = outcome.nvh.unwrap().fractions;
         let (w, c) = (
             model.first_gains()[0].deflection[0],
-            model.cycle.segments[0].damping,
+            model.first_cycle().segments[0].damping,
         );
         let exact = -c * w * w * model.period() * (drive + coast);
         let sum: f64 = lyapunov.exponents.iter().sum();

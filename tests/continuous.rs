@@ -96,7 +96,7 @@ fn many_uneven_segments_are_those_of_the_reference() {
             ..drive.clone()
         };
         let model = Model::new(&structure, &drive, point).unwrap();
-        assert_eq!(model.cycle.segments.len(), count as usize);
+        assert_eq!(model.first_cycle().segments.len(), count as usize);
         let (worst, events) = against_reference(&model, &volterra(&model), 8);
         println!("{count} segments: {worst:.1e}, {events} events");
         assert!(worst < 1e-13, "{count} segments: {worst:e}");

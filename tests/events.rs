@@ -7,8 +7,8 @@
 mod common;
 
 use atlas::model::{
-    Contact, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, Surface,
-    TorqueRipple, TrajectoryState,
+    ActiveSet, COAST_FLANK, DRIVE_FLANK, Division, Drive, DriveShaft, InitialState, Model,
+    OperatingPoint, TorqueRipple, TrajectoryState,
 };
 use atlas::propagate::{Counters, Event, Kernel, Stop, Volterra};
 use common::advance::{Events, ROUND_OFF, advance_with, volterra};
@@ -128,7 +128,7 @@ fn grazing_free_oscillation() {
             assert!((list[0].1.rate - speed).abs() < 1e-6 * speed);
             let dwell = list[1].0 - list[0].0;
             assert!((dwell - o.dwell(speed)).abs() < 1e-6 * dwell);
-            assert_eq!(list[1].1.to, Contact::Free);
+            assert_eq!(list[1].1.to, ActiveSet::FREE);
         }
     }
 }
@@ -157,8 +157,8 @@ fn grazing_forced_oscillation() {
         let (list, counters, _) = events(&model, &from, cycles);
         assert_eq!((list.len(), counters.grazings), (expected, 0), "gap {gap}");
         if expected == 4 {
-            assert_eq!(list[0].1.surface, Surface::Drive);
-            assert_eq!(list[2].1.surface, Surface::Coast);
+            assert_eq!(list[0].1.contact, DRIVE_FLANK);
+            assert_eq!(list[2].1.contact, COAST_FLANK);
             let entry = gap.asin() / omega;
             let speed = (1.0 - gap * gap).sqrt();
             assert!((list[0].0 - entry).abs() * omega < 64.0 * f64::EPSILON / speed);
@@ -200,7 +200,7 @@ fn drive_to_coast_within_a_billionth_of_a_cycle() {
     let flight = 2.0 * o.half_gap / speed;
     assert!(flight < 1e-9 * model.period());
     let from = start(&model, o.half_gap, speed);
-    assert_eq!(from.contact, Contact::Drive);
+    assert_eq!(from.contact, ActiveSet::DRIVE);
     let half = o.dwell(speed) + flight;
     let cycles = cover(&model, 20.3 * half);
     let (list, _, _) = events(&model, &from, cycles);
@@ -215,7 +215,12 @@ fn drive_to_coast_within_a_billionth_of_a_cycle() {
     assert_eq!(list.len(), expected.len());
     for (i, ((time, event), exact)) in list.iter().zip(&expected).enumerate() {
         assert!((time - exact).abs() < 1e-14 * total, "event {i}");
-        let to = [Contact::Free, Contact::Coast, Contact::Free, Contact::Drive][i % 4];
+        let to = [
+            ActiveSet::FREE,
+            ActiveSet::COAST,
+            ActiveSet::FREE,
+            ActiveSet::DRIVE,
+        ][i % 4];
         assert_eq!(event.to, to, "event {i}");
         assert!((event.rate.abs() - speed).abs() < 1e-9 * speed);
     }
@@ -267,7 +272,7 @@ fn start_on_a_surface() {
         assert!((list[0].0 - dwell).abs() < 1e-14 * dwell.max(model.period()));
         // Moving out: the first event is the entry on the other side.
         let from = start(&model, side * b, -side * speed);
-        assert_eq!(from.contact, Contact::Free);
+        assert_eq!(from.contact, ActiveSet::FREE);
         let cycles = cover(&model, flight);
         let (list, _, _) = events(&model, &from, cycles);
         assert!((list[0].0 - flight).abs() < 1e-14 * flight);
@@ -298,7 +303,7 @@ fn start_at_rest_on_a_surface_under_load() {
             // q = b + load/Ω² (1 − cos Ωt): back on the surface only after 2π/Ω > T.
             assert!(TAU / o.closed() > t);
             assert_eq!(list.len(), 1);
-            assert_eq!(list[0].1.to, Contact::Drive);
+            assert_eq!(list[0].1.to, ActiveSet::DRIVE);
             assert!(list[0].0 < 1e-6 * t, "{}", list[0].0 / t);
             let swing = load / o.stiffness;
             let exact = o.half_gap + swing * (1.0 - (o.closed() * t).cos());
@@ -333,7 +338,7 @@ fn event_on_an_edge() {
             speed: o.speed,
         };
         let model = Model::new(&structure, &drive, point).unwrap();
-        assert_eq!(model.cycle.segments.len(), divisions as usize);
+        assert_eq!(model.first_cycle().segments.len(), divisions as usize);
         let t = model.period();
         let cells = volterra(&model).windows_per_cycle();
         for cell in [1, cells.div_ceil(2), cells] {
@@ -361,10 +366,10 @@ fn event_on_an_edge() {
                 let position = o.half_gap + speed / o.closed() * before.sin();
                 if before < PI {
                     let from = start(&model, position, -speed * before.cos());
-                    assert_eq!(from.contact, Contact::Drive);
+                    assert_eq!(from.contact, ActiveSet::DRIVE);
                     let (list, _, _) = events(&model, &from, 2);
                     assert!((list[0].0 - edge).abs() < 1e-14 * t);
-                    assert_eq!(list[0].1.to, Contact::Free);
+                    assert_eq!(list[0].1.to, ActiveSet::FREE);
                     let again = edge + 2.0 * o.half_gap / speed;
                     let expected = 1 + usize::from(again < 2.0 * t);
                     assert_eq!(
@@ -434,7 +439,7 @@ fn wrong_contact_state_is_put_right() {
     let o = Oscillator::default();
     let model = o.model();
     // Deep in contact and moving out: the release must come at the surface.
-    for (position, contact) in [(12e-6, Contact::Free), (3e-6, Contact::Drive)] {
+    for (position, contact) in [(12e-6, ActiveSet::FREE), (3e-6, ActiveSet::DRIVE)] {
         let right = start(&model, position, 0.05);
         let mut wrong = right.clone();
         wrong.contact = contact;

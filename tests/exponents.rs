@@ -206,7 +206,7 @@ fn sum_of_all_exponents_is_the_mean_trace() {
             })
             .sum();
         let [drive, _, coast] = nvh.outcome().unwrap().fractions;
-        let damping = model.cycle.segments[0].damping;
+        let damping = model.first_cycle().segments[0].damping;
         let exact = model.period() * (flow - damping * contact * (drive + coast));
         println!(
             "{name}: {sum} {exact}, relative {:.1e}",

@@ -8,7 +8,7 @@ mod common;
 use atlas::analysis::EnergyAudit;
 use atlas::gear::{Face, Flanks, LoadSharing, pairs_at};
 use atlas::manifest::{self, Job, StiffnessSpec};
-use atlas::model::{Contact, InitialState, Model, TrajectoryState};
+use atlas::model::{ActiveSet, InitialState, Model, TrajectoryState};
 use atlas::numerics::legendre::evaluate;
 use atlas::propagate::{Dyadic, Event, Observer, Window};
 use atlas::reference::{Extended, Reference};
@@ -72,8 +72,8 @@ fn shared(job: &Job, phase: f64, force: f64) -> f64 {
 /// Approach in static equilibrium under a mesh force, half gap left out, at a mesh phase.
 fn approach(model: &Model, phase: f64, force: f64) -> f64 {
     let time = phase * model.period();
-    let segment = model.cycle.segment_at(time);
-    let [gap, _] = model.gap_on(segment, time);
+    let segment = model.first_cycle().segment_at(time);
+    let [gap, _] = model.contacts[0].gap(segment, time);
     force / segment.stiffness_at(phase) + gap - model.half_gap
 }
 
@@ -190,7 +190,7 @@ fn kernels_follow_the_error_to_round_off() {
         [&COURSE[..], &[MISALIGNED]].concat(),
     ] {
         let model = model(&parts, &job(&edits), 0.1, 1200.0);
-        assert!(model.cycle.has_error());
+        assert!(model.first_cycle().has_error());
         let kernel = volterra(&model);
         let (reference, extended) = (Reference::new(&model), Extended::new(&model));
         let mut start = advance(&kernel, &model.start(&InitialState::Static), 40);
@@ -258,8 +258,8 @@ fn kernels_of_tables_want_a_choice() {
         let count = format!("table_harmonics = {count}\ntorque_ripple =");
         let chosen = job(&[QUIET, ("torque_ripple =", &count)]);
         let model = model(&parts, &chosen, 0.1, 1200.0);
-        assert!(!model.cycle.has_error());
-        assert_eq!(model.transmission_error.len(), 1 + harmonics);
+        assert!(!model.first_cycle().has_error());
+        assert_eq!(model.transmission_errors().count(), 1 + harmonics);
     }
     // Flanks that lack nothing have no error, and sixty segments as before.
     let plain = text(&[(
@@ -268,8 +268,8 @@ fn kernels_of_tables_want_a_choice() {
     )]);
     let plain = manifest::parse(&plain, "m.toml", Path::new("")).unwrap();
     let plain = model(&parts, &plain, 0.1, 1200.0);
-    assert!(!plain.cycle.has_error() && plain.cycle.segments.len() == 60);
-    assert_eq!(plain.start(&InitialState::Static).contact, Contact::Drive);
+    assert!(!plain.first_cycle().has_error() && plain.first_cycle().segments.len() == 60);
+    assert_eq!(plain.start(&InitialState::Static).contact, ActiveSet::DRIVE);
 }
 
 #[test]

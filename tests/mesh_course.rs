@@ -7,7 +7,7 @@ mod common;
 
 use atlas::analysis::EnergyAudit;
 use atlas::model::{
-    Contact, Division, Drive, FlankError, InitialState, Model, OperatingPoint, Stiffness,
+    ActiveSet, Division, Drive, FlankError, InitialState, Model, OperatingPoint, Stiffness,
     TrajectoryState,
 };
 use atlas::propagate::{Counters, InstructionSet, Kernel, Stepping, Tangents, Volterra};
@@ -290,7 +290,7 @@ fn levels_converge_to_the_course() {
         let mesh = (0..count)
             .map(|i| {
                 let phase = (f64::from(i) + 0.5) / f64::from(count);
-                let segment = smooth.cycle.segment_at(phase * smooth.period());
+                let segment = smooth.first_cycle().segment_at(phase * smooth.period());
                 let level = segment.stiffness_at(phase);
                 Division::level(f64::from(i + 1) / f64::from(count), level)
             })
@@ -359,8 +359,8 @@ fn a_step_of_the_half_gap_opens_the_contact() {
     let mut seen = Events::default();
     advance_with(&volterra(&model), &start, 1, &mut seen);
     let first = seen.0.first().unwrap();
-    assert_eq!((first.from, first.to), (Contact::Drive, Contact::Free));
-    assert_eq!(first.time, model.cycle.start(1));
+    assert_eq!((first.from, first.to), (ActiveSet::DRIVE, ActiveSet::FREE));
+    assert_eq!(first.time, model.first_cycle().start(1));
 }
 
 /// The static start balances to round-off whatever the mesh does at phase 0, and stays in balance
@@ -371,12 +371,19 @@ fn the_static_start_is_in_balance() {
         // Mean torques only.
         model.ripple.clear();
         let start = model.start(&InitialState::Static);
-        let segment = &model.cycle.segments[0];
+        let segment = &model.first_cycle().segments[0];
         let n = model.modes();
         let mut rates = vec![0.0; 2 * n];
-        model.derivative(segment, start.contact, 0, 0.0, &start.state, &mut rates);
+        model.derivative(
+            &[*segment; 2],
+            start.contact,
+            0,
+            0.0,
+            &start.state,
+            &mut rates,
+        );
         let (deflection, rate) = model.deflection(&start.state, 0.0);
-        let force = model.force(segment, start.contact, 0.0, deflection, rate);
+        let force = model.contacts[0].force(segment, 0.0, deflection, rate);
         for (i, gain) in model.gains(segment).iter().enumerate() {
             if model.neutral.contains(&i) {
                 continue;
@@ -388,6 +395,6 @@ fn the_static_start_is_in_balance() {
                 "{name}, mode {i}: {left:e} of {scale:e}"
             );
         }
-        assert!(force > 0.0 && start.contact == Contact::Drive, "{name}");
+        assert!(force > 0.0 && start.contact == ActiveSet::DRIVE, "{name}");
     }
 }

@@ -9,8 +9,8 @@ use atlas::analysis::{
     Spectrum, investigate,
 };
 use atlas::model::{
-    Contact, Division, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
-    Segment, Stiffness, TorqueRipple,
+    ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint,
+    TorqueRipple,
 };
 use atlas::numerics::exponential::legendre_series;
 use atlas::numerics::random::{PointSeed, Stream};
@@ -28,14 +28,6 @@ struct Signal(f64, Vec<(f64, f64, f64)>);
 
 /// Shows a signal as deflection over some mesh cycles, its force a thousand N/m of it.
 fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u64>) {
-    let segment = Segment {
-        start: 0.0,
-        end: 1.0,
-        stiffness: Stiffness::constant(1.0),
-        error: FlankError::NONE,
-        direction: 0,
-        damping: 0.0,
-    };
     // Uneven on purpose: cuts and the window that comes again and again.
     let places = [0.0, 0.1, 0.2, 0.3, 0.37, 0.5, 0.6, 0.7, 0.81, 0.9, 1.0];
     let period = model.period();
@@ -57,12 +49,9 @@ fn show(model: &Model, nvh: &mut Nvh, signal: &Signal, cycles: std::ops::Range<u
                 cycle,
                 start,
                 duration,
-                segment: &segment,
-                contact: Contact::Free,
                 deflection: &deflection,
                 force: &deflection.map(|a| 1e3 * a),
-                first: &[],
-                second: &[],
+                ..Window::default()
             });
         }
     }
@@ -151,10 +140,10 @@ fn impacts_and_stays_are_those_of_the_events() {
     let found = nvh.outcome().unwrap();
     let events = events.0;
     let time = |e: &Event| e.cycle as f64 * model.period() + e.time;
-    let entries = |to: Contact| events.iter().filter(|e| e.to == to).count() as u64;
+    let entries = |to: ActiveSet| events.iter().filter(|e| e.to == to).count() as u64;
     assert_eq!(
         found.impacts,
-        [entries(Contact::Drive), entries(Contact::Coast)]
+        [entries(ActiveSet::DRIVE), entries(ActiveSet::COAST)]
     );
     assert!(found.impacts[0] > 200);
 
@@ -195,19 +184,19 @@ fn stays_of_a_motion_that_repeats_are_whole() {
     for cycle in 3..13 {
         show(&model, &mut nvh, &still, cycle..cycle + 1);
         let changes = [
-            (0.1, Contact::Drive),
-            (0.3, Contact::Free),
-            (0.4, Contact::Coast),
-            (0.7, Contact::Free),
+            (0.1, ActiveSet::DRIVE),
+            (0.3, ActiveSet::FREE),
+            (0.4, ActiveSet::COAST),
+            (0.7, ActiveSet::FREE),
         ];
-        let mut from = Contact::Free;
+        let mut from = ActiveSet::FREE;
         for (place, to) in changes {
             nvh.event(&Event {
                 cycle,
                 time: place * period,
                 from,
                 to,
-                surface: atlas::model::Surface::Drive,
+                contact: atlas::model::DRIVE_FLANK,
                 rate: place,
             });
             from = to;

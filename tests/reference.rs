@@ -5,7 +5,7 @@
 mod common;
 
 use atlas::model::{
-    Contact, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
+    ActiveSet, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
 };
 use atlas::reference::{Passage, Reference};
 use common::{drives, relative_difference, structure};
@@ -59,7 +59,7 @@ fn one_degree_in_contact_follows_its_closed_form() {
         let (p, v) = (1e-7, 2e-3);
         let (q0, v0) = forced(0.0);
         let start = TrajectoryState::new(&model, vec![q0 + p, v0 + v], 0);
-        assert_eq!(start.contact, Contact::Drive);
+        assert_eq!(start.contact, ActiveSet::DRIVE);
         for cycles in [1, 7, 40] {
             let passage = advance(&model, &start, cycles);
             assert!(passage.crossings.is_empty());
@@ -122,7 +122,7 @@ fn bouncing_mass_hits_and_leaves_at_known_times() {
     let impact = a * fall;
     let touch = 2.0 * (PI - (impact * natural / a).atan()) / natural;
     let start = TrajectoryState::new(&model, vec![(b - drop) / w, 0.0], 0);
-    assert_eq!(start.contact, Contact::Free);
+    assert_eq!(start.contact, ActiveSet::FREE);
     let period = 2.0 * fall + touch;
     let cycles = (20.0 * period / model.period()).ceil() as u64;
     let crossings = advance(&model, &start, cycles).crossings;
@@ -135,9 +135,9 @@ fn bouncing_mass_hits_and_leaves_at_known_times() {
         let time = crossing.cycle as f64 * model.period() + crossing.time;
         worst = worst.max((time - exact).abs() / exact);
         let (to, rate) = if entry {
-            (Contact::Drive, impact)
+            (ActiveSet::DRIVE, impact)
         } else {
-            (Contact::Free, -impact)
+            (ActiveSet::FREE, -impact)
         };
         assert_eq!(crossing.to, to);
         assert!((crossing.rate - rate).abs() < 1e-12 * impact);
@@ -250,13 +250,13 @@ mod general_purpose {
     struct Smooth<'m> {
         model: &'m Model,
         segment: &'m Segment,
-        contact: Contact,
+        contact: ActiveSet,
     }
 
     impl ODE<f64, Vec<f64>> for Smooth<'_> {
         fn diff(&self, t: f64, y: &Vec<f64>, out: &mut Vec<f64>) {
             self.model
-                .derivative(self.segment, self.contact, 0, t, y, out);
+                .derivative(&[*self.segment; 2], self.contact, 0, t, y, out);
         }
     }
 
@@ -270,12 +270,15 @@ mod general_purpose {
         assert!(passage.crossings.is_empty(), "left contact");
 
         let mut state = start.state.clone();
-        for (index, segment) in model.cycle.segments.iter().enumerate() {
-            let (left, right) = (model.cycle.start(index), model.cycle.end(index));
+        for (index, segment) in model.first_cycle().segments.iter().enumerate() {
+            let (left, right) = (
+                model.first_cycle().start(index),
+                model.first_cycle().end(index),
+            );
             let smooth = Smooth {
                 model: &model,
                 segment,
-                contact: Contact::Drive,
+                contact: ActiveSet::DRIVE,
             };
             // At least seventeen steps a radian of the fastest mode, and no error control.
             let h = (right - left) / 400.0;

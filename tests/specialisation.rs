@@ -5,7 +5,7 @@
 
 mod common;
 
-use atlas::model::{Contact, Division, Drive, InitialState, Model, TrajectoryState};
+use atlas::model::{ActiveSet, Division, Drive, InitialState, Model, TrajectoryState};
 use atlas::propagate::{Counters, Kernel, Tangents, Volterra};
 use atlas::reference::Reference;
 use common::advance::{advance, advance_with, settled, volterra};
@@ -104,7 +104,7 @@ fn free_flight_does_not_see_the_mesh() {
         // In the middle of the gap, at rest.
         let mut start = model.start(&InitialState::Rest);
         start.state[0] = -0.5 * model.half_gap / structure.mesh[0];
-        start.contact = Contact::Free;
+        start.contact = ActiveSet::FREE;
         let (end, counters) = advance_with(&volterra(&model), &start, 1, &mut ());
         assert_eq!(counters.events, 0);
         assert_eq!(counters.partial_windows, 0);

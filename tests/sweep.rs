@@ -13,7 +13,7 @@ use atlas::analysis::{
     TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use atlas::manifest::{self, Job};
-use atlas::model::{Contact, Drive, InitialState, MeshHarmonic, Model};
+use atlas::model::{ActiveSet, Drive, InitialState, MeshHarmonic, Model};
 use atlas::numerics::random::PointSeed;
 use atlas::propagate::Event;
 use atlas::reference::Reference;
@@ -638,7 +638,7 @@ fn entry_samples_lie_on_the_drive_flank() {
     let model = rattling(0.0);
     let found = samples(&model, Section::Entry);
     let events = traced(&model, 1).events;
-    let entries: Vec<&Event> = events.iter().filter(|e| e.to == Contact::Drive).collect();
+    let entries: Vec<&Event> = events.iter().filter(|e| e.to == ActiveSet::DRIVE).collect();
     assert!(entries.len() > 50, "{}", entries.len());
     assert_eq!(found.len(), entries.len());
     for (sample, event) in found.iter().zip(entries) {

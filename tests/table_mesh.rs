@@ -150,7 +150,7 @@ fn relieved_flanks_run_without_event_storms() {
     let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
     for point in job.points.iter() {
         let model = parts.model(&point).unwrap();
-        for segment in &model.cycle.segments {
+        for segment in &model.first_cycle().segments {
             for step in 0..=50 {
                 let stiffness = segment.stiffness.at(f64::from(step) / 25.0 - 1.0);
                 // Of one pair at its tip, and of two.

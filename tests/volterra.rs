@@ -132,7 +132,7 @@ fn mesh_may_have_sixty_levels_or_one() {
     ] {
         drive.mesh = Division::levels(&stiffness, &[]);
         let model = Model::new(&structure, &drive, point).unwrap();
-        assert_eq!(model.cycle.segments.len(), segments);
+        assert_eq!(model.first_cycle().segments.len(), segments);
         let worst = follow(&model, 8);
         println!("{segments} segments: {worst:?}");
         assert!(worst.events >= 8);
@@ -401,6 +401,7 @@ mod random_drives {
         )
             .prop_map(
                 |((half_gap, stiffness, damping, friction), error, ripple)| Drive {
+                    coast: None,
                     half_gap,
                     mesh: Division::levels(&stiffness, &[]),
                     damping,

@@ -12,7 +12,7 @@ pub trait Adaptive {
 
     /// Some mesh cycles of contact: the final state and the derivatives it took.
     fn contact(&mut self, model: &Model, start: &TrajectoryState, cycles: u64) -> (Vec<f64>, u64) {
-        let cycle = &model.cycle;
+        let cycle = model.first_cycle();
         let mut field = Field::new(model, start.cycle);
         let mut state = start.state.clone();
         for whole in 0..cycles {

@@ -295,7 +295,7 @@ pub fn conditioning() -> Value {
 /// Numbers of the structured kernel's tables: one window's, and the solution of each further
 /// stiffness (two lists of nine eighths).
 fn volterra_numbers(kernel: &Volterra<'_>, model: &Model) -> usize {
-    let mut levels: Vec<u64> = (model.cycle.segments.iter())
+    let mut levels: Vec<u64> = (model.first_cycle().segments.iter())
         .map(|segment| segment.stiffness.mean().to_bits())
         .collect();
     levels.sort_unstable();

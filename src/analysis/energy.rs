@@ -3,14 +3,15 @@
 //! Over any stretch, with u the modal velocities,
 //!
 //! ```text
-//! Δ(½Σ(v² + ω²q²) + ½k(δ − s b)²) = ∫ T·u dt                   torques
+//! Δ(½Σ(v² + ω²q²) + Σ ½k(δ − s b)²) = ∫ T·u dt                 torques
 //!     − ∫ F e' dt − ∫ F s b' dt                               transmission error, half gap
-//!     − ∫ Σ 2ζω u² dt − ∫ c (δ' − s b')² dt                   damping, structure and mesh
+//!     − ∫ Σ 2ζω u² dt − ∫ c (δ' − s b')² dt                   damping, structure and contacts
 //!     − ∫ F (g − w)·u dt                                      friction
 //!     + ∫ ½ k' (δ − s b)² dt                                  stiffness that varies
-//!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, direction, gap
+//!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, line, gap
 //! ```
 //!
+//! each summed over the closed contacts.
 //! Every integrand is a product of Legendre series. The modal velocities are rebuilt
 //! ([`super::modal_series`]) from the state at each window's start and the force series,
 //! independently of how the kernel moved the state on. The residual is relative to the sum
@@ -18,10 +19,11 @@
 //! is done, and what is left of the balance is the round-off of what is stored.
 
 use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
-use crate::model::{Contact, Model, STIFFNESS_TERMS, Segment, TrajectoryState};
+use crate::model::{Model, STIFFNESS_TERMS, Segment, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
 use crate::numerics::quadrature::GaussLegendre;
-use crate::propagate::{Event, Observer, Window};
+use crate::propagate::{ClosedContact, Event, Observer, Window};
+use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
 /// Residual above which a kernel without errors of its own has failed. Of a thousand random
@@ -55,14 +57,14 @@ pub struct EnergyAudit<'m> {
 }
 
 /// How the last window ended.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Last {
-    segment: Segment,
-    contact: Contact,
+    /// The segment of every contact.
+    segments: Vec<Segment>,
+    /// The closed contacts and their deflections \[m\].
+    closed: Vec<(usize, f64)>,
     /// Mesh phase, in cycles.
     phase: f64,
-    /// δ \[m\].
-    deflection: f64,
 }
 
 impl<'m> EnergyAudit<'m> {
@@ -84,12 +86,17 @@ impl<'m> EnergyAudit<'m> {
     /// Relative residual of the balance up to `end`, which is where the last window shown
     /// ended; none when nothing was shown or nothing moved.
     pub fn residual(&self, end: &TrajectoryState) -> Option<f64> {
-        let (start, last) = (self.start?, self.last?);
+        let (start, last) = (self.start?, self.last.as_ref()?);
         let n = self.model.modes();
         let (first, second) = end.state.split_at(n);
-        let deflection = self.model.deflection_on(&last.segment, &end.state, 0.0).0;
-        let stored = self.structure(first, second)
-            + self.spring(&last.segment, last.contact, 1.0, deflection);
+        let mut stored = self.structure(first, second);
+        for &(contact, _) in &last.closed {
+            let segment = &last.segments[contact];
+            let deflection = (self.model)
+                .deflection_on(segment, end.cycle, &end.state, 0.0)
+                .0;
+            stored += self.spring(contact, segment, 1.0, deflection);
+        }
         let imbalance = stored - start - self.balance;
         let at_work = self.turnover + self.stored;
         (at_work > 0.0).then(|| imbalance.abs() / at_work)
@@ -107,40 +114,38 @@ impl<'m> EnergyAudit<'m> {
         0.5 * energy
     }
 
-    /// Energy of the mesh at a phase, in cycles.
-    fn spring(&self, segment: &Segment, contact: Contact, phase: f64, deflection: f64) -> f64 {
-        if contact.touching() {
-            let [gap, _] = self.model.gap_on(segment, phase * self.model.period());
-            let stretch = deflection - contact.sign() * gap;
-            0.5 * segment.stiffness_at(phase) * stretch * stretch
-        } else {
-            0.0
-        }
+    /// Energy of a closed contact at a phase, in cycles.
+    fn spring(&self, contact: usize, segment: &Segment, phase: f64, deflection: f64) -> f64 {
+        let contact = &self.model.contacts[contact];
+        let [gap, _] = contact.gap(segment, phase * self.model.period());
+        let stretch = deflection - contact.side * gap;
+        0.5 * segment.stiffness_at(phase) * stretch * stretch
     }
 
-    /// Energies whose round-off the balance is made of: those of structure and mesh, and of the
-    /// torques over what they have turned. The stretch of the mesh is a small difference, known to the
-    /// round-off of what it is the difference of.
-    fn magnitude(&self, window: &Window<'_>, phase: f64, deflection: f64) -> f64 {
+    /// Energies whose round-off the balance is made of: those of structure and contacts, and of the
+    /// torques over what they have turned. The stretch of a contact is a small difference, known to
+    /// the round-off of what it is the difference of.
+    fn magnitude(&self, window: &Window<'_>, phase: f64) -> f64 {
         let model = self.model;
-        let mut turned = 0.0;
-        let mut room = model.half_gap + deflection.abs();
-        let gains = model.gains(window.segment);
-        for (i, block) in model.blocks.iter().enumerate() {
-            if !model.neutral.contains(&i) {
-                turned += (block.static_input[1] * window.first[i]).abs();
-                room += (gains[i].deflection[0] * window.first[i]).abs();
-            }
+        let turning = (model.blocks.iter().enumerate()).filter(|(i, _)| !model.neutral.contains(i));
+        let turned: f64 = (turning.clone())
+            .map(|(i, block)| (block.static_input[1] * window.first[i]).abs())
+            .sum();
+        let mut contacts = 0.0;
+        for closed in window.closed {
+            let segment = &window.segments[closed.contact];
+            let contact = &model.contacts[closed.contact];
+            let deflection = at_start(&padded(closed.deflection));
+            let gains = model.gains(segment);
+            let along = turning
+                .clone()
+                .map(|(i, _)| (gains[i].deflection[0] * window.first[i]).abs());
+            let room = along.fold(model.half_gap + deflection.abs(), |sum, a| sum + a);
+            let stretch = (deflection - contact.side * contact.half_gap).abs();
+            let known = stretch + f64::EPSILON * room;
+            contacts += segment.stiffness_at(phase) * known * room;
         }
-        let mesh = match window.contact.touching() {
-            true => {
-                let stretch = (deflection - window.contact.sign() * model.half_gap).abs();
-                let known = stretch + f64::EPSILON * room;
-                window.segment.stiffness_at(phase) * known * room
-            }
-            false => 0.0,
-        };
-        self.structure(window.first, window.second) + turned + mesh
+        self.structure(window.first, window.second) + turned + contacts
     }
 
     fn work(&mut self, value: f64) {
@@ -148,24 +153,25 @@ impl<'m> EnergyAudit<'m> {
         self.turnover += value.abs();
     }
 
-    /// Series over a window in contact of what the flanks lack on the side that touches, s e.
-    fn lack(&self, window: &Window<'_>) -> Series {
-        let segment = window.segment;
+    /// Series over a window of what the flanks of a closed contact lack on its side, s e.
+    fn lack(&self, window: &Window<'_>, contact: usize) -> Series {
+        let segment = &window.segments[contact];
         let place = |time: f64| segment.place(time / self.model.period());
         let ends = [window.start, window.start + window.duration].map(place);
         let series = transforms8().restrict(segment.error.coefficients(), ends[0], ends[1]);
-        padded(&series.map(|a| window.contact.sign() * a))
+        padded(&series.map(|a| self.model.contacts[contact].side * a))
     }
 
-    /// Work of a stiffness that varies over a window in contact, `deflection` being without what
-    /// the flanks lack.
-    fn stiffening(&mut self, window: &Window<'_>, deflection: &Series) {
-        let segment = window.segment;
+    /// Work of a stiffness that varies over a window, `deflection` being without what the flanks
+    /// lack.
+    fn stiffening(&mut self, window: &Window<'_>, contact: usize, deflection: &Series) {
+        let segment = &window.segments[contact];
         if segment.stiffness.is_constant() {
             return;
         }
         let slope = segment.stiffness.slope();
-        let level = window.contact.sign() * self.model.half_gap;
+        let contact = &self.model.contacts[contact];
+        let level = contact.side * contact.half_gap;
         let mut work = 0.0;
         for (x, weight) in self.rule.nodes.iter().zip(&self.rule.weights) {
             let time = window.start + 0.5 * window.duration * (1.0 + x);
@@ -179,28 +185,90 @@ impl<'m> EnergyAudit<'m> {
     }
 
     /// Works of torques, friction and structural damping over a window.
-    fn structural_work(&mut self, window: &Window<'_>, force: &Series) {
+    fn structural_work(&mut self, window: &Window<'_>) {
         let tau = window.duration;
         let model = self.model;
         let series = self.motion.on(window);
-        let (mut torque, mut friction, mut damping) = (0.0, 0.0, 0.0);
-        let gains = model.gains(window.segment);
+        let (mut torque, mut damping) = (0.0, 0.0);
+        let mut friction = vec![0.0; window.closed.len()];
         for (i, block) in model.blocks.iter().enumerate() {
             if model.neutral.contains(&i) {
                 continue;
             }
             let velocity = series.component(i, 1);
-            let (g, s) = (gains[i].mesh_input[1], block.static_input[1]);
-            torque += s * tau * velocity[0];
+            torque += block.static_input[1] * tau * velocity[0];
             for (ripple, course) in model.ripple.iter().zip(series.ripples()) {
                 torque += ripple.input[i][1] * integral(course, &velocity, tau);
             }
-            friction -= (g - gains[i].deflection[0]) * integral(force, &velocity, tau);
+            for (friction, closed) in friction.iter_mut().zip(window.closed) {
+                let gain = &model.gains(&window.segments[closed.contact])[i];
+                let rubbing = gain.mesh_input[1] - gain.deflection[0];
+                if rubbing != 0.0 {
+                    *friction -= rubbing * integral(&padded(closed.force), &velocity, tau);
+                }
+            }
             damping += 2.0 * block.growth() * integral(&velocity, &velocity, tau);
         }
         self.work(torque);
-        self.work(friction);
+        for friction in friction {
+            self.work(friction);
+        }
         self.work(damping);
+    }
+
+    /// Energy that the springs of closed contacts gain between the last window and this one, where
+    /// stiffness, line or gap step.
+    fn steps(&mut self, window: &Window<'_>, phase: f64) {
+        let Some(last) = self.last.take() else { return };
+        let model = self.model;
+        for contact in 0..model.contacts.len() {
+            let (old, new) = (&last.segments[contact], &window.segments[contact]);
+            if old == new {
+                continue;
+            }
+            let before = last.closed.iter().find(|(closed, _)| *closed == contact);
+            let after = window
+                .closed
+                .iter()
+                .find(|closed| closed.contact == contact);
+            let turned =
+                model.line(old) != model.line(new) || !(old.error.is_none() && new.error.is_none());
+            let at = after.map(|closed| at_start(&padded(closed.deflection)));
+            // Where nothing turns the spring is as long on both sides, and an event finds no energy.
+            if turned || before.is_some() == after.is_some() {
+                let spring = at.map_or(0.0, |at| self.spring(contact, new, phase, at));
+                let spent = before.map_or(0.0, |&(_, end)| {
+                    let length = if turned { end } else { at.unwrap_or(end) };
+                    self.spring(contact, old, last.phase, length)
+                });
+                self.work(spring - spent);
+            }
+        }
+    }
+
+    /// Works of a closed contact over a window.
+    fn contact_work(&mut self, window: &Window<'_>, closed: &ClosedContact<'_>) {
+        let tau = window.duration;
+        let segment = &window.segments[closed.contact];
+        let (mut deflection, force) = (padded(closed.deflection), padded(closed.force));
+        for h in &self.model.lines[self.model.line(segment)].transmission_error {
+            // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
+            let phase = h.turned(window.cycle, window.start) + h.phase + FRAC_PI_2;
+            let rate = cosine_series(h.angular_frequency, phase, tau);
+            let work = integral(&force, &rate, tau) * h.amplitude * h.angular_frequency;
+            self.work(-work);
+        }
+        if !segment.error.is_none() {
+            let lack = self.lack(window, closed.contact);
+            let opening = derivative(&lack).map(|d| 2.0 / tau * d);
+            self.work(-integral(&force, &opening, tau));
+            for (d, lack) in deflection.iter_mut().zip(&lack) {
+                *d -= lack;
+            }
+        }
+        let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
+        self.work(-segment.damping * integral(&rate, &rate, tau));
+        self.stiffening(window, closed.contact, &deflection);
     }
 }
 
@@ -208,58 +276,29 @@ impl Observer for EnergyAudit<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
-        let tau = window.duration;
-        let deflection = padded(window.deflection);
-        let force = padded(window.force);
         let phase = window.start / self.model.period();
-        let at = at_start(&deflection);
-        let spring = self.spring(window.segment, window.contact, phase, at);
-        self.stored = self.stored.max(self.magnitude(window, phase, at));
+        self.stored = self.stored.max(self.magnitude(window, phase));
         if self.start.is_none() {
-            self.start = Some(self.structure(window.first, window.second) + spring);
-        }
-        if let Some(last) = self.last
-            && last.segment != *window.segment
-        {
-            let turned = last.segment.direction != window.segment.direction
-                || !(last.segment.error.is_none() && window.segment.error.is_none());
-            // Where nothing turns the spring is as long on both sides, and an event finds no energy.
-            if turned || last.contact == window.contact {
-                let before = if turned { last.deflection } else { at };
-                let before = self.spring(&last.segment, last.contact, last.phase, before);
-                self.work(spring - before);
+            let mut stored = self.structure(window.first, window.second);
+            for closed in window.closed {
+                let at = at_start(&padded(closed.deflection));
+                let segment = &window.segments[closed.contact];
+                stored += self.spring(closed.contact, segment, phase, at);
             }
+            self.start = Some(stored);
         }
+        self.steps(window, phase);
         self.last = Some(Last {
-            segment: *window.segment,
-            contact: window.contact,
-            phase: (window.start + tau) / self.model.period(),
-            deflection: at_end(&deflection),
+            segments: window.segments.to_vec(),
+            closed: (window.closed.iter())
+                .map(|closed| (closed.contact, at_end(&padded(closed.deflection))))
+                .collect(),
+            phase: (window.start + window.duration) / self.model.period(),
         });
-
-        if window.contact.touching() {
-            for h in &self.model.transmission_error {
-                // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
-                let phase =
-                    h.angular_frequency * window.start + h.phase + std::f64::consts::FRAC_PI_2;
-                let rate = cosine_series(h.angular_frequency, phase, tau);
-                let work = integral(&force, &rate, tau) * h.amplitude * h.angular_frequency;
-                self.work(-work);
-            }
-            let mut deflection = deflection;
-            if !window.segment.error.is_none() {
-                let lack = self.lack(window);
-                let opening = derivative(&lack).map(|d| 2.0 / tau * d);
-                self.work(-integral(&force, &opening, tau));
-                for (d, lack) in deflection.iter_mut().zip(&lack) {
-                    *d -= lack;
-                }
-            }
-            let rate = derivative(&deflection).map(|d| 2.0 / tau * d);
-            self.work(-window.segment.damping * integral(&rate, &rate, tau));
-            self.stiffening(window, &deflection);
+        for closed in window.closed {
+            self.contact_work(window, closed);
         }
-        self.structural_work(window, &force);
+        self.structural_work(window);
     }
 
     fn event(&mut self, _: &Event) {}

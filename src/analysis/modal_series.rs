@@ -88,7 +88,12 @@ impl<'m> ModalMotion<'m> {
             model: &self.model,
             exponentials,
             window: *window,
-            by_force: (window.contact.touching()).then(|| respond(&padded(window.force))),
+            by_forces: (window.closed.iter())
+                .map(|closed| {
+                    let segment = &window.segments[closed.contact];
+                    (segment.direction, respond(&padded(closed.force)))
+                })
+                .collect(),
             ripples: (self.model.ripple.iter())
                 .map(|ripple| {
                     let phase = ripple.phase_at(window.cycle, window.start);
@@ -118,7 +123,8 @@ pub struct ModalSeries<'a> {
     model: &'a Model,
     exponentials: &'a [Exponential],
     window: Window<'a>,
-    by_force: Option<Responses>,
+    /// Of every closed contact, with its direction.
+    by_forces: Vec<(usize, Responses)>,
     ripples: Vec<(Series, Responses)>,
 }
 
@@ -144,8 +150,8 @@ impl ModalSeries<'_> {
         }
         let constant = weights(block.static_input);
         add_constant(exponential, constant, self.window.duration, &mut out);
-        if let Some(responses) = &self.by_force {
-            let gain = &self.model.gains(self.window.segment)[index];
+        for (direction, responses) in &self.by_forces {
+            let gain = &self.model.directions[*direction].gains[index];
             let (c, s) = weights(gain.mesh_input);
             add(exponential, (-c, -s), responses, &mut out);
         }
@@ -203,9 +209,11 @@ pub fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Drive, DriveShaft, InitialState, OperatingPoint, TorqueRipple, fixtures};
+    use crate::model::{
+        ActiveSet, Drive, DriveShaft, InitialState, OperatingPoint, TorqueRipple, fixtures,
+    };
     use crate::numerics::legendre::{at_end, at_start, evaluate};
-    use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
+    use crate::propagate::{ClosedContact, Counters, Event, Kernel, Observer, Volterra};
     use crate::shaft::ModalStructure;
 
     /// Two rigid rotations and two elastic modes, with friction and ripple: rattles.
@@ -321,10 +329,15 @@ mod tests {
             cycle: 0,
             start: 0.0,
             duration: tau,
-            segment: &model.cycle.segments[0],
-            contact: crate::model::Contact::Drive,
+            segments: &model.segments_at(0, 0.0),
+            contact: ActiveSet::DRIVE,
             deflection: &[2e-5],
             force: &[force],
+            closed: &[ClosedContact {
+                contact: 0,
+                deflection: &[2e-5],
+                force: &[force],
+            }],
             first: &first,
             second: &second,
         };

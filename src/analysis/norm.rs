@@ -29,7 +29,7 @@ impl EnergyNorm {
             coupling += rate[0] * g[0] + rate[1] * g[1];
             participation += gain.deflection[0] * gain.deflection[0];
         }
-        let mesh = (model.cycle.mean_stiffness() * coupling.abs()).sqrt();
+        let mesh = (model.first_cycle().mean_stiffness() * coupling.abs()).sqrt();
         let mut weights = vec![1.0; 2 * n];
         for (i, block) in model.blocks.iter().enumerate() {
             weights[i] = block.natural_frequency().max(mesh);

@@ -10,7 +10,7 @@
 
 use super::modal_series::padded;
 use super::outcome::{PoincareSample, SampleKind};
-use crate::model::{Contact, Model, TrajectoryState};
+use crate::model::{DRIVE_FLANK, Model, TrajectoryState};
 use crate::numerics::legendre::{at_end, derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
@@ -209,7 +209,10 @@ impl Observer for Poincare {
     }
 
     fn event(&mut self, event: &Event) {
-        if !self.watches() || self.section != Section::Entry || event.to != Contact::Drive {
+        if !self.watches()
+            || self.section != Section::Entry
+            || !(event.closes() && event.contact == DRIVE_FLANK)
+        {
             return;
         }
         // A kernel that cuts its windows at events shows where δ stood; one that does not

@@ -12,7 +12,7 @@
 
 use super::modal_series::{ModalMotion, padded};
 use super::{Nvh, NvhOutcome};
-use crate::model::{Contact, Model, TrajectoryState};
+use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::legendre::{derivative, evaluate};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
 
@@ -44,8 +44,8 @@ pub struct TraceSample {
     pub velocity: f64,
     /// Mesh force F \[N\].
     pub force: f64,
-    /// Contact state.
-    pub contact: Contact,
+    /// The contacts that are closed.
+    pub contact: ActiveSet,
     /// Modal state, where asked for.
     pub modal: Option<ModalState>,
 }

@@ -55,6 +55,7 @@ impl DefaultDrive {
                 half_gap: point.mesh.half_gap,
                 mesh: Vec::new(),
                 damping: *damping,
+                coast: None,
                 friction: point.mesh.friction,
                 transmission_error: point.excitation.transmission_error.clone(),
                 torque_ripple: Vec::new(),
@@ -136,8 +137,8 @@ mod tests {
         let structure = drive.structure(6).unwrap();
         for (mesh, segments) in [(Mesh::TwoLevels, 2), (Mesh::SixtyLevels, 60)] {
             let model = drive.model(&structure, mesh, POINT).unwrap();
-            assert_eq!(model.cycle.segments.len(), segments);
-            let mut levels: Vec<f64> = (model.cycle.segments.iter())
+            assert_eq!(model.first_cycle().segments.len(), segments);
+            let mut levels: Vec<f64> = (model.first_cycle().segments.iter())
                 .map(|segment| segment.stiffness.coefficients()[0])
                 .collect();
             levels.sort_by(f64::total_cmp);

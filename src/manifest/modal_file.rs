@@ -98,6 +98,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         friction: friction?.unwrap_or_else(|| zeros.clone()),
         friction_lever: friction_lever?.unwrap_or(zeros),
         residual_flexibility: 0.0,
+        coast: None,
         bearings: bearings?,
     })
 }

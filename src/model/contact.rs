@@ -1,38 +1,108 @@
-//! The three contact states and the two surfaces between them.
+//! One-sided contacts, and which of them are closed.
 
-/// Contact state of the mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Contact {
-    /// Drive flank: δ ≥ b.
-    Drive,
-    /// Free flight: |δ| < b.
-    Free,
-    /// Coast (back) flank: δ ≤ −b.
-    Coast,
+use super::{MeshCycle, Segment};
+
+/// Place of the drive flank among the contacts of a gear pair.
+pub const DRIVE_FLANK: usize = 0;
+
+/// Place of the coast (back) flank among the contacts of a gear pair.
+pub const COAST_FLANK: usize = 1;
+
+/// Most contacts of a model.
+pub const MOST_CONTACTS: usize = 32;
+
+/// The closed ones of a model's contacts, by their places in [`super::Model::contacts`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct ActiveSet(u32);
+
+impl ActiveSet {
+    /// No contact is closed: free flight.
+    pub const FREE: Self = Self(0);
+    /// The drive flank alone.
+    pub const DRIVE: Self = Self(1 << DRIVE_FLANK);
+    /// The coast flank alone.
+    pub const COAST: Self = Self(1 << COAST_FLANK);
+
+    /// The set with one contact more, or less where it holds it already.
+    pub fn toggled(self, contact: usize) -> Self {
+        Self(self.0 ^ (1 << contact))
+    }
+
+    /// Whether a contact is closed.
+    pub fn holds(self, contact: usize) -> bool {
+        self.0 & (1 << contact) != 0
+    }
+
+    /// Whether any contact is closed.
+    pub fn touching(self) -> bool {
+        self.0 != 0
+    }
+
+    /// The closed contacts, in order.
+    pub fn iter(self) -> impl Iterator<Item = usize> + Clone {
+        (0..MOST_CONTACTS).filter(move |&contact| self.holds(contact))
+    }
+
+    /// How many are closed.
+    pub fn count(self) -> usize {
+        self.0.count_ones() as usize
+    }
+
+    /// The one that is closed, where it is one.
+    pub fn only(self) -> Option<usize> {
+        (self.count() == 1).then(|| self.0.trailing_zeros() as usize)
+    }
+
+    /// +1 on the drive flank, −1 on the coast flank, 0 in free flight and between both.
+    pub fn sign(self) -> f64 {
+        match self.flanks() {
+            Flanks::Drive => 1.0,
+            Flanks::Coast => -1.0,
+            Flanks::Free | Flanks::Both => 0.0,
+        }
+    }
+
+    /// What the flanks of the gear pair do.
+    pub fn flanks(self) -> Flanks {
+        match (self.holds(DRIVE_FLANK), self.holds(COAST_FLANK)) {
+            (true, false) => Flanks::Drive,
+            (false, false) => Flanks::Free,
+            (false, true) => Flanks::Coast,
+            (true, true) => Flanks::Both,
+        }
+    }
+
+    /// The word stored in result files: of the flanks.
+    pub fn name(self) -> &'static str {
+        self.flanks().name()
+    }
+
+    /// The set as the sum of `2^place`.
+    pub fn bits(self) -> u32 {
+        self.0
+    }
 }
 
-impl Contact {
-    /// s of the force law: +1 drive, 0 free, −1 coast.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Drive => 1.0,
-            Self::Free => 0.0,
-            Self::Coast => -1.0,
-        }
-    }
+/// What the two flanks of a gear pair do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flanks {
+    /// The drive flank touches.
+    Drive,
+    /// Free flight.
+    Free,
+    /// The coast (back) flank touches.
+    Coast,
+    /// Both touch: the mesh is tight.
+    Both,
+}
 
-    /// Whether the mesh transmits force.
-    pub fn touching(self) -> bool {
-        self != Self::Free
-    }
+impl Flanks {
+    /// How many there are.
+    pub const COUNT: usize = 4;
 
-    /// Index into per-state statistics: drive, free, coast.
+    /// Index into statistics: drive, free, coast, both.
     pub fn index(self) -> usize {
-        match self {
-            Self::Drive => 0,
-            Self::Free => 1,
-            Self::Coast => 2,
-        }
+        self as usize
     }
 
     /// The word stored in result files.
@@ -41,73 +111,64 @@ impl Contact {
             Self::Drive => "drive",
             Self::Free => "free",
             Self::Coast => "coast",
+            Self::Both => "both",
+        }
+    }
+}
+
+/// A one-sided contact: a spring and a damper across a gap, along a direction that each segment
+/// of its cycle says.
+///
+/// δ being the deflection along that direction, a contact closes where `side δ` rises to the gap.
+/// The coast flank of a gear pair is seen along the direction opposite to its push (`side` −1),
+/// so that the δ of both flanks grows with the relative rotation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    /// s: +1 closes where δ rises to the gap, −1 where it falls to its opposite.
+    pub side: f64,
+    /// Half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap`]).
+    pub half_gap: f64,
+    /// What it is like in every mesh cycle of a base period: they recur in turn.
+    pub cycles: Vec<MeshCycle>,
+}
+
+impl Contact {
+    /// Its mesh cycle of a number.
+    pub fn cycle(&self, number: u64) -> &MeshCycle {
+        match self.cycles.len() {
+            1 => &self.cycles[0],
+            count => &self.cycles[(number % count as u64) as usize],
         }
     }
 
-    /// The state of a mesh with deflection δ and rate δ', for half gap b and its rate b'; on a
+    /// Gap \[m\] and its rate \[m/s\] at a time \[s\] within a segment, its ends included.
+    pub fn gap(&self, segment: &Segment, time: f64) -> [f64; 2] {
+        let period = self.cycles[0].period;
+        let [error, slope] = segment.error_at(time / period);
+        [self.half_gap + error, slope / period]
+    }
+
+    /// Distance \[m\] by which δ lies inside the contact where it is closed, outside where it is
+    /// open; negative on the other side.
+    pub fn margin(&self, closed: bool, deflection: f64, gap: f64) -> f64 {
+        match closed {
+            true => self.side * deflection - gap,
+            false => gap - self.side * deflection,
+        }
+    }
+
+    /// Whether a deflection and its rate close it, for its gap and the gap's rate; on the
     /// surface the rates decide.
-    pub fn classify(deflection: f64, rate: f64, [half_gap, opening]: [f64; 2]) -> Self {
-        if deflection > half_gap || (deflection == half_gap && rate > opening) {
-            Self::Drive
-        } else if deflection < -half_gap || (deflection == -half_gap && rate < -opening) {
-            Self::Coast
-        } else {
-            Self::Free
-        }
+    pub fn closes(&self, deflection: f64, rate: f64, [gap, opening]: [f64; 2]) -> bool {
+        let (reach, approach) = (self.side * deflection, self.side * rate);
+        reach > gap || (reach == gap && approach > opening)
     }
 
-    /// Distance \[m\] by which a deflection lies inside this state; negative outside.
-    pub fn clearance(self, deflection: f64, half_gap: f64) -> f64 {
-        match self {
-            Self::Drive => deflection - half_gap,
-            Self::Free => half_gap - deflection.abs(),
-            Self::Coast => -deflection - half_gap,
-        }
-    }
-
-    /// The first surface on the way to another state; none where it is this one.
-    pub fn towards(self, target: Self) -> Option<Surface> {
-        match (self, target) {
-            _ if self == target => None,
-            (Self::Drive, _) | (Self::Free, Self::Drive) => Some(Surface::Drive),
-            _ => Some(Surface::Coast),
-        }
-    }
-
-    /// The surfaces through which the state is left.
-    pub fn surfaces(self) -> &'static [Surface] {
-        match self {
-            Self::Drive => &[Surface::Drive],
-            Self::Coast => &[Surface::Coast],
-            Self::Free => &[Surface::Drive, Surface::Coast],
-        }
-    }
-
-    /// The state on the other side of a surface.
-    pub fn across(self, surface: Surface) -> Self {
-        match (self, surface) {
-            (Self::Free, Surface::Drive) => Self::Drive,
-            (Self::Free, Surface::Coast) => Self::Coast,
-            (Self::Drive | Self::Coast, _) => Self::Free,
-        }
-    }
-}
-
-/// A switching surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Surface {
-    /// δ = +b.
-    Drive,
-    /// δ = −b.
-    Coast,
-}
-
-impl Surface {
-    /// δ/b on the surface.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Drive => 1.0,
-            Self::Coast => -1.0,
-        }
+    /// Force \[N\] of the closed contact along its direction, `k (δ − s b) + c (δ' − s b')`, at a
+    /// time \[s\] within its segment.
+    pub fn force(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> f64 {
+        let [gap, opening] = self.gap(segment, time);
+        segment.stiffness_at(time / self.cycles[0].period) * (deflection - self.side * gap)
+            + segment.damping * (rate - self.side * opening)
     }
 }

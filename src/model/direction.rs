@@ -1,46 +1,95 @@
-//! Where and how the mesh force acts on the blocks: the line of action, the load centroid and
-//! the friction of a segment.
+//! Where and how contact forces act on the blocks: the line of action, the load centroid and the
+//! friction of every segment.
 
-use super::{Block, Division, Drive, MeshGain};
+use super::{Block, Division, MeshGain, TransmissionErrorHarmonic};
+use crate::shaft::FlankParticipation;
 
-/// Participations of a structure, in a model's basis, one entry a mode.
-pub(super) struct Participations {
-    /// Of the mesh deflection \[1/√kg\].
-    pub mesh: Vec<f64>,
-    /// Its derivative by the load centroid \[1/(m √kg)\].
-    pub tilt: Vec<f64>,
-    /// Of a friction force at the pitch point \[1/√kg\].
-    pub friction: Vec<f64>,
-    /// Its part linear in the position along the path of contact \[1/(m √kg)\].
-    pub lever: Vec<f64>,
+/// How a contact meets the blocks while its line of action and the direction of its friction
+/// stay as they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Direction {
+    /// One entry a block.
+    pub gains: Vec<MeshGain>,
+    /// Along which of [`super::Model::lines`] it sees its deflection.
+    pub line: usize,
 }
 
-impl Participations {
-    /// The distinct directions of the divisions, `w = mesh + z_c tilt` and
-    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block, and which one each division has.
-    pub fn directions(&self, drive: &Drive, blocks: &[Block]) -> (Vec<Vec<MeshGain>>, Vec<usize>) {
-        let mut directions: Vec<Vec<MeshGain>> = Vec::new();
-        let which = (drive.mesh.iter())
-            .map(|division| {
-                let direction = self.direction(division, drive.friction, blocks);
-                let known = directions.iter().position(|known| *known == direction);
-                known.unwrap_or_else(|| {
-                    directions.push(direction);
-                    directions.len() - 1
-                })
-            })
-            .collect();
-        (directions, which)
-    }
+/// What a deflection is measured along: `δ = Σ w·x − e(t)`, the w being those of every direction
+/// of this line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Harmonics of the transmission error e that is imposed.
+    pub transmission_error: Vec<TransmissionErrorHarmonic>,
+}
 
-    fn direction(&self, division: &Division, friction: f64, blocks: &[Block]) -> Vec<MeshGain> {
-        let [turn, lever] = division.friction;
-        (blocks.iter().enumerate())
-            .map(|(i, block)| {
-                let w = self.mesh[i] + division.load_centre * self.tilt[i];
-                let rubbing = turn * self.friction[i] + lever * self.lever[i];
-                MeshGain::mode(block, w, w + friction * rubbing)
+impl Line {
+    /// Transmission error and its rate, `(e [m], e' [m/s])`, at a time \[s\] within a mesh cycle.
+    pub fn transmission_error_at(&self, cycle: u64, time: f64) -> (f64, f64) {
+        let mut error = 0.0;
+        let mut rate = 0.0;
+        for h in &self.transmission_error {
+            let (sin, cos) = (h.turned(cycle, time) + h.phase).sin_cos();
+            error += h.amplitude * cos;
+            rate -= h.amplitude * h.angular_frequency * sin;
+        }
+        (error, rate)
+    }
+}
+
+/// The distinct directions and lines of a model's contacts.
+#[derive(Debug, Default)]
+pub(super) struct Directions {
+    pub directions: Vec<Direction>,
+    pub lines: Vec<Line>,
+}
+
+impl Directions {
+    /// The directions of a flank's divisions, `w = mesh + z_c tilt` and
+    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: which one each division has.
+    pub fn of_flank(
+        &mut self,
+        flank: &FlankParticipation,
+        mesh: &[Division],
+        friction: f64,
+        error: &[TransmissionErrorHarmonic],
+        blocks: &[Block],
+    ) -> Vec<usize> {
+        (mesh.iter())
+            .map(|division| {
+                let [turn, lever] = division.friction;
+                let gains = (blocks.iter().enumerate())
+                    .map(|(i, block)| {
+                        let w = flank.mesh[i] + division.load_centre * flank.tilt[i];
+                        let rubbing = turn * flank.friction[i] + lever * flank.lever[i];
+                        MeshGain::mode(block, w, w + friction * rubbing)
+                    })
+                    .collect();
+                self.add(gains, error)
             })
             .collect()
+    }
+
+    /// The direction with these gains and this transmission error, added where it is new.
+    pub fn add(&mut self, gains: Vec<MeshGain>, error: &[TransmissionErrorHarmonic]) -> usize {
+        let along = |known: &Direction| {
+            let pairs = known.gains.iter().zip(&gains);
+            let mut same = pairs.map(|(a, b)| a.deflection == b.deflection);
+            self.lines[known.line].transmission_error == error && same.all(|same| same)
+        };
+        let line = match self.directions.iter().find(|known| along(known)) {
+            Some(known) => known.line,
+            None => {
+                self.lines.push(Line {
+                    transmission_error: error.to_vec(),
+                });
+                self.lines.len() - 1
+            }
+        };
+        let direction = Direction { gains, line };
+        let known = self.directions.iter().position(|known| *known == direction);
+        known.unwrap_or_else(|| {
+            self.directions.push(direction);
+            self.directions.len() - 1
+        })
     }
 }

@@ -3,22 +3,36 @@
 use super::{FlankError, Stiffness};
 use serde::Serialize;
 
+/// Mesh phases closer than this \[cycles\] are one: only rounding tells them apart.
+const SAME_PHASE: f64 = 1e-12;
+
 /// Mesh and excitation of a drive, without its operating point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// Backlash half gap b \[m\], > 0.
+    /// Backlash half gap b \[m\] of either flank, > 0.
     pub half_gap: f64,
-    /// The divisions of the mesh cycle, in order; the last ends at 1.
+    /// The divisions of the mesh cycle on the drive flank, in order; the last ends at 1.
     pub mesh: Vec<Division>,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
     /// Coulomb friction coefficient μ.
     pub friction: f64,
+    /// The coast flank; none where it is the drive flank's own line, pushed from behind.
+    pub coast: Option<CoastFlank>,
     /// Transmission error that is imposed, `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the
     /// mesh phase in cycles.
     pub transmission_error: Vec<MeshHarmonic>,
     /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
+}
+
+/// The coast (back) flank as a flank of its own, along its own line of action.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CoastFlank {
+    /// The divisions of its cycle, in order; the last ends at 1.
+    pub mesh: Vec<Division>,
+    /// Transmission error that is imposed on it, of the sign of the drive flank's.
+    pub transmission_error: Vec<MeshHarmonic>,
 }
 
 /// A division of the mesh cycle: the stretch from the end of the one before to its own.
@@ -48,6 +62,54 @@ impl Division {
             error: FlankError::NONE,
             load_centre: 0.0,
             friction: [1.0, 0.0],
+        }
+    }
+
+    /// The divisions of the coast flank, from those of the drive flank.
+    ///
+    /// Flanks of a tooth are mirror images of one another. Where the pinion's tooth stands on the
+    /// line of centres, at the mesh phase `symmetry` \[cycles\], the coast flanks touch at the
+    /// mirror images of the drive flanks' places; as the gears turn on, they have what the drive
+    /// flanks had as long before: `k_coast(symmetry + φ) = k_drive(symmetry − φ)`, and so the
+    /// error. A load off mid-face lies at the other end of the face, since a misalignment that
+    /// brings the drive flanks closer there takes the coast flanks apart. Pairs stand on the other side of
+    /// the pitch point, where they slide the other way: Λ₀ changes its sign.
+    pub fn mirrored(drive: &[Self], symmetry: f64) -> Vec<Self> {
+        let starts = std::iter::once(0.0).chain(drive.iter().map(|division| division.end));
+        // A division [a, b] of the drive flank is [2 symmetry − b, 2 symmetry − a] of the coast's.
+        let mut pieces: Vec<(f64, f64, &Self)> = (starts.zip(drive))
+            .map(|(start, division)| {
+                let from = (2.0 * symmetry - division.end).rem_euclid(1.0);
+                let from = if 1.0 - from < SAME_PHASE { 0.0 } else { from };
+                (from, division.end - start, division)
+            })
+            .collect();
+        pieces.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut out = Vec::with_capacity(pieces.len() + 1);
+        if let Some(&(start, length, division)) = pieces.last() {
+            let place = 2.0 * (1.0 - start) / length - 1.0;
+            let over = pieces[0].0 > SAME_PHASE;
+            // The piece that reaches over the end of the cycle is cut there.
+            if over {
+                out.push(division.mirror_image([place, 1.0], pieces[0].0));
+            }
+            let ends = pieces[1..].iter().map(|piece| piece.0);
+            for (&(_, _, division), end) in pieces.iter().zip(ends) {
+                out.push(division.mirror_image([-1.0, 1.0], end));
+            }
+            out.push(division.mirror_image([-1.0, if over { place } else { 1.0 }], 1.0));
+        }
+        out
+    }
+
+    /// Part of the mirror image of this division of a drive flank, which ends at the phase `end`.
+    fn mirror_image(&self, [from, to]: [f64; 2], end: f64) -> Self {
+        Self {
+            end,
+            stiffness: self.stiffness.reversed().part(from, to),
+            error: self.error.reversed().part(from, to),
+            load_centre: -self.load_centre,
+            friction: [-self.friction[0], self.friction[1]],
         }
     }
 

@@ -2,16 +2,24 @@
 
 use std::f64::consts::TAU;
 
-/// One harmonic of the static transmission error, `amplitude cos(ω t + phase)` with ω a
-/// multiple of the mesh frequency and t counted from the start of any mesh cycle.
+/// One harmonic of a transmission error, `amplitude cos(ω t + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransmissionErrorHarmonic {
     /// Angular frequency ω \[rad/s\].
     pub angular_frequency: f64,
+    /// Turns of its phase per mesh cycle.
+    pub turns_per_cycle: f64,
     /// Amplitude \[m\].
     pub amplitude: f64,
     /// Phase \[rad\].
     pub phase: f64,
+}
+
+impl TransmissionErrorHarmonic {
+    /// ω t \[rad\] at a time \[s\] within a mesh cycle.
+    pub fn turned(&self, cycle: u64, time: f64) -> f64 {
+        TAU * (cycle as f64 * self.turns_per_cycle).fract() + self.angular_frequency * time
+    }
 }
 
 /// One harmonic of a torque, as the input it gives to every block.

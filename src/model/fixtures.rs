@@ -28,6 +28,7 @@ pub fn constant_mesh(half_gap: f64, stiffness: f64) -> Drive {
         mesh: Division::levels(&[stiffness], &[]),
         damping: 0.0,
         friction: 0.0,
+        coast: None,
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
     }

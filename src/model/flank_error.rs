@@ -1,6 +1,6 @@
 //! What loaded flanks are short of over a segment.
 
-use super::STIFFNESS_TERMS;
+use super::{STIFFNESS_TERMS, stiffness};
 use crate::numerics::legendre;
 
 /// Error e of the loaded flanks \[m\] over a segment: relief, misalignment and deviations as they
@@ -25,6 +25,23 @@ impl FlankError {
     /// Its Legendre coefficients \[m\].
     pub fn coefficients(&self) -> &[f64; STIFFNESS_TERMS] {
         &self.series
+    }
+
+    /// The same course from the segment's end to its start.
+    pub fn reversed(&self) -> Self {
+        Self {
+            series: stiffness::reversed(&self.series),
+        }
+    }
+
+    /// Its course between two places of the segment.
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        match self.is_none() {
+            true => *self,
+            false => Self {
+                series: stiffness::part(&self.series, from, to),
+            },
+        }
     }
 
     /// Whether there is none.

@@ -1,6 +1,6 @@
 //! Where a trajectory starts, and the state it carries.
 
-use super::{Contact, Model};
+use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
 use serde::Serialize;
 
 /// Where a trajectory starts.
@@ -26,25 +26,20 @@ pub enum InitialState {
 pub struct TrajectoryState {
     /// First components of all blocks, then second components: length 2N.
     pub state: Vec<f64>,
-    /// Contact state.
-    pub contact: Contact,
+    /// The contacts that are closed.
+    pub contact: ActiveSet,
     /// Mesh cycles since the start of the simulation.
     pub cycle: u64,
 }
 
 impl TrajectoryState {
-    /// The state `state` at the start of mesh cycle `cycle`; the contact state follows from
-    /// the deflection.
+    /// The state `state` at the start of mesh cycle `cycle`; which contacts are closed follows
+    /// from the deflections.
     pub fn new(model: &Model, state: Vec<f64>, cycle: u64) -> Self {
-        let (deflection, rate) = model.deflection(&state, 0.0);
-        let contact = Contact::classify(
-            deflection,
-            rate,
-            model.gap_on(&model.cycle.segments[0], 0.0),
-        );
+        let segments = model.segments_at(cycle, 0.0);
         Self {
+            contact: model.active_set(&segments, cycle, &state, 0.0),
             state,
-            contact,
             cycle,
         }
     }
@@ -69,17 +64,29 @@ impl Model {
         TrajectoryState::new(self, state, 0)
     }
 
-    /// Static equilibrium under the mean torques with the mesh at the start of its cycle. The
-    /// mesh force is the one that the rigid relative rotation asks for, where there is one;
-    /// otherwise the one that stiffness and gap settle on.
+    /// Static equilibrium under the mean torques with the mesh at the start of its cycle: on the
+    /// drive flank where that pushes, else on the coast flank.
     fn static_equilibrium(&self) -> Vec<f64> {
+        let (state, force) = self.equilibrium_on(DRIVE_FLANK);
+        match force < 0.0 && COAST_FLANK < self.contacts.len() {
+            true => self.equilibrium_on(COAST_FLANK).0,
+            false => state,
+        }
+    }
+
+    /// Static equilibrium with no more than one contact closed, and the force that it would have
+    /// to bear along its direction \[N\]. That is the one that the rigid relative rotation asks for,
+    /// where there is one; otherwise the one that stiffness and gap settle on.
+    fn equilibrium_on(&self, contact: usize) -> (Vec<f64>, f64) {
         let n = self.blocks.len();
-        let segment = &self.cycle.segments[0];
+        let contact = &self.contacts[contact];
+        let segment = &contact.cycle(0).segments[0];
         let k = segment.stiffness_at(0.0);
-        let [b, opening] = self.gap_on(segment, 0.0);
-        let (error, error_rate) = self.transmission_error_at(0.0);
+        let [b, opening] = contact.gap(segment, 0.0);
+        let side = contact.side;
+        let (error, error_rate) = self.lines[self.line(segment)].transmission_error_at(0, 0.0);
         let rigid = self.relative_rotation();
-        let gains = self.first_gains();
+        let gains = self.gains(segment);
         let elastic = |i: usize| self.blocks[i].natural_frequency() > 0.0;
         // Deflection of the elastic modes: δ = free − flexibility F.
         let mut free = -error;
@@ -91,11 +98,14 @@ impl Model {
             free += w[0] * load[0] + w[1] * load[1];
             flexibility += w[0] * unit[0] + w[1] * unit[1];
         }
-        let force = match rigid {
+        let asked = match rigid {
             Some(r) => self.blocks[r].static_input[1] / gains[r].mesh_input[1],
-            None if free > b => k * (free - b) / (1.0 + k * flexibility),
-            None if free < -b => k * (free + b) / (1.0 + k * flexibility),
-            None => 0.0,
+            None => k * (free - side * b) / (1.0 + k * flexibility),
+        };
+        // A contact does not pull.
+        let force = match rigid.is_some() || side * asked > 0.0 {
+            true => asked,
+            false => 0.0,
         };
         let mut state = vec![0.0; 2 * n];
         for i in (0..n).filter(|&i| elastic(i)) {
@@ -106,12 +116,19 @@ impl Model {
             state[n + i] = x[1];
         }
         if let Some(r) = rigid {
-            let side = if force < 0.0 { -1.0 } else { 1.0 };
             let deflection = force / k + side * b;
             state[r] = (deflection - (free - flexibility * force)) / gains[r].deflection[0];
             state[n + r] = (error_rate + side * opening) / gains[r].deflection[0];
         }
-        state
+        // The flank that is in the way of the load, where none is reached, is the other one.
+        (
+            state,
+            if rigid.is_none() && force == 0.0 {
+                free
+            } else {
+                asked
+            },
+        )
     }
 
     /// `−A⁻¹ input` of an elastic block.

@@ -107,33 +107,9 @@ impl MeshCycle {
         self.period * self.segments[segment].end
     }
 
-    /// Whether direction or half gap change at the start of a segment: contact may open or close
-    /// there, at a prescribed time.
-    pub fn turns(&self, segment: usize) -> bool {
-        let before = segment.checked_sub(1).unwrap_or(self.segments.len() - 1);
-        let (before, after) = (&self.segments[before], &self.segments[segment]);
-        before.direction != after.direction || !(before.error.is_none() && after.error.is_none())
-    }
-
-    /// Whether such a change is anywhere in the cycle.
-    pub fn ever_turns(&self) -> bool {
-        (0..self.segments.len()).any(|segment| self.turns(segment))
-    }
-
     /// Whether loaded flanks lack anything.
     pub fn has_error(&self) -> bool {
         self.segments.iter().any(|segment| !segment.error.is_none())
-    }
-
-    /// The fewest equal parts of the cycle on whose boundaries all segments end; none where
-    /// that takes more than `most`.
-    pub fn equal_parts(&self, most: usize) -> Option<usize> {
-        (1..=most).find(|&parts| {
-            self.segments.iter().all(|segment| {
-                let end = segment.end * parts as f64;
-                (end - end.round()).abs() < ON_BOUNDARY
-            })
-        })
     }
 
     /// Mean stiffness over the cycle \[N/m\].
@@ -153,9 +129,25 @@ impl MeshCycle {
     }
 }
 
+/// The fewest equal parts of a cycle on whose boundaries all `ends` lie, phases in cycles; none
+/// where that takes more than `most`.
+pub fn equal_parts(ends: &[f64], most: usize) -> Option<usize> {
+    (1..=most).find(|&parts| {
+        ends.iter().all(|end| {
+            let end = end * parts as f64;
+            (end - end.round()).abs() < ON_BOUNDARY
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn parts(cycle: &MeshCycle, most: usize) -> Option<usize> {
+        let ends: Vec<_> = cycle.segments.iter().map(|s| s.end).collect();
+        equal_parts(&ends, most)
+    }
 
     fn cycle(period: f64, levels: &[f64], transitions: &[f64]) -> MeshCycle {
         let divisions = Division::levels(levels, transitions);
@@ -171,8 +163,8 @@ mod tests {
         assert_eq!(cycle.end(1), 1.0);
         assert!((cycle.mean_stiffness() - 1.6).abs() < 1e-15);
         assert_eq!(cycle.largest_stiffness(), 2.0);
-        assert_eq!(cycle.equal_parts(4), None);
-        assert_eq!(cycle.equal_parts(10), Some(5));
+        assert_eq!(parts(&cycle, 4), None);
+        assert_eq!(parts(&cycle, 10), Some(5));
         assert_eq!(cycle.segment_at(0.59).stiffness_at(0.59), 2.0);
         assert_eq!(cycle.segment_at(0.6).stiffness_at(0.6), 1.0);
         assert_eq!(cycle.segment_at(1.0), &cycle.segments[1]);
@@ -185,10 +177,10 @@ mod tests {
         assert_eq!((uneven.start(0), uneven.end(0)), (0.0, 2.0 * place));
         assert_eq!((uneven.start(1), uneven.end(1)), (2.0 * place, 2.0));
         assert!((uneven.mean_stiffness() - (1.0 + 2.0 * place)).abs() < 1e-15);
-        assert_eq!(uneven.equal_parts(10_000), None);
+        assert_eq!(parts(&uneven, 10_000), None);
         let equal = cycle(2.0, &[3.0, 3.0], &[place]);
         assert_eq!(equal.segments.len(), 1);
-        assert_eq!(equal.equal_parts(1), Some(1));
+        assert_eq!(parts(&equal, 1), Some(1));
     }
 
     #[test]

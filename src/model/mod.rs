@@ -1,20 +1,21 @@
-//! The piecewise-linear system: a linear structure with one scalar feedback. The only
+//! The piecewise-linear system: a linear structure with one-sided contacts. The only
 //! description of the dynamics; knows nothing of how it is solved.
 //!
-//! Mode `i` is a real 2 × 2 block `x' = A x − g F + s + …` with its contribution `w·x`
-//! to the mesh deflection. With `e` the static transmission error that is imposed and `b` the
-//! half gap,
+//! Mode `i` is a real 2 × 2 block `x' = A x − Σ g F + s + …`. Contact j sees the deflection δ along
+//! its own line, to which the block contributes `w·x`, and pushes along its own direction g. With
+//! `e` the transmission error that is imposed on it, `b` its half gap and s = ±1 its side,
 //!
 //! ```text
-//! δ  = Σ w·x − e(t)                                   mesh deflection [m]
+//! δ  = Σ w·x − e(t)                                   deflection [m]
 //! δ' = Σ w·A x − e'(t)                                its rate [m/s]
-//! F  = k (δ − s b) + c (δ' − s b')   in contact, s = ±1;   F = 0 in free flight
+//! F  = k (δ − s b) + c (δ' − s b')   where it is closed;   F = 0 where it is open
 //! ```
 //!
-//! c, w and g are constant on each segment of the mesh cycle; k and b are polynomials there
-//! (mostly constants). b is the backlash and what loaded flanks lack besides; where it steps, a
-//! contact may open or close, and the damper does not feel the step. Time is a whole number of
-//! mesh cycles and a time within the cycle, so that long runs lose no digits.
+//! c, w and g are constant on each segment of the contact's mesh cycle; k and b are polynomials
+//! there (mostly constants). b is the backlash and what loaded flanks lack besides; where it
+//! steps, the contact may open or close, and the damper does not feel the step. Any number of
+//! contacts may be closed at once. Time is a whole number of mesh cycles and a time within the
+//! cycle, so that long runs lose no digits.
 
 mod block;
 mod contact;
@@ -28,12 +29,15 @@ mod stiffness;
 mod system;
 
 pub use block::{Block, MeshGain};
-pub use contact::{Contact, Surface};
-pub use drive::{Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, TorqueRipple};
+pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
+pub use direction::{Direction, Line};
+pub use drive::{
+    CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, TorqueRipple,
+};
 pub use excitation::{Ripple, TransmissionErrorHarmonic};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
-pub use mesh::{MeshCycle, Segment};
+pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::{Model, ModelError};
 

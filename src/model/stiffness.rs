@@ -1,6 +1,9 @@
 //! The mesh stiffness of a segment.
 
-use crate::numerics::{legendre, quadrature::GaussLegendre};
+use crate::numerics::{
+    legendre::{self, transforms8},
+    quadrature::GaussLegendre,
+};
 
 /// Terms of the series of a segment's stiffness.
 pub const STIFFNESS_TERMS: usize = 8;
@@ -28,6 +31,23 @@ impl Stiffness {
     /// Its Legendre coefficients \[N/m\].
     pub fn coefficients(&self) -> &[f64; STIFFNESS_TERMS] {
         &self.series
+    }
+
+    /// The same course from the segment's end to its start.
+    pub fn reversed(&self) -> Self {
+        Self {
+            series: reversed(&self.series),
+        }
+    }
+
+    /// Its course between two places of the segment, the same where it is constant.
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        match self.is_constant() {
+            true => *self,
+            false => Self {
+                series: part(&self.series, from, to),
+            },
+        }
     }
 
     /// Whether it is the same throughout.
@@ -95,6 +115,19 @@ impl Stiffness {
             }
         }
         Self { series }
+    }
+}
+
+/// The series of `f(−x)`.
+pub(super) fn reversed(series: &[f64; STIFFNESS_TERMS]) -> [f64; STIFFNESS_TERMS] {
+    std::array::from_fn(|n| if n % 2 == 0 { series[n] } else { -series[n] })
+}
+
+/// The series between two places.
+pub(super) fn part(series: &[f64; STIFFNESS_TERMS], from: f64, to: f64) -> [f64; STIFFNESS_TERMS] {
+    match [from, to] == [-1.0, 1.0] {
+        true => *series,
+        false => transforms8().restrict(series, from, to),
     }
 }
 

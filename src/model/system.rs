@@ -1,11 +1,12 @@
 //! The model of one operating point, built from a structure and a mesh.
 
-use super::direction::Participations;
+use super::direction::Directions;
 use super::{
-    Block, Contact, Division, Drive, DriveShaft, MeshCycle, MeshGain, OperatingPoint, Ripple,
-    Segment, TorqueRipple, TransmissionErrorHarmonic,
+    ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, DriveShaft, Line,
+    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment, TorqueRipple,
+    TransmissionErrorHarmonic,
 };
-use crate::shaft::{BearingGain, ModalStructure};
+use crate::shaft::{BearingGain, FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
 
 /// Why a model cannot be built.
@@ -53,23 +54,23 @@ const TILT_NOISE: f64 = 1e-9;
 pub struct Model {
     /// The structure, one block a mode.
     pub blocks: Vec<Block>,
-    /// How the mesh meets the blocks, one entry a block: the distinct directions of the
-    /// segments; most drives have one.
-    pub directions: Vec<Vec<MeshGain>>,
+    /// How contacts meet the blocks: the distinct directions of all segments.
+    pub directions: Vec<Direction>,
+    /// What deflections are measured along: the distinct lines of all directions. The first
+    /// contact's is the line of the mesh deflection.
+    pub lines: Vec<Line>,
+    /// The one-sided contacts. Those of a gear pair are its drive flank and its coast flank.
+    pub contacts: Vec<Contact>,
     /// Blocks that the mesh does not feel and that do not decay (rigid rotation of the
     /// whole drive).
     pub neutral: Vec<usize>,
-    /// The mesh cycle.
-    pub cycle: MeshCycle,
     /// Load, as a fraction of the rated one: the constant inputs of the blocks are so much of
     /// `rated_input`.
     pub load: f64,
     /// Constant inputs of the blocks under rated load.
     pub rated_input: Vec<[f64; 2]>,
-    /// Backlash half gap b \[m\]; what loaded flanks lack comes on top ([`Self::gap_on`]).
+    /// Half gap b \[m\] of the first contact: the scale of lengths.
     pub half_gap: f64,
-    /// Harmonics of the static transmission error.
-    pub transmission_error: Vec<TransmissionErrorHarmonic>,
     /// Harmonics of the torques.
     pub ripple: Vec<Ripple>,
     /// What the bearings feel: forces per unit first component of each block.
@@ -94,17 +95,6 @@ impl Model {
         drive: &Drive,
         point: OperatingPoint,
     ) -> Result<Self, ModelError> {
-        let positive = |name, value: f64, ok: bool, accepted| {
-            if ok && value.is_finite() {
-                Ok(())
-            } else {
-                Err(ModelError::OutOfRange {
-                    name,
-                    value,
-                    accepted,
-                })
-            }
-        };
         positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
         positive("load", point.load, true, "finite")?;
         positive(
@@ -119,22 +109,15 @@ impl Model {
             drive.damping >= 0.0,
             "at least 0 N s/m",
         )?;
-        let smallest = (drive.mesh.iter())
+        let coast = drive.coast.iter().flat_map(|coast| &coast.mesh);
+        let smallest = (drive.mesh.iter().chain(coast))
             .map(|division| division.stiffness.smallest())
             .fold(f64::INFINITY, f64::min);
         positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
-        let mut before = 0.0;
-        for division in &drive.mesh {
-            let inside = before < division.end && division.end <= 1.0;
-            positive(
-                "mesh transition",
-                division.end,
-                inside,
-                "between its neighbours",
-            )?;
-            before = division.end;
+        ends_are_in_order(&drive.mesh)?;
+        if let Some(coast) = &drive.coast {
+            ends_are_in_order(&coast.mesh)?;
         }
-        positive("end of the mesh cycle", before, before == 1.0, "1")?;
 
         let rigid: Vec<usize> = (0..structure.modes())
             .filter(|&i| structure.frequency[i] == 0.0)
@@ -142,19 +125,6 @@ impl Model {
         let rigid_basis = rigid_basis(&rigid, &structure.mesh);
         let rotate = |values: &[f64]| rotate_rigid(&rigid, &rigid_basis, values);
 
-        let mut mesh = rotate(&structure.mesh);
-        let mut tilt = rotate(&structure.mesh_tilt);
-        if let Some((_, felt)) = rigid.split_last() {
-            let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
-            for &i in felt {
-                // Round-off of the rotation; the basis makes these zero by construction.
-                mesh[i] = 0.0;
-                // A rotation about the shafts does not tilt them.
-                if tilt[i].abs() <= noise {
-                    tilt[i] = 0.0;
-                }
-            }
-        }
         let rated_input: Vec<[f64; 2]> = rotate(&structure.torque)
             .iter()
             .map(|t| [0.0, t * structure.rated_force])
@@ -169,32 +139,45 @@ impl Model {
             }
             blocks.push(block);
         }
-        let participations = Participations {
-            mesh,
-            tilt,
-            friction: rotate(&structure.friction),
-            lever: rotate(&structure.friction_lever),
+        let period = TAU / (f64::from(structure.teeth) * point.speed);
+        let apart = rigid.split_last().map_or(&[][..], |(_, apart)| apart);
+        let flank = |own: &FlankParticipation| FlankParticipation {
+            mesh: unfelt(rotate(&own.mesh), apart),
+            tilt: untilted(rotate(&own.tilt), apart),
+            friction: rotate(&own.friction),
+            lever: rotate(&own.lever),
+            residual_flexibility: own.residual_flexibility,
         };
-        let (directions, which) = participations.directions(drive, &blocks);
-        let unfelt = |i: usize| directions.iter().all(|gains| gains[i].deflection[0] == 0.0);
+        let mut directions = Directions::default();
+        let mut cycle = |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic]| {
+            let error = harmonics(error, period);
+            let which = directions.of_flank(&flank(own), mesh, drive.friction, &error, &blocks);
+            let softened: Vec<_> = (mesh.iter())
+                .map(|division| Division {
+                    stiffness: (division.stiffness).in_series_with(own.residual_flexibility),
+                    ..*division
+                })
+                .collect();
+            MeshCycle::new(period, &softened, &which, drive.damping)
+        };
+        let of_drive_flank = structure.drive_flank();
+        let on_drive = cycle(&of_drive_flank, &drive.mesh, &drive.transmission_error);
+        let on_coast = match &drive.coast {
+            None => on_drive.clone(),
+            Some(coast) => {
+                let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
+                cycle(own, &coast.mesh, &coast.transmission_error)
+            }
+        };
+        let contacts = [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
+            side,
+            half_gap: drive.half_gap,
+            cycles: vec![cycle],
+        });
+        let Directions { directions, lines } = directions;
+        let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
         let neutral = rigid.iter().copied().filter(|&i| unfelt(i)).collect();
 
-        let mesh: Vec<_> = (drive.mesh.iter())
-            .map(|division| Division {
-                stiffness: (division.stiffness).in_series_with(structure.residual_flexibility),
-                ..*division
-            })
-            .collect();
-        let period = TAU / (f64::from(structure.teeth) * point.speed);
-        let transmission_error = drive
-            .transmission_error
-            .iter()
-            .map(|h| TransmissionErrorHarmonic {
-                angular_frequency: TAU * f64::from(h.harmonic) / period,
-                amplitude: h.amplitude,
-                phase: h.phase,
-            })
-            .collect();
         let ripple = drive
             .torque_ripple
             .iter()
@@ -209,12 +192,12 @@ impl Model {
         Ok(Self {
             blocks,
             directions,
+            lines,
+            contacts: contacts.into(),
             neutral,
-            cycle: MeshCycle::new(period, &mesh, &which, drive.damping),
             load: point.load,
             rated_input,
             half_gap: drive.half_gap,
-            transmission_error,
             ripple,
             bearings,
             rigid_basis,
@@ -249,45 +232,99 @@ impl Model {
 
     /// Mesh period T \[s\].
     pub fn period(&self) -> f64 {
-        self.cycle.period
+        self.contacts[0].cycles[0].period
     }
 
-    /// Static transmission error and its rate, `(e [m], e' [m/s])`, at a time \[s\] within the
-    /// mesh cycle.
-    pub fn transmission_error_at(&self, time: f64) -> (f64, f64) {
-        let mut error = 0.0;
-        let mut rate = 0.0;
-        for h in &self.transmission_error {
-            let (sin, cos) = (h.angular_frequency * time + h.phase).sin_cos();
-            error += h.amplitude * cos;
-            rate -= h.amplitude * h.angular_frequency * sin;
-        }
-        (error, rate)
+    /// The mesh cycle of the first contact, the first of its base period.
+    pub fn first_cycle(&self) -> &MeshCycle {
+        &self.contacts[0].cycles[0]
+    }
+
+    /// Mesh cycles after which all contacts are as they were: their base period.
+    pub fn base_cycles(&self) -> usize {
+        self.contacts
+            .iter()
+            .map(|contact| contact.cycles.len())
+            .max()
+            .unwrap_or(1)
+    }
+
+    /// Whether a contact is one of the two flanks of the gear pair.
+    pub fn of_mesh(contact: usize) -> bool {
+        contact <= COAST_FLANK
+    }
+
+    /// All harmonics of the transmission errors.
+    pub fn transmission_errors(&self) -> impl Iterator<Item = &TransmissionErrorHarmonic> {
+        self.lines.iter().flat_map(|line| &line.transmission_error)
     }
 
     /// How the mesh meets each block on a segment.
     pub fn gains(&self, segment: &Segment) -> &[MeshGain] {
-        &self.directions[segment.direction]
+        &self.directions[segment.direction].gains
+    }
+
+    /// The line of a segment's direction, by its place among [`Self::lines`].
+    pub fn line(&self, segment: &Segment) -> usize {
+        self.directions[segment.direction].line
     }
 
     /// How the mesh meets each block at the start of the mesh cycle.
     pub fn first_gains(&self) -> &[MeshGain] {
-        self.gains(&self.cycle.segments[0])
+        self.gains(&self.first_cycle().segments[0])
+    }
+
+    /// The segment of every contact at a time \[s\] within a mesh cycle.
+    pub fn segments_at(&self, cycle: u64, time: f64) -> Vec<Segment> {
+        let at = |contact: &Contact| *contact.cycle(cycle).segment_at(time);
+        self.contacts.iter().map(at).collect()
+    }
+
+    /// Whether a contact may open or close at the start of a segment of its mesh cycle `cycle`, at
+    /// a prescribed time: where its line or its gap change.
+    pub fn turns(&self, contact: &Contact, cycle: u64, segment: usize) -> bool {
+        let count = contact.cycles.len() as u64;
+        let own = contact.cycle(cycle);
+        let before = match segment.checked_sub(1) {
+            Some(before) => &own.segments[before],
+            None => {
+                let earlier = contact.cycle(cycle % count + count - 1);
+                &earlier.segments[earlier.segments.len() - 1]
+            }
+        };
+        let after = &own.segments[segment];
+        self.line(before) != self.line(after) || !(before.error.is_none() && after.error.is_none())
+    }
+
+    /// Whether such a change is anywhere in a contact's cycles.
+    pub fn ever_turns(&self, contact: &Contact) -> bool {
+        (0..contact.cycles.len() as u64).any(|cycle| {
+            let segments = contact.cycle(cycle).segments.len();
+            (0..segments).any(|segment| self.turns(contact, cycle, segment))
+        })
     }
 
     /// Mesh deflection and rate `(δ [m], δ' [m/s])` of a state (length 2N) at a time \[s\]
-    /// within the mesh cycle.
+    /// within the first mesh cycle of a base period: along the line of the first contact.
     pub fn deflection(&self, state: &[f64], time: f64) -> (f64, f64) {
-        self.deflection_on(self.cycle.segment_at(time), state, time)
+        self.deflection_on(self.first_cycle().segment_at(time), 0, state, time)
     }
 
-    /// As [`Self::deflection`], on a given segment: at its end too.
-    pub fn deflection_on(&self, segment: &Segment, state: &[f64], time: f64) -> (f64, f64) {
+    /// Deflection and rate along the line of a contact's segment in mesh cycle `cycle`: at its end
+    /// too.
+    pub fn deflection_on(
+        &self,
+        segment: &Segment,
+        cycle: u64,
+        state: &[f64],
+        time: f64,
+    ) -> (f64, f64) {
         let n = self.blocks.len();
-        let (error, error_rate) = self.transmission_error_at(time);
+        let direction = &self.directions[segment.direction];
+        let (error, error_rate) = self.lines[direction.line].transmission_error_at(cycle, time);
         let mut deflection = -error;
         let mut rate = -error_rate;
-        for (i, gain) in self.gains(segment).iter().enumerate() {
+        for (i, gain) in direction.gains.iter().enumerate() {
             let (x, y) = (state[i], state[n + i]);
             let (w, r) = (gain.deflection, gain.rate);
             deflection += w[0] * x + w[1] * y;
@@ -296,52 +333,52 @@ impl Model {
         (deflection, rate)
     }
 
-    /// Half gap \[m\] and its rate \[m/s\] at a time \[s\] within a segment, its ends included.
-    pub fn gap_on(&self, segment: &Segment, time: f64) -> [f64; 2] {
-        let [error, slope] = segment.error_at(time / self.cycle.period);
-        [self.half_gap + error, slope / self.cycle.period]
-    }
-
-    /// Mesh force \[N\] for a deflection and its rate in a contact state on a segment, at a
-    /// time \[s\] within the mesh cycle.
-    pub fn force(
+    /// Which contacts a state closes at a time \[s\] within mesh cycle `cycle`, every contact being
+    /// on its segment.
+    pub fn active_set(
         &self,
-        segment: &Segment,
-        contact: Contact,
+        segments: &[Segment],
+        cycle: u64,
+        state: &[f64],
         time: f64,
-        deflection: f64,
-        rate: f64,
-    ) -> f64 {
-        if contact.touching() {
-            let [gap, opening] = self.gap_on(segment, time);
-            segment.stiffness_at(time / self.cycle.period) * (deflection - contact.sign() * gap)
-                + segment.damping * (rate - contact.sign() * opening)
-        } else {
-            0.0
+    ) -> ActiveSet {
+        let mut active = ActiveSet::FREE;
+        for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
+            let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
+            if contact.closes(deflection, rate, contact.gap(segment, time)) {
+                active = active.toggled(j);
+            }
         }
+        active
     }
 
-    /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, on
-    /// a given segment and in a given contact state.
+    /// The vector field: writes `x'` (length 2N) at a time \[s\] within mesh cycle `cycle`, every
+    /// contact being on its segment and the `active` ones closed.
     pub fn derivative(
         &self,
-        segment: &Segment,
-        contact: Contact,
+        segments: &[Segment],
+        active: ActiveSet,
         cycle: u64,
         time: f64,
         state: &[f64],
         out: &mut [f64],
     ) {
         let n = self.blocks.len();
-        let (deflection, rate) = self.deflection_on(segment, state, time);
-        let force = self.force(segment, contact, time, deflection, rate);
-        for (i, (block, gain)) in self.blocks.iter().zip(self.gains(segment)).enumerate() {
+        for (i, block) in self.blocks.iter().enumerate() {
             let (x, y) = (state[i], state[n + i]);
             let [a, b] = block.generator;
-            let g = gain.mesh_input;
             let s = block.static_input;
-            out[i] = a[0] * x + a[1] * y - g[0] * force + s[0];
-            out[n + i] = b[0] * x + b[1] * y - g[1] * force + s[1];
+            out[i] = a[0] * x + a[1] * y + s[0];
+            out[n + i] = b[0] * x + b[1] * y + s[1];
+        }
+        for contact in active.iter() {
+            let segment = &segments[contact];
+            let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
+            let force = self.contacts[contact].force(segment, time, deflection, rate);
+            for (i, gain) in self.gains(segment).iter().enumerate() {
+                out[i] -= gain.mesh_input[0] * force;
+                out[n + i] -= gain.mesh_input[1] * force;
+            }
         }
         for ripple in &self.ripple {
             let cos = ripple.phase_at(cycle, time).cos();
@@ -378,6 +415,66 @@ impl Model {
         }
         out
     }
+}
+
+/// That a value of a drive is finite and within its range.
+fn positive(
+    name: &'static str,
+    value: f64,
+    ok: bool,
+    accepted: &'static str,
+) -> Result<(), ModelError> {
+    match ok && value.is_finite() {
+        true => Ok(()),
+        false => Err(ModelError::OutOfRange {
+            name,
+            value,
+            accepted,
+        }),
+    }
+}
+
+/// That divisions end one after the other, the last at 1.
+fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
+    let mut before = 0.0;
+    for division in mesh {
+        let inside = before < division.end && division.end <= 1.0;
+        let accepted = "between its neighbours";
+        positive("mesh transition", division.end, inside, accepted)?;
+        before = division.end;
+    }
+    positive("end of the mesh cycle", before, before == 1.0, "1")
+}
+
+/// A participation without the round-off of the rotation: those of the rigid blocks that no mesh feels
+/// are zero by construction of the basis.
+fn unfelt(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+    for &i in rigid {
+        mesh[i] = 0.0;
+    }
+    mesh
+}
+
+/// A tilt without round-off: a rotation about the shafts does not tilt them.
+fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+    let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    for &i in rigid {
+        if tilt[i].abs() <= noise {
+            tilt[i] = 0.0;
+        }
+    }
+    tilt
+}
+
+/// A transmission error of harmonics of the mesh frequency.
+fn harmonics(error: &[MeshHarmonic], period: f64) -> Vec<TransmissionErrorHarmonic> {
+    let of = |h: &MeshHarmonic| TransmissionErrorHarmonic {
+        angular_frequency: TAU * f64::from(h.harmonic) / period,
+        turns_per_cycle: f64::from(h.harmonic),
+        amplitude: h.amplitude,
+        phase: h.phase,
+    };
+    error.iter().map(of).collect()
 }
 
 /// Orthonormal rows spanning the rigid modes, the last one along their mesh participation:

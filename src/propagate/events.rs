@@ -1,33 +1,35 @@
-//! When a trajectory leaves its contact state.
+//! When a contact opens or closes.
 //!
-//! The margin of a state is positive inside it: `b − δ` and `b + δ` in free flight, `δ − b`
-//! on the drive flank, `−δ − b` on the coast flank. A state is left at the earliest
-//! moment a margin becomes negative. After an event the surface just crossed is a known
-//! root at the window's start; it is divided out rather than stepped over.
+//! The margin of a contact is positive while it stays what it is: `b − s δ` of an open one,
+//! `s δ − b` of a closed one. It opens or closes at the earliest moment its margin becomes negative.
+//! After an event the margin of that contact has a known root at the window's start; it is
+//! divided out rather than stepped over.
 
 use super::{Counters, Event, Observer, Stop};
-use crate::model::{Contact, Surface};
+use crate::model::{ActiveSet, Contact};
 use crate::numerics::arithmetic::Arithmetic;
 use crate::numerics::legendre::Transforms;
 use crate::numerics::roots::{Search, earliest_exit, exit_of_falling};
 
-/// Where and through which surface a window's trajectory leaves its contact state.
+/// Where a window's trajectory meets a change, and which contact opens or closes there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// Place on the window, in \[−1, 1\].
     pub x: f64,
-    /// Surface crossed.
-    pub surface: Surface,
+    /// The contact.
+    pub contact: usize,
 }
 
 /// Round-off of a sum of a hundred terms, in units of the sum of their sizes.
 pub const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
-/// The margin of a contact state against one surface, positive inside: `scale δ + shift`.
+/// The margin of a contact, positive while it stays what it is: `scale δ + shift`.
 #[derive(Debug, Clone, Copy)]
 pub struct Margin {
-    /// The surface.
-    pub surface: Surface,
+    /// The contact.
+    pub contact: usize,
+    /// Whether it is closed.
+    pub closed: bool,
     /// Factor of δ, ±1.
     pub scale: f64,
     /// ± the half gap \[m\].
@@ -35,20 +37,27 @@ pub struct Margin {
 }
 
 impl Margin {
-    /// The margin of a contact state against a surface.
-    pub fn new(contact: Contact, surface: Surface, half_gap: f64) -> Self {
-        let inside = if contact.touching() { 1.0 } else { -1.0 };
+    /// The margin of a contact, the `index`-th of its model, that is closed or open.
+    pub fn new(contact: &Contact, index: usize, closed: bool) -> Self {
+        let inside = if closed { 1.0 } else { -1.0 };
         Self {
-            surface,
-            scale: inside * surface.sign(),
-            shift: -inside * half_gap,
+            contact: index,
+            closed,
+            scale: inside * contact.side,
+            shift: -inside * contact.half_gap,
         }
     }
 
-    /// All margins of a contact state.
-    pub fn of(contact: Contact, half_gap: f64) -> impl Iterator<Item = Self> {
-        let margin = move |&surface| Self::new(contact, surface, half_gap);
-        contact.surfaces().iter().map(margin)
+    /// The margins of contacts that see one deflection. An open one opposite to a closed one is
+    /// left out: that one opens first.
+    pub fn of(contacts: &[Contact], active: ActiveSet) -> impl Iterator<Item = Self> {
+        let opposite = move |side: f64| {
+            let mut closed = active.iter().map(|contact| &contacts[contact]);
+            closed.any(|other| other.side == -side)
+        };
+        (contacts.iter().enumerate())
+            .filter(move |(index, contact)| active.holds(*index) || !opposite(contact.side))
+            .map(move |(index, contact)| Self::new(contact, index, active.holds(index)))
     }
 }
 
@@ -93,165 +102,164 @@ impl Changes {
 /// Dividing out a root amplifies round-off by about the square of the series' length.
 const DEFLATION_NOISE: f64 = 64.0;
 
-/// A window's deflection, and what is known of it.
+/// A contact on a window, as its search for an event has it.
 #[derive(Debug, Clone, Copy)]
-pub struct WindowDeflection<'a, const P: usize> {
-    /// Legendre series of δ \[m\].
-    pub series: &'a [f64; P],
-    /// Contact state where the window starts.
-    pub contact: Contact,
-    /// The surface that the window starts on, if it starts on one just crossed.
-    pub crossed: Option<Surface>,
-    /// Round-off of the series \[m\].
-    pub noise: f64,
-    /// What the half gap has on top, as a series \[m\]; none where it is constant.
+pub struct Guard<'a, const P: usize> {
+    /// Its margin while its gap is the half gap alone.
+    pub margin: Margin,
+    /// Whether it opened or closed where the window starts.
+    pub crossed: bool,
+    /// What its gap has on top, as a series \[m\]; none where there is nothing.
     pub widening: Option<&'a [f64; P]>,
 }
 
-/// The first crossing on `[−1, limit]` of a window.
+/// The first event on `[−1, limit]` of a window, of contacts that see the same deflection.
+///
+/// * `series`: Legendre series of δ \[m\], of round-off `noise` \[m\].
 #[inline(always)]
 pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
-    deflection: WindowDeflection<'_, P>,
-    half_gap: f64,
+    series: &[f64; P],
+    noise: f64,
+    guards: &[Guard<'_, P>],
     limit: f64,
     counters: &mut Counters,
 ) -> Option<Crossing> {
-    let WindowDeflection {
-        series,
-        contact,
-        crossed,
-        noise,
-        widening,
-    } = deflection;
-    let mut take = |search: Search, surface: Surface| {
+    let mut take = |search: Search, contact: usize| {
         counters.bisections += u64::from(search.bisections);
         counters.newton_steps += u64::from(search.newton_steps);
         counters.grazings += u64::from(search.grazings);
-        search.exit.map(|x| Crossing { x, surface })
+        search.exit.map(|x| Crossing { x, contact })
     };
-    // Inside it a state's margin is positive.
-    let margin = |surface: Surface| {
-        let Margin { scale, shift, .. } = Margin::new(contact, surface, half_gap);
+    let margin = |guard: &Guard<'_, P>| {
+        let Margin { scale, shift, .. } = guard.margin;
         let mut margin = A::scaled(series, scale, shift);
-        if let Some(widening) = widening {
-            let inside = scale * surface.sign();
+        if let Some(widening) = guard.widening {
+            // An open contact's margin grows with its gap.
+            let inside = if guard.margin.closed { 1.0 } else { -1.0 };
             for n in 0..P {
                 margin[n] -= inside * widening[n];
             }
         }
         margin
     };
-    if !contact.touching()
-        && widening.is_none()
-        && let Some(surface) = ahead::<P, A>(transforms, deflection, half_gap)
-    {
-        let search = exit_of_falling::<P, A>(transforms, &margin(surface), limit);
+    if let Some(guard) = ahead::<P, A>(transforms, series, guards) {
+        let search = exit_of_falling::<P, A>(transforms, &margin(guard), limit);
         counters.certified += u64::from(search.certified);
-        return take(search, surface);
+        return take(search, guard.margin.contact);
     }
     let mut first: Option<Crossing> = None;
     let mut certified = true;
-    for &surface in contact.surfaces() {
-        let mut margin = margin(surface);
+    for guard in guards {
+        let mut margin = margin(guard);
         let mut noise = noise;
-        if crossed == Some(surface) {
+        if guard.crossed {
             margin = A::quotient(transforms, &margin);
             noise *= DEFLATION_NOISE;
         }
         let limit = first.map_or(limit, |c| c.x);
         let search = earliest_exit::<P, A>(transforms, &margin, limit, noise);
         certified &= search.certified;
-        first = take(search, surface).or(first);
+        first = take(search, guard.margin.contact).or(first);
     }
     counters.certified += u64::from(certified);
     first
 }
 
-/// The surface that a free flight heads for without turning; none where it may turn, or starts beyond a surface or on the one ahead. The surface
-/// behind is left at once and for good, and needs no look.
+/// The one of two opposite open contacts that the deflection heads for without turning; none where
+/// it may turn, or starts beyond a surface or on the one ahead. The surface behind is left at once
+/// and for good, and needs no look.
 #[inline(always)]
-fn ahead<const P: usize, A: Arithmetic<P>>(
+fn ahead<'g, 'a, const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
-    deflection: WindowDeflection<'_, P>,
-    half_gap: f64,
-) -> Option<Surface> {
-    let slope = A::derivative(transforms, deflection.series);
+    series: &[f64; P],
+    guards: &'g [Guard<'a, P>],
+) -> Option<&'g Guard<'a, P>> {
+    let [one, other] = guards else { return None };
+    let open = |guard: &Guard<'_, P>| !guard.margin.closed && guard.widening.is_none();
+    if !(open(one) && open(other) && one.margin.scale == -other.margin.scale) {
+        return None;
+    }
+    let slope = A::derivative(transforms, series);
     if slope[0].abs() <= A::bounds(&slope).variation {
         return None;
     }
-    let (surface, behind) = match slope[0] > 0.0 {
-        true => (Surface::Drive, Surface::Coast),
-        false => (Surface::Coast, Surface::Drive),
+    let (ahead, behind) = match slope[0] * one.margin.scale < 0.0 {
+        true => (one, other),
+        false => (other, one),
     };
-    let start = A::bounds(deflection.series).start;
-    let beyond = start.abs() > half_gap && deflection.crossed != Some(behind);
-    if beyond || deflection.crossed == Some(surface) {
-        return None;
-    }
-    Some(surface)
+    let start = A::bounds(series).start;
+    let outside = |guard: &Guard<'_, P>| guard.margin.scale * start + guard.margin.shift < 0.0;
+    let beyond = outside(ahead) || (outside(behind) && !behind.crossed);
+    (!(beyond || ahead.crossed)).then_some(ahead)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{COAST_FLANK, DRIVE_FLANK};
     use crate::numerics::arithmetic::Portable;
     use crate::numerics::legendre::transforms24;
 
     fn cross(
         f: impl Fn(f64) -> f64,
-        contact: Contact,
-        crossed: Option<Surface>,
+        active: ActiveSet,
+        crossed: Option<usize>,
     ) -> (Option<Crossing>, Counters) {
         let t = transforms24();
         let nodes = *t.nodes();
         let series = t.interpolate(&std::array::from_fn(|j| f(nodes[j])));
         let mut counters = Counters::default();
-        let deflection = WindowDeflection {
-            series: &series,
-            contact,
-            crossed,
-            noise: 1e-14,
-            widening: None,
-        };
-        let found = first_crossing::<_, Portable>(t, deflection, 1.0, 1.0, &mut counters);
+        let contacts = [1.0, -1.0].map(|side| Contact {
+            side,
+            half_gap: 1.0,
+            cycles: Vec::new(),
+        });
+        let guards: Vec<_> = Margin::of(&contacts, active)
+            .map(|margin| Guard {
+                margin,
+                crossed: crossed == Some(margin.contact),
+                widening: None,
+            })
+            .collect();
+        let found = first_crossing::<_, Portable>(t, &series, 1e-14, &guards, 1.0, &mut counters);
         (found, counters)
     }
 
     #[test]
     fn free_flight_hits_the_nearer_surface_first() {
         // Through −1 at x = −0.5, through +1 at x = 0.5.
-        let (c, _) = cross(|x| 2.0 * x, Contact::Free, None);
+        let (c, _) = cross(|x| 2.0 * x, ActiveSet::FREE, None);
         let c = c.unwrap();
         // Starts outside (δ = −2): leaves at once through the coast surface.
-        assert_eq!((c.x, c.surface), (-1.0, Surface::Coast));
+        assert_eq!((c.x, c.contact), (-1.0, COAST_FLANK));
         let (c, _) = cross(
             |x| 1.9 * x * x * x + 0.3,
-            Contact::Free,
-            Some(Surface::Coast),
+            ActiveSet::FREE,
+            Some(COAST_FLANK),
         );
-        assert_eq!(c.unwrap().surface, Surface::Drive);
+        assert_eq!(c.unwrap().contact, DRIVE_FLANK);
     }
 
     #[test]
     fn a_short_touch_is_entered_and_left() {
         // Touches the drive surface on an interval of 1e-6 around x = 0.2.
         let f = |x: f64| 1.0 - (x - 0.2) * (x - 0.2 - 1e-6);
-        let (entry, _) = cross(f, Contact::Free, None);
+        let (entry, _) = cross(f, ActiveSet::FREE, None);
         let entry = entry.unwrap();
         assert!((entry.x - 0.2).abs() < 1e-8);
         // From the entry on, the entry itself is divided out and the release is found.
         let g = move |x: f64| f(entry.x + 0.5 * (x + 1.0));
-        let (release, _) = cross(g, Contact::Drive, Some(Surface::Drive));
+        let (release, _) = cross(g, ActiveSet::DRIVE, Some(DRIVE_FLANK));
         let dwell = 0.5 * (release.unwrap().x + 1.0);
         assert!((dwell - 1e-6).abs() < 2e-8, "{dwell}");
     }
 
     #[test]
     fn settled_windows_are_certified_and_grazing_is_counted() {
-        let (c, counters) = cross(|x| 0.5 + 0.2 * x, Contact::Free, None);
+        let (c, counters) = cross(|x| 0.5 + 0.2 * x, ActiveSet::FREE, None);
         assert_eq!((c, counters.certified), (None, 1));
-        let (c, counters) = cross(|x| 1.0 - (x - 0.1) * (x - 0.1), Contact::Free, None);
+        let (c, counters) = cross(|x| 1.0 - (x - 0.1) * (x - 0.1), ActiveSet::FREE, None);
         assert_eq!(c, None);
         assert!(counters.grazings >= 1);
     }

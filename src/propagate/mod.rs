@@ -24,7 +24,7 @@ pub use dense::{
     TableArray, TableSize,
 };
 pub use interrupt::Interruptible;
-pub use observer::{Event, Observer, Window};
+pub use observer::{ClosedContact, Event, Observer, Window};
 pub use stepping::{Stepping, SteppingWorkspace};
 pub use tangents::Tangents;
 pub use volterra::{InstructionSet, Volterra};

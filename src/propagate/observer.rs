@@ -1,12 +1,12 @@
 //! What a kernel shows of a trajectory while it advances.
 
-use crate::model::{Contact, Segment, Surface};
+use crate::model::{ActiveSet, Segment};
 
 /// A stretch of trajectory between breakpoints, as polynomials.
 ///
-/// `deflection` and `force` are Legendre coefficients on the window: with
-/// `x = 2 t / duration − 1`, `δ(t) = Σ deflection[n] P_n(x)`.
-#[derive(Debug, Clone, Copy)]
+/// Series are Legendre coefficients on the window: with `x = 2 t / duration − 1`,
+/// `δ(t) = Σ deflection[n] P_n(x)`.
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Window<'a> {
     /// Mesh cycle.
     pub cycle: u64,
@@ -14,35 +14,56 @@ pub struct Window<'a> {
     pub start: f64,
     /// Length \[s\], > 0.
     pub duration: f64,
-    /// Mesh segment (stiffness and damping) in force.
-    pub segment: &'a Segment,
-    /// Contact state throughout.
-    pub contact: Contact,
-    /// Legendre coefficients of δ \[m\].
+    /// The segment of every contact.
+    pub segments: &'a [Segment],
+    /// The contacts that are closed throughout.
+    pub contact: ActiveSet,
+    /// Deflection δ of the mesh \[m\]: along the line of the first contact.
     pub deflection: &'a [f64],
-    /// Legendre coefficients of F \[N\]; all zero in free flight.
+    /// Force F of the mesh \[N\], the sum over its closed flanks: positive on the drive flank,
+    /// negative on the coast flank, all zero in free flight.
     pub force: &'a [f64],
+    /// Every closed contact, in order.
+    pub closed: &'a [ClosedContact<'a>],
     /// First components of the blocks at the window's start, length N.
     pub first: &'a [f64],
     /// Second components of the blocks at the window's start, length N.
     pub second: &'a [f64],
 }
 
-/// A change of contact state.
+/// A closed contact over a window.
+#[derive(Debug, Clone, Copy)]
+pub struct ClosedContact<'a> {
+    /// Its place among the model's contacts.
+    pub contact: usize,
+    /// Deflection along its line \[m\].
+    pub deflection: &'a [f64],
+    /// Force along its direction \[N\].
+    pub force: &'a [f64],
+}
+
+/// A contact opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: f64,
-    /// State before.
-    pub from: Contact,
-    /// State after.
-    pub to: Contact,
-    /// Surface crossed.
-    pub surface: Surface,
-    /// Rate of the deflection against the surface at the crossing, δ' − s b' \[m/s\].
+    /// The contacts that are closed before.
+    pub from: ActiveSet,
+    /// The contacts that are closed after.
+    pub to: ActiveSet,
+    /// The one that opens or closes.
+    pub contact: usize,
+    /// Rate of its deflection against its surface there, δ' − s b' \[m/s\].
     pub rate: f64,
+}
+
+impl Event {
+    /// Whether the contact closes.
+    pub fn closes(&self) -> bool {
+        self.to.holds(self.contact)
+    }
 }
 
 /// Watches a trajectory.

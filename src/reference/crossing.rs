@@ -1,9 +1,6 @@
 //! Where a step leaves its contact state: samples of the margin, its minima, its zero.
 
-use crate::model::Contact;
-
-/// Distance of a deflection to the nearest surface of its contact state, negative beyond
-/// it, and its rate.
+/// Margin of a contact, positive while it stays what it is, and its rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Margin {
     /// Margin \[m\].
@@ -12,27 +9,21 @@ pub(super) struct Margin {
     pub rate: f64,
 }
 
+/// Time since the start of a step \[s\], and the margin there.
+pub(super) type Sample = (f64, Margin);
+
 impl Margin {
-    /// The margin of a deflection and its rate in a contact state, for half gap b and its rate.
+    /// The margin of a contact on a side, for its deflection and the gap with their rates.
     pub fn new(
-        contact: Contact,
-        deflection: f64,
-        rate: f64,
-        [half_gap, opening]: [f64; 2],
+        side: f64,
+        closed: bool,
+        (deflection, rate): (f64, f64),
+        [gap, opening]: [f64; 2],
     ) -> Self {
-        match contact {
-            Contact::Drive => Self {
-                value: deflection - half_gap,
-                rate: rate - opening,
-            },
-            Contact::Coast => Self {
-                value: -half_gap - deflection,
-                rate: -rate - opening,
-            },
-            Contact::Free => Self {
-                value: half_gap - deflection.abs(),
-                rate: opening - deflection.signum() * rate,
-            },
+        let inside = if closed { 1.0 } else { -1.0 };
+        Self {
+            value: inside * (side * deflection - gap),
+            rate: inside * (side * rate - opening),
         }
     }
 }
@@ -43,7 +34,7 @@ impl Margin {
 /// at 0 where the margin counts as positive whatever its round-off; `exact` gives the margin
 /// at any time of the step to round-off. Times are resolved to `resolution`.
 pub(super) fn first_crossing(
-    samples: &[(f64, Margin)],
+    samples: &[Sample],
     resolution: f64,
     mut exact: impl FnMut(f64) -> Margin,
 ) -> Option<f64> {
@@ -203,35 +194,14 @@ mod tests {
     }
 
     #[test]
-    fn margin_is_positive_inside_every_contact_state() {
-        let inside = |contact, deflection| Margin::new(contact, deflection, 0.5, [1.0, 0.0]);
-        assert_eq!(
-            inside(Contact::Drive, 1.5),
-            Margin {
-                value: 0.5,
-                rate: 0.5
-            }
-        );
-        assert_eq!(
-            inside(Contact::Coast, -1.5),
-            Margin {
-                value: 0.5,
-                rate: -0.5
-            }
-        );
-        assert_eq!(
-            inside(Contact::Free, 0.5),
-            Margin {
-                value: 0.5,
-                rate: -0.5
-            }
-        );
-        assert_eq!(
-            inside(Contact::Free, -0.5),
-            Margin {
-                value: 0.5,
-                rate: 0.5
-            }
-        );
+    fn the_margin_is_positive_while_a_contact_stays_what_it_is() {
+        let margin = |side, closed, deflection| {
+            let margin = Margin::new(side, closed, (deflection, 0.5), [1.0, 0.0]);
+            (margin.value, margin.rate)
+        };
+        assert_eq!(margin(1.0, true, 1.5), (0.5, 0.5));
+        assert_eq!(margin(-1.0, true, -1.5), (0.5, -0.5));
+        assert_eq!(margin(1.0, false, 0.5), (0.5, -0.5));
+        assert_eq!(margin(-1.0, false, -0.5), (0.5, 0.5));
     }
 }

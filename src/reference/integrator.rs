@@ -1,26 +1,31 @@
 //! Advances a model from breakpoint to breakpoint and records its crossings.
 
-use super::crossing::{Margin, first_crossing};
+use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
-use crate::model::{Contact, MeshGain, Model, Segment, Surface, TrajectoryState};
+use crate::model::{ActiveSet, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
 
+/// Mesh phases closer than this \[cycles\] are one.
+pub(super) const SAME_PHASE: f64 = 1e-12;
+
 /// Most changes of contact state in one mesh cycle before the integration is given up.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
 
-/// A change of contact state.
+/// A contact opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: f64,
-    /// Contact state before.
-    pub from: Contact,
-    /// Contact state after.
-    pub to: Contact,
+    /// The contacts that are closed before.
+    pub from: ActiveSet,
+    /// The contacts that are closed after.
+    pub to: ActiveSet,
+    /// The one that opens or closes.
+    pub contact: usize,
     /// Rate of the deflection against the surface at the crossing, δ' − s b' \[m/s\].
     pub rate: f64,
 }
@@ -30,7 +35,7 @@ pub struct Crossing {
 pub struct Passage {
     /// The trajectory at its end.
     pub end: TrajectoryState,
-    /// Every change of contact state, in order.
+    /// Every opening and closing of a contact, in order.
     pub crossings: Vec<Crossing>,
 }
 
@@ -94,6 +99,7 @@ impl<'m> Reference<'m> {
             reference: self,
             cycle: start.cycle,
             contact: start.contact,
+            segments: self.model.segments_at(start.cycle, 0.0),
             state: Compensated::new(start.state.clone()),
             moved: Compensated::new(vec![0.0; n]),
             work: StageWork::new(self.rule.stages(), n),
@@ -125,7 +131,8 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
         natural = natural.max(block.natural_frequency());
         decay = decay.max(block.growth().abs());
     }
-    for gains in &model.directions {
+    for direction in &model.directions {
+        let gains = &direction.gains;
         let dot = |a: [f64; 2], b: [f64; 2]| (a[0] * b[0] + a[1] * b[1]).abs();
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             gains
@@ -136,16 +143,15 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
         direct = direct.max(sum(|gain| gain.deflection));
         inertial = inertial.max(sum(|gain| gain.rate));
     }
-    let stiffness = model.cycle.largest_stiffness();
-    let damping = model
-        .cycle
-        .segments
-        .iter()
-        .map(|s| s.damping)
+    let cycles = || model.contacts.iter().flat_map(|contact| &contact.cycles);
+    let stiffness = cycles()
+        .map(MeshCycle::largest_stiffness)
         .fold(0.0, f64::max);
+    let segments = cycles().flat_map(|cycle| &cycle.segments);
+    let damping = segments.map(|s| s.damping).fold(0.0, f64::max);
     let structure =
         (natural * natural + stiffness * inertial).sqrt() + damping * inertial + stiffness * direct;
-    let error = model.transmission_error.iter().map(|h| h.angular_frequency);
+    let error = model.transmission_errors().map(|h| h.angular_frequency);
     let ripple = model.ripple.iter().map(|r| r.angular_frequency);
     error
         .chain(ripple)
@@ -158,55 +164,75 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
 struct Integration<'r> {
     reference: &'r Reference<'r>,
     cycle: u64,
-    contact: Contact,
+    contact: ActiveSet,
+    /// The segment of every contact.
+    segments: Vec<Segment>,
     state: Compensated,
     /// The state at the end of a trial step.
     moved: Compensated,
     work: StageWork,
-    samples: Vec<(f64, Margin)>,
+    samples: Vec<Sample>,
     crossings: Vec<Crossing>,
 }
 
 impl Integration<'_> {
     fn one_cycle(&mut self) -> Result<(), ReferenceError> {
-        let cycle = &self.reference.model.cycle;
+        let model = self.reference.model;
         let mut changes = 0;
-        for (index, segment) in cycle.segments.iter().enumerate() {
-            let mut time = cycle.start(index);
-            let end = cycle.end(index);
-            if cycle.turns(index) {
-                self.turn(segment, time);
+        let mut start = 0.0;
+        for end in ends(model, self.cycle) {
+            let inside = 0.5 * (start + end);
+            self.segments = model.segments_at(self.cycle, model.period() * inside);
+            let mut time = model.period() * start;
+            self.turn(start, time);
+            while time < model.period() * end {
+                time = self.smooth_piece(time, model.period() * end, &mut changes)?;
             }
-            while time < end {
-                time = self.smooth_piece(segment, time, end, &mut changes)?;
-            }
+            start = end;
         }
         self.cycle += 1;
         Ok(())
     }
 
-    /// Takes up a new direction and half gap, where the contact state may step.
-    fn turn(&mut self, segment: &Segment, time: f64) {
+    /// Takes up new lines and gaps, where contacts may open and close.
+    fn turn(&mut self, phase: f64, time: f64) {
         let model = self.reference.model;
-        let (deflection, rate) = model.deflection_on(segment, &self.state.value, time);
-        let target = Contact::classify(deflection, rate, model.gap_on(segment, time));
-        while let Some(surface) = self.contact.towards(target) {
-            let from = self.contact;
-            self.contact = from.across(surface);
-            self.crossings.push(Crossing {
-                cycle: self.cycle,
-                time,
-                from,
-                to: self.contact,
-                rate,
-            });
+        for (index, contact) in model.contacts.iter().enumerate() {
+            let segments = &contact.cycle(self.cycle).segments;
+            let starts = |segment: &Segment| (segment.start - phase).abs() < SAME_PHASE;
+            let Some(own) = segments.iter().position(starts) else {
+                continue;
+            };
+            if !model.turns(contact, self.cycle, own) {
+                continue;
+            }
+            let segment = &self.segments[index];
+            let state = &self.state.value;
+            let (deflection, rate) = model.deflection_on(segment, self.cycle, state, time);
+            let closes = contact.closes(deflection, rate, contact.gap(segment, time));
+            if closes != self.contact.holds(index) {
+                self.cross(index, time, rate);
+            }
         }
     }
 
-    /// Advances to the end of the segment or to the next crossing; gives the time reached.
+    /// Opens or closes a contact.
+    fn cross(&mut self, contact: usize, time: f64, rate: f64) {
+        let from = self.contact;
+        self.contact = from.toggled(contact);
+        self.crossings.push(Crossing {
+            cycle: self.cycle,
+            time,
+            from,
+            to: self.contact,
+            contact,
+            rate,
+        });
+    }
+
+    /// Advances to the next breakpoint or to the next crossing; gives the time reached.
     fn smooth_piece(
         &mut self,
-        segment: &Segment,
         start: f64,
         end: f64,
         changes: &mut u32,
@@ -222,7 +248,7 @@ impl Integration<'_> {
         let mut j = 0.0;
         while j < steps {
             let (left, right) = (at(j), at(j + 1.0));
-            if let Some(crossing) = self.step(segment, left, right)? {
+            if let Some(crossing) = self.step(left, right)? {
                 *changes += 1;
                 if *changes > CROSSING_LIMIT {
                     return Err(ReferenceError::Chatter {
@@ -238,106 +264,125 @@ impl Integration<'_> {
     }
 
     /// One step from `left` to `right`, or to the first crossing, whose time is given.
-    fn step(
-        &mut self,
-        segment: &Segment,
-        left: f64,
-        right: f64,
-    ) -> Result<Option<f64>, ReferenceError> {
+    fn step(&mut self, left: f64, right: f64) -> Result<Option<f64>, ReferenceError> {
         let h = right - left;
         let model = self.reference.model;
-        let (deflection, rate) = self.advance(segment, left, h);
-        if !(deflection + rate).is_finite() {
+        self.advance(left, h);
+        if !self.moved.value.iter().all(|x| x.is_finite()) {
             return Err(ReferenceError::NonFinite { cycle: self.cycle });
         }
-        self.sample(segment, left, h, (deflection, rate));
-
         // Half a unit in the last place of a mesh period.
         let resolution = model.period() * 2f64.powi(-54);
-        let contact = self.contact;
-        let samples = std::mem::take(&mut self.samples);
+        let mut first: Option<(f64, usize)> = None;
         let mut probed = false;
-        let found = first_crossing(&samples, resolution, |tau| {
-            probed = true;
-            let (deflection, rate) = self.advance(segment, left, tau);
-            Margin::new(contact, deflection, rate, model.gap_on(segment, left + tau))
-        });
-        self.samples = samples;
-
-        let reached = match found {
+        for contact in 0..model.contacts.len() {
+            if self.is_behind(contact) {
+                continue;
+            }
+            self.sample(contact, left, h);
+            let samples = std::mem::take(&mut self.samples);
+            let mut own = false;
+            let found = first_crossing(&samples, resolution, |tau| {
+                own = true;
+                self.advance(left, tau);
+                self.margin(contact, &self.moved.value, left + tau)
+            });
+            self.samples = samples;
+            if own {
+                probed = true;
+                // The stages are those of the whole step again.
+                self.advance(left, h);
+            }
+            if let Some(tau) = found
+                && first.is_none_or(|(earlier, _)| tau < earlier)
+            {
+                first = Some((tau, contact));
+            }
+        }
+        let reached = match first {
             // The crossing's time as it can be told: the state goes with the rounded one.
-            Some(tau) => left + tau,
+            Some((tau, _)) => left + tau,
             None => right,
         };
-        let (deflection, rate) = if probed {
-            self.advance(segment, left, reached - left)
-        } else {
-            (deflection, rate)
-        };
-        self.state.copy_from(&self.moved);
-        if found.is_none() {
-            return Ok(None);
+        if probed {
+            self.advance(left, reached - left);
         }
-        let surface = if deflection > 0.0 {
-            Surface::Drive
-        } else {
-            Surface::Coast
+        self.state.copy_from(&self.moved);
+        let Some((_, contact)) = first else {
+            return Ok(None);
         };
-        let to = contact.across(surface);
-        let [_, opening] = model.gap_on(segment, reached);
-        self.crossings.push(Crossing {
-            cycle: self.cycle,
-            time: reached,
-            from: contact,
-            to,
-            rate: rate - surface.sign() * opening,
-        });
-        self.contact = to;
+        let segment = self.segments[contact];
+        let state = &self.state.value;
+        let (_, rate) = model.deflection_on(&segment, self.cycle, state, reached);
+        let own = &model.contacts[contact];
+        let [_, opening] = own.gap(&segment, reached);
+        self.cross(contact, reached, rate - own.side * opening);
         Ok(Some(reached))
     }
 
-    /// Sets `moved` to the state after `tau` from `left` and gives its deflection and rate.
-    fn advance(&mut self, segment: &Segment, left: f64, tau: f64) -> (f64, f64) {
+    /// Whether an open contact is out of reach while one on the other side of its line is closed.
+    fn is_behind(&self, contact: usize) -> bool {
+        let model = self.reference.model;
+        let line = |contact: usize| model.line(&self.segments[contact]);
+        let opposite = |other: usize| {
+            let sides = [contact, other].map(|contact| model.contacts[contact].side);
+            sides[0] == -sides[1] && line(contact) == line(other)
+        };
+        !self.contact.holds(contact) && self.contact.iter().any(opposite)
+    }
+
+    /// Sets `moved` to the state after `tau` from `left`.
+    fn advance(&mut self, left: f64, tau: f64) {
         let model = self.reference.model;
         let rule = &self.reference.rule;
-        let (contact, cycle) = (self.contact, self.cycle);
+        let (contact, cycle, segments) = (self.contact, self.cycle, &self.segments);
         rule.solve(
             &self.state.value,
             tau,
             &mut self.work,
             |fraction, state, out| {
-                model.derivative(segment, contact, cycle, left + fraction * tau, state, out);
+                model.derivative(segments, contact, cycle, left + fraction * tau, state, out);
             },
         );
         self.moved.copy_from(&self.state);
         for i in 0..self.state.value.len() {
             self.moved.add(i, rule.increment(&self.work, tau, i));
         }
-        model.deflection_on(segment, &self.moved.value, left + tau)
     }
 
-    /// Collects the margin at the start, the stages and the end of the step just solved.
-    fn sample(&mut self, segment: &Segment, left: f64, h: f64, end: (f64, f64)) {
+    /// The margin of a contact in a state at a time.
+    fn margin(&self, contact: usize, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
+        let (own, segment) = (&model.contacts[contact], &self.segments[contact]);
+        let motion = model.deflection_on(segment, self.cycle, state, time);
+        let closed = self.contact.holds(contact);
+        Margin::new(own.side, closed, motion, own.gap(segment, time))
+    }
+
+    /// Collects a contact's margin at the start, the stages and the end of the step just solved.
+    fn sample(&mut self, contact: usize, left: f64, h: f64) {
         let n = self.state.value.len();
-        let margin = |tau: f64, (deflection, rate)| {
-            let gap = model.gap_on(segment, left + tau);
-            Margin::new(self.contact, deflection, rate, gap)
-        };
-        self.samples.clear();
-        self.samples.push((
-            0.0,
-            margin(0.0, model.deflection_on(segment, &self.state.value, left)),
-        ));
+        let mut samples = std::mem::take(&mut self.samples);
+        samples.clear();
+        samples.push((0.0, self.margin(contact, &self.state.value, left)));
         for (i, c) in self.reference.rule.nodes.iter().enumerate() {
             let stage = &self.work.states[i * n..(i + 1) * n];
-            self.samples.push((
-                c * h,
-                margin(c * h, model.deflection_on(segment, stage, left + c * h)),
-            ));
+            samples.push((c * h, self.margin(contact, stage, left + c * h)));
         }
-        self.samples.push((h, margin(h, end)));
+        samples.push((h, self.margin(contact, &self.moved.value, left + h)));
+        self.samples = samples;
     }
+}
+
+/// Mesh phases at which some contact's segment ends, in order.
+pub(super) fn ends(model: &Model, cycle: u64) -> Vec<f64> {
+    let cycles = model.contacts.iter().map(|contact| contact.cycle(cycle));
+    let mut ends: Vec<f64> = (cycles.flat_map(|cycle| &cycle.segments))
+        .map(|segment| segment.end)
+        .collect();
+    ends.sort_by(f64::total_cmp);
+    ends.dedup_by(|a, b| *a - *b < SAME_PHASE);
+    ends
 }
 
 #[cfg(test)]

@@ -16,6 +16,6 @@ pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
 pub use disc::Disc;
 pub use drive::{Bearing, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
-pub use modal::{BearingGain, ModalStructure};
+pub use modal::{BearingGain, FlankParticipation, ModalStructure};
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};

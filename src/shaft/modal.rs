@@ -19,7 +19,8 @@ pub struct ModalStructure {
     pub frequency: Vec<f64>,
     /// Modal damping ratio ζ \[1\], `0 ≤ ζ < 1`.
     pub damping: Vec<f64>,
-    /// Participation of the mesh deflection \[1/√kg\].
+    /// Participation of the mesh deflection, along the line of action of the drive flanks
+    /// \[1/√kg\].
     pub mesh: Vec<f64>,
     /// Derivative of `mesh` by the load centroid z_c \[1/(m √kg)\].
     pub mesh_tilt: Vec<f64>,
@@ -37,8 +38,46 @@ pub struct ModalStructure {
     /// Static flexibility of the modes left out, `Σ mesh²/ω²` \[m/N\]; 0 when none is
     /// left out or when it is to be ignored (no modal-truncation augmentation).
     pub residual_flexibility: f64,
+    /// What the coast flanks feel, with the sign of the drive flanks': their deflection grows
+    /// as the drive flanks approach, and they touch where it falls to minus the half gap. None
+    /// where their line of action is not known.
+    pub coast: Option<FlankParticipation>,
     /// What the bearings feel of the modes, where known.
     pub bearings: Vec<BearingGain>,
+}
+
+/// What the flanks of one side feel of the modes, one entry a mode, and what they do to them.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct FlankParticipation {
+    /// Participation of the deflection along the line of action \[1/√kg\].
+    pub mesh: Vec<f64>,
+    /// Derivative of `mesh` by the load centroid z_c \[1/(m √kg)\].
+    pub tilt: Vec<f64>,
+    /// Participation of a unit friction force \[1/√kg\].
+    pub friction: Vec<f64>,
+    /// Its part linear in the position along the path of contact \[1/(m √kg)\].
+    pub lever: Vec<f64>,
+    /// Static flexibility of the modes left out, `Σ mesh²/ω²` \[m/N\].
+    pub residual_flexibility: f64,
+}
+
+impl FlankParticipation {
+    /// Its first `retained` modes, the others returning as their flexibility where `mta` asks.
+    fn truncated(&self, frequency: &[f64], retained: usize, mta: bool) -> Self {
+        let keep = |column: &[f64]| column[..retained].to_vec();
+        let left_out = self.mesh[retained..].iter().zip(&frequency[retained..]);
+        let added: f64 = left_out.map(|(w, omega)| (w / omega).powi(2)).sum();
+        Self {
+            mesh: keep(&self.mesh),
+            tilt: keep(&self.tilt),
+            friction: keep(&self.friction),
+            lever: keep(&self.lever),
+            residual_flexibility: match mta {
+                true => self.residual_flexibility + added,
+                false => 0.0,
+            },
+        }
+    }
 }
 
 /// The force that a shaft exerts on one bearing in one direction, `Σ gain·q` \[N\]: stiffness
@@ -71,7 +110,19 @@ impl ModalStructure {
             friction: vec![0.0; n],
             friction_lever: vec![0.0; n],
             residual_flexibility: 0.0,
+            coast: None,
             bearings: Vec::new(),
+        }
+    }
+
+    /// What the drive flanks feel.
+    pub fn drive_flank(&self) -> FlankParticipation {
+        FlankParticipation {
+            mesh: self.mesh.clone(),
+            tilt: self.mesh_tilt.clone(),
+            friction: self.friction.clone(),
+            lever: self.friction_lever.clone(),
+            residual_flexibility: self.residual_flexibility,
         }
     }
 
@@ -112,15 +163,8 @@ impl ModalStructure {
                 available: self.modes(),
             });
         }
-        let residual_flexibility = if mta {
-            let left_out = self.mesh[retained..]
-                .iter()
-                .zip(&self.frequency[retained..]);
-            let added: f64 = left_out.map(|(w, omega)| (w / omega).powi(2)).sum();
-            self.residual_flexibility + added
-        } else {
-            0.0
-        };
+        let reduce = |flank: &FlankParticipation| flank.truncated(&self.frequency, retained, mta);
+        let drive = reduce(&self.drive_flank());
         let keep = |column: &[f64]| column[..retained].to_vec();
         Ok(Self {
             teeth: self.teeth,
@@ -128,14 +172,15 @@ impl ModalStructure {
             rated_force: self.rated_force,
             frequency: keep(&self.frequency),
             damping: keep(&self.damping),
-            mesh: keep(&self.mesh),
-            mesh_tilt: keep(&self.mesh_tilt),
+            mesh: drive.mesh,
+            mesh_tilt: drive.tilt,
             torque: keep(&self.torque),
             pinion_torque: self.pinion_torque.as_deref().map(keep),
             wheel_torque: self.wheel_torque.as_deref().map(keep),
-            friction: keep(&self.friction),
-            friction_lever: keep(&self.friction_lever),
-            residual_flexibility,
+            friction: drive.friction,
+            friction_lever: drive.lever,
+            residual_flexibility: drive.residual_flexibility,
+            coast: self.coast.as_ref().map(reduce),
             bearings: (self.bearings.iter())
                 .map(|bearing| BearingGain {
                     name: bearing.name.clone(),
@@ -166,6 +211,7 @@ mod tests {
             friction: column(5.0),
             friction_lever: column(6.0),
             residual_flexibility: 0.25,
+            coast: None,
             bearings: Vec::new(),
         }
     }

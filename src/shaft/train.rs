@@ -18,11 +18,17 @@
 //! that point of attack: `−(r₁ sin α + s)` on θz1 and `r₂ sin α − s` on θz2. `friction` is the
 //! part at the pitch point, where the flanks roll and the neutral rotation feels nothing;
 //! `friction_lever` the part linear in s.
+//!
+//! The coast flanks touch along the mirror image of the drive flanks' line of action. Their
+//! deflection is counted as that of the drive flanks, along `n' = (−sin α, cos α, 0)`, so that it
+//! grows with the same rotation and they touch where it is negative; then F < 0. At the distance s
+//! from the pitch point along n' the pinion slides over the wheel along `t' = (cos α, sin α, 0)`,
+//! and friction, which goes with |F| = −F, acts along −t'.
 
 use super::assembly::{AssembledMatrices, Assembly, Freedom};
 use super::drive::Bearing;
 use super::error::ShaftError;
-use super::modal::{BearingGain, ModalStructure};
+use super::modal::{BearingGain, FlankParticipation, ModalStructure};
 use super::modes::Modes;
 use crate::gear::GearPair;
 
@@ -123,51 +129,59 @@ impl Train<'_> {
         let participation =
             |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
 
-        let mut mesh = participation(&[
-            (pinion, RotationZ, base_1),
-            (pinion, X, sin),
-            (pinion, Y, cos),
-            (wheel, X, -sin),
-            (wheel, Y, -cos),
-            (wheel, RotationZ, -base_2),
-        ]);
-        // n·(θ × e_z) = sin α θy − cos α θx
-        let mut mesh_tilt = participation(&[
-            (pinion, RotationY, sin),
-            (pinion, RotationX, -cos),
-            (wheel, RotationY, -sin),
-            (wheel, RotationX, cos),
-        ]);
-        let mut friction = participation(&[
-            (pinion, X, cos),
-            (pinion, Y, -sin),
-            (wheel, X, -cos),
-            (wheel, Y, sin),
-            (pinion, RotationZ, -pitch_1 * sin),
-            (wheel, RotationZ, pitch_2 * sin),
-        ]);
-        let mut friction_lever =
-            participation(&[(pinion, RotationZ, -1.0), (wheel, RotationZ, -1.0)]);
+        // Of the flanks whose line of action leans towards the wheel's axis by `lean` sin α.
+        let flank = |lean: f64| {
+            let sin = lean * sin;
+            FlankParticipation {
+                mesh: participation(&[
+                    (pinion, RotationZ, base_1),
+                    (pinion, X, sin),
+                    (pinion, Y, cos),
+                    (wheel, X, -sin),
+                    (wheel, Y, -cos),
+                    (wheel, RotationZ, -base_2),
+                ]),
+                // n·(θ × e_z) = sin α θy − cos α θx
+                tilt: participation(&[
+                    (pinion, RotationY, sin),
+                    (pinion, RotationX, -cos),
+                    (wheel, RotationY, -sin),
+                    (wheel, RotationX, cos),
+                ]),
+                friction: participation(&[
+                    (pinion, X, lean * cos),
+                    (pinion, Y, -lean * sin),
+                    (wheel, X, -lean * cos),
+                    (wheel, Y, lean * sin),
+                    (pinion, RotationZ, -pitch_1 * lean * sin),
+                    (wheel, RotationZ, pitch_2 * lean * sin),
+                ]),
+                lever: participation(&[(pinion, RotationZ, -lean), (wheel, RotationZ, -lean)]),
+                residual_flexibility: 0.0,
+            }
+        };
+        let [mut drive, mut coast] = [1.0, -1.0].map(flank);
         let mut pinion_torque = participation(&[(self.shafts[0].end, RotationZ, 1.0)]);
         let mut wheel_torque = participation(&[(self.shafts[1].end, RotationZ, 1.0)]);
 
         let mut bearings = self.bearing_gains(matrices, solution);
 
-        let signs = orientation(&mesh[RIGID_MODES..], solution);
-        let [w_1, w_2] = [mesh[0], mesh[1]];
+        let signs = orientation(&drive.mesh[RIGID_MODES..], solution);
+        let [w_1, w_2] = [drive.mesh[0], drive.mesh[1]];
         let norm = w_1.hypot(w_2);
         // The pinion turns forward in the neutral mode.
         let forward = (w_2 * pinion_torque[0] - w_1 * pinion_torque[1]).signum();
-        for column in [
-            &mut mesh,
-            &mut mesh_tilt,
-            &mut friction,
-            &mut friction_lever,
-            &mut pinion_torque,
-            &mut wheel_torque,
-        ]
-        .into_iter()
-        .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
+        for column in [&mut pinion_torque, &mut wheel_torque]
+            .into_iter()
+            .chain([&mut drive, &mut coast].into_iter().flat_map(|flank| {
+                [
+                    &mut flank.mesh,
+                    &mut flank.tilt,
+                    &mut flank.friction,
+                    &mut flank.lever,
+                ]
+            }))
+            .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
         {
             let [a, b] = [column[0], column[1]];
             column[0] = forward * (w_2 * a - w_1 * b) / norm;
@@ -180,7 +194,8 @@ impl Train<'_> {
             .map(|(one, two)| base_1 * one - base_2 * two)
             .collect();
         // Zero by construction; only round-off of the rotation is removed.
-        mesh[0] = 0.0;
+        drive.mesh[0] = 0.0;
+        coast.mesh[0] = 0.0;
         torque[0] = 0.0;
         // Shafts turn in their bearings; the neutral rotation grows without bound.
         for bearing in &mut bearings {
@@ -193,14 +208,15 @@ impl Train<'_> {
             rated_force: self.gears.rated_force(),
             frequency: solution.frequencies(),
             damping,
-            mesh,
-            mesh_tilt,
+            mesh: drive.mesh,
+            mesh_tilt: drive.tilt,
             torque,
             pinion_torque: Some(pinion_torque),
             wheel_torque: Some(wheel_torque),
-            friction,
-            friction_lever,
+            friction: drive.friction,
+            friction_lever: drive.lever,
             residual_flexibility: 0.0,
+            coast: Some(coast),
             bearings,
         })
     }

@@ -7,7 +7,7 @@ use super::StoreError;
 use super::file::{Row, TableFile, TableKind, create_folder, remove_stale};
 use super::table::{Table, columns};
 use crate::analysis::{TraceSample, TraceSink};
-use crate::model::Surface;
+use crate::model::{COAST_FLANK, DRIVE_FLANK};
 use crate::propagate::Event;
 
 impl Row for TraceSample {
@@ -34,18 +34,13 @@ impl EventRow {
     }
 
     fn kind(&self) -> &'static str {
-        match (self.event.surface, self.event.to.touching()) {
-            (Surface::Drive, true) => "drive_entry",
-            (Surface::Drive, false) => "drive_release",
-            (Surface::Coast, true) => "coast_entry",
-            (Surface::Coast, false) => "coast_release",
-        }
-    }
-
-    fn surface(&self) -> &'static str {
-        match self.event.surface {
-            Surface::Drive => "drive",
-            Surface::Coast => "coast",
+        match (self.event.contact, self.event.closes()) {
+            (DRIVE_FLANK, true) => "drive_entry",
+            (DRIVE_FLANK, false) => "drive_release",
+            (COAST_FLANK, true) => "coast_entry",
+            (COAST_FLANK, false) => "coast_release",
+            (_, true) => "entry",
+            (_, false) => "release",
         }
     }
 }
@@ -63,7 +58,9 @@ pub fn trace_table(modal: bool) -> Table<TraceSample> {
         f64 "deflection", "m", row.deflection, "Mesh deflection";
         f64 "velocity", "m/s", row.velocity, "Rate of the mesh deflection";
         f64 "force", "N", row.force, "Mesh force";
-        text "contact", "", row.contact.name(), "Contact state: drive, free, coast";
+        text "contact", "", row.contact.name(), "What touches of the flanks: drive, coast, both or free";
+        u64 "closed", "", u64::from(row.contact.bits()),
+            "All closed contacts as a sum: 1 the drive flank, 2 the coast flank, 4, 8, ... further ones";
     ];
     if modal {
         columns.extend(columns![row: TraceSample;
@@ -82,10 +79,11 @@ pub fn events_table() -> Table<EventRow> {
         f64 "time", "s", (row.event.cycle as f64 + row.phase()) * row.period, TIME;
         u64 "cycle", "mesh cycles", row.event.cycle, CYCLE;
         f64 "phase", "1", row.phase(), PHASE;
-        text "kind", "", row.kind(), "drive_entry, drive_release, coast_entry or coast_release";
-        f64 "rate", "m/s", row.event.rate, "Rate of the mesh deflection there";
-        text "surface", "", row.surface(),
-            "Surface crossed: drive (deflection = +half gap) or coast (-half gap)";
+        text "kind", "", row.kind(),
+            "drive_entry, drive_release, coast_entry or coast_release; entry or release of a further contact";
+        f64 "rate", "m/s", row.event.rate, "Rate of the deflection there, along the contact's line";
+        u64 "contact", "", row.event.contact as u64 + 1,
+            "The contact: 1 the drive flank, 2 the coast flank, further ones as the modal file has them";
     ])
 }
 

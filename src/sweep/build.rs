@@ -143,6 +143,7 @@ pub(super) fn model(
         },
         mesh,
         friction: point.mesh.friction,
+        coast: None,
         transmission_error: error,
         torque_ripple: point.excitation.torque_ripple.clone(),
     };

@@ -79,7 +79,7 @@ impl Candidate {
 
     /// Whether the kernel claims to integrate a model.
     pub fn serves(&self, model: &Model) -> bool {
-        let constant = || (model.cycle.segments.iter()).all(|s| s.stiffness.is_constant());
+        let constant = || (model.first_cycle().segments.iter()).all(|s| s.stiffness.is_constant());
         self.follows_variation || constant()
     }
 

@@ -5,7 +5,7 @@ use super::drives::{self, structure};
 use super::report::worse;
 use super::{Line, Subjects, Trouble};
 use crate::model::{
-    Contact, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
+    ActiveSet, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
 };
 use crate::shaft::{RigidDrive, Tier};
 use nalgebra::{DMatrix, Schur};
@@ -73,10 +73,11 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
     // Velocities in units of the fastest mode's keep the matrix balanced.
     let unit = |i: usize| if i < n { 1.0 } else { fastest };
     let mut map = DMatrix::<f64>::identity(m, m);
-    for (index, segment) in model.cycle.segments.iter().enumerate() {
+    for (index, segment) in model.first_cycle().segments.iter().enumerate() {
         let field = |state: &[f64]| {
             let mut out = vec![f64::NAN; 2 * n];
-            model.derivative(segment, Contact::Drive, 0, 0.0, state, &mut out);
+            let segments = vec![*segment; model.contacts.len()];
+            model.derivative(&segments, ActiveSet::DRIVE, 0, 0.0, state, &mut out);
             out
         };
         let offset = field(&vec![0.0; 2 * n]);
@@ -86,7 +87,7 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, Trouble> {
             field(&state)
         };
         let columns: Vec<Vec<f64>> = felt.iter().map(column).collect();
-        let duration = model.cycle.end(index) - model.cycle.start(index);
+        let duration = model.first_cycle().end(index) - model.first_cycle().start(index);
         let generator = DMatrix::from_fn(m, m, |row, column| {
             let i = felt[row];
             duration * (columns[column][i] - offset[i]) / (LARGE * unit(i))
@@ -141,6 +142,7 @@ impl Shaken {
         structure.rated_force = 1.0;
         structure.pinion_torque = Some(vec![1.0]);
         let drive = Drive {
+            coast: None,
             half_gap: GAP,
             mesh: Division::levels(&[1.44e8], &[]),
             damping: 480.0,
@@ -214,6 +216,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let (participation, stiffness) = (1.3f64, 4e8f64);
     let structure = structure(&[0.0], 0.0, &[participation], &[participation]);
     let drive = Drive {
+        coast: None,
         half_gap: GAP,
         mesh: Division::levels(&[stiffness], &[]),
         damping: 0.0,
@@ -294,6 +297,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         damping_overrides: Vec::new(),
     };
     let drive = Drive {
+        coast: None,
         half_gap: GAP,
         mesh: Division::levels(&[stiffness], &[]),
         damping: 0.0,

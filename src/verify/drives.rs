@@ -149,6 +149,7 @@ pub fn grid() -> Result<Vec<Case>, Trouble> {
 /// transmission error.
 fn two_level_mesh(half_gap: f64) -> Drive {
     Drive {
+        coast: None,
         half_gap,
         mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
         damping: 1483.0,
@@ -264,6 +265,7 @@ fn default_drive() -> Result<Case, Trouble> {
         name: "40 modes".to_owned(),
         structure: shafts()?.modes(point.model.modes, point.model.retained, false)?,
         drive: Drive {
+            coast: None,
             half_gap: 9e-6,
             mesh: Division::levels(levels, &[]),
             damping: *damping,

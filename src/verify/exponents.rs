@@ -106,7 +106,7 @@ fn exact_sum(model: &Model, contact: f64) -> f64 {
             rate[0] * g[0] + rate[1] * g[1]
         })
         .sum();
-    let damping = model.cycle.segments[0].damping;
+    let damping = model.first_cycle().segments[0].damping;
     model.period() * (flow - damping * coupling * contact)
 }
 

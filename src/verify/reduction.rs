@@ -14,7 +14,7 @@ const TRANSIENT: u64 = 300;
 pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
     let drive = subjects.default_drive()?;
     let flexibility = drive.structure.truncated(20, true)?.residual_flexibility;
-    let stiffness = drive.model()?.cycle.mean_stiffness();
+    let stiffness = drive.model()?.first_cycle().mean_stiffness();
     Ok(vec![Line::between(
         "c_res k of modes 21-40, default drive",
         "0.19 % (published)",

@@ -63,8 +63,10 @@ fn a_sound_kernel_passes() {
 #[test]
 fn a_stiffness_off_by_a_part_in_a_billion_fails() {
     let report = ladder(tampered(|model| {
-        let segment = &mut model.cycle.segments[0];
-        segment.stiffness = Stiffness::constant(PART * segment.stiffness.mean());
+        for contact in &mut model.contacts {
+            let segment = &mut contact.cycles[0].segments[0];
+            segment.stiffness = Stiffness::constant(PART * segment.stiffness.mean());
+        }
     }));
     assert_eq!(
         failing(&report),
@@ -79,16 +81,15 @@ fn a_stiffness_off_by_a_part_in_a_billion_fails() {
 fn so_does_every_other_coefficient() {
     let tampers: [fn(&mut Model); 5] = [
         |model| {
-            model
-                .cycle
-                .segments
-                .iter_mut()
-                .for_each(|s| s.damping *= PART)
+            for contact in &mut model.contacts {
+                let segments = contact.cycles[0].segments.iter_mut();
+                segments.for_each(|s| s.damping *= PART);
+            }
         },
-        |model| model.half_gap *= PART,
-        |model| model.transmission_error[0].amplitude *= PART,
+        |model| model.contacts.iter_mut().for_each(|c| c.half_gap *= PART),
+        |model| model.lines[0].transmission_error[0].amplitude *= PART,
         |model| model.blocks.last_mut().unwrap().static_input[1] *= PART,
-        |model| model.directions[0].last_mut().unwrap().mesh_input[1] *= PART,
+        |model| model.directions[0].gains.last_mut().unwrap().mesh_input[1] *= PART,
     ];
     for (number, tamper) in tampers.into_iter().enumerate() {
         let report = ladder(tampered(tamper));

@@ -57,9 +57,15 @@ pub fn advance<K: Kernel>(kernel: &K, start: &TrajectoryState, cycles: u64) -> T
 /// phase 0, from which every drive here comes to rattle.
 pub fn mean_equilibrium(model: &Model) -> TrajectoryState {
     let mut mean = model.clone();
-    mean.transmission_error.clear();
-    for segment in &mut mean.cycle.segments {
-        segment.stiffness = Stiffness::constant(model.cycle.mean_stiffness());
+    mean.lines
+        .iter_mut()
+        .for_each(|line| line.transmission_error.clear());
+    let cycles = mean
+        .contacts
+        .iter_mut()
+        .flat_map(|contact| &mut contact.cycles);
+    for segment in cycles.flat_map(|cycle| &mut cycle.segments) {
+        segment.stiffness = Stiffness::constant(model.first_cycle().mean_stiffness());
         segment.error = FlankError::NONE;
     }
     let state = mean.start(&InitialState::Static).state;

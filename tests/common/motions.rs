@@ -111,6 +111,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
         point.load = between(1.0, 3.0);
     }
     let drive = Drive {
+        coast: None,
         half_gap,
         mesh: Division::levels(&stiffness, &[]),
         damping: match kind {

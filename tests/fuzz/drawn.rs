@@ -163,6 +163,7 @@ impl Drawn {
         };
         Self {
             structure: ModalStructure {
+                coast: None,
                 teeth: 20,
                 wheel_teeth: None,
                 rated_force: 1330.0,
@@ -179,6 +180,7 @@ impl Drawn {
                 bearings: Vec::new(),
             },
             drive: Drive {
+                coast: None,
                 half_gap,
                 mesh: divisions,
                 damping: ratio * critical,

@@ -4,7 +4,7 @@ use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
 use crate::sundials as c;
 use crate::vectors::accelerate;
-use atlas::model::{Contact, Surface};
+use atlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK};
 use std::ffi::{c_char, c_int};
 use std::ptr::null_mut;
 
@@ -121,12 +121,12 @@ impl SmoothSolver for Cvode {
         start: f64,
         end: f64,
         state: &mut [f64],
-    ) -> Result<Option<(f64, Surface)>, Failure> {
+    ) -> Result<Option<(f64, usize)>, Failure> {
         // Of δ − b and δ + b: which way they pass zero when this contact state ends.
         let mut directions: [c_int; 2] = match field.contact {
-            Contact::Drive => [-1, 1],
-            Contact::Free => [1, -1],
-            Contact::Coast => [-1, 1],
+            ActiveSet::DRIVE => [-1, 1],
+            ActiveSet::FREE => [1, -1],
+            ActiveSet::COAST => [-1, 1],
         };
         let data = std::ptr::from_ref(field).cast_mut().cast();
         // SAFETY: the handles live as long as `self`; `field` outlives the calls that see it
@@ -147,12 +147,12 @@ impl SmoothSolver for Cvode {
                     let mut found = [0; 2];
                     let info = c::CVodeGetRootInfo(self.solver, found.as_mut_ptr());
                     check("root", info);
-                    let surface = if found[0] != 0 {
-                        Surface::Drive
+                    let crossed = if found[0] != 0 {
+                        DRIVE_FLANK
                     } else {
-                        Surface::Coast
+                        COAST_FLANK
                     };
-                    Ok(Some((time, surface)))
+                    Ok(Some((time, crossed)))
                 }
                 _ => Err(Failure(format!("CVODE ends with {flag}"))),
             }

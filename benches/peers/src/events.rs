@@ -1,7 +1,7 @@
 //! How a solver of smooth equations is led over breakpoints and events: it restarts at each.
 
 use crate::field::Field;
-use atlas::model::{Model, Surface, TrajectoryState};
+use atlas::model::{Model, TrajectoryState};
 
 /// A solver that cannot go on.
 #[derive(Debug)]
@@ -9,7 +9,7 @@ pub struct Failure(pub String);
 
 /// A solver of smooth initial-value problems that stops at an event.
 pub trait SmoothSolver {
-    /// Advances `state` from `start` to `end`, or to the first event, whose time and surface
+    /// Advances `state` from `start` to `end`, or to the first event, whose time and contact
     /// are given. The equations changed since the last call.
     fn piece(
         &mut self,
@@ -17,7 +17,7 @@ pub trait SmoothSolver {
         start: f64,
         end: f64,
         state: &mut [f64],
-    ) -> Result<Option<(f64, Surface)>, Failure>;
+    ) -> Result<Option<(f64, usize)>, Failure>;
 }
 
 /// Advances whole mesh cycles; gives the state and how many derivatives it took.
@@ -53,9 +53,9 @@ pub fn advance(
             stop
         };
         match solver.piece(&field, time, end, &mut state)? {
-            Some((reached, surface)) => {
+            Some((reached, crossed)) => {
                 time = reached;
-                contact = contact.across(surface);
+                contact = contact.toggled(crossed);
                 events += 1;
             }
             None => time = end,

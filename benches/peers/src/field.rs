@@ -1,7 +1,7 @@
 //! The right-hand side that the general-purpose solvers get: the model's equations in the form
 //! that costs least, with O(N) work and no loop that cannot be vectorised.
 
-use atlas::model::{Contact, Model, Surface};
+use atlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
 use std::cell::Cell;
 
 /// The equations of a model, in one contact state at a time.
@@ -22,7 +22,7 @@ pub struct Field {
     /// Angular frequency, phase at the stretch's start and inputs of the torque ripple.
     ripple: Vec<(f64, f64, Vec<f64>)>,
     pub half_gap: f64,
-    pub contact: Contact,
+    pub contact: ActiveSet,
     stiffness: f64,
     damping: f64,
     /// Derivatives asked for.
@@ -39,6 +39,7 @@ impl Field {
             model.blocks.iter().map(entry).collect()
         };
         assert_eq!(model.directions.len(), 1, "the mesh force turns");
+        assert_eq!(model.lines.len(), 1, "the flanks have lines of their own");
         let gains = model.first_gains();
         Self {
             modes: model.modes(),
@@ -48,8 +49,7 @@ impl Field {
             load: column(|b| b.static_input[1]),
             deflection: gains.iter().map(|gain| gain.deflection[0]).collect(),
             error: model
-                .transmission_error
-                .iter()
+                .transmission_errors()
                 .map(|h| [h.angular_frequency, h.amplitude, h.phase])
                 .collect(),
             ripple: model
@@ -61,7 +61,7 @@ impl Field {
                 })
                 .collect(),
             half_gap: model.half_gap,
-            contact: Contact::Free,
+            contact: ActiveSet::FREE,
             stiffness: 0.0,
             damping: 0.0,
             evaluations: Cell::new(0),
@@ -74,7 +74,7 @@ impl Field {
     }
 
     /// Switches to a contact state, with stiffness and damping in force.
-    pub fn switch(&mut self, contact: Contact, stiffness: f64, damping: f64) {
+    pub fn switch(&mut self, contact: ActiveSet, stiffness: f64, damping: f64) {
         self.contact = contact;
         self.stiffness = stiffness;
         self.damping = damping;
@@ -101,9 +101,9 @@ impl Field {
     pub fn margin(&self, time: f64, state: &[f64]) -> (f64, f64) {
         let (deflection, rate) = self.deflection(time, state);
         match self.contact {
-            Contact::Drive => (deflection - self.half_gap, rate),
-            Contact::Coast => (-self.half_gap - deflection, -rate),
-            Contact::Free => {
+            ActiveSet::DRIVE => (deflection - self.half_gap, rate),
+            ActiveSet::COAST => (-self.half_gap - deflection, -rate),
+            _ => {
                 let side = deflection.signum();
                 (self.half_gap - side * deflection, -side * rate)
             }
@@ -111,11 +111,11 @@ impl Field {
     }
 
     /// The surface nearest to a deflection.
-    pub fn nearest(&self, time: f64, state: &[f64]) -> Surface {
+    pub fn nearest(&self, time: f64, state: &[f64]) -> usize {
         if self.deflection(time, state).0 > 0.0 {
-            Surface::Drive
+            DRIVE_FLANK
         } else {
-            Surface::Coast
+            COAST_FLANK
         }
     }
 

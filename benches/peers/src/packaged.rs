@@ -6,7 +6,6 @@
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
 use crate::runge_kutta::hermite_zero;
-use atlas::model::Surface;
 use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 
@@ -83,7 +82,7 @@ impl SmoothSolver for Packaged {
         start: f64,
         end: f64,
         state: &mut [f64],
-    ) -> Result<Option<(f64, Surface)>, Failure> {
+    ) -> Result<Option<(f64, usize)>, Failure> {
         if end - start <= f64::EPSILON * end {
             return Ok(None);
         }

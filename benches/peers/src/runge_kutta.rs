@@ -7,7 +7,6 @@
 
 use crate::events::{Failure, SmoothSolver};
 use crate::field::Field;
-use atlas::model::Surface;
 use differential_equations::tableau::ButcherTableau;
 
 /// A coefficient with the stage it belongs to; zeros are left out.
@@ -171,7 +170,7 @@ impl SmoothSolver for RungeKutta {
         start: f64,
         end: f64,
         state: &mut [f64],
-    ) -> Result<Option<(f64, Surface)>, Failure> {
+    ) -> Result<Option<(f64, usize)>, Failure> {
         let mut time = start;
         let mut rejected = false;
         let mut before = field.margin(time, state);

@@ -17,7 +17,7 @@ mod tests;
 use super::called_off::CalledOff;
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
-use crate::model::{Model, TrajectoryState};
+use crate::model::{COAST_FLANK, Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
@@ -344,7 +344,14 @@ impl Observer for CycleMeans {
         let first = |series: &[f64]| series.first().copied().unwrap_or(0.0);
         self.0[0] += window.duration * first(window.deflection);
         self.0[1] += window.duration * first(window.force);
-        self.0[2] += window.duration * window.contact.sign() * first(window.force);
+        for closed in window.closed {
+            let side = if closed.contact == COAST_FLANK {
+                -1.0
+            } else {
+                1.0
+            };
+            self.0[2] += window.duration * side * first(closed.force);
+        }
     }
 
     fn event(&mut self, _: &Event) {}

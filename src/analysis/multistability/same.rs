@@ -7,7 +7,7 @@
 
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::outcome::{Class, LyapunovMethod, PointOutcome};
-use crate::model::{Contact, Model, TrajectoryState};
+use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::{Counters, Kernel, Stop};
 
@@ -38,8 +38,8 @@ const COARSE: f64 = 0.25;
 pub(super) struct Attractor {
     class: Class,
     mark: Mark,
-    /// Contact state throughout of a motion that has no events and does not decay.
-    continuum: Option<Contact>,
+    /// The contacts closed throughout of a motion that has no events and does not decay.
+    continuum: Option<ActiveSet>,
 }
 
 #[derive(Debug, Clone)]

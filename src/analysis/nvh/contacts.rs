@@ -1,7 +1,7 @@
 //! How hard do flanks meet, and how long do they touch and fly?
 
 use super::sums::Sums;
-use crate::model::Contact;
+use crate::model::{COAST_FLANK, Flanks, Model};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
 
@@ -56,7 +56,7 @@ type Instant = (u64, f64);
 pub(super) struct Contacts {
     period: f64,
     first: Option<Instant>,
-    last: Option<(Instant, Contact)>,
+    last: Option<(Instant, bool)>,
     speeds: Sample,
     flights: Sample,
     touches: Sample,
@@ -88,22 +88,25 @@ impl Contacts {
     /// A change of contact; `sums` are those of the present stretch.
     pub(super) fn event(&mut self, event: &Event, sums: &mut Sums) {
         let now = (event.cycle, event.time);
-        if let Some((then, state)) = self.last {
-            self.stay(state, self.between(then, now), sums);
+        let touching = event.to.flanks() != Flanks::Free;
+        if touching != (event.from.flanks() != Flanks::Free) {
+            if let Some((then, touched)) = self.last {
+                self.stay(touched, self.between(then, now), sums);
+            }
+            self.first.get_or_insert(now);
+            self.last = Some((now, touching));
         }
-        self.first.get_or_insert(now);
-        self.last = Some((now, event.to));
-        if event.to.touching() {
+        if event.closes() && Model::of_mesh(event.contact) {
             let speed = event.rate.abs();
-            sums.impacts[usize::from(event.to == Contact::Coast)] += 1.0;
+            sums.impacts[usize::from(event.contact == COAST_FLANK)] += 1.0;
             sums.impact_speed += speed;
             self.fastest = self.fastest.max(speed);
             self.speeds.push(speed);
         }
     }
 
-    fn stay(&mut self, state: Contact, duration: f64, sums: &mut Sums) {
-        let (sum, sample) = if state.touching() {
+    fn stay(&mut self, touching: bool, duration: f64, sums: &mut Sums) {
+        let (sum, sample) = if touching {
             (&mut sums.touches, &mut self.touches)
         } else {
             (&mut sums.flights, &mut self.flights)

@@ -200,7 +200,7 @@ impl Nvh {
         let Origin { centre, half_gap } = self.origin;
         let sums = self.stretches.open();
         sums.time += tau;
-        sums.times[window.contact.index()] += tau;
+        sums.times[window.contact.flanks().index()] += tau;
         let powers = rule.powers(&values, centre[0], half_gap);
         for (moment, power) in sums.moments.iter_mut().zip(powers) {
             *moment += tau * power;

@@ -189,7 +189,7 @@ impl Observer for Extremes<'_> {
             self.smallest = self.smallest.min(value);
             self.largest = self.largest.max(value);
             let time = window.start + 0.5 * window.duration * (1.0 + x);
-            let [gap, _] = self.model.gap_on(window.segment, time);
+            let [gap, _] = self.model.contacts[0].gap(&window.segments[0], time);
             let away = (value.abs() - gap).abs() / half_gap;
             self.margin = self.margin.min(away);
         });

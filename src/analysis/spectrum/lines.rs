@@ -101,8 +101,8 @@ impl Lines {
 mod tests {
     use super::*;
     use crate::analysis::modal_series::cosine_series;
+    use crate::model::OperatingPoint;
     use crate::model::fixtures::{constant_mesh, one_mode};
-    use crate::model::{Contact, FlankError, OperatingPoint, Segment, Stiffness};
     use crate::shaft::{BearingGain, ModalStructure};
 
     fn model() -> Model {
@@ -126,14 +126,6 @@ mod tests {
     fn every_sine_is_one_line() {
         let model = model();
         let mut lines = Lines::new(&model, true, 3);
-        let segment = Segment {
-            start: 0.0,
-            end: 1.0,
-            stiffness: Stiffness::constant(1.0),
-            error: FlankError::NONE,
-            damping: 0.0,
-            direction: 0,
-        };
         // Order, amplitude and phase of deflection, force and bearing force.
         let signals = [
             [(2.0 / 3.0, 0.3, 0.1), (1.0, 0.02, 2.0)],
@@ -159,12 +151,9 @@ mod tests {
                     cycle,
                     start: ends[0],
                     duration: tau,
-                    segment: &segment,
-                    contact: Contact::Free,
                     deflection: &series[0],
                     force: &series[1],
-                    first: &[],
-                    second: &[],
+                    ..Window::default()
                 };
                 lines.window(&window, &series[2..]);
             }

@@ -174,7 +174,6 @@ mod tests {
     use super::*;
     use crate::analysis::modal_series::cosine_series;
     use crate::model::fixtures::{constant_mesh, one_mode};
-    use crate::model::{Contact, Segment};
 
     #[test]
     fn a_sine_has_its_amplitude_at_its_order() {
@@ -184,14 +183,6 @@ mod tests {
         };
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point).unwrap();
         let mut welch = Welch::new(&model, false);
-        let segment = Segment {
-            start: 0.0,
-            end: 1.0,
-            stiffness: crate::model::Stiffness::constant(1.0),
-            error: crate::model::FlankError::NONE,
-            damping: 0.0,
-            direction: 0,
-        };
         // Windows shorter than the sampling interval; the signal is 0.3 cos(2π 2 t).
         let windows = 100;
         for cycle in 0..128 {
@@ -203,12 +194,9 @@ mod tests {
                     cycle,
                     start,
                     duration: tau,
-                    segment: &segment,
-                    contact: Contact::Free,
                     deflection: &sine,
                     force: &[0.0],
-                    first: &[],
-                    second: &[],
+                    ..Window::default()
                 };
                 welch.window(&shown, &[]);
             }

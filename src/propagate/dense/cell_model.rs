@@ -4,7 +4,7 @@ use super::generator::{Generator, Layout};
 use super::grid::Grid;
 use super::matrix::Operator;
 use super::{DenseError, TableSize};
-use crate::model::{Contact, Model, Surface};
+use crate::model::{ActiveSet, Model};
 
 /// What all table kernels know of their model.
 #[derive(Debug)]
@@ -34,8 +34,8 @@ pub struct Position {
     pub cell: usize,
     /// Whether it starts now.
     pub aligned: bool,
-    /// Surface just crossed, when an event happened here.
-    pub crossed: Option<Surface>,
+    /// The contact that opened or closed here.
+    pub crossed: Option<usize>,
 }
 
 impl<'m> CellModel<'m> {
@@ -49,7 +49,7 @@ impl<'m> CellModel<'m> {
         event_grid: Option<u32>,
     ) -> Result<Self, DenseError> {
         let grid = Grid::new(model, cells, reach)?;
-        let segment = |class: usize| &model.cycle.segments[grid.classes[class].segment];
+        let segment = |class: usize| &model.first_cycle().segments[grid.classes[class].segment];
         let contact = (0..grid.classes.len())
             .map(|class| Generator::new(model, segment(class), true))
             .collect();
@@ -58,7 +58,7 @@ impl<'m> CellModel<'m> {
             .collect();
         let phases = (grid.cells.iter())
             .flat_map(|cell| {
-                (model.transmission_error.iter()).flat_map(|h| {
+                (model.lines[0].transmission_error.iter()).flat_map(|h| {
                     let (sin, cos) = (h.angular_frequency * cell.start).sin_cos();
                     [cos, sin]
                 })
@@ -91,7 +91,7 @@ impl<'m> CellModel<'m> {
     }
 
     /// The generator in force on a cell.
-    pub fn generator(&self, cell: usize, contact: Contact) -> &Generator {
+    pub fn generator(&self, cell: usize, contact: ActiveSet) -> &Generator {
         let class = self.grid.cells[cell].class;
         match contact.touching() {
             true => &self.contact[class],
@@ -107,7 +107,7 @@ impl<'m> CellModel<'m> {
     }
 
     /// Writes the carried entries at the start of a cycle.
-    pub fn start_cycle(&self, cycle: u64, contact: Contact, z: &mut [f64]) {
+    pub fn start_cycle(&self, cycle: u64, contact: ActiveSet, z: &mut [f64]) {
         let position = Position {
             cycle,
             time: 0.0,
@@ -119,7 +119,7 @@ impl<'m> CellModel<'m> {
     }
 
     /// Writes the carried entries of the augmented state.
-    pub fn set_carried(&self, position: &Position, contact: Contact, z: &mut [f64]) {
+    pub fn set_carried(&self, position: &Position, contact: ActiveSet, z: &mut [f64]) {
         let layout = &self.layout;
         z[layout.constant()] = self.model.load;
         z[layout.side()] = contact.sign() * self.model.half_gap;
@@ -135,7 +135,7 @@ impl<'m> CellModel<'m> {
         }
         for (pair, h) in errors
             .chunks_exact_mut(2)
-            .zip(&self.model.transmission_error)
+            .zip(&self.model.lines[0].transmission_error)
         {
             let (sin, cos) = (h.angular_frequency * position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);

@@ -10,7 +10,7 @@ use super::exits::DeflectionAt;
 use super::matrix::{Operator, dot, reach};
 use super::show::{Picture, show};
 use super::stretch::{Exit, Stretch};
-use crate::model::{Contact, Surface, TrajectoryState};
+use crate::model::{ActiveSet, TrajectoryState};
 use crate::propagate::events::{Changes, Margin, ROUND_OFF};
 use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, saltation};
 
@@ -157,7 +157,7 @@ impl CellModel<'_> {
         &self,
         method: &M,
         position: &mut Position,
-        contact: &mut Contact,
+        contact: &mut ActiveSet,
         changes: &mut Changes,
         w: &mut Workspace<M::Scratch>,
         observer: &mut O,
@@ -208,10 +208,10 @@ impl CellModel<'_> {
             self.align(position, position.cell + cells);
             return Ok(());
         }
-        if let Some(surface) = self.outside(&stretch, deflection) {
+        if let Some(crossed) = self.outside(&stretch, deflection) {
             // δ stepped across the surface at a prescribed time: tangents stay as they are.
             return self.switch(
-                position, contact, surface, changes, &w.state, observer, counters,
+                position, contact, crossed, changes, &w.state, observer, counters,
             );
         }
         counters.windows += 1;
@@ -267,15 +267,15 @@ impl CellModel<'_> {
             }
         }
         self.set_carried(position, *contact, &mut w.state);
-        let surface = match self.event_grid {
-            None => Some(exit.surface),
+        let crossed = match self.event_grid {
+            None => Some(exit.contact),
             Some(_) => self.reclassified(position, *contact, &w.state),
         };
-        let Some(surface) = surface else {
+        let Some(crossed) = crossed else {
             return Ok(());
         };
-        let entering = contact.across(surface).touching();
-        let segment = &self.model.cycle.segments[self.grid.cells[position.cell].segment];
+        let entering = !contact.holds(crossed);
+        let segment = &self.model.first_cycle().segments[self.grid.cells[position.cell].segment];
         for x in &mut w.tangents[..w.tangent_count] {
             let (first, second) = x[..2 * self.layout.modes].split_at_mut(self.layout.modes);
             saltation::apply(
@@ -287,20 +287,21 @@ impl CellModel<'_> {
             );
         }
         self.switch(
-            position, contact, surface, changes, &w.state, observer, counters,
+            position, contact, crossed, changes, &w.state, observer, counters,
         )?;
-        position.crossed = self.event_grid.is_none().then_some(surface);
+        position.crossed = self.event_grid.is_none().then_some(crossed);
         Ok(())
     }
 
     /// The cell boundary that a stretch may reach.
-    fn stop_cell<M: Method>(&self, position: &Position, contact: Contact) -> usize {
+    fn stop_cell<M: Method>(&self, position: &Position, contact: ActiveSet) -> usize {
         let mut stop = position.cell + 1;
         if contact.touching() || !M::FLIES {
             return stop;
         }
         let cells = &self.grid.cells;
-        let direction = |cell: usize| self.model.cycle.segments[cells[cell].segment].direction;
+        let direction =
+            |cell: usize| self.model.first_cycle().segments[cells[cell].segment].direction;
         let farthest = position.time + M::REACH / self.grid.rate;
         while stop < cells.len()
             && direction(stop) == direction(position.cell)
@@ -311,48 +312,51 @@ impl CellModel<'_> {
         stop
     }
 
-    /// The surface beyond which a stretch starts, beyond round-off.
-    fn outside(&self, stretch: &Stretch, deflection: f64) -> Option<Surface> {
+    /// The contact beyond whose surface a stretch starts, beyond round-off.
+    fn outside(&self, stretch: &Stretch, deflection: f64) -> Option<usize> {
         let here = DeflectionAt {
             time: 0.0,
             deflection: [deflection, 0.0, 0.0],
         };
-        Margin::of(stretch.contact, self.model.half_gap)
-            // The surface just crossed is where it was found, to the round-off of finding it.
-            .filter(|margin| stretch.crossed != Some(margin.surface))
+        Margin::of(&self.model.contacts, stretch.contact)
+            // The one just crossed is where it was found, to the round-off of finding it.
+            .filter(|margin| stretch.crossed != Some(margin.contact))
             .find(|margin| margin.at(&here).value < -stretch.noise)
-            .map(|margin| margin.surface)
+            .map(|margin| margin.contact)
     }
 
-    /// The first surface towards the state that δ and δ' say; none where it is the present one.
-    fn reclassified(&self, position: &Position, contact: Contact, z: &[f64]) -> Option<Surface> {
+    /// The contact that opens or closes first on the way to what δ and δ' say; none where nothing does.
+    fn reclassified(&self, position: &Position, contact: ActiveSet, z: &[f64]) -> Option<usize> {
         let generator = self.generator(position.cell, contact);
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
-        contact.towards(Contact::classify(
-            deflection,
-            rate,
-            [self.model.half_gap, 0.0],
-        ))
+        let changes = |index: &usize| {
+            let own = &self.model.contacts[*index];
+            contact.holds(*index) != own.closes(deflection, rate, [own.half_gap, 0.0])
+        };
+        // One opens before the other closes.
+        let mut changing = (0..self.model.contacts.len()).filter(changes);
+        let closed = changing.clone().find(|index| contact.holds(*index));
+        closed.or_else(|| changing.next())
     }
 
     fn switch<O: Observer>(
         &self,
         position: &Position,
-        contact: &mut Contact,
-        surface: Surface,
+        active: &mut ActiveSet,
+        contact: usize,
         changes: &mut Changes,
         z: &[f64],
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let from = *contact;
-        *contact = from.across(surface);
+        let from = *active;
+        *active = from.toggled(contact);
         let event = Event {
             cycle: position.cycle,
             time: position.time,
             from,
-            to: *contact,
-            surface,
+            to: *active,
+            contact,
             rate: dot(&self.generator(position.cell, from).rate, z),
         };
         changes.meet(&event, observer, counters)

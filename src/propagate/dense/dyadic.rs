@@ -147,7 +147,7 @@ impl Method for DyadicTables {
     ) -> Option<Exit> {
         let (table, _) = self.0.of(cell_model, stretch);
         let generator = cell_model.generator(stretch.cell, stretch.contact);
-        let half_gap = cell_model.model.half_gap;
+        let contacts = &cell_model.model.contacts;
         let see = |z: &[f64], time: f64| DeflectionAt {
             time,
             deflection: [
@@ -200,7 +200,7 @@ impl Method for DyadicTables {
                 counters.matvecs += 1;
                 counters.guard_evaluations += 1;
                 let right = see(&scratch.next, time + step);
-                let verdict = judge_all(stretch, half_gap, [&left, &right], &bounds, starts);
+                let verdict = judge_all(stretch, contacts, [&left, &right], &bounds, starts);
                 if verdict == Verdict::Clear {
                     z.copy_from_slice(&scratch.next);
                     time += step;
@@ -286,7 +286,7 @@ impl DyadicTables {
         let starts = time == 0.0;
         let found = locate(
             stretch,
-            cell_model.model.half_gap,
+            &cell_model.model.contacts,
             ends,
             bounds,
             starts,

@@ -245,7 +245,7 @@ pub fn hermite_root(a: &MarginAt, b: &MarginAt) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Surface;
+    use crate::model::COAST_FLANK;
 
     fn exit(f: impl Fn(f64) -> [f64; 3], bounds: [f64; 3], root: bool) -> (Option<f64>, Counters) {
         let mut counters = Counters::default();
@@ -260,7 +260,8 @@ mod tests {
             noise,
         };
         let margin = Margin {
-            surface: Surface::Coast,
+            contact: COAST_FLANK,
+            closed: true,
             scale: 1.0,
             shift: 0.0,
         };

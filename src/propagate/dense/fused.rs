@@ -177,7 +177,7 @@ fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let grid = &cell_model.grid;
     let direction = |cell: usize| {
         let segment = grid.cells[cell].segment;
-        cell_model.model.cycle.segments[segment].direction
+        cell_model.model.first_cycle().segments[segment].direction
     };
     let mut runs: Vec<Vec<usize>> = Vec::new();
     let mut starts = vec![Vec::new(); grid.cells.len()];
@@ -308,7 +308,7 @@ impl Method for FusedTables<'_> {
         if !stretch.contact.touching() || stretch.crossed.is_some() {
             return None;
         }
-        let margin = Margin::of(stretch.contact, cell_model.model.half_gap).next()?;
+        let margin = Margin::of(&cell_model.model.contacts, stretch.contact).next()?;
         let inside = |deflection: f64| {
             margin
                 .at(&DeflectionAt {

@@ -30,7 +30,7 @@ impl Layout {
         Self {
             modes: model.modes(),
             ripples: model.ripple.len(),
-            errors: model.transmission_error.len(),
+            errors: model.lines[0].transmission_error.len(),
         }
     }
 
@@ -100,7 +100,7 @@ impl Generator {
             row
         };
         let (mut deflection, mut rate) = (row(|gain| gain.deflection), row(|gain| gain.rate));
-        for (index, h) in model.transmission_error.iter().enumerate() {
+        for (index, h) in model.lines[0].transmission_error.iter().enumerate() {
             // −e and −e' of amplitude cos(θ + phase).
             let at = layout.pairs() + 2 * (layout.ripples + index);
             let (sin, cos) = h.phase.sin_cos();
@@ -115,7 +115,7 @@ impl Generator {
             row[layout.side()] = -k;
             row
         });
-        let errors = model.transmission_error.iter();
+        let errors = model.lines[0].transmission_error.iter();
         Self {
             layout,
             blocks: std::array::from_fn(|entry| {

@@ -50,6 +50,16 @@ pub struct Grid {
     pub rate: f64,
 }
 
+/// Whether a model's contacts are the two flanks of a mesh on one line of action, alike but for their
+/// side.
+fn one_line(model: &Model) -> bool {
+    let [drive, coast] = &model.contacts[..] else {
+        return false;
+    };
+    let alike = drive.cycles == coast.cycles && drive.half_gap == coast.half_gap;
+    alike && drive.cycles.len() == 1 && drive.side == -coast.side
+}
+
 impl Grid {
     /// At least `cells` cells a cycle, whole numbers of equal ones in every segment, none of
     /// them longer than `reach` over the fastest rate.
@@ -57,7 +67,10 @@ impl Grid {
     /// # Errors
     /// Stiffness that varies within a segment, or more cells than tables should have.
     pub fn new(model: &Model, cells: u32, reach: f64) -> Result<Self, DenseError> {
-        let cycle = &model.cycle;
+        if !one_line(model) {
+            return Err(DenseError::Contacts);
+        }
+        let cycle = model.first_cycle();
         if cycle.has_error() {
             return Err(DenseError::FlankError);
         }
@@ -91,7 +104,7 @@ impl Grid {
 
     /// The class of a segment's cells; a new one where none is known.
     fn class(&mut self, model: &Model, segment: usize, duration: f64) -> usize {
-        let segments = &model.cycle.segments;
+        let segments = &model.first_cycle().segments;
         let same_length =
             |known: &Class| (known.duration - duration).abs() <= SAME_LENGTH * duration;
         let turned =

@@ -140,7 +140,7 @@ impl Method for HermiteTables {
     ) -> Option<Exit> {
         let (table, _) = self.0.of(cell_model, stretch);
         let generator = cell_model.generator(stretch.cell, stretch.contact);
-        let half_gap = cell_model.model.half_gap;
+        let contacts = &cell_model.model.contacts;
         let bounds = table.bounds.at(z, stretch.noise);
         table.guards.apply(z, &mut scratch.guards);
         counters.guard_evaluations += NODES as u64;
@@ -163,7 +163,7 @@ impl Method for HermiteTables {
                 time: (node + 1) as f64 * part,
                 deflection,
             };
-            if judge_all(stretch, half_gap, [&left, &right], &bounds, node == 0) != Verdict::Clear {
+            if judge_all(stretch, contacts, [&left, &right], &bounds, node == 0) != Verdict::Clear {
                 searched = true;
                 // The state at the node before: the polynomial starts from there.
                 let start = match node {
@@ -188,7 +188,7 @@ impl Method for HermiteTables {
                 let ends = [&here(0.0), &here(length)];
                 let found = locate(
                     stretch,
-                    half_gap,
+                    contacts,
                     ends,
                     &bounds,
                     node == 0,

@@ -7,7 +7,7 @@ use super::matrix::Operator;
 use super::spectral::SpectralTables;
 use super::steady::cycle;
 use super::{DenseError, TableSize};
-use crate::model::{Contact, Model, TrajectoryState};
+use crate::model::{ActiveSet, Model, TrajectoryState};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -58,7 +58,7 @@ impl<'m> PowerJumps<'m> {
     /// Advances a trajectory in contact by `cycles` mesh cycles; gives the products it took. A
     /// trajectory in free flight is left where it is.
     pub fn jump(&mut self, trajectory: &mut TrajectoryState, cycles: u64) -> u64 {
-        if trajectory.contact == Contact::Free {
+        if trajectory.contact == ActiveSet::FREE {
             return 0;
         }
         let n = 2 * self.cell_model.layout.modes;

@@ -83,6 +83,12 @@ pub enum DenseError {
         /// Angular frequency of the harmonic \[rad/s\].
         frequency: f64,
     },
+    /// The contacts are not two flanks on one line.
+    #[error(
+        "tables take two flanks with one line of action and one stiffness; set \
+         mesh.coast_flank = \"same_line\", or a kernel without tables"
+    )]
+    Contacts,
     /// Kept tables are not those of this model.
     #[error(
         "the kept tables have no array `{name}` that fits this model; remove them \

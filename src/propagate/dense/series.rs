@@ -6,6 +6,7 @@ use super::generator::Generator;
 use super::matrix::{dot, reach};
 use super::show::Taylor;
 use super::stretch::{Exit, Stretch};
+use crate::model::Contact;
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
 
@@ -75,14 +76,14 @@ impl BoundRows {
 /// The worst of the verdicts on all margins of a stretch between two times.
 pub fn judge_all(
     stretch: &Stretch,
-    half_gap: f64,
+    contacts: &[Contact],
     [a, b]: [&DeflectionAt; 2],
     bounds: &Bounds,
     starts: bool,
 ) -> Verdict {
     let mut worst = Verdict::Clear;
-    for margin in Margin::of(stretch.contact, half_gap) {
-        let root = starts && stretch.crossed == Some(margin.surface);
+    for margin in Margin::of(contacts, stretch.contact) {
+        let root = starts && stretch.crossed == Some(margin.contact);
         match judge(&margin.at(a), &margin.at(b), bounds, root) {
             Verdict::Clear => {}
             found if worst == Verdict::Clear => worst = found,
@@ -96,7 +97,7 @@ pub fn judge_all(
 /// ends known; `starts`: the stretch starts here.
 pub fn locate(
     stretch: &Stretch,
-    half_gap: f64,
+    contacts: &[Contact],
     ends: [&DeflectionAt; 2],
     bounds: &Bounds,
     starts: bool,
@@ -105,13 +106,13 @@ pub fn locate(
 ) -> Option<Exit> {
     let [first, mut last] = [*ends[0], *ends[1]];
     let mut exit: Option<Exit> = None;
-    for margin in Margin::of(stretch.contact, half_gap) {
-        let root = starts && stretch.crossed == Some(margin.surface);
+    for margin in Margin::of(contacts, stretch.contact) {
+        let root = starts && stretch.crossed == Some(margin.contact);
         let found = earliest_exit(&margin, [&first, &last], bounds, root, guard, counters);
         if let Some(time) = found {
             exit = Some(Exit {
                 time,
-                surface: margin.surface,
+                contact: margin.contact,
             });
             if time <= first.time {
                 break;

@@ -8,7 +8,7 @@ use super::generator::Generator;
 use super::matrix::{add_scaled, dot, scale};
 use super::stretch::Stretch;
 use crate::numerics::legendre::transforms24;
-use crate::propagate::{Observer, Window};
+use crate::propagate::{ClosedContact, Observer, Window};
 
 /// Longest step of the series, in units of the fastest rate, and its terms: 2²⁸/28! is 10⁻²¹.
 const REACH: f64 = 2.0;
@@ -121,7 +121,8 @@ pub(super) fn show<O: Observer>(
     observer: &mut O,
 ) {
     let generator = cell_model.generator(stretch.cell, stretch.contact);
-    let segment = &cell_model.model.cycle.segments[cell_model.grid.cells[stretch.cell].segment];
+    let segment =
+        &cell_model.model.first_cycle().segments[cell_model.grid.cells[stretch.cell].segment];
     let transforms = transforms24();
     let (mut deflection, mut force) = ([0.0; 24], [0.0; 24]);
     picture.state.copy_from_slice(start);
@@ -161,25 +162,30 @@ pub(super) fn show<O: Observer>(
             [&places, &rates].map(|series| evaluate(&series[..=last_term], &times));
         for at in 0..within {
             deflection[node] = shown[at];
-            force[node] = (cell_model.model).force(
-                segment,
-                stretch.contact,
-                time + from + times[at],
-                shown[at],
-                speeds[at],
-            );
+            if let Some(contact) = stretch.contact.only() {
+                let contact = &cell_model.model.contacts[contact];
+                let now = time + from + times[at];
+                force[node] = contact.force(segment, now, shown[at], speeds[at]);
+            }
             node += 1;
         }
     }
     let n = cell_model.layout.modes;
+    let [deflection, force] = [deflection, force].map(|values| transforms.interpolate(&values));
+    let closed = stretch.contact.only().map(|contact| ClosedContact {
+        contact,
+        deflection: &deflection,
+        force: &force,
+    });
     observer.window(&Window {
         cycle,
         start: time,
         duration,
-        segment,
+        segments: &[*segment; 2],
         contact: stretch.contact,
-        deflection: &transforms.interpolate(&deflection),
-        force: &transforms.interpolate(&force),
+        deflection: &deflection,
+        force: &force,
+        closed: closed.as_slice(),
         first: &start[..n],
         second: &start[n..2 * n],
     });

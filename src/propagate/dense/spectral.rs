@@ -227,10 +227,10 @@ impl Method for SpectralTables<'_> {
                 dot(&table.curvature, z),
             ],
         };
-        let half_gap = cell_model.model.half_gap;
+        let contacts = &cell_model.model.contacts;
         let reach = first * stretch.duration;
         let clear = stretch.crossed.is_none()
-            && Margin::of(stretch.contact, half_gap)
+            && Margin::of(contacts, stretch.contact)
                 .all(|margin| margin.at(&start).value > reach + stretch.noise);
         let exit = if clear {
             counters.certified += 1;
@@ -252,7 +252,7 @@ impl Method for SpectralTables<'_> {
             };
             let found = locate(
                 stretch,
-                half_gap,
+                contacts,
                 [&start, &end],
                 &bounds,
                 true,

@@ -8,7 +8,7 @@ use super::kept::{Reader, Writer};
 use super::matrix::{Operator, dot, numbers_of};
 use super::series::BoundRows;
 use super::stretch::Stretch;
-use crate::model::Contact;
+use crate::model::ActiveSet;
 use crate::numerics::linalg;
 use crate::propagate::events::Margin;
 use faer::Mat;
@@ -84,7 +84,7 @@ struct Flank {
 impl<'t> Steady<'t> {
     /// The steady cycles under the model's load; `cells`: the propagator of a cell of each class.
     pub fn new(cell_model: &CellModel<'_>, cycle: CycleMap<'t>, cells: &[&Operator<'_>]) -> Self {
-        let [drive, coast] = [Contact::Drive, Contact::Coast]
+        let [drive, coast] = [ActiveSet::DRIVE, ActiveSet::COAST]
             .map(|contact| Flank::new(cell_model, &cycle.map, cells, contact));
         let flanks = (drive.zip(coast)).map(|(drive, coast)| [drive, coast]);
         Self {
@@ -104,9 +104,9 @@ impl<'t> Steady<'t> {
             return false;
         };
         let flank = match stretch.contact {
-            Contact::Drive => drive,
-            Contact::Coast => coast,
-            Contact::Free => return false,
+            ActiveSet::DRIVE => drive,
+            ActiveSet::COAST => coast,
+            _ => return false,
         };
         let sizes = self.cycle.reach.iter().zip(z).zip(&flank.start);
         let apart: f64 = sizes
@@ -122,7 +122,7 @@ impl Flank {
         cell_model: &CellModel<'_>,
         map: &Operator<'_>,
         cells: &[&Operator<'_>],
-        contact: Contact,
+        contact: ActiveSet,
     ) -> Option<Self> {
         let (layout, model) = (&cell_model.layout, cell_model.model);
         let (n, d) = (layout.modes, layout.dimension());
@@ -168,7 +168,7 @@ pub fn cycle(cell_model: &CellModel<'_>, increments: &[Mat<f64>]) -> Mat<f64> {
 fn smallest_margin(
     cell_model: &CellModel<'_>,
     cells: &[&Operator<'_>],
-    contact: Contact,
+    contact: ActiveSet,
     start: &[f64],
 ) -> f64 {
     let grid = &cell_model.grid;
@@ -186,7 +186,7 @@ fn smallest_margin(
                 time: 0.0,
                 deflection: [dot(&generator.deflection, z), 0.0, 0.0],
             };
-            let margins = Margin::of(contact, cell_model.model.half_gap);
+            let margins = Margin::of(&cell_model.model.contacts, contact);
             margins
                 .map(|margin| margin.at(&here).value)
                 .fold(f64::INFINITY, f64::min)

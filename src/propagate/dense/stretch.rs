@@ -1,6 +1,6 @@
 //! What is to be passed in one go, and where it ends before its time?
 
-use crate::model::{Contact, Surface};
+use crate::model::ActiveSet;
 
 /// A stretch of one contact state to be passed.
 #[derive(Debug, Clone, Copy)]
@@ -8,13 +8,13 @@ pub struct Stretch {
     /// Cell in which it starts.
     pub cell: usize,
     /// Contact state.
-    pub contact: Contact,
+    pub contact: ActiveSet,
     /// Length \[s\].
     pub duration: f64,
     /// Whether it is the whole cell.
     pub whole: bool,
-    /// Surface just crossed, when an event happened at its start.
-    pub crossed: Option<Surface>,
+    /// The contact that opened or closed at its start.
+    pub crossed: Option<usize>,
     /// Round-off of δ \[m\].
     pub noise: f64,
 }
@@ -24,6 +24,6 @@ pub struct Stretch {
 pub struct Exit {
     /// Time since the start of the stretch \[s\].
     pub time: f64,
-    /// Surface crossed.
-    pub surface: Surface,
+    /// The contact that opens or closes.
+    pub contact: usize,
 }

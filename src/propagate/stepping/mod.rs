@@ -17,8 +17,10 @@ mod cubic;
 mod rotation;
 
 use super::events::Changes;
-use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
-use crate::model::{Contact, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
+use super::{ClosedContact, Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use crate::model::{
+    Contact, MOST_CONTACTS, MeshGain, Model, Segment, TrajectoryState, equal_parts,
+};
 use cubic::{derivative, hermite};
 use rotation::Rotation;
 
@@ -28,40 +30,64 @@ const MOST_PARTS: usize = 10_000;
 /// The fixed-small-step kernel of one model.
 #[derive(Debug, Clone)]
 pub struct Stepping {
-    cycle: MeshCycle,
+    period: f64,
     half_gap: f64,
+    /// Steps a mesh cycle.
     steps: usize,
+    /// Mesh cycles of a base period.
+    base: usize,
     event_limit: u32,
-    /// Whether direction or half gap change anywhere in the cycle.
-    turns: bool,
     /// Step h \[s\].
     step: f64,
     half: Rotation,
     directions: Vec<Direction>,
-    /// Per step: the mesh at its middle.
-    middles: Vec<Middle>,
-    /// Static transmission error and its rate at every half step, 0 ..= 2 steps.
-    transmission_error: Vec<[f64; 2]>,
+    contacts: Vec<ContactTable>,
+    /// Per line: transmission error and its rate at every half step of a base period, at the end of
+    /// each cycle as its own.
+    transmission_error: Vec<Vec<[f64; 2]>>,
     ripple: Vec<RippleTable>,
 }
 
-/// Rows of δ and δ', column of the mesh force; length 2N each.
+/// Rows of δ and δ', column of the contact force; length 2N each.
 #[derive(Debug, Clone)]
 struct Direction {
+    line: usize,
     deflection: Vec<f64>,
     rate: Vec<f64>,
     mesh_input: Vec<f64>,
 }
 
-/// The mesh at the middle of a step.
+/// A contact over a base period.
+#[derive(Debug, Clone)]
+struct ContactTable {
+    contact: Contact,
+    /// Whether line or gap change anywhere.
+    turns: bool,
+    /// Per step: the contact at its middle.
+    middles: Vec<Middle>,
+}
+
+/// A contact at the middle of a step.
 #[derive(Debug, Clone, Copy)]
 struct Middle {
-    /// Mesh segment.
+    /// Its segment in the mesh cycle.
     segment: usize,
+    /// Whether it may open or close where the step starts, at a prescribed time.
+    turned: bool,
     /// Stiffness \[N/m\].
     stiffness: f64,
-    /// Impulse per unit force \[s\].
-    impulse: f64,
+    /// Rate at which its force decays under its own impulse \[1/s\].
+    decay: f64,
+}
+
+impl Middle {
+    /// Impulse per unit force \[s\] over a time \[s\].
+    fn impulse(&self, time: f64) -> f64 {
+        match self.decay == 0.0 {
+            true => time,
+            false => -(-self.decay * time).exp_m1() / self.decay,
+        }
+    }
 }
 
 /// One torque ripple, tabulated.
@@ -75,15 +101,18 @@ struct RippleTable {
     wave: Vec<[f64; 2]>,
 }
 
-/// What the mesh looks like at one instant.
-#[derive(Debug, Clone, Copy)]
+/// What a contact looks like at one instant.
+#[derive(Debug, Clone, Copy, Default)]
 struct MeshState {
     time: f64,
     deflection: f64,
     rate: f64,
-    /// Half gap \[m\] and its rate \[m/s\].
+    /// Gap \[m\] and its rate \[m/s\].
     gap: [f64; 2],
 }
+
+/// All contacts at one instant, in order.
+type MeshStates = [MeshState; MOST_CONTACTS];
 
 impl Stepping {
     /// The kernel with at least `steps` steps a mesh cycle: rounded up so that every
@@ -91,49 +120,51 @@ impl Stepping {
     /// parts meets is moved to the nearest step, an error of order 1. A cycle with more than
     /// `event_limit` events is given up.
     pub fn new(model: &Model, steps: u32, event_limit: u32) -> Self {
-        let cycle = model.cycle.clone();
-        let parts = cycle.equal_parts(MOST_PARTS).unwrap_or(1);
+        let period = model.period();
+        let base = model.base_cycles();
+        let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
+        let mut ends: Vec<f64> = (cycles.flat_map(|cycle| &cycle.segments))
+            .map(|segment| segment.end)
+            .collect();
+        ends.sort_by(f64::total_cmp);
+        ends.dedup();
+        let parts = equal_parts(&ends, MOST_PARTS).unwrap_or(1);
         let per_part = (steps.max(1) as usize).div_ceil(parts);
         let steps = per_part * parts;
-        let step = cycle.period / steps as f64;
+        let step = period / steps as f64;
 
         let directions: Vec<_> = (model.directions.iter())
-            .map(|gains| {
+            .map(|direction| {
                 let columns = |entry: fn(&MeshGain) -> [f64; 2]| -> Vec<f64> {
-                    let first = gains.iter().map(|gain| entry(gain)[0]);
-                    let second = gains.iter().map(|gain| entry(gain)[1]);
+                    let first = direction.gains.iter().map(|gain| entry(gain)[0]);
+                    let second = direction.gains.iter().map(|gain| entry(gain)[1]);
                     first.chain(second).collect()
                 };
                 Direction {
+                    line: direction.line,
                     deflection: columns(|gain| gain.deflection),
                     rate: columns(|gain| gain.rate),
                     mesh_input: columns(|gain| gain.mesh_input),
                 }
             })
             .collect();
-        let mut middles = Vec::with_capacity(steps);
-        for (index, s) in cycle.segments.iter().enumerate() {
-            let direction = &directions[s.direction];
-            let direct = dot(&direction.deflection, &direction.mesh_input);
-            let inertial = dot(&direction.rate, &direction.mesh_input);
-            let end = (s.end * steps as f64).round() as usize;
-            for j in middles.len()..end {
-                let stiffness = s.stiffness_at((j as f64 + 0.5) / steps as f64);
-                let decay = stiffness * direct + s.damping * inertial;
-                let impulse = if decay == 0.0 {
-                    step
-                } else {
-                    -(-decay * step).exp_m1() / decay
-                };
-                middles.push(Middle {
-                    segment: index,
-                    stiffness,
-                    impulse,
-                });
-            }
-        }
-        let transmission_error = (0..=2 * steps)
-            .map(|i| model.transmission_error_at(0.5 * step * i as f64).into())
+        let contacts = (model.contacts.iter())
+            .map(|contact| ContactTable {
+                contact: contact.clone(),
+                turns: model.ever_turns(contact),
+                middles: middles(model, contact, &directions, steps),
+            })
+            .collect();
+        let transmission_error = (model.lines.iter())
+            .map(|line| {
+                (0..base as u64)
+                    .flat_map(|cycle| {
+                        let at = move |i| 0.5 * step * i as f64;
+                        (0..=2 * steps)
+                            .map(move |i| line.transmission_error_at(cycle, at(i)).into())
+                    })
+                    .collect()
+            })
             .collect();
         let ripple = model
             .ripple
@@ -153,17 +184,17 @@ impl Stepping {
             })
             .collect();
         Self {
+            period,
             half_gap: model.half_gap,
-            turns: cycle.ever_turns(),
             steps,
+            base,
             event_limit,
             step,
             half: Rotation::new(&model.blocks, 0.5 * step),
             directions,
-            middles,
+            contacts,
             transmission_error,
             ripple,
-            cycle,
         }
     }
 
@@ -172,53 +203,82 @@ impl Stepping {
         self.steps
     }
 
-    /// Segment of step `j`.
-    fn segment(&self, j: usize) -> &Segment {
-        &self.cycle.segments[self.middles[j].segment]
+    /// A mesh cycle within its base period.
+    fn within_base(&self, cycle: u64) -> usize {
+        (cycle % self.base as u64) as usize
     }
 
-    /// Direction of step `j`.
-    fn direction(&self, j: usize) -> &Direction {
-        &self.directions[self.segment(j).direction]
+    /// A contact at the middle of step `j` of a mesh cycle.
+    fn middle(&self, contact: usize, cycle: u64, j: usize) -> &Middle {
+        &self.contacts[contact].middles[self.within_base(cycle) * self.steps + j]
     }
 
-    /// The mesh at half step `index` of the cycle, as step `j` sees it.
-    fn mesh_state(&self, state: &[f64], j: usize, index: usize) -> MeshState {
-        let direction = self.direction(j);
-        let [error, error_rate] = self.transmission_error[index];
+    /// Segment of a contact on step `j` of a mesh cycle.
+    fn segment(&self, contact: usize, cycle: u64, j: usize) -> &Segment {
+        let segment = self.middle(contact, cycle, j).segment;
+        &self.contacts[contact].contact.cycle(cycle).segments[segment]
+    }
+
+    /// Direction of a contact on step `j` of a mesh cycle.
+    fn direction(&self, contact: usize, cycle: u64, j: usize) -> &Direction {
+        &self.directions[self.segment(contact, cycle, j).direction]
+    }
+
+    /// All contacts at half step `index` of a mesh cycle, as step `j` sees them.
+    fn mesh_states(&self, state: &[f64], cycle: u64, j: usize, index: usize) -> MeshStates {
+        let mut out = [MeshState::default(); MOST_CONTACTS];
         let phase = index as f64 / (2 * self.steps) as f64;
-        let [lack, slope] = self.segment(j).error_at(phase);
-        MeshState {
-            time: 0.5 * self.step * index as f64,
-            deflection: dot(&direction.deflection, state) - error,
-            rate: dot(&direction.rate, state) - error_rate,
-            gap: [self.half_gap + lack, slope / self.cycle.period],
+        let at = self.within_base(cycle) * (2 * self.steps + 1) + index;
+        let mut known: Option<(usize, usize)> = None;
+        for contact in 0..self.contacts.len() {
+            let direction = self.direction(contact, cycle, j);
+            let [lack, slope] = self.segment(contact, cycle, j).error_at(phase);
+            let half_gap = self.contacts[contact].contact.half_gap;
+            // Contacts on one line see one deflection.
+            let [deflection, rate] = match known.filter(|(line, _)| *line == direction.line) {
+                Some((_, other)) => [out[other].deflection, out[other].rate],
+                None => {
+                    let [error, error_rate] = self.transmission_error[direction.line][at];
+                    [
+                        dot(&direction.deflection, state) - error,
+                        dot(&direction.rate, state) - error_rate,
+                    ]
+                }
+            };
+            known = Some((direction.line, contact));
+            out[contact] = MeshState {
+                time: 0.5 * self.step * index as f64,
+                deflection,
+                rate,
+                gap: [half_gap + lack, slope / self.period],
+            };
         }
+        out
     }
 
-    /// The mesh at the start of step `j`. Where direction or half gap change the contact state may
-    /// step: at a prescribed time, so that tangents go on as they are.
+    /// The contacts at the start of step `j`. Where line or gap of some change they may open or
+    /// close: at a prescribed time, so that tangents go on as they are.
     fn turn<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         j: usize,
-        last: MeshState,
+        last: MeshStates,
         changes: &mut Changes,
         observer: &mut O,
         counters: &mut Counters,
-    ) -> Result<MeshState, Stop> {
-        let segment = self.middles[j].segment;
-        let starts = j == 0 || self.middles[j - 1].segment != segment;
-        if !(starts && self.cycle.turns(segment)) {
+    ) -> Result<MeshStates, Stop> {
+        let cycle = trajectory.cycle;
+        let mut contacts = 0..self.contacts.len();
+        if !contacts.any(|contact| self.middle(contact, cycle, j).turned) {
             return Ok(last);
         }
-        let mesh = self.mesh_state(&trajectory.state, j, 2 * j);
+        let mesh = self.mesh_states(&trajectory.state, cycle, j, 2 * j);
         let unmoved = &mut Tangents::none();
         self.follow(
             trajectory,
             unmoved,
             j,
-            [mesh, mesh],
+            [&mesh, &mesh],
             changes,
             observer,
             counters,
@@ -226,77 +286,91 @@ impl Stepping {
         Ok(mesh)
     }
 
-    /// Carries the contact state from one state of step `j` to the next: an event, with its
-    /// saltation, for every surface between the two.
+    /// Carries the closed contacts from one state of step `j` to the next: an event, with its
+    /// saltation, for every contact that opens or closes between the two, in the order of their
+    /// times; first what opens.
     fn follow<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
         j: usize,
-        [before, after]: [MeshState; 2],
+        [before, after]: [&MeshStates; 2],
         changes: &mut Changes,
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let (direction, damping) = (self.direction(j), self.segment(j).damping);
-        let target = Contact::classify(after.deflection, after.rate, after.gap);
-        while trajectory.contact != target {
-            let from = trajectory.contact;
-            let Some(surface) = from.towards(target) else {
-                break;
+        loop {
+            let mut first: Option<(bool, f64, usize)> = None;
+            for contact in 0..self.contacts.len() {
+                let [old, new] = [&before[contact], &after[contact]];
+                let own = &self.contacts[contact].contact;
+                let closes = own.closes(new.deflection, new.rate, new.gap);
+                if trajectory.contact.holds(contact) == closes {
+                    continue;
+                }
+                let [level, goal] = [old, new].map(|mesh| own.side * mesh.gap[0]);
+                let change = (new.deflection - old.deflection) - (goal - level);
+                let fraction = match change == 0.0 {
+                    true => 1.0,
+                    false => ((level - old.deflection) / change).clamp(0.0, 1.0),
+                };
+                let found = (closes, fraction, contact);
+                if first.is_none_or(|earlier| found < earlier) {
+                    first = Some(found);
+                }
+            }
+            let Some((closes, fraction, contact)) = first else {
+                return Ok(());
             };
-            let to = from.across(surface);
-            let [level, goal] = [before, after].map(|mesh| surface.sign() * mesh.gap[0]);
-            let change = (after.deflection - before.deflection) - (goal - level);
-            let fraction = if change == 0.0 {
-                1.0
-            } else {
-                ((level - before.deflection) / change).clamp(0.0, 1.0)
-            };
-            let rate = |mesh: MeshState| mesh.rate - surface.sign() * mesh.gap[1];
+            let [old, new] = [&before[contact], &after[contact]];
+            let side = self.contacts[contact].contact.side;
+            let rate = |mesh: &MeshState| mesh.rate - side * mesh.gap[1];
             let event = Event {
                 cycle: trajectory.cycle,
-                time: before.time + fraction * (after.time - before.time),
-                from,
-                to,
-                surface,
-                rate: rate(before) + fraction * (rate(after) - rate(before)),
+                time: old.time + fraction * (new.time - old.time),
+                from: trajectory.contact,
+                to: trajectory.contact.toggled(contact),
+                contact,
+                rate: rate(old) + fraction * (rate(new) - rate(old)),
             };
             changes.meet(&event, observer, counters)?;
             // I ∓ c g w: minus on entry, plus on release.
-            let jump = if to.touching() { damping } else { -damping };
+            let damping = self.segment(contact, trajectory.cycle, j).damping;
+            let direction = self.direction(contact, trajectory.cycle, j);
+            let jump = if closes { damping } else { -damping };
             for index in 0..tangents.count() {
                 let tangent = tangents.vector_mut(index);
                 let push = jump * dot(&direction.deflection, tangent);
                 add_scaled(tangent, -push, &direction.mesh_input);
             }
-            trajectory.contact = to;
+            trajectory.contact = event.to;
         }
-        Ok(())
     }
 
-    /// The impulse of mesh force and ripple at the middle of step `j`.
+    /// The impulse of contact forces and ripple at the middle of step `j`. Those of several closed
+    /// contacts follow one another symmetrically, each for half the step.
     fn kick(
         &self,
         trajectory: &mut TrajectoryState,
         tangents: &mut Tangents,
         j: usize,
-        mesh: MeshState,
+        mesh: &MeshStates,
         turned: &[[f64; 2]],
     ) {
-        let (direction, middle) = (self.direction(j), self.middles[j]);
-        let (k, c) = (middle.stiffness, self.segment(j).damping);
-        let contact = trajectory.contact;
-        if contact.touching() {
-            let [gap, opening] = mesh.gap.map(|value| contact.sign() * value);
-            let force = k * (mesh.deflection - gap) + c * (mesh.rate - opening);
-            let push = -middle.impulse * force;
-            add_scaled(&mut trajectory.state, push, &direction.mesh_input);
-            for index in 0..tangents.count() {
-                let tangent = tangents.vector_mut(index);
-                let force =
-                    k * dot(&direction.deflection, tangent) + c * dot(&direction.rate, tangent);
-                add_scaled(tangent, -middle.impulse * force, &direction.mesh_input);
+        let active = trajectory.contact;
+        match active.only() {
+            Some(contact) => self.push(trajectory, tangents, j, contact, &mesh[contact], self.step),
+            None => {
+                let closed = active.iter().collect::<Vec<_>>();
+                for &contact in closed.iter().chain(closed.iter().rev()) {
+                    let mut mesh = mesh[contact];
+                    let direction = self.direction(contact, trajectory.cycle, j);
+                    // What the others have done to the rate since.
+                    let at = self.within_base(trajectory.cycle) * (2 * self.steps + 1) + 2 * j + 1;
+                    let [_, error_rate] = self.transmission_error[direction.line][at];
+                    mesh.rate = dot(&direction.rate, &trajectory.state) - error_rate;
+                    self.push(trajectory, tangents, j, contact, &mesh, 0.5 * self.step);
+                }
             }
         }
         for (ripple, start) in self.ripple.iter().zip(turned) {
@@ -309,45 +383,134 @@ impl Stepping {
         }
     }
 
+    /// The impulse of one contact's force over a time \[s\].
+    fn push(
+        &self,
+        trajectory: &mut TrajectoryState,
+        tangents: &mut Tangents,
+        j: usize,
+        contact: usize,
+        mesh: &MeshState,
+        time: f64,
+    ) {
+        let direction = self.direction(contact, trajectory.cycle, j);
+        let middle = self.middle(contact, trajectory.cycle, j);
+        let (k, c) = (
+            middle.stiffness,
+            self.segment(contact, trajectory.cycle, j).damping,
+        );
+        let impulse = middle.impulse(time);
+        let side = self.contacts[contact].contact.side;
+        let [gap, opening] = mesh.gap.map(|value| side * value);
+        let force = k * (mesh.deflection - gap) + c * (mesh.rate - opening);
+        add_scaled(
+            &mut trajectory.state,
+            -impulse * force,
+            &direction.mesh_input,
+        );
+        for index in 0..tangents.count() {
+            let tangent = tangents.vector_mut(index);
+            let force = k * dot(&direction.deflection, tangent) + c * dot(&direction.rate, tangent);
+            add_scaled(tangent, -impulse * force, &direction.mesh_input);
+        }
+    }
+
     /// Shows a step to the observer: δ as the cubic through values and rates at its ends,
     /// F as the force of that cubic.
     fn show<O: Observer>(
         &self,
         trajectory: &TrajectoryState,
         j: usize,
-        [left, right]: [MeshState; 2],
+        [left, right]: [&MeshStates; 2],
         start: &[f64],
         observer: &mut O,
     ) {
-        let (segment, stiffness) = (self.segment(j), self.middles[j].stiffness);
-        let contact = trajectory.contact;
-        let motion = [left, right].map(|mesh| [mesh.deflection, mesh.rate]);
-        let deflection = hermite(motion[0], motion[1], self.step);
-        let mut force = [0.0; 4];
-        if contact.touching() {
-            let rate = derivative(deflection, self.step);
-            for i in 0..4 {
-                force[i] = stiffness * deflection[i] + segment.damping * rate[i];
-            }
-            let gap = hermite(left.gap, right.gap, self.step);
-            let opening = derivative(gap, self.step);
-            for i in 0..4 {
-                force[i] -= contact.sign() * (stiffness * gap[i] + segment.damping * opening[i]);
+        let active = trajectory.contact;
+        let cubic = |contact: usize| {
+            let motion = [left, right].map(|mesh| [mesh[contact].deflection, mesh[contact].rate]);
+            hermite(motion[0], motion[1], self.step)
+        };
+        let mut sum = [0.0; 4];
+        let series: Vec<_> = (active.iter())
+            .map(|contact| {
+                let side = self.contacts[contact].contact.side;
+                let segment = self.segment(contact, trajectory.cycle, j);
+                let stiffness = self.middle(contact, trajectory.cycle, j).stiffness;
+                let deflection = cubic(contact);
+                let rate = derivative(deflection, self.step);
+                let gap = hermite(left[contact].gap, right[contact].gap, self.step);
+                let opening = derivative(gap, self.step);
+                let mut force = [0.0; 4];
+                for i in 0..4 {
+                    force[i] = stiffness * (deflection[i] - side * gap[i])
+                        + segment.damping * (rate[i] - side * opening[i]);
+                }
+                (contact, deflection, force)
+            })
+            .collect();
+        let closed: Vec<_> = (series.iter())
+            .map(|(contact, deflection, force)| ClosedContact {
+                contact: *contact,
+                deflection,
+                force,
+            })
+            .collect();
+        for (_, _, force) in series
+            .iter()
+            .filter(|(contact, ..)| Model::of_mesh(*contact))
+        {
+            for (sum, f) in sum.iter_mut().zip(force) {
+                *sum += f;
             }
         }
+        let segments: Vec<_> = (0..self.contacts.len())
+            .map(|contact| *self.segment(contact, trajectory.cycle, j))
+            .collect();
         let (first, second) = start.split_at(start.len() / 2);
         observer.window(&Window {
             cycle: trajectory.cycle,
-            start: left.time,
+            start: left[0].time,
             duration: self.step,
-            segment,
-            contact,
-            deflection: &deflection,
-            force: &force,
+            segments: &segments,
+            contact: active,
+            deflection: &cubic(0),
+            force: &sum,
+            closed: &closed,
             first,
             second,
         });
     }
+}
+
+/// A contact at the middle of every step of a base period.
+fn middles(
+    model: &Model,
+    contact: &Contact,
+    directions: &[Direction],
+    steps: usize,
+) -> Vec<Middle> {
+    let mut out = Vec::new();
+    for number in 0..model.base_cycles() {
+        let cycle = contact.cycle(number as u64);
+        for (index, s) in cycle.segments.iter().enumerate() {
+            let direction = &directions[s.direction];
+            let direct = dot(&direction.deflection, &direction.mesh_input);
+            let inertial = dot(&direction.rate, &direction.mesh_input);
+            let end = (s.end * steps as f64).round() as usize;
+            let mut turned = model.turns(contact, number as u64, index);
+            for j in out.len() - number * steps..end {
+                let stiffness = s.stiffness_at((j as f64 + 0.5) / steps as f64);
+                out.push(Middle {
+                    segment: index,
+                    turned,
+                    stiffness,
+                    decay: stiffness * direct + s.damping * inertial,
+                });
+                turned = false;
+            }
+        }
+    }
+    out
 }
 
 /// Scratch memory of [`Stepping`].
@@ -387,22 +550,23 @@ impl Kernel for Stepping {
             let (sin, cos) = ripple.source.phase_at(trajectory.cycle, 0.0).sin_cos();
             *turned = [cos, sin];
         }
+        let cycle = trajectory.cycle;
+        let turns = self.contacts.iter().any(|contact| contact.turns);
         let mut changes = Changes::new(self.event_limit);
-        let mut last = self.mesh_state(&trajectory.state, 0, 0);
+        let mut last = self.mesh_states(&trajectory.state, cycle, 0, 0);
         let mut left = last;
         for j in 0..self.steps {
             if observer.called_off() {
-                let cycle = trajectory.cycle;
                 return Err(Stop::CalledOff { cycle });
             }
-            if self.turns {
+            if turns {
                 if j > 0 {
-                    let end = self.mesh_state(&trajectory.state, j - 1, 2 * j);
+                    let end = self.mesh_states(&trajectory.state, cycle, j - 1, 2 * j);
                     self.follow(
                         trajectory,
                         tangents,
                         j - 1,
-                        [last, end],
+                        [&last, &end],
                         &mut changes,
                         observer,
                         counters,
@@ -419,41 +583,39 @@ impl Kernel for Stepping {
             for index in 0..tangents.count() {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
-            let mesh = self.mesh_state(&trajectory.state, j, 2 * j + 1);
+            let mesh = self.mesh_states(&trajectory.state, cycle, j, 2 * j + 1);
             self.follow(
                 trajectory,
                 tangents,
                 j,
-                [last, mesh],
+                [&last, &mesh],
                 &mut changes,
                 observer,
                 counters,
             )?;
-            self.kick(trajectory, tangents, j, mesh, &workspace.turned);
+            self.kick(trajectory, tangents, j, &mesh, &workspace.turned);
             self.half.advance(&mut trajectory.state);
             for index in 0..tangents.count() {
                 self.half.advance_tangent(tangents.vector_mut(index));
             }
             if O::WINDOWS {
-                let right = self.mesh_state(&trajectory.state, j, 2 * j + 2);
-                self.show(trajectory, j, [left, right], &workspace.start, observer);
+                let right = self.mesh_states(&trajectory.state, cycle, j, 2 * j + 2);
+                self.show(trajectory, j, [&left, &right], &workspace.start, observer);
                 left = right;
             }
             last = mesh;
         }
-        // The contact state that goes into the next cycle is that of the state itself.
-        let end = self.mesh_state(&trajectory.state, self.steps - 1, 2 * self.steps);
-        let reach = end.deflection.abs() + end.rate.abs() * self.step;
+        // The contacts that are closed in the next cycle are those of the state itself.
+        let end = self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
+        let reach = end[0].deflection.abs() + end[0].rate.abs() * self.step;
         if reach.is_nan() || reach > Self::FARTHEST * self.half_gap {
-            return Err(Stop::Diverged {
-                cycle: trajectory.cycle,
-            });
+            return Err(Stop::Diverged { cycle });
         }
         self.follow(
             trajectory,
             tangents,
             self.steps - 1,
-            [last, end],
+            [&last, &end],
             &mut changes,
             observer,
             counters,

@@ -1,40 +1,74 @@
 //! One mesh cycle: windows, events, breakpoints.
 //!
-//! A window starts on a cell boundary (`aligned`) or at an event. In contact it may not
-//! pass the end of its segment, in free flight only the end of the cycle. Off the cell
-//! grid, windows of full length follow one another until one would pass such a
-//! breakpoint; that one is cut there, and the integration is aligned again.
+//! Windows lie on a course: in contact on that of the closed contact, in free flight on that of the
+//! first one. A window starts on a cell boundary (`aligned`) or at an event. In contact it may not
+//! pass the end of its segment, in free flight only the end of the cycle, and none passes a place
+//! where a line turns. Off the cell grid, windows of full length follow one another until one would
+//! pass such a breakpoint; that one is cut there, and the integration is aligned again. With
+//! several contacts closed no grid is kept ([`super::joint`]).
 
 use super::Volterra;
 use super::closure::Closure;
 use super::feedback::Closed;
-use super::lanes;
-use super::shapes::{Lack, Series, TERMS};
+use super::joint::JointWindow;
+use super::lanes::{self, Solution};
+use super::shapes::Row;
+use super::tables::{Course, JointStretch, Sight, lack, phases};
 use super::varying::{Factors, Nodal};
+use super::window_table::WindowTable;
 use super::workspace::Workspace;
-use crate::model::{Contact, Surface, TrajectoryState};
+use crate::model::{ActiveSet, TrajectoryState};
 use crate::numerics::legendre;
-use crate::propagate::events::{Changes, ROUND_OFF, WindowDeflection};
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use crate::propagate::events::Changes;
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
 
 /// Where a window starts.
 #[derive(Debug, Clone, Copy)]
-struct Position {
+pub(super) struct Position {
     /// Mesh cycle.
-    cycle: u64,
+    pub cycle: u64,
     /// Time within it \[s\].
-    time: f64,
-    /// The cell that starts here, when on the cell grid.
-    aligned: Option<usize>,
-    /// Surface just crossed, when an event happened here.
-    crossed: Option<Surface>,
+    pub time: f64,
+    /// The cell that starts here, when on the cell grid of the course.
+    pub aligned: Option<usize>,
+    /// Contacts that opened or closed here.
+    pub crossed: ActiveSet,
+}
+
+/// What a window is laid on.
+#[derive(Clone, Copy)]
+pub(super) enum Track<'t> {
+    /// A stretch of a course: at most one contact is closed.
+    Course(&'t Course, usize),
+    /// Several contacts are closed.
+    Joint(&'t JointStretch),
+}
+
+impl<'t> Track<'t> {
+    /// The lines of all contacts.
+    pub fn sights(self) -> &'t [Sight] {
+        match self {
+            Self::Course(course, stretch) => &course.sights_of_stretch[stretch],
+            Self::Joint(stretch) => &stretch.sights,
+        }
+    }
+
+    /// Place of a contact's line.
+    pub fn place_of(self, contact: usize) -> usize {
+        let sees = |sight: &Sight| sight.contacts.contains(&contact);
+        self.sights().iter().position(sees).unwrap_or(0)
+    }
+
+    fn is_joint(self) -> bool {
+        matches!(self, Self::Joint(_))
+    }
 }
 
 impl Kernel for Volterra<'_> {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        Workspace::new(self.tables.layout)
+        Workspace::new(self.model, &self.tables)
     }
 
     fn advance_cycle<O: Observer>(
@@ -46,16 +80,15 @@ impl Kernel for Volterra<'_> {
         counters: &mut Counters,
     ) -> Result<(), Stop> {
         workspace.load(trajectory, tangents);
-        let cells = self.tables.grid.cells();
+        let mut active = trajectory.contact;
         let mut position = Position {
             cycle: trajectory.cycle,
             time: 0.0,
             aligned: Some(0),
-            crossed: None,
+            crossed: ActiveSet::FREE,
         };
-        let mut contact = trajectory.contact;
         let mut changes = Changes::new(self.event_limit);
-        while position.aligned != Some(cells) {
+        while position.time < self.model.period() {
             if observer.called_off() {
                 return Err(Stop::CalledOff {
                     cycle: position.cycle,
@@ -63,14 +96,14 @@ impl Kernel for Volterra<'_> {
             }
             self.step(
                 &mut position,
-                &mut contact,
+                &mut active,
                 &mut changes,
                 workspace,
                 observer,
                 counters,
             )?;
         }
-        trajectory.contact = contact;
+        trajectory.contact = active;
         trajectory.cycle += 1;
         counters.cycles += 1;
         workspace.store(trajectory, tangents);
@@ -79,60 +112,128 @@ impl Kernel for Volterra<'_> {
 }
 
 impl Volterra<'_> {
+    /// The course that windows lie on while at most one contact is closed.
+    fn course(&self, active: ActiveSet, cycle: u64) -> usize {
+        self.tables.course_of(active.only().unwrap_or(0), cycle)
+    }
+
+    /// What the window there is laid on, the breakpoint it may not pass \[s\], and the cell that
+    /// starts with that.
+    fn track(&self, position: &Position, active: ActiveSet) -> (Track<'_>, f64, Option<usize>) {
+        if active.count() > 1 {
+            let stretch = self.joint_stretch(position);
+            return (Track::Joint(stretch), stretch.end, None);
+        }
+        let course = self.tables.course(self.course(active, position.cycle));
+        let stretch = course.stretch(position.aligned, position.time);
+        let stop_cell = match active.touching() {
+            true => course.grid.stretch_end_cell[stretch],
+            false => course.grid.flight_end_cell[stretch],
+        };
+        let stop = course.grid.time[stop_cell];
+        (Track::Course(course, stretch), stop, Some(stop_cell))
+    }
+
+    /// Joint stretch in force there.
+    fn joint_stretch(&self, position: &Position) -> &JointStretch {
+        let stretches = &self.tables.joint;
+        let stretches = &stretches[(position.cycle % stretches.len() as u64) as usize];
+        let inside = |stretch: &&JointStretch| position.time < stretch.end;
+        (stretches.iter().find(inside)).unwrap_or(&stretches[stretches.len() - 1])
+    }
+
     /// Solves one window and moves to its end, to the next event or to a breakpoint.
     fn step<O: Observer>(
         &self,
         position: &mut Position,
-        contact: &mut Contact,
+        active: &mut ActiveSet,
         changes: &mut Changes,
         workspace: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let grid = &self.tables.grid;
-        let segment = self.segment(position);
-        let table = self.tables.window(segment);
-        let stop_cell = if contact.touching() {
-            grid.segment_end_cell[segment]
-        } else {
-            grid.flight_end_cell[segment]
-        };
-        let stop = grid.time[stop_cell];
+        let (track, stop, stop_cell) = self.track(position, *active);
         if position.aligned.is_none() && position.time >= stop {
-            self.align(position, stop_cell);
+            align(position, track, stop, stop_cell);
             return Ok(());
         }
-        let fits = position.aligned.is_some() || position.time + table.delta <= stop;
-        let limit = if fits {
-            1.0
-        } else {
-            2.0 * (stop - position.time) / table.delta - 1.0
+        let table = &self.tables.windows[track.sights()[0].window];
+        let aligned = position.aligned.is_some() && !track.is_joint();
+        let fits = aligned || position.time + table.delta <= stop;
+        let limit = match fits {
+            true => 1.0,
+            false => 2.0 * (stop - position.time) / table.delta - 1.0,
         };
-
-        self.set_inputs(position, &mut workspace.inputs);
-        if contact.touching() {
-            self.close(position, segment, &mut workspace.factors, counters);
+        self.set_segments(position, track, *active, workspace);
+        self.set_inputs(position, track, &mut workspace.inputs);
+        match track {
+            Track::Course(course, stretch) => {
+                self.solve(
+                    position,
+                    (course, stretch),
+                    table,
+                    *active,
+                    workspace,
+                    counters,
+                );
+                self.look_aside(track.sights(), table, *active, workspace);
+            }
+            Track::Joint(stretch) => self.solve_jointly(position, stretch, *active, workspace),
         }
-        let lack = (self.tables).lack(self.model, segment, position.time, position.aligned);
-        // In contact it is found with the force, on the side that touches; a free flight has it on
-        // both sides.
-        let touching = contact.touching();
-        let own = (lack.filter(|_| touching)).map(|lack| lack.map(|a| contact.sign() * a));
-        let widening = (lack.filter(|_| !touching)).map(|lack| padded(&lack));
-        let gap = contact.sign() * self.model.half_gap;
-        let (inputs, columns, factors, forces, solution) = workspace.solving();
-        let closed = self.closed(position, segment, *contact, factors);
-        lanes::solve(
-            self.instructions,
-            &table.rows,
-            inputs,
-            columns,
-            closed.map(|closed| (closed, gap, own.as_ref())),
-            forces,
-            solution,
-        );
         counters.windows += 1;
-        let solution = &workspace.solution;
+        self.check_range(position, workspace)?;
+        let crossing = self.first_crossing(position, track, *active, limit, workspace, counters);
+        let Some(found) = crossing else {
+            position.crossed = ActiveSet::FREE;
+            if fits && !track.is_joint() {
+                self.move_full(position, track, *active, workspace, observer, counters);
+            } else {
+                self.move_to_cut(
+                    limit, position, track, *active, workspace, observer, counters,
+                );
+                if !fits {
+                    align(position, track, stop, stop_cell);
+                }
+            }
+            return Ok(());
+        };
+        let met = self.met(&found, position, track, *active, workspace);
+        if found.x > -1.0 {
+            self.move_to_cut(
+                found.x, position, track, *active, workspace, observer, counters,
+            );
+            position.aligned = None;
+            // What opened or closed at this very moment does so still, all else is past.
+            position.crossed = ActiveSet::FREE;
+        }
+        let to = active.toggled(found.contact);
+        let event = Event {
+            cycle: position.cycle,
+            time: position.time,
+            from: *active,
+            to,
+            contact: found.contact,
+            rate: met.rate,
+        };
+        changes.meet(&event, observer, counters)?;
+        // A step of δ at a prescribed time leaves tangents as they are.
+        if workspace.tangents() > 0 && met.on_surface {
+            self.salt(&event, workspace);
+        }
+        let joint = to.count() > 1 || active.count() > 1;
+        if joint || self.course(to, event.cycle) != self.course(*active, event.cycle) {
+            position.aligned = None;
+        }
+        *active = to;
+        if position.crossed.holds(found.contact) != met.on_surface {
+            position.crossed = position.crossed.toggled(found.contact);
+        }
+        Ok(())
+    }
+
+    /// That a trajectory is a motion still.
+    fn check_range(&self, position: &Position, workspace: &Workspace) -> Result<(), Stop> {
+        let solution = &workspace.solutions[0];
         let farthest = Self::FARTHEST * self.model.half_gap;
         let bound = solution.deflection[0].abs() + solution.variation;
         // The series may run far beyond an event that ends the window long before; where the
@@ -145,119 +246,142 @@ impl Volterra<'_> {
                 });
             }
         }
-        let noise = ROUND_OFF * (solution.size + self.model.half_gap);
-        let crossed = position.crossed.take();
-        let mut bound = solution.variation + noise;
-        if let Some(widening) = &widening {
-            bound += legendre::variation(widening) - widening[0];
-        }
-        if crossed.is_none()
-            && contact.clearance(solution.deflection[0], self.model.half_gap) > bound
-        {
-            counters.certified += 1;
-        } else {
-            let deflection = WindowDeflection {
-                series: &solution.deflection,
-                contact: *contact,
-                crossed,
-                noise,
-                widening: widening.as_ref(),
-            };
-            let (set, half_gap) = (self.instructions, self.model.half_gap);
-            let crossing = lanes::first_crossing(set, deflection, half_gap, limit, counters);
-            if let Some(c) = crossing {
-                // Against the surface, which moves where the half gap does.
-                let mut series = solution.deflection;
-                for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
-                    *term -= c.surface.sign() * a;
-                }
-                let [deflection, slope, _] =
-                    legendre::evaluate_with_derivatives::<_, false>(&series, c.x);
-                // A start beyond the surface (a trajectory given in the wrong contact state)
-                // is no root that may be divided out.
-                let beyond = deflection - c.surface.sign() * self.model.half_gap;
-                let on_surface = c.x > -1.0 || beyond.abs() <= noise;
-                workspace.solution.restore(own.as_ref());
-                if c.x > -1.0 {
-                    self.move_to_cut(
-                        c.x, position, segment, *contact, workspace, observer, counters,
-                    );
-                    position.aligned = None;
-                }
-                let to = contact.across(c.surface);
-                let event = Event {
-                    cycle: position.cycle,
-                    time: position.time,
-                    from: *contact,
-                    to,
-                    surface: c.surface,
-                    rate: 2.0 / table.delta * slope,
-                };
-                changes.meet(&event, observer, counters)?;
-                // A step of δ at a prescribed time leaves tangents as they are.
-                if workspace.tangents() > 0 && on_surface {
-                    self.salt(self.segment(position), to.touching(), workspace);
-                }
-                *contact = to;
-                position.crossed = on_surface.then_some(c.surface);
-                return Ok(());
-            }
-        }
-        workspace.solution.restore(own.as_ref());
-        if fits {
-            self.move_full(position, segment, *contact, workspace, observer, counters);
-        } else {
-            self.move_to_cut(
-                limit, position, segment, *contact, workspace, observer, counters,
-            );
-            self.align(position, stop_cell);
-        }
         Ok(())
     }
 
-    /// Takes up the cell grid again at a breakpoint. Beyond a change of the half gap or of the
-    /// direction nothing stands on a surface any more.
-    fn align(&self, position: &mut Position, cell: usize) {
-        let grid = &self.tables.grid;
-        position.time = grid.time[cell];
-        position.aligned = Some(cell);
-        let segment = grid.segment_of_cell.get(cell).copied().unwrap_or(0);
-        if self.model.cycle.turns(segment) {
-            position.crossed = None;
+    /// Solves a window with at most one contact closed, along the line of its force.
+    fn solve(
+        &self,
+        position: &Position,
+        (course, stretch): (&Course, usize),
+        table: &WindowTable,
+        active: ActiveSet,
+        workspace: &mut Workspace,
+        counters: &mut Counters,
+    ) {
+        let set = self.instructions;
+        let Some(contact) = active.only() else {
+            let (inputs, columns, _, forces, solution) = workspace.solving();
+            lanes::solve(set, &table.rows, inputs, columns, None, forces, solution);
+            return;
+        };
+        let segment = workspace.segments[contact];
+        let own = &self.model.contacts[contact];
+        // Off the grid a stiffness that varies has no operator.
+        let system = match (&table.nodal, position.aligned) {
+            (Some(nodal), None) if !segment.stiffness.is_constant() => Some(&**nodal),
+            _ => None,
+        };
+        if let Some(nodal) = system {
+            let closure = Closure::new(self.model, &segment, position.time, table.delta);
+            closure.factorise(set, nodal, &mut workspace.factors);
+            counters.factorised += 1;
+        }
+        // It is found with the force, on the side that touches.
+        let lack = (self.tables.lacks[contact])
+            .then(|| lack(self.model, &segment, position.time, table.delta))
+            .map(|lack| lack.map(|a| own.side * a));
+        let (inputs, columns, factors, forces, solution) = workspace.solving();
+        let closed = closed((course, stretch), table, position.aligned, system, factors);
+        lanes::solve(
+            set,
+            &table.rows,
+            inputs,
+            columns,
+            Some((closed, own.side * own.half_gap, lack.as_ref())),
+            forces,
+            solution,
+        );
+        solution.restore(lack.as_ref());
+    }
+
+    /// Solves a window with several contacts closed.
+    fn solve_jointly(
+        &self,
+        position: &Position,
+        stretch: &JointStretch,
+        active: ActiveSet,
+        workspace: &mut Workspace,
+    ) {
+        let segments = std::mem::take(&mut workspace.segments);
+        let window = JointWindow {
+            model: self.model,
+            tables: &self.tables,
+            set: self.instructions,
+            stretch,
+            segments: &segments,
+            active,
+            time: position.time,
+            delta: self.tables.windows[stretch.windows[0]].delta,
+        };
+        let (inputs, columns, joint, solutions, count) = workspace.joining();
+        window.solve(inputs, columns, count, joint, solutions);
+        workspace.segments = segments;
+    }
+
+    /// The motion along all other lines than that of the force.
+    fn look_aside(
+        &self,
+        sights: &[Sight],
+        table: &WindowTable,
+        active: ActiveSet,
+        workspace: &mut Workspace,
+    ) {
+        let set = self.instructions;
+        for (index, sight) in sights.iter().enumerate().skip(1) {
+            let rows = &self.tables.windows[sight.window].rows;
+            let (inputs, trajectory, force, solutions) = workspace.trajectory();
+            let mut deflection = [Row::ZERO];
+            lanes::free(set, rows, inputs, trajectory, &mut deflection);
+            let size = lanes::size(&deflection[0].0);
+            if active.touching()
+                && let Some(felt) = table.felt_on(sight.line)
+            {
+                lanes::yielded(set, &felt.deflection, force, &mut deflection[0]);
+            }
+            solutions[index] = Solution::of(&deflection[0], size);
+        }
+    }
+
+    /// Writes the segment of every contact on a window: exact for those whose segment it may not
+    /// leave.
+    fn set_segments(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        workspace: &mut Workspace,
+    ) {
+        let contacts = self.model.contacts.iter().enumerate();
+        for ((index, contact), own) in contacts.zip(&mut workspace.segments) {
+            let cycle = contact.cycle(position.cycle);
+            *own = match track {
+                Track::Joint(stretch) => cycle.segments[stretch.segments[index]],
+                Track::Course(course, stretch) if active.holds(index) => {
+                    cycle.segments[course.grid.segment_of_stretch[stretch]]
+                }
+                Track::Course(..) => *cycle.segment_at(position.time),
+            };
         }
     }
 
     /// Writes the inputs' values where a window starts.
-    fn set_inputs(&self, position: &Position, inputs: &mut [f64]) {
+    fn set_inputs(&self, position: &Position, track: Track<'_>, inputs: &mut [f64]) {
         let t = &self.tables;
         let (constant, harmonics) = inputs.split_at_mut(1);
         constant[0] = 1.0;
         let (ripples, rest) = harmonics.split_at_mut(2 * t.ripple.len());
-        let errors = &mut rest[..2 * self.model.transmission_error.len()];
+        let errors = &mut rest[..2 * t.frequencies.len()];
         for (pair, r) in ripples.chunks_exact_mut(2).zip(&self.model.ripple) {
             let (sin, cos) = r.phase_at(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
-        if let Some(cell) = position.aligned {
-            errors.copy_from_slice(&t.cell_phases[cell * errors.len()..][..errors.len()]);
+        if let (Track::Course(course, _), Some(cell)) = (track, position.aligned) {
+            errors.copy_from_slice(&course.cell_phases[cell * errors.len()..][..errors.len()]);
             return;
         }
-        let harmonics = &self.model.transmission_error;
-        for (pair, h) in errors.chunks_exact_mut(2).zip(harmonics) {
-            let (sin, cos) = (h.angular_frequency * position.time).sin_cos();
-            pair.copy_from_slice(&[cos, sin]);
-        }
-    }
-
-    /// Mesh segment in force there.
-    fn segment(&self, position: &Position) -> usize {
-        match position.aligned {
-            Some(cell) => self.tables.grid.segment_of_cell[cell],
-            None => {
-                let ends = &self.tables.grid.segment_end_cell;
-                let inside = |end: &usize| position.time < self.tables.grid.time[*end];
-                ends.iter().position(inside).unwrap_or(ends.len() - 1)
-            }
+        for (pair, &frequency) in errors.chunks_exact_mut(2).zip(&t.frequencies) {
+            pair.copy_from_slice(&phases(frequency, position.cycle, position.time));
         }
     }
 
@@ -265,39 +389,34 @@ impl Volterra<'_> {
     fn move_full<O: Observer>(
         &self,
         position: &mut Position,
-        segment: usize,
-        contact: Contact,
+        track: Track<'_>,
+        active: ActiveSet,
         workspace: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
     ) {
-        let table = self.tables.window(segment);
+        let table = &self.tables.windows[track.sights()[0].window];
         if O::WINDOWS {
-            let force = match contact.touching() {
-                true => workspace.forces[0].0,
-                false => [0.0; TERMS],
-            };
-            let series = [workspace.solution.deflection, force];
             self.show(
                 position,
-                segment,
-                contact,
+                track,
+                active,
                 table.delta,
-                &series,
+                None,
                 workspace,
                 observer,
             );
         }
         counters.tangent_windows += workspace.tangents() as u64;
-        let (columns, forces, inputs, _) = workspace.moving(contact.touching());
+        let (columns, forces, inputs, _) = workspace.moving(active.touching());
         let inputs = &inputs[..self.tables.layout.acting];
         lanes::advance(self.instructions, &table.moves, forces, inputs, columns);
-        match &mut position.aligned {
-            Some(cell) => {
+        match (&mut position.aligned, track) {
+            (Some(cell), Track::Course(course, _)) => {
                 *cell += 1;
-                position.time = self.tables.grid.time[*cell];
+                position.time = course.grid.time[*cell];
             }
-            None => position.time += table.delta,
+            _ => position.time += table.delta,
         }
     }
 
@@ -306,106 +425,47 @@ impl Volterra<'_> {
         &self,
         end: f64,
         position: &mut Position,
-        segment: usize,
-        contact: Contact,
+        track: Track<'_>,
+        active: ActiveSet,
         workspace: &mut Workspace,
         observer: &mut O,
         counters: &mut Counters,
     ) {
-        let table = self.tables.window(segment);
-        let with_nodes = O::WINDOWS || contact.touching();
+        let first = match track {
+            Track::Course(..) => track.sights()[0].window,
+            Track::Joint(stretch) => stretch.windows[active.iter().next().unwrap_or(0)],
+        };
+        let table = &self.tables.windows[first];
+        let with_nodes = O::WINDOWS || active.touching();
         let tau = self.prepare_cut(table, end, with_nodes, &mut workspace.cut);
         counters.partial_windows += 1;
         if O::WINDOWS {
-            let force = match contact.touching() {
-                true => self.cut_series(&workspace.cut, &workspace.forces[0].0),
-                false => [0.0; TERMS],
-            };
-            let deflection = self.cut_series(&workspace.cut, &workspace.solution.deflection);
-            let series = [deflection, force];
-            self.show(
-                position, segment, contact, tau, &series, workspace, observer,
-            );
+            let cut = Some(&workspace.cut);
+            self.show(position, track, active, tau, cut, workspace, observer);
         }
         counters.tangent_windows += workspace.tangents() as u64;
-        let (columns, forces, inputs, cut) = workspace.moving(contact.touching());
-        self.cut(table, cut, forces, inputs, columns);
+        let (columns, forces, inputs, cut, joint) = workspace.cutting(active.touching());
+        match track {
+            Track::Course(..) => self.cut(table, cut, forces, inputs, columns),
+            Track::Joint(stretch) => {
+                let count = forces.len();
+                forces.copy_from_slice(&joint.forces[..count]);
+                self.cut(table, cut, forces, inputs, columns);
+                let others = joint.forces.chunks_exact_mut(count);
+                for (contact, forces) in active.iter().zip(others).skip(1) {
+                    let table = &self.tables.windows[stretch.windows[contact]];
+                    self.cut_further(table, cut, forces, columns);
+                }
+            }
+        }
         position.time += tau;
     }
 
-    /// What the system of a window in contact is made of, where no table has it: the window
-    /// starts off the grid, and its stiffness varies.
-    fn own_system(&self, position: &Position, segment: usize) -> Option<&Nodal> {
-        let varies = !self.model.cycle.segments[segment].stiffness.is_constant();
-        let nodal = self.tables.window(segment).nodal.as_deref();
-        nodal.filter(|_| position.aligned.is_none() && varies)
-    }
-
-    /// Factorises the system of a window in contact that no table has.
-    fn close(
-        &self,
-        position: &Position,
-        segment: usize,
-        factors: &mut Factors,
-        counters: &mut Counters,
-    ) {
-        if let Some(nodal) = self.own_system(position, segment) {
-            let delta = self.tables.window(segment).delta;
-            let segment = &self.model.cycle.segments[segment];
-            let closure = Closure::new(self.model, segment, position.time, delta);
-            closure.factorise(self.instructions, nodal, factors);
-            counters.factorised += 1;
-        }
-    }
-
-    /// What closes the mesh on the window that starts there; none in free flight.
-    fn closed<'a>(
-        &'a self,
-        position: &Position,
-        segment: usize,
-        contact: Contact,
-        factors: &'a Factors,
-    ) -> Option<Closed<'a>> {
-        if !contact.touching() {
-            return None;
-        }
-        if let Some(nodal) = self.own_system(position, segment) {
-            return Some(Closed::Factors(nodal, factors));
-        }
-        // Off the grid the stiffness is constant, and every cell of the segment has its operator.
-        let last = self.tables.grid.segment_end_cell[segment] - 1;
-        let cell = position.aligned.unwrap_or(last);
-        Some(Closed::Table(self.tables.feedback(cell)))
-    }
-
-    fn show<O: Observer>(
-        &self,
-        position: &Position,
-        segment: usize,
-        contact: Contact,
-        duration: f64,
-        [deflection, force]: &[Series; 2],
-        workspace: &Workspace,
-        observer: &mut O,
-    ) {
-        let [first, second] = workspace.components(self.model.modes());
-        observer.window(&Window {
-            cycle: position.cycle,
-            start: position.time,
-            duration,
-            segment: &self.model.cycle.segments[segment],
-            contact,
-            deflection,
-            force,
-            first,
-            second,
-        });
-    }
-
     /// Applies the saltation matrix of an event to all tangents.
-    fn salt(&self, segment: usize, entering: bool, workspace: &mut Workspace) {
-        let segment = &self.model.cycle.segments[segment];
-        let damping = if entering {
+    fn salt(&self, event: &Event, workspace: &mut Workspace) {
+        let cycle = self.model.contacts[event.contact].cycle(event.cycle);
+        let segment = cycle.segment_at(event.time);
+        let damping = if event.closes() {
             segment.damping
         } else {
             -segment.damping
@@ -415,9 +475,36 @@ impl Volterra<'_> {
     }
 }
 
-/// A short series as one of a window.
-fn padded(lack: &Lack) -> Series {
-    let mut out = [0.0; TERMS];
-    out[..lack.len()].copy_from_slice(lack);
-    out
+/// Takes up the cell grid again at a breakpoint. Beyond a change of gap or line nothing stands
+/// on a surface any more.
+fn align(position: &mut Position, track: Track<'_>, stop: f64, cell: Option<usize>) {
+    position.time = stop;
+    position.aligned = cell;
+    let turned = match track {
+        Track::Course(course, _) => {
+            let next = cell.and_then(|cell| course.grid.stretch_from(cell));
+            course.grid.turned[next.unwrap_or(0)]
+        }
+        // Whatever stands on a surface is found there again.
+        Track::Joint(_) => false,
+    };
+    if turned {
+        position.crossed = ActiveSet::FREE;
+    }
+}
+
+/// What closes the contact on the window that starts there.
+fn closed<'a>(
+    (course, stretch): (&Course, usize),
+    table: &'a WindowTable,
+    aligned: Option<usize>,
+    system: Option<&'a Nodal>,
+    factors: &'a Factors,
+) -> Closed<'a> {
+    if let Some(nodal) = system {
+        return Closed::Factors(nodal, factors);
+    }
+    // Off the grid the stiffness is constant, and every cell of the stretch has its operator.
+    let cell = aligned.unwrap_or(course.grid.stretch_end_cell[stretch] - 1);
+    Closed::Table(&table.feedback[course.feedback_of_cell[cell]])
 }

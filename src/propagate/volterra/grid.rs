@@ -1,7 +1,7 @@
 //! Where do windows start while nothing happens?
 
 use super::length::fewest_windows;
-use crate::model::{MeshCycle, Model};
+use crate::model::{Model, equal_parts};
 
 /// Most lengths of window, so that their tables stay small.
 const MOST_LENGTHS: usize = 4;
@@ -17,93 +17,147 @@ const FEWEST: f64 = 4.0;
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
 
+/// Mesh phases closer than this \[cycles\] are one.
+const SAME_PHASE: f64 = 1e-12;
+
 /// Lengths closer than this, relative, are one.
 const SAME_LENGTH: f64 = 1e-12;
 
-/// The mesh cycle in cells: whole numbers of them in every segment, as long as one another
-/// within it. A cell is the window that nothing cuts.
+/// A mesh cycle in cells, as a contact has it: whole numbers of them in every stretch, as long as
+/// one another within it. A cell is the window that nothing cuts.
 #[derive(Debug)]
 pub struct Grid {
     /// Start of every cell \[s\], and the period.
     pub time: Vec<f64>,
-    /// Mesh segment of every cell.
-    pub segment_of_cell: Vec<usize>,
-    /// First cell after each segment.
-    pub segment_end_cell: Vec<usize>,
-    /// First cell after each segment and those behind it that free flight does not feel: of the
-    /// same direction and half gap.
+    /// Stretch of every cell.
+    pub stretch_of_cell: Vec<usize>,
+    /// First cell after each stretch.
+    pub stretch_end_cell: Vec<usize>,
+    /// First cell after each stretch and those behind it that free flight does not feel: on the
+    /// same lines, with the same gaps.
     pub flight_end_cell: Vec<usize>,
-    /// The distinct lengths of cells Δ \[s\].
+    /// Segment of the contact on every stretch.
+    pub segment_of_stretch: Vec<usize>,
+    /// Whether a contact may open or close where a stretch starts, at a prescribed time.
+    pub turned: Vec<bool>,
+    /// Length of every stretch's cells Δ \[s\].
     pub lengths: Vec<f64>,
-    /// Which of them a segment has.
-    pub length_of_segment: Vec<usize>,
+}
+
+/// A part of a mesh cycle on which a contact keeps its segment and no line turns.
+struct Stretch {
+    /// Mesh phase at its end.
+    end: f64,
+    /// Segment of the contact.
+    segment: usize,
+    /// Whether a contact may open or close where it starts, at a prescribed time.
+    turned: bool,
+}
+
+/// The stretches of a contact in a mesh cycle.
+fn stretches(model: &Model, contact: usize, cycle: u64) -> Vec<Stretch> {
+    let own = model.contacts[contact].cycle(cycle);
+    let starts: Vec<f64> = own.segments.iter().map(|segment| segment.start).collect();
+    let mut turns: Vec<f64> = Vec::new();
+    for contact in &model.contacts {
+        let segments = contact.cycle(cycle).segments.iter().enumerate();
+        let turned = segments.filter(|(index, _)| model.turns(contact, cycle, *index));
+        turns.extend(turned.map(|(_, segment)| segment.start));
+    }
+    let near = |list: &[f64], phase: f64| list.iter().any(|p| (p - phase).abs() < SAME_PHASE);
+    let apart = |phase: &&f64| !near(&starts, **phase);
+    let mut all: Vec<f64> = starts
+        .iter()
+        .chain(turns.iter().filter(apart))
+        .copied()
+        .collect();
+    all.sort_by(f64::total_cmp);
+    all.dedup_by(|a, b| (*a - *b).abs() < SAME_PHASE);
+    let ends = all.iter().skip(1).copied().chain([1.0]);
+    (all.iter().zip(ends))
+        .map(|(&start, end)| Stretch {
+            end,
+            segment: starts.partition_point(|s| *s < start + SAME_PHASE) - 1,
+            turned: near(&turns, start),
+        })
+        .collect()
 }
 
 impl Grid {
-    /// The grid with the fewest cells that the tolerance allows, or one of few lengths.
-    pub fn new(model: &Model, tolerance: f64) -> Self {
-        let cycle = &model.cycle;
-        let cells: Vec<_> = (cells_of_segments(model, tolerance).into_iter())
+    /// The grid of a contact in a mesh cycle, with the fewest cells that the tolerance allows, or
+    /// one of few lengths.
+    pub fn new(model: &Model, tolerance: f64, contact: usize, cycle: u64) -> Self {
+        let period = model.period();
+        let stretches = stretches(model, contact, cycle);
+        let ends: Vec<f64> = stretches.iter().map(|stretch| stretch.end).collect();
+        let cells: Vec<_> = (cells(model, tolerance, &ends).into_iter())
             .map(|count| count as usize)
             .collect();
-        let (lengths, length_of_segment) = distinct_lengths(cycle, &cells);
         let mut grid = Self {
             time: Vec::new(),
-            segment_of_cell: Vec::new(),
-            segment_end_cell: Vec::new(),
+            stretch_of_cell: Vec::new(),
+            stretch_end_cell: Vec::new(),
             flight_end_cell: Vec::new(),
-            lengths,
-            length_of_segment,
+            segment_of_stretch: stretches.iter().map(|stretch| stretch.segment).collect(),
+            turned: stretches.iter().map(|stretch| stretch.turned).collect(),
+            lengths: Vec::new(),
         };
         for (index, &count) in cells.iter().enumerate() {
-            let (start, end) = (cycle.start(index), cycle.end(index));
+            let start = if index == 0 { 0.0 } else { ends[index - 1] };
+            let (start, end) = (period * start, period * ends[index]);
             let place = |cell: usize| start + (end - start) * (cell as f64 / count as f64);
             grid.time.extend((0..count).map(place));
-            grid.segment_of_cell.extend((0..count).map(|_| index));
-            grid.segment_end_cell.push(grid.segment_of_cell.len());
+            grid.stretch_of_cell.extend((0..count).map(|_| index));
+            grid.stretch_end_cell.push(grid.stretch_of_cell.len());
+            grid.lengths.push((end - start) / count as f64);
         }
-        grid.time.push(cycle.period);
-        grid.flight_end_cell = grid.segment_end_cell.clone();
+        grid.time.push(period);
+        grid.flight_end_cell = grid.stretch_end_cell.clone();
         for index in (1..cells.len()).rev() {
-            if !cycle.turns(index) {
+            if !stretches[index].turned {
                 grid.flight_end_cell[index - 1] = grid.flight_end_cell[index];
             }
         }
         grid
     }
 
-    /// Length Δ of a segment's cells \[s\].
-    pub fn delta(&self, segment: usize) -> f64 {
-        self.lengths[self.length_of_segment[segment]]
-    }
-
     /// Number of cells.
     pub fn cells(&self) -> usize {
-        self.segment_of_cell.len()
+        self.stretch_of_cell.len()
+    }
+
+    /// The stretch that starts with a cell, at the end of the cycle none.
+    pub fn stretch_from(&self, cell: usize) -> Option<usize> {
+        self.stretch_of_cell.get(cell).copied()
     }
 }
 
-/// Cells of every segment, whole numbers; as many as a slow cycle asks for, so not counted in
-/// integers.
-pub fn cells_of_segments(model: &Model, tolerance: f64) -> Vec<f64> {
-    let cycle = &model.cycle;
+/// Cells of a mesh cycle as its first contact has it; as many as a slow cycle asks for, so not
+/// counted in integers.
+pub fn cells_needed(model: &Model, tolerance: f64) -> f64 {
+    let stretches = stretches(model, 0, 0);
+    let ends: Vec<f64> = stretches.iter().map(|stretch| stretch.end).collect();
+    cells(model, tolerance, &ends).iter().sum()
+}
+
+/// Cells of stretches that end at some phases, whole numbers.
+fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
+    let starts = || std::iter::once(&0.0).chain(ends);
     let fewest = fewest_windows(model, tolerance).max(FEWEST);
-    let share = |count: f64| -> Vec<f64> {
-        (cycle.segments.iter())
-            .map(|s| (count * (s.end - s.start)).ceil().max(1.0))
-            .collect()
-    };
-    let fitted = share(fewest);
+    let fitted: Vec<f64> = (starts().zip(ends))
+        .map(|(start, end)| (fewest * (end - start)).ceil().max(1.0))
+        .collect();
     let total: f64 = fitted.iter().sum();
-    let lengths = (cycle.segments.iter().zip(&fitted))
-        .map(|(s, count)| cycle.period * (s.end - s.start) / count);
+    let period = model.period();
+    let lengths = (starts().zip(ends).zip(&fitted))
+        .map(|((start, end), count)| period * (end - start) / count);
     let few = distinct(lengths).0.len() <= MOST_LENGTHS;
     let most = if few {
         WORTH_SHARING * total
     } else {
         f64::INFINITY
     };
-    let Some(parts) = cycle.equal_parts(most.min(MOST_PARTS as f64) as usize) else {
+    let Some(parts) = equal_parts(ends, most.min(MOST_PARTS as f64) as usize) else {
         return fitted;
     };
     let parts = parts as f64;
@@ -111,20 +165,13 @@ pub fn cells_of_segments(model: &Model, tolerance: f64) -> Vec<f64> {
     if cells > most {
         return fitted;
     }
-    (cycle.segments.iter())
-        .map(|s| (cells * (s.end - s.start)).round())
+    (starts().zip(ends))
+        .map(|(start, end)| (cells * (end - start)).round())
         .collect()
 }
 
-/// Lengths of the segments' cells \[s\], each once, and which of them each segment has.
-fn distinct_lengths(cycle: &MeshCycle, cells: &[usize]) -> (Vec<f64>, Vec<usize>) {
-    distinct(
-        (cells.iter().enumerate())
-            .map(|(index, &count)| (cycle.end(index) - cycle.start(index)) / count as f64),
-    )
-}
-
-fn distinct(lengths: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<usize>) {
+/// Lengths, each once, and which of them each one is.
+pub fn distinct(lengths: impl Iterator<Item = f64>) -> (Vec<f64>, Vec<usize>) {
     let mut seen: Vec<f64> = Vec::new();
     let which = lengths
         .map(|length| {

@@ -17,7 +17,7 @@ mod wide;
 mod window;
 
 pub use cut::{Basis, ExponentialChunk};
-pub use window::{Solution, Windows};
+pub use window::{Solution, Windows, size};
 
 use super::feedback::Closed;
 use super::shapes::{BlockChunk, Lack, Lanes, Row, Series, TERMS};
@@ -25,7 +25,7 @@ use super::varying::{Factors, Nodal};
 use crate::model::STIFFNESS_TERMS;
 use crate::numerics::instructions::portable;
 use crate::propagate::Counters;
-use crate::propagate::events::{Crossing, WindowDeflection};
+use crate::propagate::events::{Crossing, Guard};
 
 /// Instruction set of the inner loops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +125,16 @@ for_each_set! {
 }
 
 for_each_set! {
+    /// Free deflection of every column on a full window; `inputs` drive the first.
+    fn free(rows: &[Row], inputs: &[f64], columns: &[f64], out: &mut [Row]) = free_body
+}
+
+for_each_set! {
+    /// `out − B f`: what a force leaves of a deflection.
+    fn yielded(response: &[Row; TERMS], force: &Row, out: &mut Row) = yielded_body
+}
+
+for_each_set! {
     /// Factorises a window's system; `places` are its nodes within the segment whose
     /// `stiffness` varies.
     fn factorise(
@@ -206,8 +216,9 @@ for_each_set! {
 for_each_set! {
     /// [`crate::propagate::events::first_crossing`].
     fn first_crossing(
-        deflection: WindowDeflection<'_, TERMS>,
-        half_gap: f64,
+        deflection: &Series,
+        noise: f64,
+        guards: &[Guard<'_, TERMS>],
         limit: f64,
         counters: &mut Counters,
     ) -> Option<Crossing> = first_crossing_body
@@ -219,7 +230,7 @@ use varying::{deflection_body, factorise_body, force_body};
 use vector::Packed;
 #[cfg(target_arch = "x86_64")]
 use wide::Wide;
-use window::{advance_body, solve_body};
+use window::{advance_body, free_body, solve_body, yielded_body};
 
 #[cfg(test)]
 mod tests;

@@ -1,12 +1,12 @@
 //! How long is a window?
 
 use super::shapes::TERMS;
-use crate::model::{Block, MeshGain, Model};
+use crate::model::{Block, MeshCycle, MeshGain, Model};
 use crate::numerics::exponential::LARGEST_HALF_ARGUMENT;
 
 /// Windows a mesh cycle, not rounded, that are just short enough for the tolerance.
 pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
-    0.5 * fastest_rate(model) * model.cycle.period / largest_half_argument(tolerance)
+    0.5 * fastest_rate(model) * model.period() / largest_half_argument(tolerance)
 }
 
 /// Upper bound of the rates \[1/s\] in any contact state and of the excitation: with the
@@ -15,9 +15,9 @@ pub fn fastest_rate(model: &Model) -> f64 {
     let frequencies = model.blocks.iter().map(Block::natural_frequency);
     let open = frequencies.fold(0.0, f64::max);
     let (mut stiffening, mut damping) = (0.0_f64, 0.0_f64);
-    for gains in &model.directions {
+    for direction in &model.directions {
         let felt = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
-            (gains.iter())
+            (direction.gains.iter())
                 .map(|gain| {
                     let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
                     (r1 * g1 + r2 * g2).abs()
@@ -28,17 +28,15 @@ pub fn fastest_rate(model: &Model) -> f64 {
         stiffening = stiffening.max(by_rate);
         damping = damping.max(by_rate + felt(|gain| gain.deflection));
     }
-    let k = model.cycle.largest_stiffness();
-    let c = model
-        .cycle
-        .segments
-        .iter()
-        .map(|s| s.damping)
+    let cycles = || model.contacts.iter().flat_map(|contact| &contact.cycles);
+    let k = cycles()
+        .map(MeshCycle::largest_stiffness)
         .fold(0.0, f64::max);
+    let segments = cycles().flat_map(|cycle| &cycle.segments);
+    let c = segments.map(|s| s.damping).fold(0.0, f64::max);
     let closed = (open * open + k * stiffening).sqrt() + c * damping;
     let excitation = model
-        .transmission_error
-        .iter()
+        .transmission_errors()
         .map(|h| h.angular_frequency)
         .chain(model.ripple.iter().map(|r| r.angular_frequency));
     excitation.fold(closed, f64::max)

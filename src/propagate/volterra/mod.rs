@@ -52,9 +52,11 @@ mod closure;
 mod cycle;
 mod feedback;
 mod grid;
+mod joint;
 mod lanes;
 mod length;
 mod partial;
+mod search;
 mod shapes;
 mod tables;
 mod varying;
@@ -111,7 +113,7 @@ impl<'m> Volterra<'m> {
     /// Windows a mesh cycle that the kernel would need for a model: a stiff mesh, a strong
     /// damper or a slow speed can ask for more than anyone wants to wait for.
     pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
-        grid::cells_of_segments(model, tolerance).iter().sum()
+        grid::cells_needed(model, tolerance)
     }
 
     /// Numbers of the tables that a full window in contact reads, each for one multiply-add of
@@ -128,6 +130,6 @@ impl<'m> Volterra<'m> {
 
     /// Windows a mesh cycle without events.
     pub fn windows_per_cycle(&self) -> usize {
-        self.tables.grid.cells()
+        self.tables.first_course().grid.cells()
     }
 }

@@ -81,6 +81,32 @@ impl Volterra<'_> {
         }
     }
 
+    /// Adds what the force of one more contact does to all columns up to the cut. `forces` are its
+    /// series on the full window, and are used up.
+    pub(super) fn cut_further(
+        &self,
+        table: &WindowTable,
+        cut: &Cut,
+        forces: &mut [Row],
+        columns: &mut [f64],
+    ) {
+        let t = &self.tables;
+        let (blocks, pull) = (&t.blocks[table.direction], &t.pulls[table.direction]);
+        self.moments(&cut.basis, forces);
+        let length = 2 * t.layout.padded;
+        for (moments, column) in forces.iter().zip(columns.chunks_exact_mut(length)) {
+            let exponentials = &table.exponentials;
+            lanes::push(
+                self.instructions,
+                blocks,
+                exponentials,
+                pull,
+                moments,
+                column,
+            );
+        }
+    }
+
     /// `∫₀^τ P_k(ξ(τ−s)) F(s) ds` for every k, in place of every series F on the full window.
     fn moments(&self, basis: &Basis, series: &mut [Row]) {
         lanes::node_values(self.instructions, basis, series);

@@ -60,19 +60,19 @@ pub struct Layout {
     /// Inputs that act on the blocks, the first of all inputs: the constant 1 and (cos, sin)
     /// of every ripple.
     pub acting: usize,
-    /// All inputs: those that act, then (cos, sin) of every harmonic of the transmission
-    /// error; rounded up to a multiple of 4.
+    /// All inputs: those that act, then (cos, sin) of every frequency of the transmission
+    /// errors; rounded up to a multiple of 4.
     pub inputs: usize,
 }
 
 impl Layout {
-    /// Those of the tables of a model.
-    pub fn new(model: &Model) -> Self {
+    /// Those of the tables of a model with so many frequencies of transmission errors.
+    pub fn new(model: &Model, frequencies: usize) -> Self {
         let acting = 1 + 2 * model.ripple.len();
         Self {
             padded: model.modes().next_multiple_of(LANES),
             acting,
-            inputs: (acting + 2 * model.transmission_error.len()).next_multiple_of(4),
+            inputs: (acting + 2 * frequencies).next_multiple_of(4),
         }
     }
 }

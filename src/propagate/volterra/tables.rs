@@ -1,142 +1,382 @@
 //! Everything a kernel computes once for an operating point.
 
 use super::closure::Closure;
-use super::feedback::Feedback;
-use super::grid::Grid;
+use super::grid::{Grid, distinct};
 use super::lanes::InstructionSet;
 use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{Block, MeshGain, Model, Segment};
+use crate::model::{Block, Contact, MeshGain, Model, Segment};
 use crate::numerics::legendre::transforms8;
+use std::f64::consts::TAU;
+
+/// Mesh phases closer than this \[cycles\] are one.
+const SAME_PHASE: f64 = 1e-12;
 
 /// Tables of the structured kernel.
 #[derive(Debug)]
 pub struct VolterraTables {
     /// Sizes.
     pub layout: Layout,
-    /// Where windows start.
-    pub grid: Grid,
-    /// One table a length of window in the grid and direction of the mesh force.
+    /// Angular frequencies of all transmission errors \[rad/s\], with their turns a mesh cycle.
+    pub frequencies: Vec<[f64; 2]>,
+    /// Mesh cycles as contacts have them.
+    courses: Vec<Course>,
+    /// The courses of every contact in the mesh cycles of a base period; contacts that are alike
+    /// share them.
+    courses_of_contact: Vec<Vec<usize>>,
+    /// Stretches of every mesh cycle of a base period on which no contact changes its segment; none
+    /// where no two contacts can be closed at once.
+    pub joint: Vec<Vec<JointStretch>>,
+    /// One table a length of window and direction of a contact force.
     pub windows: Vec<WindowTable>,
     /// Gains of the blocks, one list a direction.
     pub blocks: Vec<Vec<BlockChunk>>,
+    /// Input −g of every chunk of blocks, one list a direction.
+    pub pulls: Vec<Vec<[Lanes; 2]>>,
     /// Input of every chunk of blocks, one a torque ripple.
     pub ripple: Vec<Vec<[Lanes; 2]>>,
-    /// Window table of every mesh segment.
-    window_of_segment: Vec<usize>,
+    /// Whether the flanks of a contact lack anything.
+    pub lacks: Vec<bool>,
+}
+
+/// A mesh cycle as a contact has it.
+#[derive(Debug)]
+pub struct Course {
+    /// Where windows start.
+    pub grid: Grid,
+    /// Window table of every stretch.
+    pub window_of_stretch: Vec<usize>,
+    /// The lines of all contacts on every stretch, that of its window table first.
+    pub sights_of_stretch: Vec<Vec<Sight>>,
     /// Solution operator of every cell, among those of its window table.
-    feedback_of_cell: Vec<usize>,
-    /// (cos, sin) of the transmission error's harmonics at the start of every cell.
+    pub feedback_of_cell: Vec<usize>,
+    /// (cos, sin) of the transmission errors' frequencies at the start of every cell.
     pub cell_phases: Vec<f64>,
-    /// What loaded flanks lack on every cell \[m\]; empty where they lack nothing anywhere.
-    lacks: Vec<Lack>,
+}
+
+/// The contacts that see the same deflection.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sight {
+    /// Their line.
+    pub line: usize,
+    /// Window table whose rows are those of the line.
+    pub window: usize,
+    /// The contacts.
+    pub contacts: Vec<usize>,
+}
+
+/// A part of a mesh cycle on which no contact changes its segment.
+#[derive(Debug)]
+pub struct JointStretch {
+    /// Its end \[s\].
+    pub end: f64,
+    /// Segment of every contact.
+    pub segments: Vec<usize>,
+    /// Window table of every contact.
+    pub windows: Vec<usize>,
+    /// The lines of all contacts.
+    pub sights: Vec<Sight>,
 }
 
 /// What loaded flanks lack over a window of length `delta` \[s\] that starts at `time` \[s\] in a
 /// segment.
-fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
+pub fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
     let place = |time: f64| segment.place(time / model.period());
     let series = segment.error.coefficients();
     transforms8().restrict(series, place(time), place(time + delta))
 }
 
+/// Window tables while it is found out which are needed: one a length and direction, with the
+/// lines on which its force is felt besides.
+#[derive(Default)]
+struct Needs {
+    kinds: Vec<(usize, usize)>,
+    closures: Vec<Vec<Closure>>,
+    felt: Vec<Vec<usize>>,
+}
+
+impl Needs {
+    /// The window table of a length and direction.
+    fn window(&mut self, length: usize, direction: usize) -> usize {
+        let window = place(&mut self.kinds, (length, direction));
+        self.closures.resize(self.kinds.len(), Vec::new());
+        self.felt.resize(self.kinds.len(), Vec::new());
+        window
+    }
+
+    /// The lines of contacts in their directions, for windows of a length.
+    /// That of the contact `first` comes first.
+    fn sights(
+        &mut self,
+        model: &Model,
+        length: usize,
+        directions: &[usize],
+        first: usize,
+    ) -> Vec<Sight> {
+        let mut sights: Vec<Sight> = Vec::new();
+        let others = (0..directions.len()).filter(|&contact| contact != first);
+        for contact in std::iter::once(first).chain(others) {
+            let direction = directions[contact];
+            let line = model.directions[direction].line;
+            match sights.iter_mut().find(|sight| sight.line == line) {
+                Some(sight) => sight.contacts.push(contact),
+                None => sights.push(Sight {
+                    line,
+                    window: self.window(length, direction),
+                    contacts: vec![contact],
+                }),
+            }
+        }
+        for sight in &mut sights {
+            sight.contacts.sort_unstable();
+        }
+        sights
+    }
+
+    fn feel(&mut self, window: usize, line: usize) {
+        place(&mut self.felt[window], line);
+    }
+}
+
 impl VolterraTables {
     /// Tables for a model; see [`super::Volterra::new`] for `tolerance`.
     pub fn new(model: &Model, tolerance: f64, set: InstructionSet) -> Self {
-        let (layout, grid) = (Layout::new(model), Grid::new(model, tolerance));
-        let mut kinds: Vec<(usize, usize)> = Vec::new();
-        let window_of_segment: Vec<_> = (model.cycle.segments.iter())
-            .zip(&grid.length_of_segment)
-            .map(|(segment, &length)| place(&mut kinds, (length, segment.direction)))
-            .collect();
-        let mut closures = vec![Vec::new(); kinds.len()];
-        let feedback_of_cell = (0..grid.cells())
-            .map(|cell| {
-                let index = grid.segment_of_cell[cell];
-                let segment = &model.cycle.segments[index];
-                let closure = Closure::new(model, segment, grid.time[cell], grid.delta(index));
-                place(&mut closures[window_of_segment[index]], closure)
+        let mut frequencies = Vec::new();
+        for h in model.transmission_errors() {
+            place(&mut frequencies, [h.angular_frequency, h.turns_per_cycle]);
+        }
+        let layout = Layout::new(model, frequencies.len());
+        let base = model.base_cycles() as u64;
+        let mut grids: Vec<(usize, u64, Grid)> = Vec::new();
+        let mut courses_of_contact: Vec<Vec<usize>> = Vec::new();
+        for (index, contact) in model.contacts.iter().enumerate() {
+            let alike = model.contacts[..index]
+                .iter()
+                .position(|c| c.cycles == contact.cycles);
+            if let Some(alike) = alike {
+                courses_of_contact.push(courses_of_contact[alike].clone());
+                continue;
+            }
+            let first = grids.len();
+            grids.extend(
+                (0..base).map(|cycle| (index, cycle, Grid::new(model, tolerance, index, cycle))),
+            );
+            courses_of_contact.push((first..grids.len()).collect());
+        }
+        let (lengths, which) = distinct(grids.iter().flat_map(|g| g.2.lengths.iter().copied()));
+        let mut which = which.into_iter();
+        let mut needs = Needs::default();
+        let courses = (grids.into_iter())
+            .map(|(contact, cycle, grid)| {
+                let lengths_of_stretch = which.by_ref().take(grid.lengths.len());
+                let which: Vec<usize> = lengths_of_stretch.collect();
+                let own = (contact, cycle, grid);
+                Course::new(model, own, &lengths, &which, &frequencies, &mut needs)
             })
             .collect();
-        let exponentials: Vec<Vec<_>> = (grid.lengths.iter())
+        let joint = match can_join(model) {
+            true => (0..base)
+                .map(|cycle| joint_stretches(model, cycle, &mut needs))
+                .collect(),
+            false => Vec::new(),
+        };
+        let exponentials: Vec<Vec<_>> = (lengths.iter())
             .map(|&delta| {
                 let exponential = |block| BlockExponential::new(block, delta);
                 model.blocks.iter().map(exponential).collect()
             })
             .collect();
-        let windows = (kinds.iter().zip(&closures))
-            .map(|(&(length, direction), closures)| {
-                let (delta, exponentials) = (grid.lengths[length], &exponentials[length]);
-                WindowTable::new(model, layout, delta, direction, exponentials, closures, set)
+        let windows = (needs.kinds.iter().zip(&needs.closures).zip(&needs.felt))
+            .map(|((&(length, direction), closures), felt)| {
+                let exponentials = &exponentials[length];
+                let kind = (lengths[length], direction);
+                WindowTable::new(
+                    model,
+                    layout,
+                    kind,
+                    exponentials,
+                    closures,
+                    felt,
+                    &frequencies,
+                    set,
+                )
             })
             .collect();
-        let cell_phases = (grid.time.iter())
-            .flat_map(|time| {
-                model.transmission_error.iter().flat_map(move |h| {
-                    let (sin, cos) = (h.angular_frequency * time).sin_cos();
-                    [cos, sin]
-                })
-            })
+        let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
+            .map(|direction| block_chunks(model, &direction.gains))
             .collect();
-        let lacks = match model.cycle.has_error() {
-            true => (0..grid.cells())
-                .map(|cell| {
-                    let index = grid.segment_of_cell[cell];
-                    let segment = &model.cycle.segments[index];
-                    lack(model, segment, grid.time[cell], grid.delta(index))
-                })
-                .collect(),
-            false => Vec::new(),
-        };
         Self {
-            lacks,
             layout,
+            courses,
+            courses_of_contact,
+            joint,
             windows,
-            blocks: (model.directions.iter())
-                .map(|gains| block_chunks(model, gains))
+            pulls: (blocks.iter())
+                .map(|blocks| blocks.iter().map(|chunk| chunk.mesh_pull).collect())
                 .collect(),
+            blocks,
             ripple: (model.ripple.iter())
                 .map(|ripple| in_chunks(&ripple.input))
                 .collect(),
-            window_of_segment,
+            lacks: (model.contacts.iter())
+                .map(|contact| contact.cycles.iter().any(|cycle| cycle.has_error()))
+                .collect(),
+            frequencies,
+        }
+    }
+
+    /// The course of a contact in a mesh cycle, by its number.
+    pub fn course_of(&self, contact: usize, cycle: u64) -> usize {
+        let courses = &self.courses_of_contact[contact];
+        match courses.len() {
+            1 => courses[0],
+            count => courses[(cycle % count as u64) as usize],
+        }
+    }
+
+    /// A course.
+    pub fn course(&self, number: usize) -> &Course {
+        &self.courses[number]
+    }
+
+    /// The first course of the first contact.
+    pub fn first_course(&self) -> &Course {
+        &self.courses[0]
+    }
+}
+
+impl Course {
+    /// A contact's course of a mesh cycle; `which` of the `lengths` of windows each stretch of its
+    /// grid has.
+    fn new(
+        model: &Model,
+        (contact, cycle, grid): (usize, u64, Grid),
+        lengths: &[f64],
+        which: &[usize],
+        frequencies: &[[f64; 2]],
+        needs: &mut Needs,
+    ) -> Self {
+        let mut window_of_stretch = Vec::new();
+        let mut sights_of_stretch = Vec::new();
+        let mut feedback_of_cell = Vec::new();
+        let mut first = 0;
+        for (stretch, &length) in which.iter().enumerate() {
+            let own = grid.segment_of_stretch[stretch];
+            let own = &model.contacts[contact].cycle(cycle).segments[own];
+            let cells = first..grid.stretch_end_cell[stretch];
+            let inside = 0.5 * (grid.time[first] + grid.time[first + 1]);
+            let mut directions: Vec<usize> = (model.segments_at(cycle, inside).iter())
+                .map(|segment| segment.direction)
+                .collect();
+            directions[contact] = own.direction;
+            let sights = needs.sights(model, length, &directions, contact);
+            let window = sights[0].window;
+            for sight in &sights[1..] {
+                needs.feel(window, sight.line);
+            }
+            for cell in cells {
+                let closure = Closure::new(model, own, grid.time[cell], lengths[length]);
+                feedback_of_cell.push(place(&mut needs.closures[window], closure));
+            }
+            first = grid.stretch_end_cell[stretch];
+            window_of_stretch.push(window);
+            sights_of_stretch.push(sights);
+        }
+        let mut cell_phases = Vec::new();
+        for &time in &grid.time {
+            for &frequency in frequencies {
+                cell_phases.extend(phases(frequency, cycle, time));
+            }
+        }
+        Self {
+            grid,
+            window_of_stretch,
+            sights_of_stretch,
             feedback_of_cell,
             cell_phases,
-            grid,
         }
     }
+}
 
-    /// The tables of windows that start in a mesh segment.
-    pub fn window(&self, segment: usize) -> &WindowTable {
-        &self.windows[self.window_of_segment[segment]]
-    }
-
-    /// What loaded flanks lack on the window that starts at a time \[s\] in a segment, the start
-    /// of a cell where one is given; none where they lack nothing in the whole cycle.
-    #[inline]
-    pub fn lack(
-        &self,
-        model: &Model,
-        segment: usize,
-        time: f64,
-        cell: Option<usize>,
-    ) -> Option<Lack> {
-        if self.lacks.is_empty() {
-            return None;
-        }
-        Some(match cell {
-            Some(cell) => self.lacks[cell],
+impl Course {
+    /// The stretch that a cell or a time \[s\] is in.
+    pub fn stretch(&self, aligned: Option<usize>, time: f64) -> usize {
+        match aligned {
+            Some(cell) => self.grid.stretch_of_cell[cell],
             None => {
-                let delta = self.window(segment).delta;
-                lack(model, &model.cycle.segments[segment], time, delta)
+                let ends = &self.grid.stretch_end_cell;
+                let inside = |end: &usize| time < self.grid.time[*end];
+                ends.iter().position(inside).unwrap_or(ends.len() - 1)
+            }
+        }
+    }
+}
+
+/// (cos, sin) of a frequency \[rad/s\], with its turns a mesh cycle, at a time \[s\] within one.
+pub fn phases([angular, turns]: [f64; 2], cycle: u64, time: f64) -> [f64; 2] {
+    let whole = TAU * (cycle as f64 * turns).fract();
+    let (sin, cos) = (whole + angular * time).sin_cos();
+    [cos, sin]
+}
+
+/// Whether some two contacts of a model can be closed at once: not those on opposite sides of one
+/// line.
+fn can_join(model: &Model) -> bool {
+    let lines = |contact: &Contact| {
+        let mut lines: Vec<usize> = Vec::new();
+        for segment in contact.cycles.iter().flat_map(|cycle| &cycle.segments) {
+            place(&mut lines, model.line(segment));
+        }
+        lines
+    };
+    let contacts = &model.contacts;
+    (contacts.iter().enumerate()).any(|(i, contact)| {
+        contacts[..i].iter().any(|other| {
+            let [own, others] = [contact, other].map(lines);
+            contact.side == other.side || own.len() > 1 || own != others
+        })
+    })
+}
+
+/// The joint stretches of a mesh cycle.
+fn joint_stretches(model: &Model, cycle: u64, needs: &mut Needs) -> Vec<JointStretch> {
+    let cycles = model.contacts.iter().map(|contact| contact.cycle(cycle));
+    let mut ends: Vec<f64> = cycles
+        .flat_map(|c| c.segments.iter().map(|s| s.end))
+        .collect();
+    ends.sort_by(f64::total_cmp);
+    ends.dedup_by(|a, b| *a - *b < SAME_PHASE);
+    let mut start = 0.0;
+    (ends.iter())
+        .map(|&end| {
+            let inside = 0.5 * (start + end);
+            start = end;
+            let segments: Vec<usize> = (model.contacts.iter())
+                .map(|contact| {
+                    let segments = &contact.cycle(cycle).segments;
+                    segments.partition_point(|segment| segment.end <= inside)
+                })
+                .collect();
+            let directions: Vec<usize> = (model.contacts.iter().zip(&segments))
+                .map(|(contact, &segment)| contact.cycle(cycle).segments[segment].direction)
+                .collect();
+            let sights = needs.sights(model, 0, &directions, 0);
+            let windows: Vec<usize> = (directions.iter())
+                .map(|&direction| needs.window(0, direction))
+                .collect();
+            for &window in &windows {
+                for sight in &sights {
+                    needs.feel(window, sight.line);
+                }
+            }
+            JointStretch {
+                end: model.period() * end,
+                segments,
+                windows,
+                sights,
             }
         })
-    }
-
-    /// The solution operator of the window that is a cell.
-    pub fn feedback(&self, cell: usize) -> &Feedback {
-        let table = self.window(self.grid.segment_of_cell[cell]);
-        &table.feedback[self.feedback_of_cell[cell]]
-    }
+        .collect()
 }
 
 /// Place of a value in a list, appended where it is new.

@@ -36,18 +36,33 @@ pub struct WindowTable {
     pub direction: usize,
     /// Series of every torque ripple's `e^{iωt}` on a full window.
     pub ripple: Vec<[Complex64; TERMS]>,
+    /// What the force does to deflections besides its own.
+    responses: Vec<Response>,
+}
+
+/// What a force does to the deflection along a line: columns of B and B', series to series.
+#[derive(Debug)]
+pub struct Response {
+    line: usize,
+    /// To the deflection.
+    pub deflection: [Row; TERMS],
+    /// To its rate.
+    pub rate: [Row; TERMS],
 }
 
 impl WindowTable {
-    /// Tables of windows of length `delta` \[s\] for a model, whose mesh has the `closures` on
-    /// such windows. `exponentials` are those of the blocks on a window of this length.
+    /// Tables of windows of a length \[s\] and a direction for a model, which contacts have the
+    /// `closures` on such windows and whose force is `felt` on some lines besides its own.
+    /// `exponentials` are those of the blocks on a window of this length, `frequencies` those of
+    /// the transmission errors.
     pub fn new(
         model: &Model,
         layout: Layout,
-        delta: f64,
-        direction: usize,
+        (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
         closures: &[Closure],
+        felt: &[usize],
+        frequencies: &[[f64; 2]],
         set: InstructionSet,
     ) -> Self {
         let terms: Vec<_> = (exponentials.chunks(LANES))
@@ -72,11 +87,15 @@ impl WindowTable {
             nodal: None,
             direction,
             ripple: Vec::new(),
+            responses: Vec::new(),
         };
         table.fill_structure(model, layout, exponentials);
         table.fill_feedback(model, layout, closures, exponentials, set);
         table.fill_ripple(model, layout, exponentials);
-        table.fill_transmission_error(model, layout);
+        table.fill_transmission_error(model, layout, frequencies);
+        table.responses = (felt.iter())
+            .map(|&line| table.response(model, line, exponentials))
+            .collect();
         table
     }
 
@@ -95,7 +114,7 @@ impl WindowTable {
     /// R, D, E and the mean torques' effect on the state.
     fn fill_structure(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;
-        let gains = &model.directions[self.direction];
+        let gains = &model.directions[self.direction].gains;
         for (i, (block, exponential)) in model.blocks.iter().zip(exponentials).enumerate() {
             let (chunk, lane) = (i / LANES, i % LANES);
             let MeshGain {
@@ -131,7 +150,7 @@ impl WindowTable {
         exponentials: &[BlockExponential],
         set: InstructionSet,
     ) {
-        let gains = &model.directions[self.direction];
+        let gains = &model.directions[self.direction].gains;
         let mut impulse = Kernels::default();
         let mut torque = Kernels::default();
         for ((block, gain), exponential) in model.blocks.iter().zip(gains).zip(exponentials) {
@@ -160,7 +179,7 @@ impl WindowTable {
     /// Torque ripples: their effect on state and δ, phase left out.
     fn fill_ripple(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;
-        let gains = &model.directions[self.direction];
+        let gains = &model.directions[self.direction].gains;
         for (index, ripple) in model.ripple.iter().enumerate() {
             let column = 1 + 2 * index;
             let mut series = [Complex64::ZERO; TERMS];
@@ -193,17 +212,52 @@ impl WindowTable {
     }
 
     /// The transmission error's effect on δ, `−e`, amplitude and phase included.
-    fn fill_transmission_error(&mut self, model: &Model, layout: Layout) {
+    fn fill_transmission_error(&mut self, model: &Model, layout: Layout, frequencies: &[[f64; 2]]) {
         let first = 2 * layout.padded + layout.acting;
-        for (index, h) in model.transmission_error.iter().enumerate() {
+        let line = &model.lines[model.directions[self.direction].line];
+        for (index, &[angular_frequency, turns_per_cycle]) in frequencies.iter().enumerate() {
             let mut series = [Complex64::ZERO; TERMS];
-            legendre_series(c64(0.0, h.angular_frequency), self.delta, &mut series);
-            let amplitude = -h.amplitude * Complex64::cis(h.phase);
-            for (n, u) in series.iter().enumerate() {
-                let value = amplitude * u;
-                self.rows[first + 2 * index].0[n] = value.re;
-                self.rows[first + 2 * index + 1].0[n] = -value.im;
+            legendre_series(c64(0.0, angular_frequency), self.delta, &mut series);
+            let own = (line.transmission_error.iter()).filter(|h| {
+                [h.angular_frequency, h.turns_per_cycle] == [angular_frequency, turns_per_cycle]
+            });
+            for h in own {
+                let amplitude = -h.amplitude * Complex64::cis(h.phase);
+                for (n, u) in series.iter().enumerate() {
+                    let value = amplitude * u;
+                    self.rows[first + 2 * index].0[n] += value.re;
+                    self.rows[first + 2 * index + 1].0[n] -= value.im;
+                }
             }
+        }
+    }
+
+    /// What the force does to the deflection along a line.
+    pub fn felt_on(&self, line: usize) -> Option<&Response> {
+        self.responses.iter().find(|response| response.line == line)
+    }
+
+    fn response(&self, model: &Model, line: usize, exponentials: &[BlockExponential]) -> Response {
+        let force = &model.directions[self.direction].gains;
+        let along = model
+            .directions
+            .iter()
+            .find(|direction| direction.line == line);
+        let mut impulse = Kernels::default();
+        for ((felt, own), exponential) in along
+            .map_or(force, |d| &d.gains)
+            .iter()
+            .zip(force)
+            .zip(exponentials)
+        {
+            impulse.add(felt, exponential, own.mesh_input);
+        }
+        let convolution = convolution24();
+        let columns = |kernel| convolution.operator(kernel, self.delta).map(Row);
+        Response {
+            line,
+            deflection: columns(&impulse.deflection),
+            rate: columns(&impulse.rate),
         }
     }
 }

@@ -1,10 +1,12 @@
 //! What an integration works on.
 
+use super::joint::Joint;
 use super::lanes::Solution;
 use super::partial::Cut;
-use super::shapes::{LANES, Layout, Row};
+use super::shapes::{LANES, Row};
+use super::tables::VolterraTables;
 use super::varying::Factors;
-use crate::model::TrajectoryState;
+use crate::model::{Model, Segment, TrajectoryState};
 use crate::propagate::Tangents;
 
 /// Scratch memory of the structured kernel.
@@ -22,8 +24,12 @@ pub struct Workspace {
     pub inputs: Vec<f64>,
     /// Force series of every column on the present window, meaningless in free flight.
     pub forces: Vec<Row>,
-    /// Of the trajectory on the present window.
-    pub solution: Solution,
+    /// Of the trajectory on the present window, one a line; the first along that of the force.
+    pub solutions: Vec<Solution>,
+    /// The segment of every contact on the present window.
+    pub segments: Vec<Segment>,
+    /// What a window with several closed contacts is solved with.
+    pub joint: Joint,
     /// Where a window was cut.
     pub cut: Cut,
     /// Of the present window, where its stiffness varies off the grid.
@@ -32,14 +38,17 @@ pub struct Workspace {
 
 impl Workspace {
     /// Room for a trajectory without tangents.
-    pub fn new(layout: Layout) -> Self {
+    pub fn new(model: &Model, tables: &VolterraTables) -> Self {
+        let layout = tables.layout;
         Self {
             columns: vec![0.0; 2 * layout.padded],
             length: 2 * layout.padded,
             count: 1,
             inputs: vec![0.0; layout.inputs],
             forces: vec![Row::ZERO],
-            solution: Solution::ZERO,
+            solutions: vec![Solution::ZERO; model.lines.len()],
+            segments: model.segments_at(0, 0.0),
+            joint: Joint::default(),
             cut: Cut::new(layout.padded / LANES),
             factors: Factors::NONE,
         }
@@ -63,7 +72,7 @@ impl Workspace {
             &self.columns[..self.count * self.length],
             &self.factors,
             &mut self.forces[..self.count],
-            &mut self.solution,
+            &mut self.solutions[0],
         )
     }
 
@@ -75,6 +84,42 @@ impl Workspace {
             &mut self.forces[..forces],
             &self.inputs,
             &mut self.cut,
+        )
+    }
+
+    /// Inputs, trajectory and the trajectory's force, and room for the solution along another line.
+    pub fn trajectory(&mut self) -> (&[f64], &[f64], &Row, &mut [Solution]) {
+        (
+            &self.inputs,
+            &self.columns[..self.length],
+            &self.forces[0],
+            &mut self.solutions,
+        )
+    }
+
+    /// Inputs, all columns, and room for the joint solution with their number.
+    pub fn joining(&mut self) -> (&[f64], &[f64], &mut Joint, &mut [Solution], usize) {
+        (
+            &self.inputs,
+            &self.columns[..self.count * self.length],
+            &mut self.joint,
+            &mut self.solutions,
+            self.count,
+        )
+    }
+
+    /// What a window cut short moves, as [`Self::moving`], with the forces of a joint solution.
+    pub fn cutting(
+        &mut self,
+        touching: bool,
+    ) -> (&mut [f64], &mut [Row], &[f64], &mut Cut, &mut Joint) {
+        let forces = if touching { self.count } else { 0 };
+        (
+            &mut self.columns[..self.count * self.length],
+            &mut self.forces[..forces],
+            &self.inputs,
+            &mut self.cut,
+            &mut self.joint,
         )
     }
 

@@ -20,8 +20,8 @@ mod series;
 pub use double_double::DoubleDouble;
 
 use super::ReferenceError;
-use super::integrator::{CROSSING_LIMIT, fastest_rate};
-use crate::model::{Contact, Model, Segment, Surface, TrajectoryState};
+use super::integrator::{CROSSING_LIMIT, SAME_PHASE, ends, fastest_rate};
+use crate::model::{ActiveSet, Model, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
 /// Terms of the series on a step: X₀ … X₃₀.
@@ -37,17 +37,17 @@ pub struct Extended<'m> {
     step: f64,
 }
 
-/// A change of contact state, its time to all digits.
+/// A contact opens or closes, its time to all digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtendedCrossing {
     /// Mesh cycle.
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: DoubleDouble,
-    /// Contact state before.
-    pub from: Contact,
-    /// Contact state after.
-    pub to: Contact,
+    /// The contacts that are closed before.
+    pub from: ActiveSet,
+    /// The contacts that are closed after.
+    pub to: ActiveSet,
 }
 
 /// What an extended integration leaves.
@@ -55,11 +55,11 @@ pub struct ExtendedCrossing {
 pub struct ExtendedPassage {
     /// State at the end: first components of all blocks, then second components, length 2N.
     pub state: Vec<DoubleDouble>,
-    /// Contact state at the end.
-    pub contact: Contact,
+    /// The contacts that are closed at the end.
+    pub contact: ActiveSet,
     /// Mesh cycles since the start of the simulation.
     pub cycle: u64,
-    /// Every change of contact state, in order.
+    /// Every opening and closing of a contact, in order.
     pub crossings: Vec<ExtendedCrossing>,
 }
 
@@ -119,7 +119,8 @@ impl<'m> Extended<'m> {
             extended: self,
             cycle: start.cycle,
             contact: start.contact,
-            crossed: None,
+            segments: self.model.segments_at(start.cycle, 0.0),
+            crossed: ActiveSet::FREE,
             state: start
                 .state
                 .iter()
@@ -143,29 +144,32 @@ impl<'m> Extended<'m> {
 struct Integration<'e> {
     extended: &'e Extended<'e>,
     cycle: u64,
-    contact: Contact,
-    /// Surface the trajectory stands on, right after an event.
-    crossed: Option<Surface>,
+    contact: ActiveSet,
+    /// The segment of every contact.
+    segments: Vec<Segment>,
+    /// Contacts on whose surfaces the trajectory stands, right after an event.
+    crossed: ActiveSet,
     state: Vec<DoubleDouble>,
     crossings: Vec<ExtendedCrossing>,
 }
 
 impl Integration<'_> {
     fn one_cycle(&mut self) -> Result<(), ReferenceError> {
-        let cycle = &self.extended.model.cycle;
-        let boundary = |phase: f64| DoubleDouble::product(cycle.period, phase);
+        let model = self.extended.model;
+        let boundary = |phase: f64| DoubleDouble::product(model.period(), phase);
         let mut met = 0;
-        for (index, segment) in cycle.segments.iter().enumerate() {
-            let mut time = boundary(segment.start);
-            let end = boundary(segment.end);
-            if cycle.turns(index) {
-                self.turn(segment, time);
-            }
+        let mut start = 0.0;
+        for phase in ends(model, self.cycle) {
+            let mut time = boundary(start);
+            let end = boundary(phase);
+            let inside = 0.5 * (start + phase);
+            self.segments = model.segments_at(self.cycle, model.period() * inside);
+            self.turn(start, time);
             while time < end {
                 let rest = end - time;
                 let steps = (rest.value() / self.extended.step).ceil().max(1.0);
                 let length = rest / DoubleDouble::exact(steps);
-                match self.step(index, time, length)? {
+                match self.step(time, length)? {
                     Some(crossing) => {
                         time = crossing;
                         met += 1;
@@ -180,37 +184,53 @@ impl Integration<'_> {
                     });
                 }
             }
+            start = phase;
         }
         self.cycle += 1;
         Ok(())
     }
 
-    /// Takes up a new direction and half gap, where the contact state may step.
-    fn turn(&mut self, segment: &Segment, time: DoubleDouble) {
+    /// Takes up new lines and gaps, where contacts may open and close.
+    fn turn(&mut self, phase: f64, time: DoubleDouble) {
         let Extended {
             model, structure, ..
         } = self.extended;
-        let deflection = structure.deflection(model, segment, time, &self.state);
-        let gap = model.gap_on(segment, time.value());
-        let target = Contact::classify(deflection.value(), 0.0, gap);
-        while let Some(surface) = self.contact.towards(target) {
-            let from = self.contact;
-            self.contact = from.across(surface);
-            // Nothing stands on a surface after a step over it.
-            self.crossed = None;
-            self.crossings.push(ExtendedCrossing {
-                cycle: self.cycle,
-                time,
-                from,
-                to: self.contact,
-            });
+        for (index, contact) in model.contacts.iter().enumerate() {
+            let segments = &contact.cycle(self.cycle).segments;
+            let starts = |segment: &Segment| (segment.start - phase).abs() < SAME_PHASE;
+            let Some(own) = segments.iter().position(starts) else {
+                continue;
+            };
+            if !model.turns(contact, self.cycle, own) {
+                continue;
+            }
+            let segment = &self.segments[index];
+            let at = (self.cycle, time);
+            let deflection = structure.deflection(model, segment, at, &self.state);
+            let gap = contact.gap(segment, time.value());
+            if contact.closes(deflection.value(), 0.0, gap) != self.contact.holds(index) {
+                self.cross(index, time);
+                // Nothing stands on a surface after a step over it.
+                self.crossed = ActiveSet::FREE;
+            }
         }
+    }
+
+    /// Opens or closes a contact.
+    fn cross(&mut self, contact: usize, time: DoubleDouble) {
+        let from = self.contact;
+        self.contact = from.toggled(contact);
+        self.crossings.push(ExtendedCrossing {
+            cycle: self.cycle,
+            time,
+            from,
+            to: self.contact,
+        });
     }
 
     /// One step, or to the first event, whose time is given.
     fn step(
         &mut self,
-        segment: usize,
         time: DoubleDouble,
         length: DoubleDouble,
     ) -> Result<Option<DoubleDouble>, ReferenceError> {
@@ -218,7 +238,7 @@ impl Integration<'_> {
         let instant = Instant {
             cycle: self.cycle,
             time,
-            segment: &extended.model.cycle.segments[segment],
+            segments: &self.segments,
             contact: self.contact,
         };
         let series = extended.structure.expand(
@@ -228,48 +248,51 @@ impl Integration<'_> {
             length,
             extended.order,
         );
-        if !series.deflection.iter().all(|d| d.value().is_finite()) {
+        let mut terms = series.deflections.iter().flatten();
+        if !terms.all(|d| d.value().is_finite()) {
             return Err(ReferenceError::NonFinite { cycle: self.cycle });
         }
-        let Some((place, surface)) = self.first_event(&series)? else {
+        let Some((place, contact)) = self.first_event(&series)? else {
             self.state = series.state_at(DoubleDouble::ONE);
-            self.crossed = None;
+            self.crossed = ActiveSet::FREE;
             return Ok(None);
         };
         self.state = series.state_at(place);
-        let (from, to) = (self.contact, self.contact.across(surface));
         let reached = time + length * place;
-        self.crossings.push(ExtendedCrossing {
-            cycle: self.cycle,
-            time: reached,
-            from,
-            to,
-        });
-        self.contact = to;
-        self.crossed = Some(surface);
+        self.cross(contact, reached);
+        self.crossed = ActiveSet::FREE.toggled(contact);
         Ok(Some(reached))
     }
 
-    /// The first place of a step where its contact state ends, and through which surface.
+    /// The first place of a step where a contact opens or closes, and which.
     fn first_event(
         &self,
         series: &StepSeries,
-    ) -> Result<Option<(DoubleDouble, Surface)>, ReferenceError> {
-        // Margin: side·δ + outside·b, positive inside the contact state.
-        let half_gap = self.extended.model.half_gap;
-        let margins: &[(Surface, f64, f64)] = match self.contact {
-            Contact::Drive => &[(Surface::Drive, 1.0, -1.0)],
-            Contact::Coast => &[(Surface::Coast, -1.0, -1.0)],
-            Contact::Free => &[(Surface::Drive, -1.0, 1.0), (Surface::Coast, 1.0, 1.0)],
-        };
-        let mut first: Option<(DoubleDouble, Surface)> = None;
-        for &(surface, side, outside) in margins {
-            let mut margin: Vec<_> = series.deflection.iter().map(|&d| d * side).collect();
-            margin[0] += DoubleDouble::exact(outside * half_gap);
-            for (margin, &lack) in margin.iter_mut().zip(&series.lack) {
-                *margin += lack * outside;
+    ) -> Result<Option<(DoubleDouble, usize)>, ReferenceError> {
+        let model = self.extended.model;
+        let mut first: Option<(DoubleDouble, usize)> = None;
+        for (index, contact) in model.contacts.iter().enumerate() {
+            let line = model.line(&self.segments[index]);
+            let closed = self.contact.holds(index);
+            let opposite = |other: usize| {
+                let sides = [contact.side, -model.contacts[other].side];
+                sides[0] == sides[1] && model.line(&self.segments[other]) == line
+            };
+            // Out of reach while one on the other side of its line is closed.
+            if !closed && self.contact.iter().any(opposite) {
+                continue;
             }
-            if self.crossed == Some(surface) {
+            // Margin: inside (side δ − b), positive while the contact stays what it is.
+            let inside = if closed { 1.0 } else { -1.0 };
+            let deflection = &series.deflections[line];
+            let mut margin: Vec<_> = (deflection.iter())
+                .map(|&d| d * (inside * contact.side))
+                .collect();
+            margin[0] += DoubleDouble::exact(-inside * contact.half_gap);
+            for (margin, &lack) in margin.iter_mut().zip(&series.lacks[index]) {
+                *margin += lack * -inside;
+            }
+            if self.crossed.holds(index) {
                 // The event's own zero is divided out.
                 margin.remove(0);
             }
@@ -278,7 +301,7 @@ impl Integration<'_> {
             if let Some(place) = zero
                 && first.is_none_or(|(earlier, _)| place < earlier)
             {
-                first = Some((place, surface));
+                first = Some((place, index));
             }
         }
         Ok(first)

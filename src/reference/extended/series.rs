@@ -2,7 +2,7 @@
 
 use super::DoubleDouble;
 use super::root::evaluate;
-use crate::model::{Block, Contact, MeshGain, Model, STIFFNESS_TERMS, Segment};
+use crate::model::{ActiveSet, Block, Line, MeshGain, Model, STIFFNESS_TERMS, Segment};
 
 /// A model's blocks in extended precision, one list a direction of the mesh force.
 #[derive(Debug, Clone)]
@@ -25,18 +25,19 @@ pub(super) struct Instant<'a> {
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: DoubleDouble,
-    pub segment: &'a Segment,
-    pub contact: Contact,
+    /// The segment of every contact.
+    pub segments: &'a [Segment],
+    pub contact: ActiveSet,
 }
 
 /// Coefficients on a step in `u`, the fraction of its length.
 pub(super) struct StepSeries {
     /// Of each component of the state, order + 1 each.
     states: Vec<Vec<DoubleDouble>>,
-    /// Of δ \[m\].
-    pub deflection: Vec<DoubleDouble>,
-    /// Of what loaded flanks lack \[m\]; only as long as it is not zero.
-    pub lack: Vec<DoubleDouble>,
+    /// Of δ along every line \[m\], as far as a contact is on it.
+    pub deflections: Vec<Vec<DoubleDouble>>,
+    /// Of what loaded flanks lack, of every contact \[m\]; only as long as it is not zero.
+    pub lacks: Vec<Vec<DoubleDouble>>,
 }
 
 impl StepSeries {
@@ -62,28 +63,36 @@ impl Structure {
             }
         };
         let directions = (model.directions.iter())
-            .map(|gains| model.blocks.iter().zip(gains).map(extend).collect())
+            .map(|direction| {
+                model
+                    .blocks
+                    .iter()
+                    .zip(&direction.gains)
+                    .map(extend)
+                    .collect()
+            })
             .collect();
         Self { directions }
     }
 
-    /// Deflection \[m\] of a state on a segment.
+    /// Deflection \[m\] of a state along the line of a segment.
     pub fn deflection(
         &self,
         model: &Model,
         segment: &Segment,
-        time: DoubleDouble,
+        (cycle, time): (u64, DoubleDouble),
         state: &[DoubleDouble],
     ) -> DoubleDouble {
         let n = model.modes();
-        let error = transmission_error(model, time, DoubleDouble::ZERO, 0);
+        let line = &model.lines[model.line(segment)];
+        let error = transmission_error(line, cycle, time, DoubleDouble::ZERO, 0);
         let blocks = self.directions[segment.direction].iter().enumerate();
         blocks.fold(-error[0][0], |sum, (i, block)| {
             sum + state[i] * block.deflection[0] + state[n + i] * block.deflection[1]
         })
     }
 
-    /// The series of state and deflection from `state` over a step of the given length \[s\].
+    /// The series of state and deflections from `state` over a step of the given length \[s\].
     pub fn expand(
         &self,
         model: &Model,
@@ -92,9 +101,7 @@ impl Structure {
         length: DoubleDouble,
         order: usize,
     ) -> StepSeries {
-        let blocks = &self.directions[instant.segment.direction];
-        let n = blocks.len();
-        let error = transmission_error(model, instant.time, length, order);
+        let n = model.modes();
         let ripple: Vec<_> = model
             .ripple
             .iter()
@@ -107,52 +114,67 @@ impl Structure {
                 (cosine(phase, length * r.angular_frequency, order), &r.input)
             })
             .collect();
-
-        let touching = instant.contact.touching();
-        let c = instant.segment.damping;
-        let segment = instant.segment;
-        let stiffness = on_step(model, instant, length, segment.stiffness.coefficients());
-        // The half gap: what flanks lack, and the backlash as its constant.
-        let lack = on_step(model, instant, length, segment.error.coefficients());
-        let mut gap = lack.clone();
-        gap[0] += DoubleDouble::exact(model.half_gap);
-        let side = instant.contact.sign();
-        let mut states: Vec<Vec<_>> = state.iter().map(|&x| vec![x]).collect();
-        let mut deflection = Vec::with_capacity(order + 1);
-        for j in 0..=order {
-            let (mut d, mut rate) = (-error[j][0], -error[j][1]);
-            for (i, block) in blocks.iter().enumerate() {
-                let (x, y) = (states[i][j], states[n + i][j]);
-                d += x * block.deflection[0];
-                rate += y * block.rate[1];
-                // Both are zero for a mode; adding them would cost half the time.
-                if block.deflection[1] != 0.0 {
-                    d += y * block.deflection[1];
-                }
-                if block.rate[0] != DoubleDouble::ZERO {
-                    rate += x * block.rate[0];
-                }
+        let errors: Vec<_> = (model.lines.iter())
+            .map(|line| transmission_error(line, instant.cycle, instant.time, length, order))
+            .collect();
+        let on_step = |segment: &Segment, series| on_step(model, instant, segment, length, series);
+        let lacks: Vec<_> = (instant.segments.iter())
+            .map(|segment| on_step(segment, segment.error.coefficients()))
+            .collect();
+        // A direction of every line in use.
+        let mut lines: Vec<(usize, usize)> = Vec::new();
+        for segment in instant.segments {
+            let line = model.line(segment);
+            if lines.iter().all(|(known, _)| *known != line) {
+                lines.push((line, segment.direction));
             }
-            deflection.push(d);
+        }
+        let closed: Vec<_> = (instant.contact.iter())
+            .map(|contact| {
+                let segment = &instant.segments[contact];
+                let mut gap = lacks[contact].clone();
+                gap[0] += DoubleDouble::exact(model.contacts[contact].half_gap);
+                ClosedSeries {
+                    line: model.line(segment),
+                    blocks: &self.directions[segment.direction],
+                    side: model.contacts[contact].side,
+                    damping: segment.damping,
+                    stiffness: on_step(segment, segment.stiffness.coefficients()),
+                    gap,
+                }
+            })
+            .collect();
+        let mut states: Vec<Vec<_>> = state.iter().map(|&x| vec![x]).collect();
+        let mut deflections = vec![Vec::new(); model.lines.len()];
+        let mut rates = vec![DoubleDouble::ZERO; model.lines.len()];
+        for j in 0..=order {
+            for &(line, direction) in &lines {
+                let (mut d, mut rate) = (-errors[line][j][0], -errors[line][j][1]);
+                for (i, block) in self.directions[direction].iter().enumerate() {
+                    let (x, y) = (states[i][j], states[n + i][j]);
+                    d += x * block.deflection[0];
+                    rate += y * block.rate[1];
+                    // Both are zero for a mode; adding them would cost half the time.
+                    if block.deflection[1] != 0.0 {
+                        d += y * block.deflection[1];
+                    }
+                    if block.rate[0] != DoubleDouble::ZERO {
+                        rate += x * block.rate[0];
+                    }
+                }
+                deflections[line].push(d);
+                rates[line] = rate;
+            }
             if j == order {
                 break;
             }
-            let mut force = DoubleDouble::ZERO;
-            if touching {
-                if let Some(&next) = gap.get(j + 1) {
-                    rate += next * (-side * (j + 1) as f64) / length;
-                }
-                force = rate * c;
-                for (m, &k) in stiffness.iter().enumerate().take(j + 1) {
-                    let mut compression = deflection[j - m];
-                    if let Some(&gap) = gap.get(j - m) {
-                        compression += gap * -side;
-                    }
-                    force += compression * k;
-                }
-            }
+            let forces: Vec<_> = (closed.iter())
+                .map(|contact| {
+                    contact.force(j, &deflections[contact.line], rates[contact.line], length)
+                })
+                .collect();
             let scale = length / DoubleDouble::exact((j + 1) as f64);
-            for (i, block) in blocks.iter().enumerate() {
+            for (i, block) in self.directions[0].iter().enumerate() {
                 let (x, y) = (states[i][j], states[n + i][j]);
                 for part in 0..2 {
                     let [a, b] = block.generator[part];
@@ -160,8 +182,11 @@ impl Structure {
                     if a != 0.0 {
                         slope += x * a;
                     }
-                    if block.mesh_input[part] != 0.0 {
-                        slope += force * -block.mesh_input[part];
+                    for (contact, force) in closed.iter().zip(&forces) {
+                        let input = contact.blocks[i].mesh_input[part];
+                        if input != 0.0 {
+                            slope += *force * -input;
+                        }
                     }
                     if j == 0 {
                         slope += DoubleDouble::exact(block.static_input[part]);
@@ -175,9 +200,44 @@ impl Structure {
         }
         StepSeries {
             states,
-            deflection,
-            lack,
+            deflections,
+            lacks,
         }
+    }
+}
+
+/// A closed contact on a step.
+struct ClosedSeries<'a> {
+    line: usize,
+    blocks: &'a [ExtendedBlock],
+    side: f64,
+    damping: f64,
+    stiffness: Vec<DoubleDouble>,
+    /// What flanks lack, and the backlash as its constant.
+    gap: Vec<DoubleDouble>,
+}
+
+impl ClosedSeries<'_> {
+    /// Coefficient j of the force, from the deflection's up to there and its rate's.
+    fn force(
+        &self,
+        j: usize,
+        deflection: &[DoubleDouble],
+        mut rate: DoubleDouble,
+        length: DoubleDouble,
+    ) -> DoubleDouble {
+        if let Some(&next) = self.gap.get(j + 1) {
+            rate += next * (-self.side * (j + 1) as f64) / length;
+        }
+        let mut force = rate * self.damping;
+        for (m, &k) in self.stiffness.iter().enumerate().take(j + 1) {
+            let mut compression = deflection[j - m];
+            if let Some(&gap) = self.gap.get(j - m) {
+                compression += gap * -self.side;
+            }
+            force += compression * k;
+        }
+        force
     }
 }
 
@@ -187,10 +247,10 @@ impl Structure {
 fn on_step(
     model: &Model,
     instant: &Instant<'_>,
+    segment: &Segment,
     length: DoubleDouble,
     series: &[f64; STIFFNESS_TERMS],
 ) -> Vec<DoubleDouble> {
-    let segment = instant.segment;
     let terms = series.iter().rposition(|&a| a != 0.0).map_or(1, |n| n + 1);
     let one = DoubleDouble::ONE;
     let (start, end) = (
@@ -226,17 +286,21 @@ fn on_step(
         .collect()
 }
 
-/// Coefficients of the static transmission error and of its rate.
+/// Coefficients of the transmission error of a line and of its rate.
 fn transmission_error(
-    model: &Model,
+    line: &Line,
+    cycle: u64,
     time: DoubleDouble,
     length: DoubleDouble,
     order: usize,
 ) -> Vec<[DoubleDouble; 2]> {
     let mut sum = vec![[DoubleDouble::ZERO; 2]; order + 1];
-    for h in &model.transmission_error {
+    for h in &line.transmission_error {
         let omega = h.angular_frequency;
-        let phase = time * omega + DoubleDouble::exact(h.phase);
+        let whole = DoubleDouble::product(cycle as f64, h.turns_per_cycle);
+        let turns = whole - whole.floor();
+        let phase =
+            DoubleDouble::HALF_PI * 4.0 * turns + time * omega + DoubleDouble::exact(h.phase);
         // −sin φ is the cosine a quarter turn later.
         let value = cosine(phase, length * omega, order);
         let rate = cosine(phase + DoubleDouble::HALF_PI, length * omega, order);

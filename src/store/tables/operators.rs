@@ -91,7 +91,7 @@ fn inputs(model: &Model, cells: u32) -> Value {
         "method": METHOD,
         "cells": cells,
         "modes": model.modes(),
-        "segments": model.cycle.segments.len(),
+        "segments": model.first_cycle().segments.len(),
         "period": model.period(),
         "model": fingerprint(model),
     })
@@ -112,14 +112,14 @@ fn fingerprint(model: &Model) -> String {
     }
     put(model.rated_input.as_flattened());
     for direction in &model.directions {
-        for gain in direction {
+        for gain in &direction.gains {
             put(&gain.deflection);
             put(&gain.rate);
             put(&gain.mesh_input);
         }
     }
     put(&[model.period()]);
-    for segment in &model.cycle.segments {
+    for segment in &model.first_cycle().segments {
         put(&[
             segment.end,
             segment.stiffness.mean(),
@@ -127,7 +127,7 @@ fn fingerprint(model: &Model) -> String {
             segment.direction as f64,
         ]);
     }
-    for harmonic in &model.transmission_error {
+    for harmonic in model.transmission_errors() {
         put(&[
             harmonic.angular_frequency,
             harmonic.amplitude,

@@ -13,7 +13,7 @@ use crate::analysis::{
     PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
     TraceSample, TraceSink,
 };
-use crate::model::{Contact, Surface};
+use crate::model::{ActiveSet, COAST_FLANK};
 use crate::propagate::Event;
 use crate::store::{
     ChainPart, Level, Placement, ResultTable, TraceLabel, TraceWriter, Transition, events_table,
@@ -288,7 +288,7 @@ fn instant() -> TraceSample {
         deflection: 1e-5,
         velocity: -4e-3,
         force: 250.0,
-        contact: Contact::Coast,
+        contact: ActiveSet::COAST,
         modal: Some(ModalState {
             displacement: vec![1e-7, 2e-7],
             velocity: vec![3e-7, 4e-7],
@@ -738,9 +738,9 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
     let event = Event {
         cycle: 4,
         time: 2e-4,
-        from: Contact::Free,
-        to: Contact::Coast,
-        surface: Surface::Coast,
+        from: ActiveSet::FREE,
+        to: ActiveSet::COAST,
+        contact: COAST_FLANK,
         rate: -5e-3,
     };
     writer.event(&event).unwrap();

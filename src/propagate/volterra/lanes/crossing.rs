@@ -5,7 +5,7 @@ use super::vector::Vector;
 use crate::numerics::arithmetic::{Arithmetic, Bounds};
 use crate::numerics::legendre::{self, Columns, SAMPLES, Transforms, transforms24};
 use crate::propagate::Counters;
-use crate::propagate::events::{self, Crossing, WindowDeflection};
+use crate::propagate::events::{self, Crossing, Guard};
 use crate::propagate::volterra::shapes::{LANES, Series, TERMS};
 use std::marker::PhantomData;
 
@@ -130,12 +130,14 @@ impl<V: Vector> Arithmetic<TERMS> for Packed<V> {
 
 #[inline(always)]
 pub(super) fn first_crossing_body<V: Vector>(
-    deflection: WindowDeflection<'_, TERMS>,
-    half_gap: f64,
+    deflection: &Series,
+    noise: f64,
+    guards: &[Guard<'_, TERMS>],
     limit: f64,
     counters: &mut Counters,
 ) -> Option<Crossing> {
-    events::first_crossing::<_, Packed<V>>(transforms24(), deflection, half_gap, limit, counters)
+    let transforms = transforms24();
+    events::first_crossing::<_, Packed<V>>(transforms, deflection, noise, guards, limit, counters)
 }
 
 #[cfg(test)]

@@ -2,9 +2,10 @@
 //! sizes that straddle a chunk's edge; outputs hold NaN beforehand.
 
 use super::*;
-use crate::model::{Block, Contact, MeshGain, STIFFNESS_TERMS, Surface};
+use crate::model::{ActiveSet, Block, Contact, DRIVE_FLANK, MeshGain, STIFFNESS_TERMS};
 use crate::numerics::legendre::{evaluate, polynomials, transforms24};
 use crate::numerics::random::Stream;
+use crate::propagate::events::Margin;
 use crate::propagate::saltation;
 use crate::propagate::volterra::feedback::Feedback;
 use crate::propagate::volterra::shapes::LANES;
@@ -511,18 +512,23 @@ fn every_set_finds_the_same_crossing() {
     let rise = |x: f64| 1.5 * (0.5 * (x + 1.0)).sin();
     let deflection = rule.interpolate(&std::array::from_fn(|j| rise(nodes[j])));
     let exact = 2.0 * (1.0f64 / 1.5).asin() - 1.0;
+    let contacts = [1.0, -1.0].map(|side| Contact {
+        side,
+        half_gap: 1.0,
+        cycles: Vec::new(),
+    });
+    let guards: Vec<_> = Margin::of(&contacts, ActiveSet::FREE)
+        .map(|margin| Guard {
+            margin,
+            crossed: false,
+            widening: None,
+        })
+        .collect();
     for set in InstructionSet::available() {
         let mut counters = Counters::default();
-        let deflection = WindowDeflection {
-            series: &deflection,
-            contact: Contact::Free,
-            crossed: None,
-            noise: 1e-14,
-            widening: None,
-        };
-        let found = first_crossing(set, deflection, 1.0, 1.0, &mut counters);
-        let surface = found.map(|c| c.surface);
-        assert_eq!(surface, Some(Surface::Drive), "{}", set.name());
+        let found = first_crossing(set, &deflection, 1e-14, &guards, 1.0, &mut counters);
+        let contact = found.map(|c| c.contact);
+        assert_eq!(contact, Some(DRIVE_FLANK), "{}", set.name());
         let x = found.map_or(f64::NAN, |c| c.x);
         assert!((x - exact).abs() < 1e-14, "{}: {x} {exact}", set.name());
     }

@@ -26,10 +26,22 @@ impl Solution {
         size: 0.0,
     };
 
+    /// The motion with a deflection, of whose free one `free` is the size.
+    pub fn of(deflection: &Row, free: f64) -> Self {
+        Self {
+            deflection: deflection.0,
+            variation: size(&deflection.0) - deflection.0[0].abs(),
+            size: free,
+        }
+    }
+
     /// Puts back what the flanks lack on the side that touches: from δ − s e to δ.
     pub fn restore(&mut self, lack: Option<&Lack>) {
-        for (term, a) in self.deflection.iter_mut().zip(lack.into_iter().flatten()) {
+        for (n, (term, a)) in
+            (self.deflection.iter_mut().zip(lack.into_iter().flatten())).enumerate()
+        {
             *term += a;
+            self.variation += if n > 0 { a.abs() } else { 0.0 };
         }
     }
 }
@@ -106,7 +118,7 @@ impl Windows {
 
 /// `Σ |a[n]|`.
 #[inline(always)]
-fn size(a: &Series) -> f64 {
+pub fn size(a: &Series) -> f64 {
     let mut sums = [0.0; LANES];
     for group in a.chunks_exact(LANES) {
         for l in 0..LANES {
@@ -157,6 +169,35 @@ pub(super) fn solve_body<V: Vector>(
         out.variation = out.size - free.0[0].abs();
         out.deflection = free.0;
     }
+}
+
+#[inline(always)]
+pub(super) fn free_body<V: Vector>(rows: &[Row], inputs: &[f64], columns: &[f64], out: &mut [Row]) {
+    let (rows, of_inputs) = rows.split_at(rows.len() - inputs.len());
+    let [driven] = combine::<V, 1>(of_inputs, &[inputs]);
+    in_batches!(V, out.len(), |first| free_batch(
+        rows,
+        &columns[first * rows.len()..],
+        &mut out[first..],
+    ));
+    if let Some(first) = out.first_mut() {
+        add_row::<V>(&mut first.0, &driven, 1.0);
+    }
+}
+
+#[inline(always)]
+fn free_batch<V: Vector, const COLUMNS: usize>(rows: &[Row], columns: &[f64], out: &mut [Row]) {
+    let mut x: [&[f64]; COLUMNS] = [&[]; COLUMNS];
+    for c in 0..COLUMNS {
+        x[c] = &columns[c * rows.len()..][..rows.len()];
+    }
+    out[..COLUMNS].copy_from_slice(&combine::<V, COLUMNS>(rows, &x));
+}
+
+#[inline(always)]
+pub(super) fn yielded_body<V: Vector>(response: &[Row; TERMS], force: &Row, out: &mut Row) {
+    let [yielded] = combine::<V, 1>(response, &[&force.0]);
+    add_row::<V>(&mut out.0, &yielded, -1.0);
 }
 
 /// Forces of a batch of columns in contact; of the trajectory, which comes first and has what

@@ -1,0 +1,220 @@
+//! Where does a window meet an event, and how is it shown?
+
+use super::Volterra;
+use super::cycle::{Position, Track};
+use super::lanes;
+use super::partial::Cut;
+use super::shapes::{Lack, Series, TERMS};
+use super::tables::lack;
+use super::workspace::Workspace;
+use crate::model::{ActiveSet, Model};
+use crate::numerics::legendre;
+use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
+use crate::propagate::{ClosedContact, Counters, Observer, Window};
+
+/// Most contacts on one line that are looked at together.
+const MOST_GUARDS: usize = 4;
+
+/// Most closed contacts that an observer is shown.
+const MOST_SHOWN: usize = 8;
+
+/// How a contact meets its surface.
+pub(super) struct Met {
+    /// Rate of its deflection against the surface \[m/s\].
+    pub rate: f64,
+    /// Whether it stands on the surface: a start beyond it (a trajectory given with the wrong
+    /// contacts closed, or a step of the gap) is no root that may be divided out.
+    pub on_surface: bool,
+}
+
+impl Volterra<'_> {
+    /// The first event on a window up to `limit`. Of two at the same moment the first in the order
+    /// of contacts counts.
+    pub(super) fn first_crossing(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        limit: f64,
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<Crossing> {
+        let mut first: Option<Crossing> = None;
+        for (sight, solution) in track.sights().iter().zip(&workspace.solutions) {
+            let noise = ROUND_OFF * (solution.size + self.model.half_gap);
+            for group in sight.contacts.chunks(MOST_GUARDS) {
+                let widenings = self.widenings(position, group, track, workspace);
+                let mut guards = [None; MOST_GUARDS];
+                let mut count = 0;
+                let mut settled = true;
+                for (&contact, widening) in group.iter().zip(&widenings) {
+                    if self.is_behind(contact, &sight.contacts, active) {
+                        continue;
+                    }
+                    let closed = active.holds(contact);
+                    let margin = Margin::new(&self.model.contacts[contact], contact, closed);
+                    let crossed = position.crossed.holds(contact);
+                    let mut middle = margin.scale * solution.deflection[0] + margin.shift;
+                    let mut bound = solution.variation + noise;
+                    if let Some(widening) = widening {
+                        middle += if closed { -widening[0] } else { widening[0] };
+                        bound += legendre::variation(widening);
+                    }
+                    settled &= !crossed && middle > bound;
+                    guards[count] = Some(Guard {
+                        margin,
+                        crossed,
+                        widening: widening.as_ref(),
+                    });
+                    count += 1;
+                }
+                let Some(any) = guards[0] else { continue };
+                if settled {
+                    counters.certified += 1;
+                    continue;
+                }
+                let guards = guards.map(|guard| guard.unwrap_or(any));
+                let found = lanes::first_crossing(
+                    self.instructions,
+                    &solution.deflection,
+                    noise,
+                    &guards[..count],
+                    first.map_or(limit, |found| found.x),
+                    counters,
+                );
+                let earlier = |found: &Crossing| {
+                    first.is_none_or(|first| {
+                        found.x < first.x || (found.x == first.x && found.contact < first.contact)
+                    })
+                };
+                first = found.filter(earlier).or(first);
+            }
+        }
+        first
+    }
+
+    /// Whether an open contact is out of reach while one on the other side of its line is closed.
+    fn is_behind(&self, contact: usize, others: &[usize], active: ActiveSet) -> bool {
+        let contacts = &self.model.contacts;
+        let opposite = |other: &usize| {
+            active.holds(*other) && contacts[*other].side == -contacts[contact].side
+        };
+        !active.holds(contact) && others.iter().any(opposite)
+    }
+
+    /// What the flanks of contacts lack on a window, where they lack anything anywhere.
+    fn widenings(
+        &self,
+        position: &Position,
+        contacts: &[usize],
+        track: Track<'_>,
+        workspace: &Workspace,
+    ) -> [Option<Series>; MOST_GUARDS] {
+        let mut out = [None; MOST_GUARDS];
+        for (out, &contact) in out.iter_mut().zip(contacts) {
+            if self.tables.lacks[contact] {
+                let delta = self.tables.windows[track.sights()[0].window].delta;
+                let segment = &workspace.segments[contact];
+                *out = Some(padded(&lack(self.model, segment, position.time, delta)));
+            }
+        }
+        out
+    }
+
+    /// How a contact meets its surface.
+    pub(super) fn met(
+        &self,
+        found: &Crossing,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        workspace: &Workspace,
+    ) -> Met {
+        let contact = &self.model.contacts[found.contact];
+        let solution = &workspace.solutions[track.place_of(found.contact)];
+        // Against the surface, which moves where the gap does.
+        let mut series = solution.deflection;
+        let [widening, ..] = self.widenings(position, &[found.contact], track, workspace);
+        for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
+            *term -= contact.side * a;
+        }
+        let [deflection, slope, _] =
+            legendre::evaluate_with_derivatives::<_, false>(&series, found.x);
+        let closed = active.holds(found.contact);
+        let beyond = contact.margin(closed, deflection, contact.half_gap);
+        let noise = ROUND_OFF * (solution.size + self.model.half_gap);
+        let delta = self.tables.windows[track.sights()[0].window].delta;
+        Met {
+            rate: 2.0 / delta * slope,
+            on_surface: found.x > -1.0 || beyond.abs() <= noise,
+        }
+    }
+
+    /// Shows a window, or its part up to the cut, of a duration \[s\].
+    pub(super) fn show<O: Observer>(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        duration: f64,
+        cut: Option<&Cut>,
+        workspace: &Workspace,
+        observer: &mut O,
+    ) {
+        let seen = |series: &Series| match cut {
+            Some(cut) => self.cut_series(cut, series),
+            None => *series,
+        };
+        let along = |contact: usize| seen(&workspace.solutions[track.place_of(contact)].deflection);
+        let mesh = along(0);
+        let mut series = [[[0.0; TERMS]; 2]; MOST_SHOWN];
+        let mut sum = [0.0; TERMS];
+        let columns = workspace.tangents() + 1;
+        for (index, (contact, series)) in active.iter().zip(&mut series).enumerate() {
+            let force = match track {
+                Track::Course(..) => &workspace.forces[0].0,
+                Track::Joint(_) => &workspace.joint.forces[index * columns].0,
+            };
+            *series = [along(contact), seen(force)];
+            if Model::of_mesh(contact) {
+                for (sum, f) in sum.iter_mut().zip(&series[1]) {
+                    *sum += f;
+                }
+            }
+        }
+        let none = ClosedContact {
+            contact: 0,
+            deflection: &[],
+            force: &[],
+        };
+        let mut closed = [none; MOST_SHOWN];
+        for ((contact, [deflection, force]), closed) in active.iter().zip(&series).zip(&mut closed)
+        {
+            *closed = ClosedContact {
+                contact,
+                deflection,
+                force,
+            };
+        }
+        let [first, second] = workspace.components(self.model.modes());
+        observer.window(&Window {
+            cycle: position.cycle,
+            start: position.time,
+            duration,
+            segments: &workspace.segments,
+            contact: active,
+            deflection: &mesh,
+            force: &sum,
+            closed: &closed[..active.count().min(MOST_SHOWN)],
+            first,
+            second,
+        });
+    }
+}
+
+/// A short series as one of a window.
+fn padded(lack: &Lack) -> Series {
+    let mut out = [0.0; TERMS];
+    out[..lack.len()].copy_from_slice(lack);
+    out
+}
