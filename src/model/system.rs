@@ -29,6 +29,9 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
+    /// Modes that are coupled, or loaded by a drag.
+    #[error("coupled modes and drag are not taken yet; leave them out of the structure")]
+    Coupled,
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {
@@ -94,6 +97,9 @@ impl Model {
         drive: &Drive,
         point: OperatingPoint,
     ) -> Result<Self, ModelError> {
+        if !structure.is_uncoupled() {
+            return Err(ModelError::Coupled);
+        }
         let positive = |name, value: f64, ok: bool, accepted| {
             if ok && value.is_finite() {
                 Ok(())

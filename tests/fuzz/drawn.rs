@@ -177,6 +177,9 @@ impl Drawn {
                 friction_lever: vec![0.0; n],
                 residual_flexibility: 0.0,
                 bearings: Vec::new(),
+                coupling: None,
+                constant_load: Vec::new(),
+                load_by_speed: Vec::new(),
             },
             drive: Drive {
                 half_gap,
