@@ -162,3 +162,6 @@ impl Assembly {
         Ok(entries)
     }
 }
+
+#[cfg(test)]
+mod tests;

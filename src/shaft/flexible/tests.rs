@@ -1,3 +1,5 @@
+mod coupling;
+
 use super::*;
 use crate::gear::{GearPair, ToothForm};
 use crate::shaft::train::RIGID_MODES;
