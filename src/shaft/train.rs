@@ -192,8 +192,7 @@ impl Train<'_> {
         for bearing in &mut bearings {
             bearing.gain[..RIGID_MODES].fill(0.0);
         }
-        let coupling = (matrices.coupling.as_ref())
-            .and_then(|matrices| projection::coupling(matrices, solution, RIGID_MODES, settle));
+        let coupling = projection::coupling(matrices, solution, settle);
         let [constant_load, load_by_speed] = self.mean_drag(&torque);
 
         Ok(ModalStructure {

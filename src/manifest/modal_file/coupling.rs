@@ -16,14 +16,13 @@ pub(super) fn read(
     modes: Option<usize>,
 ) -> Option<Option<Coupling>> {
     let damping = matrix(root, issues, "damping_matrix", modes);
-    let gyroscopic = matrix(root, issues, "gyroscopic_matrix", modes);
+    let gyroscopic = matrix(root, issues, "gyroscopic_matrix", modes)
+        .and_then(|matrix| skew(root, issues, matrix, modes?));
     let stiffness = matrix(root, issues, "stiffness_matrix", modes);
-    let modes = modes?;
-    let (damping, gyroscopic, stiffness) = (damping?, gyroscopic?, stiffness?);
     let coupling = Coupling {
-        damping,
-        gyroscopic: skew(root, issues, gyroscopic, modes)?,
-        stiffness,
+        damping: damping?,
+        gyroscopic: gyroscopic?,
+        stiffness: stiffness?,
     };
     let all = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness];
     let felt = all.into_iter().flatten().any(|&entry| entry != 0.0);
@@ -43,7 +42,8 @@ fn matrix(
     let rows = root.rows(issues, name)?;
     let modes = modes?;
     let fault = if rows.len() != modes {
-        format!("`{name}` has {} rows", rows.len())
+        let plural = if rows.len() == 1 { "" } else { "s" };
+        format!("`{name}` has {} row{plural}", rows.len())
     } else if let Some(row) = rows.iter().position(|row| row.len() != modes) {
         let count = entries(rows[row].len());
         format!("row {} of `{name}` has {count}", row + 1)

@@ -11,7 +11,7 @@ fn coupled(assembly: &Assembly) -> (Vec<f64>, Coupling) {
     let matrices = assembly.matrices().unwrap();
     let modes = matrices.mass.nrows();
     let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, 0).unwrap();
-    let coupling = projection::coupling(&matrices.coupling.unwrap(), &solution, 0, |_| ()).unwrap();
+    let coupling = projection::coupling(&matrices, &solution, |_| ()).unwrap();
     (solution.frequencies(), coupling)
 }
 
