@@ -105,8 +105,12 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         residual_flexibility: 0.0,
         bearings: bearings?,
         coupling: coupling?,
-        constant_load: constant_load?.filter(acting).unwrap_or_default(),
-        load_by_speed: load_by_speed?.filter(acting).unwrap_or_default(),
+        constant_load: constant_load?
+            .filter(|column| acting(column))
+            .unwrap_or_default(),
+        load_by_speed: load_by_speed?
+            .filter(|column| acting(column))
+            .unwrap_or_default(),
     })
 }
 
@@ -173,13 +177,13 @@ fn optional(
 }
 
 /// Whether a column has an entry that is not 0.
-fn acting(column: &Vec<f64>) -> bool {
+fn acting(column: &[f64]) -> bool {
     column.iter().any(|&value| value != 0.0)
 }
 
 /// Whether any mode takes part.
 fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool {
-    if values.iter().any(|&value| value != 0.0) {
+    if acting(values) {
         return true;
     }
     let what = match name {
