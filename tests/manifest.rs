@@ -141,6 +141,79 @@ fn a_modal_file_is_the_structure() {
 }
 
 #[test]
+fn the_matrices_of_a_modal_file_couple_its_modes() {
+    let modal = include_str!("manifests/oscillator.modal.toml");
+    let read = |more: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let content = format!("{modal}\n{more}\n");
+        std::fs::write(folder.path().join("oscillator.modal.toml"), content).unwrap();
+        let job = manifest::parse(MODAL, "test.toml", folder.path())
+            .unwrap_or_else(|errors| panic!("{errors}"));
+        let StructureSource::Modal(structure) = &job.points.at(0).model.source else {
+            panic!("not modal");
+        };
+        ((**structure).clone(), job.hash)
+    };
+    let (plain, hash) = read("");
+    let (zeros, same) =
+        read("constant_load = [0, 0, 0]\ndamping_matrix = [[0,0,0],[0,0,0],[0,0,0]]");
+    assert_eq!(zeros, plain);
+    assert_eq!(hash, same);
+    assert!(plain.is_uncoupled());
+    let (found, other) = read(
+        "damping_matrix = [[1, 2, 3], [4, 5, 6], [7, 8, 9]]\n\
+         gyroscopic_matrix = [[0, 0.5, 0.25], [-0.5, 0, 0.1], [-0.25, -0.1000001, 0]]\n\
+         load_by_speed = [0, 0.02, 0.01]",
+    );
+    assert_ne!(hash, other);
+    let coupling = found.coupling.unwrap();
+    assert_eq!(coupling.damping, [1., 2., 3., 4., 5., 6., 7., 8., 9.]);
+    assert_eq!(coupling.stiffness, [0.0; 9]);
+    // Written with few digits, skew in every bit.
+    assert!((coupling.gyroscopic[5] - 0.10000005).abs() < 1e-15);
+    assert_eq!(coupling.gyroscopic[7], -coupling.gyroscopic[5]);
+    assert_eq!(found.load_by_speed, [0.0, 0.02, 0.01]);
+    assert!(found.constant_load.is_empty());
+}
+
+#[test]
+fn what_damps_and_couples_shafts_is_read() {
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/flex80.toml"),
+    )
+    .unwrap();
+    let text = with(&text, "modes = 40", "modes = 40\ngyroscopic = true");
+    let text = with(
+        &text,
+        "axial = [\"1e8 N/m\", 0]",
+        "axial = [\"1e8 N/m\", 0]\ndamping_x = \"400 N*s/m\"\ndamping_y = [300, 200]\n\
+         cross_xy = [2e6, 0]\ncross_yx = [-2e6, 0]\ndamping_xy = -20\ndamping_yx = -10",
+    );
+    let text = with(
+        &text,
+        "\"26 mm\"",
+        "\"26 mm\"\ndrag = \"2 N*mm*s/rad\"\ndrag_torque = \"0.4 N*m\"\nbearings.damping_x = 100",
+    );
+    let job = job(&text);
+    let StructureSource::Flexible(drive) = &job.points.at(0).model.source else {
+        panic!("not a flexible drive");
+    };
+    assert!(drive.gyroscopic);
+    let [pinion, wheel] = &drive.shafts;
+    let bearings = [pinion.bearings[0], pinion.bearings[1], wheel.bearings[1]];
+    assert_eq!(
+        bearings.map(|bearing| bearing.damping),
+        [(400.0, 300.0), (400.0, 200.0), (100.0, 200.0)].map(|(x, y)| [[x, -20.0], [-10.0, y]])
+    );
+    assert_eq!(
+        bearings.map(|bearing| bearing.cross),
+        [[2e6, -2e6], [0.0; 2], [0.0; 2]]
+    );
+    assert_eq!((pinion.drag.viscous, pinion.drag.constant), (0.0, 0.0));
+    assert_eq!((wheel.drag.viscous, wheel.drag.constant), (2e-3, 0.4));
+}
+
+#[test]
 fn defaults_are_the_documented_ones() {
     let job = job(MODAL);
     let run = &job.points.at(0).run;
@@ -641,6 +714,21 @@ fn the_default_drive_hash_sees_every_field() {
         ("\"2e4 N*m/rad\"", "[2e4, 3e4]"),
         ("[\"1e8 N/m\", 0]", "[0, \"1e8 N/m\"]"),
         ("modes = 40", "modes = 41"),
+        ("modes = 40", "modes = 40\ngyroscopic = true"),
+        ("[\"1e8 N/m\", 0]", "[\"1e8 N/m\", 0]\ndamping_x = 400"),
+        ("[\"1e8 N/m\", 0]", "[\"1e8 N/m\", 0]\ndamping_y = 400"),
+        (
+            "[\"1e8 N/m\", 0]",
+            "[\"1e8 N/m\", 0]\ndamping_y = [400, 300]",
+        ),
+        ("[\"1e8 N/m\", 0]", "[\"1e8 N/m\", 0]\ndamping_xy = -20"),
+        ("[\"1e8 N/m\", 0]", "[\"1e8 N/m\", 0]\ndamping_yx = -20"),
+        ("[\"1e8 N/m\", 0]", "[\"1e8 N/m\", 0]\ncross_xy = 2e6"),
+        ("[\"1e8 N/m\", 0]", "[\"1e8 N/m\", 0]\ncross_yx = 2e6"),
+        ("\"22 mm\"", "\"22 mm\"\ndrag = 2e-3"),
+        ("\"22 mm\"", "\"22 mm\"\ndrag_torque = 0.4"),
+        ("\"26 mm\"", "\"26 mm\"\ndrag = 2e-3"),
+        ("\"26 mm\"", "\"26 mm\"\ndrag_torque = 0.4"),
         ("damping = 0.01", "damping = 0.02"),
         (
             "damping = 0.01",

@@ -181,6 +181,7 @@ fn like_shafts_are_followed() {
             density: 7850.0,
             damping: 0.01,
             damping_overrides: Vec::new(),
+            gyroscopic: false,
         };
         let structure = drive.modes(all, all, false).unwrap();
         for speed in [1000.0, 1200.0] {

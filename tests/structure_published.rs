@@ -3,7 +3,10 @@
 // Helpers outside the test functions may unwrap, too.
 #![allow(clippy::unwrap_used)]
 
+use atlas::numerics::linalg::eigenvalues;
 use atlas::shaft::{Assembly, BeamElement, Disc, Freedom, Material, Modes, Section};
+use faer::{Mat, Scale};
+use num_complex::Complex64;
 use std::f64::consts::TAU;
 
 const ALL_BUT_ROTATION: [Freedom; 5] = [
@@ -31,10 +34,20 @@ impl Rotor {
     };
 
     fn new() -> Self {
+        Self::at_speed(0.0)
+    }
+
+    /// With gyroscopic moments.
+    fn turning() -> Self {
+        Self::at_speed(1.0)
+    }
+
+    fn at_speed(ratio: f64) -> Self {
         let section = Section::solid(Self::DIAMETER).unwrap();
         let shear = section.cowper_shear_coefficient(Self::MATERIAL.poisson());
         let stations: Vec<f64> = (0..=6).map(|i| Self::ELEMENT * f64::from(i)).collect();
         let mut assembly = Assembly::new();
+        assembly.turn(ratio);
         assembly
             .add_shaft(&stations, section, Self::MATERIAL, shear)
             .unwrap();
@@ -61,6 +74,34 @@ impl Rotor {
         let modes = Modes::lowest(&matrices.mass, &matrices.stiffness, elastic + 2, 2).unwrap();
         modes.frequencies()[2..].to_vec()
     }
+}
+
+/// Eigenvalues of what whirls of a rotor at a speed \[1/s\], those with a positive imaginary
+/// part by modulus; the shaft neither moves along its axis nor twists.
+fn whirl(rotor: Rotor, speed: f64) -> Vec<Complex64> {
+    let mut assembly = rotor.assembly;
+    for node in 0..=6 {
+        for freedom in [Freedom::Z, Freedom::RotationZ] {
+            assembly.fix(node, freedom).unwrap();
+        }
+    }
+    let matrices = assembly.matrices().unwrap();
+    let n = matrices.mass.nrows();
+    let modes = Modes::lowest(&matrices.mass, &matrices.stiffness, n, 0).unwrap();
+    let (frequency, shape) = (modes.frequencies(), &modes.shape);
+    let coupling = matrices.coupling.unwrap();
+    let rate = shape.transpose() * (coupling.damping + Scale(speed) * coupling.gyroscopic) * shape;
+    // In the state (ω q, q').
+    let state = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+        (true, false) if i == j - n => frequency[i],
+        (false, true) if i - n == j => -frequency[j],
+        (false, false) => -rate[(i - n, j - n)],
+        _ => 0.0,
+    });
+    let mut found: Vec<Complex64> = eigenvalues(state.as_ref()).unwrap();
+    found.retain(|value| value.im > 0.0);
+    found.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    found
 }
 
 fn assert_digits(found: &[f64], published: &[f64], unit: f64) {
@@ -91,6 +132,63 @@ fn overhung_rotor() {
     let rotor = Rotor::new().disc(6, 0.35).bearing(0, 1e7).bearing(4, 1e7);
     let published = [90.14, 90.14, 630.73, 630.73, 830.43, 830.43];
     assert_digits(&rotor.frequencies(6), &published, 0.005);
+}
+
+/// Examples 5.9.1 and 5.9.9 at 4000 rev/min \[rad/s\]: backward and forward whirls.
+#[test]
+fn gyroscopic_moments_part_the_whirls() {
+    let speed = 4000.0 / 60.0 * TAU;
+    let two_discs = Rotor::turning()
+        .disc(2, 0.28)
+        .disc(4, 0.35)
+        .bearing(0, 1e6)
+        .bearing(6, 1e6);
+    let overhung = Rotor::turning()
+        .disc(6, 0.35)
+        .bearing(0, 1e7)
+        .bearing(4, 1e7);
+    for (rotor, published) in [
+        (two_discs, [85.39, 87.80, 251.78, 294.71, 600.18, 827.08]),
+        (overhung, [76.19, 103.91, 565.99, 634.23, 647.75, 1174.2]),
+    ] {
+        let found: Vec<f64> = whirl(rotor, speed).iter().map(|rate| rate.im).collect();
+        assert_digits(&found[..5], &published[..5], 0.005);
+        assert_digits(&found[5..6], &published[5..], 0.05);
+    }
+}
+
+/// Example 5.9.5, the rotor of 5.9.1 with dampers of 3 kN s/m in both bearings, at rest and at
+/// 4000 rev/min \[Hz\]: moduli and imaginary parts of the eigenvalues.
+#[test]
+fn dampers_in_the_bearings() {
+    for (speed, moduli, damped) in [
+        (
+            0.0,
+            [13.91, 13.91, 48.18, 48.18, 137.06, 137.06],
+            [13.89, 13.89, 46.54, 46.54, 103.22, 103.22],
+        ),
+        (
+            4000.0 / 60.0,
+            [13.70, 14.09, 43.61, 52.18, 122.37, 149.81],
+            [13.68, 14.07, 41.98, 50.65, 104.25, 105.66],
+        ),
+    ] {
+        let mut rotor = Rotor::turning()
+            .disc(2, 0.28)
+            .disc(4, 0.35)
+            .bearing(0, 1e6)
+            .bearing(6, 1e6);
+        for node in [0, 6] {
+            let dampers = [[3e3, 0.0], [0.0, 3e3]];
+            rotor.assembly.add_dampers(node, None, dampers).unwrap();
+        }
+        let found = whirl(rotor, speed * TAU);
+        let hertz = |of: fn(&Complex64) -> f64| -> Vec<f64> {
+            found[..6].iter().map(|rate| of(rate) / TAU).collect()
+        };
+        assert_digits(&hertz(|rate| rate.norm()), &moduli, 0.005);
+        assert_digits(&hertz(|rate| rate.im), &damped, 0.005);
+    }
 }
 
 /// Adds a massless torsional spring as a beam without density.

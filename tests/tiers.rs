@@ -7,7 +7,8 @@
 mod default_drive;
 
 use atlas::shaft::{
-    Bearing, Disc, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
+    Bearing, Disc, Drag, FlexibleDrive, ModalStructure, Pedestal, RigidDrive, Shaft, ShaftError,
+    Tier,
 };
 use default_drive::{DENSITY, gears, shafts};
 use proptest::prelude::*;
@@ -37,6 +38,7 @@ fn drive(tier: Tier, shafts: [Shaft; 2]) -> RigidDrive {
         density: DENSITY,
         damping: 0.01,
         damping_overrides: Vec::new(),
+        gyroscopic: false,
     }
 }
 
@@ -437,6 +439,7 @@ fn any_shaft() -> impl Strategy<Value = Shaft> {
             y,
             axial: 1e8,
             tilt,
+            ..Bearing::default()
         })
     };
     let lengths = (15e-3..35e-3f64, 0.06..0.3f64, 0.0..0.1f64, 0.1..0.9f64);
@@ -448,6 +451,7 @@ fn any_shaft() -> impl Strategy<Value = Shaft> {
             gear_position,
             end_inertia,
             bearings,
+            drag: Drag::default(),
         },
     )
 }

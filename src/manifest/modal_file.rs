@@ -1,6 +1,8 @@
 //! Modal files: a structure from any finite-element code, one list a column, one entry a
 //! mode. The same diagnostics as for the manifest, pointing into the modal file.
 
+mod coupling;
+
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::{Section, entries};
 use super::schema::{self, MODAL_FILE};
@@ -77,6 +79,9 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let pinion_torque = optional(root, issues, "torque_pinion", modes);
     let wheel_torque = optional(root, issues, "torque_wheel", modes);
     let bearings = bearings(root, issues, modes);
+    let coupling = coupling::read(root, issues, modes);
+    let constant_load = optional(root, issues, "constant_load", modes);
+    let load_by_speed = optional(root, issues, "load_by_speed", modes);
     let frequency = frequency?;
     check_frequencies(root, issues, &frequency)?;
     check_rigid(root, issues, &frequency)?;
@@ -100,6 +105,13 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         residual_flexibility: 0.0,
         coast: None,
         bearings: bearings?,
+        coupling: coupling?,
+        constant_load: constant_load?
+            .filter(|column| acting(column))
+            .unwrap_or_default(),
+        load_by_speed: load_by_speed?
+            .filter(|column| acting(column))
+            .unwrap_or_default(),
     })
 }
 
@@ -165,9 +177,14 @@ fn optional(
     }
 }
 
+/// Whether a column has an entry that is not 0.
+fn acting(column: &[f64]) -> bool {
+    column.iter().any(|&value| value != 0.0)
+}
+
 /// Whether any mode takes part.
 fn acts(root: &Section, issues: &mut Issues, name: &str, values: &[f64]) -> bool {
-    if values.iter().any(|&value| value != 0.0) {
+    if acting(values) {
         return true;
     }
     let what = match name {

@@ -30,6 +30,9 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
+    /// Modes that are coupled, or loaded by a drag.
+    #[error("coupled modes and drag are not taken yet; leave them out of the structure")]
+    Coupled,
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {
@@ -95,6 +98,9 @@ impl Model {
         drive: &Drive,
         point: OperatingPoint,
     ) -> Result<Self, ModelError> {
+        if !structure.is_uncoupled() {
+            return Err(ModelError::Coupled);
+        }
         positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
         positive("load", point.load, true, "finite")?;
         positive(

@@ -5,6 +5,10 @@
 //! another node; only the free ones appear in the matrices, and `T^T M T`, `T^T K T` with the
 //! map T from free to all freedoms is formed entry by entry.
 
+mod coupling;
+
+pub use coupling::CouplingMatrices;
+
 use super::beam::{BeamElement, ElementMatrix, Material, Section};
 use super::disc::Disc;
 use super::error::{ShaftError, finite, non_negative};
@@ -66,6 +70,7 @@ pub struct Assembly {
     /// Sums of `(row, column, value)` over all freedoms.
     mass: Vec<(usize, usize, f64)>,
     stiffness: Vec<(usize, usize, f64)>,
+    coupling: coupling::Entries,
 }
 
 impl Assembly {
@@ -121,6 +126,7 @@ impl Assembly {
         ];
         scatter(&mut self.mass, ends, &element.mass());
         scatter(&mut self.stiffness, ends, &element.stiffness());
+        self.coupling.add_turning_beam(ends, element);
         Ok(())
     }
 
@@ -171,6 +177,13 @@ impl Assembly {
     /// # Errors
     /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
     pub fn add_disc(&mut self, node: usize, disc: Disc) -> Result<(), ShaftError> {
+        self.add_inertia(node, disc)?;
+        let first = self.freedom(node, Freedom::X)?;
+        self.coupling.add_turning_disc(first, disc.polar_inertia);
+        Ok(())
+    }
+
+    fn add_inertia(&mut self, node: usize, disc: Disc) -> Result<(), ShaftError> {
         let first = self.freedom(node, Freedom::X)?;
         let mass = non_negative("disc mass [kg]", disc.mass)?;
         let transverse = non_negative("transverse inertia [kg m^2]", disc.transverse_inertia)?;
@@ -182,12 +195,13 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds an inertia about the axis alone \[kg m²\], such as a motor behind a coupling.
+    /// Adds an inertia about the axis alone \[kg m²\], such as a motor behind a coupling. It
+    /// does not tilt with the shaft, so that there is no gyroscopic moment of it.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
     pub fn add_polar_inertia(&mut self, node: usize, inertia: f64) -> Result<(), ShaftError> {
-        self.add_disc(
+        self.add_inertia(
             node,
             Disc {
                 mass: 0.0,
@@ -283,6 +297,7 @@ impl Assembly {
         Ok(AssembledMatrices {
             mass: collect(&self.mass),
             stiffness: collect(&self.stiffness),
+            coupling: self.coupling.matrices(collect),
             position,
         })
     }
@@ -346,6 +361,8 @@ pub struct AssembledMatrices {
     pub mass: Mat<f64>,
     /// Stiffness matrix K, symmetric.
     pub stiffness: Mat<f64>,
+    /// What else acts; none where nothing does.
+    pub coupling: Option<CouplingMatrices>,
     position: Vec<Position>,
 }
 

@@ -173,10 +173,7 @@ impl BeamElement {
         let slope = (1.0 / 105.0 + phi / 60.0 + phi * phi / 120.0) * l * l;
         let cross_slope = -(1.0 / 140.0 + phi / 60.0 + phi * phi / 120.0) * l * l;
 
-        let r_end = 6.0 / 5.0;
-        let r_end_slope = (1.0 / 10.0 - phi / 2.0) * l;
-        let r_slope = (2.0 / 15.0 + phi / 6.0 + phi * phi / 3.0) * l * l;
-        let r_cross_slope = (-1.0 / 30.0 - phi / 6.0 + phi * phi / 6.0) * l * l;
+        let [r_end, r_end_slope, r_slope, r_cross_slope] = self.rotary();
 
         let entry = |m: f64, r: f64| translation * m + rotation * r;
         let (a, b) = (entry(end, r_end), entry(end_slope, r_end_slope));
@@ -188,14 +185,51 @@ impl BeamElement {
         let linear = |m: f64| [[2.0 * m, m], [m, 2.0 * m]];
         combine(plane, linear(axial), linear(torsion))
     }
+
+    /// Gyroscopic matrix of an element that turns about its axis at 1 rad/s, consistent with
+    /// the mass: skew, `G q'` of its tilts (Nelson, *J. Mech. Design* 102, 1980; Friswell, Penny,
+    /// Garvey & Lees, *Dynamics of Rotating Machines*, 2010, section 5.4).
+    ///
+    /// A disc of the section feels `+J_p θy'` about x and `−J_p θx'` about y. With
+    /// `J_p = 2 J_d` the entries are twice those of the rotary part of the mass, taken between
+    /// the two planes.
+    pub fn gyroscopic(&self) -> ElementMatrix {
+        let polar = 2.0 * self.material.density * self.section.second_moment()
+            / (self.length * (1.0 + self.shear_parameter()).powi(2));
+        let [a, b, e, f] = self.rotary().map(|entry| polar * entry);
+        let plane = [[a, b, -a, b], [b, e, -b, f], [-a, -b, a, -b], [b, f, -b, e]];
+        let mut full = [[0.0; ELEMENT_FREEDOMS]; ELEMENT_FREEDOMS];
+        for (i, (row, row_sign)) in IN_X.into_iter().enumerate() {
+            for (j, (column, column_sign)) in IN_Y.into_iter().enumerate() {
+                let entry = row_sign * column_sign * plane[i][j];
+                full[row][column] = entry;
+                full[column][row] = -entry;
+            }
+        }
+        full
+    }
+
+    /// Shape of the rotary inertia in one plane, in units of `ρ I / (L (1 + Φ)²)`: of the
+    /// deflection at an end, between it and the slope there, of a slope, between both slopes.
+    fn rotary(&self) -> [f64; 4] {
+        let (l, phi) = (self.length, self.shear_parameter());
+        [
+            6.0 / 5.0,
+            (1.0 / 10.0 - phi / 2.0) * l,
+            (2.0 / 15.0 + phi / 6.0 + phi * phi / 3.0) * l * l,
+            (-1.0 / 30.0 - phi / 6.0 + phi * phi / 6.0) * l * l,
+        ]
+    }
 }
 
+/// Deflection and slope at either end of an element in the plane of x, with their signs.
+const IN_X: [(usize, f64); 4] = [(0, 1.0), (4, 1.0), (6, 1.0), (10, 1.0)];
+/// The same in the plane of y, where the slope is `−θx`.
+const IN_Y: [(usize, f64); 4] = [(1, 1.0), (3, -1.0), (7, 1.0), (9, -1.0)];
+
 /// Places the 4 × 4 matrix of one bending plane (deflection and slope at either end) in
-/// both planes, and the 2 × 2 axial and torsional ones. In the plane of y the slope is
-/// `−θx`, hence the signs.
+/// both planes, and the 2 × 2 axial and torsional ones.
 fn combine(plane: [[f64; 4]; 4], axial: [[f64; 2]; 2], torsion: [[f64; 2]; 2]) -> ElementMatrix {
-    const IN_X: [(usize, f64); 4] = [(0, 1.0), (4, 1.0), (6, 1.0), (10, 1.0)];
-    const IN_Y: [(usize, f64); 4] = [(1, 1.0), (3, -1.0), (7, 1.0), (9, -1.0)];
     let mut full = [[0.0; ELEMENT_FREEDOMS]; ELEMENT_FREEDOMS];
     for i in 0..4 {
         for j in 0..4 {

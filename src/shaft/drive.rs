@@ -1,5 +1,6 @@
 //! The description of a drive: two parallel shafts, bearings, gear bodies.
 
+use super::assembly::Assembly;
 use super::disc::Disc;
 use super::error::{ShaftError, non_negative, positive};
 use crate::gear::GearPair;
@@ -27,6 +28,8 @@ pub struct FlexibleDrive {
     pub damping: f64,
     /// `(mode, ratio)` overrides, modes counted from 1 in ascending frequency.
     pub damping_overrides: Vec<(usize, f64)>,
+    /// Whether shafts and gear bodies have gyroscopic moments.
+    pub gyroscopic: bool,
 }
 
 /// One shaft with its two bearings and its end inertia.
@@ -44,9 +47,21 @@ pub struct Shaft {
     pub end_inertia: f64,
     /// Both bearings, first and second.
     pub bearings: [Bearing; 2],
+    /// What brakes the shaft.
+    pub drag: Drag,
 }
 
-/// Stiffness of one bearing; none by default.
+/// What brakes the rotation of a shaft, at the free end of its overhang, where the end inertia
+/// sits and torques act; nothing by default.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Drag {
+    /// Viscous part, torque per speed of this shaft \[N m s/rad\].
+    pub viscous: f64,
+    /// Constant part, against the sense of running \[N m\].
+    pub constant: f64,
+}
+
+/// Stiffness and damping of one bearing; none by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Bearing {
     /// Along the line of centres, x \[N/m\].
@@ -57,6 +72,11 @@ pub struct Bearing {
     pub axial: f64,
     /// Both tilts \[N m/rad\].
     pub tilt: f64,
+    /// Dampers, rows x and y of c in `−c (x', y')` \[N s/m\].
+    pub damping: [[f64; 2]; 2],
+    /// Cross-coupled stiffness `[k_xy, k_yx]` \[N/m\]: forces `−k_xy y` along x, `−k_yx x`
+    /// along y.
+    pub cross: [f64; 2],
 }
 
 /// What a bearing of the `pedestal` tier stands on: a mass that may move along and across the
@@ -117,10 +137,37 @@ pub(super) fn gear_body(
     )
 }
 
+/// Speed of a shaft about z, right-handed, in units of the pinion's: the wheel runs the other
+/// way. 0 where gyroscopic moments are not asked for.
+pub(super) fn turning(gears: &GearPair, index: usize, gyroscopic: bool) -> f64 {
+    match (gyroscopic, index) {
+        (false, _) => 0.0,
+        (true, 0) => 1.0,
+        (true, _) => -wheel_speed(gears),
+    }
+}
+
+/// Speed of the wheel in its own sense of running, in units of the pinion's.
+pub(super) fn wheel_speed(gears: &GearPair) -> f64 {
+    f64::from(gears.teeth[0]) / f64::from(gears.teeth[1])
+}
+
 impl Bearing {
     /// Stiffness of each freedom, in the order of [`Freedom`].
     pub(super) fn stiffness(&self) -> [f64; 6] {
         [self.x, self.y, self.axial, self.tilt, self.tilt, 0.0]
+    }
+
+    /// Adds dampers and cross-coupled springs between a node of the shaft and a pedestal, or
+    /// the ground.
+    pub(super) fn couple(
+        &self,
+        assembly: &mut Assembly,
+        node: usize,
+        pedestal: Option<usize>,
+    ) -> Result<(), ShaftError> {
+        assembly.add_dampers(node, pedestal, self.damping)?;
+        assembly.add_cross_springs(node, pedestal, self.cross)
     }
 }
 
@@ -128,6 +175,8 @@ impl Shaft {
     fn check_dimensions(&self, number: usize) -> Result<(), ShaftError> {
         positive("bearing span [m]", self.span)?;
         non_negative("overhang [m]", self.overhang)?;
+        non_negative("drag [N m s/rad]", self.drag.viscous)?;
+        non_negative("drag torque [N m]", self.drag.constant)?;
         if !(self.gear_position > 0.0 && self.gear_position < 1.0) {
             return Err(ShaftError::GearPosition {
                 shaft: number,

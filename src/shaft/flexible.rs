@@ -40,6 +40,7 @@ impl FlexibleDrive {
             shafts,
             damping: self.damping,
             damping_overrides: &self.damping_overrides,
+            drag: [0, 1].map(|index| self.shafts[index].drag),
         };
         train.modes(&assembly, modes, retained, mta)
     }
@@ -73,6 +74,7 @@ impl FlexibleDrive {
             shear_modulus: self.shear_modulus,
             density: self.density,
         };
+        assembly.turn(drive::turning(&self.gears, index, self.gyroscopic));
         let first = assembly.add_shaft(
             &stations,
             Section::solid(shaft.diameter)?,
@@ -86,10 +88,12 @@ impl FlexibleDrive {
         });
         for support in supports {
             assembly.add_spring(support.node, support.stiffness.stiffness())?;
+            support.stiffness.couple(assembly, support.node, None)?;
         }
         let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
         assembly.add_disc(first + gear, body)?;
         assembly.add_polar_inertia(first, shaft.end_inertia)?;
+        assembly.add_drag(first, shaft.drag.viscous)?;
         Ok(ShaftNodes {
             end: first,
             gear: first + gear,

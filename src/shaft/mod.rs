@@ -8,14 +8,15 @@ mod error;
 mod flexible;
 mod modal;
 mod modes;
+mod projection;
 mod rigid;
 mod train;
 
-pub use assembly::{AssembledMatrices, Assembly, Freedom, NODE_FREEDOMS};
+pub use assembly::{AssembledMatrices, Assembly, CouplingMatrices, Freedom, NODE_FREEDOMS};
 pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
 pub use disc::Disc;
-pub use drive::{Bearing, FlexibleDrive, Pedestal, Shaft};
+pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
-pub use modal::{BearingGain, FlankParticipation, ModalStructure};
+pub use modal::{BearingGain, Coupling, FlankParticipation, ModalStructure};
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};

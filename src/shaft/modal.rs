@@ -6,7 +6,8 @@ use super::error::ShaftError;
 ///
 /// Every vector has one entry a mode, in ascending frequency. Mode `i` obeys
 /// `q'' + 2 ζ ω q' + ω² q = torque·F₀ − mesh·F + …` with `F₀` the static and `F` the
-/// actual mesh force \[N\]; `q` is in m √kg.
+/// actual mesh force \[N\]; `q` is in m √kg. Where there is a [`Coupling`], its terms
+/// `(C + Ω G) q' + K_c q` of all modes stand on the left too, Ω the pinion's speed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ModalStructure {
     /// Teeth of the pinion: mesh order per pinion revolution.
@@ -44,6 +45,42 @@ pub struct ModalStructure {
     pub coast: Option<FlankParticipation>,
     /// What the bearings feel of the modes, where known.
     pub bearings: Vec<BearingGain>,
+    /// What couples the modes; none where damping is modal and nothing else acts.
+    pub coupling: Option<Coupling>,
+    /// Modal force that does not depend on the load \[N/√kg\], such as that of a constant
+    /// drag; empty for none.
+    pub constant_load: Vec<f64>,
+    /// Modal force per pinion speed \[N s/(rad √kg)\], the mean of a viscous drag; empty for
+    /// none.
+    pub load_by_speed: Vec<f64>,
+}
+
+/// What couples the modes, or damps them beside their own ratio:
+/// `q'' + (2 ζ ω + C + Ω G) q' + (ω² + K_c) q = …`. Matrices N × N, row by row.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Coupling {
+    /// C \[1/s\], adds to `2 ζ ω` on the diagonal.
+    pub damping: Vec<f64>,
+    /// G \[1\], times the pinion's speed Ω \[rad/s\]; skew, `G_ji = −G_ij`.
+    pub gyroscopic: Vec<f64>,
+    /// K_c \[1/s²\], adds to `ω²` on the diagonal: cross-coupled springs, in general not
+    /// symmetric.
+    pub stiffness: Vec<f64>,
+}
+
+impl Coupling {
+    /// The coupling of the `retained` first of `modes` modes: leading parts of the matrices.
+    fn leading(&self, modes: usize, retained: usize) -> Self {
+        let keep = |matrix: &[f64]| {
+            let rows = matrix.chunks_exact(modes).take(retained);
+            rows.flat_map(|row| &row[..retained]).copied().collect()
+        };
+        Self {
+            damping: keep(&self.damping),
+            gyroscopic: keep(&self.gyroscopic),
+            stiffness: keep(&self.stiffness),
+        }
+    }
 }
 
 /// What the flanks of one side feel of the modes, one entry a mode, and what they do to them.
@@ -81,7 +118,8 @@ impl FlankParticipation {
 }
 
 /// The force that a shaft exerts on one bearing in one direction, `Σ gain·q` \[N\]: stiffness
-/// times displacement. Damping is modal and has no place of its own.
+/// times displacement. Modal damping has no place of its own, and what dampers of the bearing
+/// bear is not in it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BearingGain {
     /// Shaft, bearing and direction, such as `pinion 1 x`.
@@ -112,6 +150,9 @@ impl ModalStructure {
             residual_flexibility: 0.0,
             coast: None,
             bearings: Vec::new(),
+            coupling: None,
+            constant_load: Vec::new(),
+            load_by_speed: Vec::new(),
         }
     }
 
@@ -124,6 +165,12 @@ impl ModalStructure {
             lever: self.friction_lever.clone(),
             residual_flexibility: self.residual_flexibility,
         }
+    }
+
+    /// Whether damping is modal and all load is in proportion to the rated one: no coupling, no
+    /// drag.
+    pub fn is_uncoupled(&self) -> bool {
+        self.coupling.is_none() && self.constant_load.is_empty() && self.load_by_speed.is_empty()
     }
 
     /// Number of modes N.
@@ -148,7 +195,8 @@ impl ModalStructure {
     ///
     /// With `mta` (modal-truncation augmentation) the modes left out return as their static
     /// flexibility at the mesh, `Σ mesh²/ω²` \[m/N\], added to what the structure already
-    /// carried; without it the residual flexibility is 0.
+    /// carried; without it the residual flexibility is 0. What couples them to the modes that
+    /// stay, or to each other, is left out with them.
     ///
     /// # Errors
     /// [`ShaftError::ModeCount`] unless `max(1, rigid modes) ≤ retained ≤ modes`: a rigid
@@ -166,6 +214,7 @@ impl ModalStructure {
         let reduce = |flank: &FlankParticipation| flank.truncated(&self.frequency, retained, mta);
         let drive = reduce(&self.drive_flank());
         let keep = |column: &[f64]| column[..retained].to_vec();
+        let keep_any = |column: &[f64]| column.iter().take(retained).copied().collect();
         Ok(Self {
             teeth: self.teeth,
             wheel_teeth: self.wheel_teeth,
@@ -187,6 +236,10 @@ impl ModalStructure {
                     gain: keep(&bearing.gain),
                 })
                 .collect(),
+            coupling: (self.coupling.as_ref())
+                .map(|coupling| coupling.leading(self.modes(), retained)),
+            constant_load: keep_any(&self.constant_load),
+            load_by_speed: keep_any(&self.load_by_speed),
         })
     }
 }
@@ -213,7 +266,25 @@ mod tests {
             residual_flexibility: 0.25,
             coast: None,
             bearings: Vec::new(),
+            coupling: Some(Coupling {
+                damping: (0..16).map(f64::from).collect(),
+                gyroscopic: vec![0.0; 16],
+                stiffness: (16..32).map(f64::from).collect(),
+            }),
+            constant_load: column(7.0),
+            load_by_speed: Vec::new(),
         }
+    }
+
+    #[test]
+    fn leading_parts_of_the_coupling_stay() {
+        let reduced = structure().truncated(2, true).unwrap();
+        let coupling = reduced.coupling.unwrap();
+        assert_eq!(coupling.damping, [0.0, 1.0, 4.0, 5.0]);
+        assert_eq!(coupling.gyroscopic, [0.0; 4]);
+        assert_eq!(coupling.stiffness, [16.0, 17.0, 20.0, 21.0]);
+        assert_eq!(reduced.constant_load, [7.0, 14.0]);
+        assert!(reduced.load_by_speed.is_empty());
     }
 
     #[test]

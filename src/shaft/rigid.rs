@@ -81,6 +81,8 @@ pub struct RigidDrive {
     pub damping: f64,
     /// `(mode, ratio)` overrides, modes counted from 1 in ascending frequency.
     pub damping_overrides: Vec<(usize, f64)>,
+    /// Whether shafts and gear bodies have gyroscopic moments; felt by tiers that tilt.
+    pub gyroscopic: bool,
 }
 
 impl RigidDrive {
@@ -108,6 +110,7 @@ impl RigidDrive {
             shafts,
             damping: self.damping,
             damping_overrides: &self.damping_overrides,
+            drag: [0, 1].map(|index| self.shafts[index].drag),
         };
         train.modes(&assembly, modes, retained, mta)
     }
@@ -131,12 +134,14 @@ impl RigidDrive {
         let middle = at(0.5 * (shaft.span - shaft.overhang))?;
         let bearings = [at(0.0)?, at(shaft.span)?];
 
+        assembly.turn(drive::turning(&self.gears, index, self.gyroscopic));
         let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
         assembly.add_disc(gear, body)?;
         let length = shaft.span + shaft.overhang;
         let rod = Disc::annulus(shaft.diameter, 0.0, length, self.density)?;
         assembly.add_disc(middle, rod)?;
         assembly.add_polar_inertia(end, shaft.end_inertia)?;
+        assembly.add_drag(end, shaft.drag.viscous)?;
 
         let supports = [
             self.add_support(assembly, [index, 0], bearings[0])?,
@@ -159,6 +164,7 @@ impl RigidDrive {
         let stiffness = self.shafts[place[0]].bearings[place[1]];
         let pedestal = self.add_pedestal(assembly, place)?;
         assembly.add_spring_between(node, pedestal, stiffness.stiffness())?;
+        stiffness.couple(assembly, node, Some(pedestal))?;
         Ok(Support {
             node,
             pedestal: Some(pedestal),

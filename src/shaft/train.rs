@@ -26,10 +26,11 @@
 //! and friction, which goes with |F| = −F, acts along −t'.
 
 use super::assembly::{AssembledMatrices, Assembly, Freedom};
-use super::drive::Bearing;
+use super::drive::{self, Bearing, Drag};
 use super::error::ShaftError;
 use super::modal::{BearingGain, FlankParticipation, ModalStructure};
 use super::modes::Modes;
+use super::projection;
 use crate::gear::GearPair;
 
 /// The neutral and the relative rotation.
@@ -45,6 +46,8 @@ pub(super) struct Train<'a> {
     pub damping: f64,
     /// `(mode, ratio)` overrides, modes counted from 1.
     pub damping_overrides: &'a [(usize, f64)],
+    /// Pinion shaft, wheel shaft.
+    pub drag: [Drag; 2],
 }
 
 /// Nodes of one shaft that loads act on.
@@ -171,6 +174,14 @@ impl Train<'_> {
         let norm = w_1.hypot(w_2);
         // The pinion turns forward in the neutral mode.
         let forward = (w_2 * pinion_torque[0] - w_1 * pinion_torque[1]).signum();
+        let settle = |column: &mut [f64]| {
+            let [a, b] = [column[0], column[1]];
+            column[0] = forward * (w_2 * a - w_1 * b) / norm;
+            column[1] = (w_1 * a + w_2 * b) / norm;
+            for (value, sign) in column[RIGID_MODES..].iter_mut().zip(&signs) {
+                *value *= sign;
+            }
+        };
         for column in [&mut pinion_torque, &mut wheel_torque]
             .into_iter()
             .chain([&mut drive, &mut coast].into_iter().flat_map(|flank| {
@@ -183,12 +194,7 @@ impl Train<'_> {
             }))
             .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
         {
-            let [a, b] = [column[0], column[1]];
-            column[0] = forward * (w_2 * a - w_1 * b) / norm;
-            column[1] = (w_1 * a + w_2 * b) / norm;
-            for (value, sign) in column[RIGID_MODES..].iter_mut().zip(&signs) {
-                *value *= sign;
-            }
+            settle(column);
         }
         let mut torque: Vec<f64> = (pinion_torque.iter().zip(&wheel_torque))
             .map(|(one, two)| base_1 * one - base_2 * two)
@@ -201,6 +207,8 @@ impl Train<'_> {
         for bearing in &mut bearings {
             bearing.gain[..RIGID_MODES].fill(0.0);
         }
+        let coupling = projection::coupling(matrices, solution, settle);
+        let [constant_load, load_by_speed] = self.mean_drag(&torque);
 
         Ok(ModalStructure {
             teeth: self.gears.teeth[0],
@@ -218,6 +226,23 @@ impl Train<'_> {
             residual_flexibility: 0.0,
             coast: Some(coast),
             bearings,
+            coupling,
+            constant_load,
+            load_by_speed,
+        })
+    }
+
+    /// Modal forces of the mean drag, constant and by the pinion's speed; empty where there is
+    /// none. The motor keeps the speed: it meets the pinion's own drag where that acts, and
+    /// against a drag `T_d` on the wheel its torque grows by `T_d r_b1/r_b2`, so that the mesh
+    /// bears `T_d/r_b2` more.
+    fn mean_drag(&self, torque: &[f64]) -> [Vec<f64>; 2] {
+        let [_, base] = self.gears.base_radii();
+        let wheel = self.drag[1];
+        let by_speed = wheel.viscous * drive::wheel_speed(self.gears);
+        [wheel.constant, by_speed].map(|drag| match drag == 0.0 {
+            true => Vec::new(),
+            false => torque.iter().map(|t| t * (drag / base)).collect(),
         })
     }
 
@@ -228,16 +253,20 @@ impl Train<'_> {
         for (name, shaft) in ["pinion", "wheel"].iter().zip(&self.shafts) {
             for (number, support) in (1..).zip(&shaft.supports) {
                 let bearing = support.stiffness;
-                for (direction, freedom, stiffness) in [
-                    ("x", Freedom::X, bearing.x),
-                    ("y", Freedom::Y, bearing.y),
-                    ("axial", Freedom::Z, bearing.axial),
+                let [xy, yx] = bearing.cross;
+                for (direction, freedom, stiffness, across) in [
+                    ("x", Freedom::X, bearing.x, Some((Freedom::Y, xy))),
+                    ("y", Freedom::Y, bearing.y, Some((Freedom::X, yx))),
+                    ("axial", Freedom::Z, bearing.axial, None),
                 ] {
-                    let shaft_side = std::iter::once((support.node, freedom, stiffness));
-                    let pedestal_side = support
-                        .pedestal
-                        .map(|pedestal| (pedestal, freedom, -stiffness));
-                    let terms: Vec<_> = shaft_side.chain(pedestal_side).collect();
+                    let springs = std::iter::once((freedom, stiffness)).chain(across);
+                    let terms: Vec<_> = springs
+                        .filter(|&(_, spring)| spring != 0.0)
+                        .flat_map(|(freedom, spring)| {
+                            let pedestal = support.pedestal.map(|node| (node, freedom, -spring));
+                            std::iter::once((support.node, freedom, spring)).chain(pedestal)
+                        })
+                        .collect();
                     let force = matrices.functional(&terms);
                     // No spring, or nothing that could load it.
                     if force.iter().any(|&coefficient| coefficient != 0.0) {

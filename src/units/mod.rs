@@ -32,6 +32,8 @@ pub enum Dimension {
     TiltStiffness,
     /// Viscous damping coefficient \[N s/m\].
     Damping,
+    /// Viscous drag on a rotation \[N m s/rad\].
+    Drag,
     /// Pressure or elastic modulus \[Pa\].
     Pressure,
     /// Density \[kg/m³\].
@@ -49,6 +51,14 @@ pub enum Dimension {
     ParticipationByLength,
     /// Force per unit modal displacement \[N/(m √kg)\]; bare numbers only.
     ForceByDisplacement,
+    /// Modal damping \[1/s\]; bare numbers only.
+    ModalDamping,
+    /// Modal stiffness \[1/s²\]; bare numbers only.
+    ModalStiffness,
+    /// Force on a mass-normalised mode \[N/√kg\]; bare numbers only.
+    ModalForce,
+    /// Force on a mass-normalised mode by speed \[N s/(rad √kg)\]; bare numbers only.
+    ModalForceBySpeed,
     /// Mass-normalised modal displacement \[m √kg\]; bare numbers only.
     ModalDisplacement,
     /// Mass-normalised modal velocity \[m √kg/s\]; bare numbers only.
@@ -56,7 +66,7 @@ pub enum Dimension {
 }
 
 /// The dimensions that have a text form, with the exponents of kg, m, s and rad.
-const TEXT_FORMS: [(Dimension, Exponents); 14] = [
+const TEXT_FORMS: [(Dimension, Exponents); 15] = [
     (Dimension::Length, Exponents([0, 1, 0, 0])),
     (Dimension::Time, Exponents([0, 0, 1, 0])),
     (Dimension::Angle, Exponents([0, 0, 0, 1])),
@@ -66,6 +76,7 @@ const TEXT_FORMS: [(Dimension, Exponents); 14] = [
     (Dimension::Stiffness, Exponents([1, 0, -2, 0])),
     (Dimension::TiltStiffness, Exponents([1, 2, -2, -1])),
     (Dimension::Damping, Exponents([1, 0, -1, 0])),
+    (Dimension::Drag, Exponents([1, 2, -1, -1])),
     (Dimension::Pressure, Exponents([1, -1, -2, 0])),
     (Dimension::Density, Exponents([1, -3, 0, 0])),
     (Dimension::Mass, Exponents([1, 0, 0, 0])),
@@ -106,6 +117,11 @@ impl Dimension {
             Self::Stiffness => ["a stiffness", "N/m", "N/m, N/mm, N/um, kN/mm"],
             Self::TiltStiffness => ["a tilt stiffness", "N*m/rad", "N*m/rad, kN*m/rad, N*m/deg"],
             Self::Damping => ["a damping coefficient", "N*s/m", "N*s/m, N*s/mm, kN*s/m"],
+            Self::Drag => [
+                "a viscous drag",
+                "N*m*s/rad",
+                "N*m*s/rad, N*mm*s/rad, N*m/rpm",
+            ],
             Self::Pressure => [
                 "a pressure or elastic modulus",
                 "Pa",
@@ -120,6 +136,10 @@ impl Dimension {
                 ["a modal participation by length", "1/(m sqrt(kg))", ""]
             }
             Self::ForceByDisplacement => ["a force by modal displacement", "N/(m sqrt(kg))", ""],
+            Self::ModalDamping => ["a modal damping", "1/s", ""],
+            Self::ModalStiffness => ["a modal stiffness", "1/s^2", ""],
+            Self::ModalForce => ["a modal force", "N/sqrt(kg)", ""],
+            Self::ModalForceBySpeed => ["a modal force by speed", "N s/(rad sqrt(kg))", ""],
             Self::ModalDisplacement => ["a modal displacement", "m sqrt(kg)", ""],
             Self::ModalVelocity => ["a modal velocity", "m sqrt(kg)/s", ""],
         }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 #[test]
 fn units_of_the_data_sheet_are_read() {
     use Dimension::*;
-    let cases: [(&str, Dimension, f64); 31] = [
+    let cases: [(&str, Dimension, f64); 32] = [
         ("15 um", Length, 1.5e-5),
         ("15 µm", Length, 1.5e-5),
         ("15 μm", Length, 1.5e-5),
@@ -30,6 +30,7 @@ fn units_of_the_data_sheet_are_read() {
         ("2e-3 kg*m^2", Inertia, 2e-3),
         ("2000 kg*mm²", Inertia, 2e-3),
         ("1483 N*s/m", Damping, 1483.0),
+        ("3 N*m*s/rad", Drag, 3.0),
         ("20 deg", Angle, 20.0 * (PI / 180.0)),
         ("2e4 N*m/rad", TiltStiffness, 2e4),
         ("5 %", Ratio, 0.05),

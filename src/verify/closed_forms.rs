@@ -295,6 +295,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         density,
         damping: 0.0,
         damping_overrides: Vec::new(),
+        gyroscopic: false,
     };
     let drive = Drive {
         coast: None,

@@ -4,7 +4,7 @@
 #![allow(dead_code)]
 
 use atlas::gear::{GearPair, ToothForm};
-use atlas::shaft::{Bearing, FlexibleDrive, Shaft};
+use atlas::shaft::{Bearing, Drag, FlexibleDrive, Shaft};
 
 /// Density of steel \[kg/m³\].
 pub const DENSITY: f64 = 7850.0;
@@ -29,6 +29,7 @@ pub fn bearing(axial: f64) -> Bearing {
         y: 1e8,
         axial,
         tilt: 2e4,
+        ..Bearing::default()
     }
 }
 
@@ -41,6 +42,7 @@ pub fn shafts() -> [Shaft; 2] {
         gear_position: 0.45,
         end_inertia,
         bearings: [bearing(1e8), bearing(0.0)],
+        drag: Drag::default(),
     })
 }
 
@@ -56,5 +58,6 @@ pub fn flexible() -> FlexibleDrive {
         elements: [3, 5, 7],
         damping: 0.01,
         damping_overrides: Vec::new(),
+        gyroscopic: false,
     }
 }

@@ -178,6 +178,9 @@ impl Drawn {
                 friction_lever: vec![0.0; n],
                 residual_flexibility: 0.0,
                 bearings: Vec::new(),
+                coupling: None,
+                constant_load: Vec::new(),
+                load_by_speed: Vec::new(),
             },
             drive: Drive {
                 coast: None,

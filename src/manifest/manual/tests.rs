@@ -138,7 +138,9 @@ fn analyses(text: &str, tables: &str) -> String {
 
 /// The text with a line in the table of a key, which is there where `line` is empty, too.
 fn with(text: &str, key: &Key, line: &str) -> String {
-    let (table, name) = key.path.rsplit_once('.').unwrap();
+    // What belongs to one shaft belongs to either.
+    let path = key.path.replace("<shaft>", "wheel");
+    let (table, name) = path.rsplit_once('.').unwrap();
     if let Some(list) = table.strip_suffix(".*") {
         let open = format!("{} = [{{", list.rsplit('.').next().unwrap());
         assert!(text.contains(&open), "{}", key.path);

@@ -312,6 +312,27 @@ impl<'t> Section<'t> {
         values.into_iter().collect()
     }
 
+    /// A list of lists of quantities in SI.
+    pub fn rows(&self, issues: &mut Issues, name: &str) -> Option<Vec<Vec<f64>>> {
+        let items = self.list(issues, name, None)?;
+        let spec = self.spec(&self.path_of(&format!("{name}.*.*")));
+        // Every element is read before any failure counts, so that all faults are found.
+        let rows: Vec<Option<Vec<f64>>> = (items.iter().enumerate())
+            .map(|(i, item)| {
+                let path = self.path_of(&format!("{name}.{i}"));
+                let Value::Array(cells) = &item.value else {
+                    wrong_type(issues, item, &path, self.spec(&path));
+                    return None;
+                };
+                let values: Vec<_> = (cells.iter().enumerate())
+                    .map(|(j, cell)| quantity(issues, cell, &format!("{path}.{j}"), spec))
+                    .collect();
+                values.into_iter().collect()
+            })
+            .collect();
+        rows.into_iter().collect()
+    }
+
     /// A list of whole numbers of fixed length.
     pub fn integers<const N: usize>(&self, issues: &mut Issues, name: &str) -> Option<[u64; N]> {
         self.list(issues, name, Some(N))?;

@@ -62,6 +62,7 @@ fn drive(
     let modes = section.count_or(issues, "modes", default_modes);
     let retained = retained(section, issues, modes, RIGID_MODES);
     let damping = damping(section, issues, kind, modes);
+    let gyroscopic = gyroscopic(section, issues, kind);
     let gears = root
         .required_child(issues, "gear")
         .and_then(|section| gear::read(&section, issues));
@@ -73,7 +74,7 @@ fn drive(
         check_freedoms(section, issues, modes, kind, elastic)?;
     }
     let modes = modes?;
-    let source = source(kind, gears?, set?, damping?)?;
+    let source = source(kind, gears?, set?, damping?, gyroscopic?)?;
     let source = match &context.last_drive {
         Some(last) if *last == source => last.clone(),
         _ => source,
@@ -93,6 +94,7 @@ fn source(
     gears: GearPair,
     set: ShaftSet,
     (damping, damping_overrides): (f64, Vec<(usize, f64)>),
+    gyroscopic: bool,
 ) -> Option<StructureSource> {
     match kind {
         DriveKind::Faulty => None,
@@ -104,6 +106,7 @@ fn source(
             density: set.density,
             damping,
             damping_overrides,
+            gyroscopic,
         }))),
         DriveKind::Flexible => {
             let elastic = set.elastic?;
@@ -117,6 +120,7 @@ fn source(
                 elements: elastic.elements,
                 damping,
                 damping_overrides,
+                gyroscopic,
             })))
         }
     }
@@ -133,7 +137,7 @@ fn modal(
     let remedy = "remove it, or set kind = \"flexible\"";
     section.without_effect(
         issues,
-        &["modes", "damping", "damping_overrides"],
+        &["modes", "damping", "damping_overrides", "gyroscopic"],
         why,
         remedy,
     );
@@ -234,6 +238,19 @@ fn damping(
     let damping = section.quantity_or_default(issues, "damping");
     let overrides = damping_overrides(section, issues, modes);
     Some((damping?, overrides?))
+}
+
+/// Whether gyroscopic moments act, on shafts that tilt.
+fn gyroscopic(section: &Section, issues: &mut Issues, kind: DriveKind) -> Option<bool> {
+    if let DriveKind::Rigid(tier @ (Tier::Torsional | Tier::Translational)) = kind {
+        section.without_effect(
+            issues,
+            &["gyroscopic"],
+            &format!("with kind = \"{}\": its shafts do not tilt", tier.name()),
+            "remove it, or release more with another kind",
+        );
+    }
+    section.boolean_or_default(issues, "gyroscopic")
 }
 
 fn damping_overrides(

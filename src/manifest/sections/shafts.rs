@@ -10,7 +10,7 @@ use super::unfelt::feels;
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
-use crate::shaft::{Bearing, Pedestal, Shaft, Tier};
+use crate::shaft::{Bearing, Drag, Pedestal, Shaft, Tier};
 
 /// Shafts and their material.
 pub(super) struct ShaftSet {
@@ -116,6 +116,8 @@ fn shaft(
     let own = shared.required_child(issues, name)?;
     let diameter = own.quantity(issues, "diameter");
     let end_inertia = own.quantity(issues, "end_inertia");
+    let viscous = own.quantity_or_default(issues, "drag");
+    let constant = own.quantity_or_default(issues, "drag_torque");
     let mut either = |key: &str| {
         let section = if own.has(key) { &own } else { shared };
         section.quantity(issues, key)
@@ -153,6 +155,10 @@ fn shaft(
         gear_position: gear_position?,
         end_inertia: end_inertia?,
         bearings: bearings?,
+        drag: Drag {
+            viscous: viscous?,
+            constant: constant?,
+        },
     };
     Some((shaft, pedestals?))
 }
@@ -215,10 +221,14 @@ fn bearings(
         return Some([Bearing::default(); 2]);
     };
     let wanted = |key: &str| needed(key) || layers.of(key).has(key);
-    let mut both = |key: &str| match wanted(key) {
+    let mut read = |key: &str, wanted: bool| match wanted {
         true => layers.both(issues, key),
         false => Some([0.0; 2]),
     };
+    let mut optional = |key: &str| read(key, layers.of(key).has(key));
+    let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"].map(&mut optional);
+    let cross = ["cross_xy", "cross_yx"].map(&mut optional);
+    let mut both = |key: &str| read(key, wanted(key));
     let x = both("x");
     let y = both("y");
     let tilt = both("tilt");
@@ -241,11 +251,16 @@ fn bearings(
         return None;
     }
     let (x, y, tilt, axial) = (x?, y?, tilt?, axial?);
+    let ([xx, xy, yx, yy], [cross_xy, cross_yx]) = (damping, cross);
+    let (xx, xy, yx, yy) = (xx?, xy?, yx?, yy?);
+    let (cross_xy, cross_yx) = (cross_xy?, cross_yx?);
     Some([0, 1].map(|i| Bearing {
         x: x[i],
         y: y[i],
         axial: axial[i],
         tilt: tilt[i],
+        damping: [[xx[i], xy[i]], [yx[i], yy[i]]],
+        cross: [cross_xy[i], cross_yx[i]],
     }))
 }
 

@@ -1,7 +1,9 @@
+mod coupling;
+
 use super::*;
 use crate::gear::{GearPair, ToothForm};
 use crate::shaft::train::RIGID_MODES;
-use crate::shaft::{Bearing, Disc, Shaft};
+use crate::shaft::{Bearing, Disc, Drag, Shaft};
 
 fn drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
@@ -9,6 +11,7 @@ fn drive() -> FlexibleDrive {
         y: 1e8,
         axial,
         tilt: 1e4,
+        ..Bearing::default()
     };
     let shaft = |diameter| Shaft {
         diameter,
@@ -17,6 +20,7 @@ fn drive() -> FlexibleDrive {
         gear_position: 0.4,
         end_inertia: 1e-3,
         bearings: [bearing(1e8), bearing(0.0)],
+        drag: Drag::default(),
     };
     FlexibleDrive {
         gears: GearPair {
@@ -36,6 +40,7 @@ fn drive() -> FlexibleDrive {
         elements: [2, 3, 3],
         damping: 0.02,
         damping_overrides: vec![(5, 0.07)],
+        gyroscopic: false,
     }
 }
 

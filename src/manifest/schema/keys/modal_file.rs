@@ -4,7 +4,8 @@ use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, integer, key, quantity, table,
 };
 use crate::units::Dimension::{
-    AngularSpeed, Force, ForceByDisplacement, Participation, ParticipationByLength, Ratio,
+    AngularSpeed, Force, ForceByDisplacement, ModalDamping, ModalForce, ModalForceBySpeed,
+    ModalStiffness, Participation, ParticipationByLength, Ratio,
 };
 
 #[rustfmt::skip]
@@ -44,6 +45,25 @@ pub(super) const KEYS: &[Key] = &[
         .otherwise("none; required by ripple on the wheel")
         .about("Modal force of a unit torque on the wheel's shaft."),
     quantity("torque_wheel.*", ParticipationByLength, ANY, "-9.2"),
+    key("damping_matrix", Kind::List("rows, one a mode, of numbers in 1/s"), ANY, "[[0.0, 0.0], [0.0, 12.0]]").otherwise("0")
+        .about("What damps and couples the modes beside their damping ratios: it adds to 2 zeta omega on the diagonal."),
+    key("damping_matrix.*", Kind::List("numbers in 1/s, one a mode"), ANY, "[0.0, 12.0]"),
+    quantity("damping_matrix.*.*", ModalDamping, ANY, "12.0"),
+    key("gyroscopic_matrix", Kind::List("rows, one a mode, of numbers"), ANY, "[[0.0, 0.3], [-0.3, 0.0]]").otherwise("0")
+        .about("Gyroscopic coupling of the modes, a damping in 1/s per rad/s of the pinion's speed; skew, the entry \
+                across the diagonal having the opposite sign."),
+    key("gyroscopic_matrix.*", Kind::List("numbers, one a mode"), ANY, "[0.0, 0.3]"),
+    quantity("gyroscopic_matrix.*.*", Ratio, ANY, "0.3"),
+    key("stiffness_matrix", Kind::List("rows, one a mode, of numbers in 1/s^2"), ANY, "[[0.0, 4e3], [-4e3, 0.0]]").otherwise("0")
+        .about("Cross-coupled stiffness of the modes: it adds to omega^2 on the diagonal, and need not be symmetric."),
+    key("stiffness_matrix.*", Kind::List("numbers in 1/s^2, one a mode"), ANY, "[0.0, 4e3]"),
+    quantity("stiffness_matrix.*.*", ModalStiffness, ANY, "4e3"),
+    key("constant_load", Kind::List("numbers in N/sqrt(kg), one a mode"), ANY, "[0.0, 3.1, 1.9]").otherwise("0")
+        .about("Modal force that does not depend on the load, such as that of a constant drag."),
+    quantity("constant_load.*", ModalForce, ANY, "3.1"),
+    key("load_by_speed", Kind::List("numbers in N s/(rad sqrt(kg)), one a mode"), ANY, "[0.0, 0.02, 0.01]").otherwise("0")
+        .about("Modal force per rad/s of the pinion's speed: the mean of a viscous drag."),
+    quantity("load_by_speed.*", ModalForceBySpeed, ANY, "0.02"),
     key("bearing", Kind::List("tables"), ANY, r#"[{ name = "pinion 1 x", gain = [0.0, 2.1e7, -4.4e6] }]"#).or("[]")
         .about("Bearing forces that are computed, a table `[[bearing]]` for each."),
     table("bearing.*"),

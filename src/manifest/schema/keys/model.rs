@@ -44,6 +44,12 @@ pub(super) const KEYS: &[Key] = &[
                 rotations and stay undamped."),
     quantity("model.damping_overrides.*.ratio", Ratio, BELOW_ONE, "0.02")
         .about("Damping ratio of this mode."),
+    key("model.gyroscopic", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether tilting shafts and gear bodies have gyroscopic moments, which couple tilts about x and y in \
+                proportion to speed. By default they have none, as usual in models of gear rattle: the modes are \
+                those of the drive at rest and stay uncoupled. It matters where polar inertia times speed comes \
+                near transverse inertia times the frequency of a tilting mode. The end inertia, behind a \
+                coupling, does not tilt and has none."),
     key("model.file", Kind::Text, ANY, r#""drive.modal.toml""#)
         .otherwise("none; required with kind = \"modal\"")
         .about("Path of the modal file, relative to the folder of the manifest. Only with kind = \"modal\"."),

@@ -5,7 +5,8 @@ use crate::manifest::schema::key::{
     ANY, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, integer, key, quantity, table,
 };
 use crate::units::Dimension::{
-    Density, Inertia, Length, Mass, Pressure, Ratio, Stiffness, TiltStiffness,
+    Damping, Density, Drag, Inertia, Length, Mass, Pressure, Ratio, Stiffness, TiltStiffness,
+    Torque,
 };
 
 const BOTH: &str = "first bearing, second bearing";
@@ -54,6 +55,21 @@ pub(super) const KEYS: &[Key] = &[
         .of_length(2).on_either_shaft().otherwise("none; required with kinds that tilt or bend")
         .about("Stiffness along z, the axis of the shaft. At least one bearing must locate the shaft."),
     quantity("shafts.bearings.axial.*", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).on_either_shaft(),
+    quantity("shafts.bearings.damping_x", Damping, NON_NEGATIVE, r#""400 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
+        .about("Damper of the bearing along x, beside its spring. It adds to the modal damping ratios, which stand \
+                for the material. Bearing forces in the results are those of the springs."),
+    quantity("shafts.bearings.damping_y", Damping, NON_NEGATIVE, r#""300 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
+        .about("Damper of the bearing along y."),
+    quantity("shafts.bearings.damping_xy", Damping, ANY, r#""-20 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
+        .about("Cross-coupled damping: force along x, against it, per velocity along y."),
+    quantity("shafts.bearings.damping_yx", Damping, ANY, r#""-20 N*s/m""#).or_pair(BOTH).on_either_shaft().or("0")
+        .about("Cross-coupled damping: force along y, against it, per velocity along x."),
+    quantity("shafts.bearings.cross_xy", Stiffness, ANY, r#""2e6 N/m""#).or_pair(BOTH).on_either_shaft().or("0")
+        .about("Cross-coupled stiffness of a fluid film: force along x, against it, per displacement along y. The \
+                pinion turns from x to y and the wheel from y to x: `cross_xy` = -`cross_yx` drives a whirl in \
+                the sense of running where it is positive on the pinion's shaft, negative on the wheel's."),
+    quantity("shafts.bearings.cross_yx", Stiffness, ANY, r#""-2e6 N/m""#).or_pair(BOTH).on_either_shaft().or("0")
+        .about("Cross-coupled stiffness: force along y, against it, per displacement along x."),
     table("shafts.pedestals").on_either_shaft().otherwise("an error with kind = \"pedestal\"")
         .about("What each bearing stands on: a mass on springs to the ground. Only with kind = \"pedestal\"."),
     quantity("shafts.pedestals.x", Stiffness, POSITIVE, r#""4e8 N/m""#).or_pair(BOTH).on_either_shaft()
@@ -70,4 +86,11 @@ pub(super) const KEYS: &[Key] = &[
         .about("Diameter of the shaft, less than the pitch diameter of its gear."),
     quantity("shafts.<shaft>.end_inertia", Inertia, NON_NEGATIVE, r#""2e-3 kg*m^2""#)
         .about("Polar moment of inertia at the free end of the overhang: motor or driven machine."),
+    quantity("shafts.<shaft>.drag", Drag, NON_NEGATIVE, r#""2e-3 N*m*s/rad""#).or("0")
+        .about("Viscous drag on the rotation of this shaft, per its own speed, at the free end of the overhang. It damps \
+                the rotation, and its mean loads the mesh as `drag_torque` does."),
+    quantity("shafts.<shaft>.drag_torque", Torque, NON_NEGATIVE, r#""0.4 N*m""#).or("0")
+        .about("Constant torque against the rotation of this shaft, at the free end of the overhang. The motor keeps \
+                the speed: drag of the wheel's shaft adds to the mesh force what its base radius makes of it, and \
+                to the motor's torque; drag of the pinion's shaft is met by the motor and loads no tooth."),
 ];

@@ -1,0 +1,106 @@
+//! The matrices of a modal file that couple its modes: a list of rows each, one row a mode.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Section, entries};
+use crate::manifest::schema;
+use crate::shaft::Coupling;
+
+/// Largest sum of two entries across the diagonal of a skew matrix, as a part of its largest
+/// entry: what a file of six digits leaves.
+const SKEW_BOUND: f64 = 1e-5;
+
+/// The coupling; the outer `None` is a fault. Matrices that are 0 everywhere couple nothing.
+pub(super) fn read(
+    root: &Section,
+    issues: &mut Issues,
+    modes: Option<usize>,
+) -> Option<Option<Coupling>> {
+    let damping = matrix(root, issues, "damping_matrix", modes);
+    let gyroscopic = matrix(root, issues, "gyroscopic_matrix", modes)
+        .and_then(|matrix| skew(root, issues, matrix, modes?));
+    let stiffness = matrix(root, issues, "stiffness_matrix", modes);
+    let coupling = Coupling {
+        damping: damping?,
+        gyroscopic: gyroscopic?,
+        stiffness: stiffness?,
+    };
+    let all = [&coupling.damping, &coupling.gyroscopic, &coupling.stiffness];
+    let felt = all.into_iter().flatten().any(|&entry| entry != 0.0);
+    Some(felt.then_some(coupling))
+}
+
+/// A square matrix with a row a mode, row by row; zeros where it is absent.
+fn matrix(
+    root: &Section,
+    issues: &mut Issues,
+    name: &str,
+    modes: Option<usize>,
+) -> Option<Vec<f64>> {
+    if !root.has(name) {
+        return modes.map(|modes| vec![0.0; modes * modes]);
+    }
+    let rows = root.rows(issues, name)?;
+    let modes = modes?;
+    let fault = if rows.len() != modes {
+        let plural = if rows.len() == 1 { "" } else { "s" };
+        format!("`{name}` has {} row{plural}", rows.len())
+    } else if let Some(row) = rows.iter().position(|row| row.len() != modes) {
+        let count = entries(rows[row].len());
+        format!("row {} of `{name}` has {count}", row + 1)
+    } else {
+        return Some(rows.concat());
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            root.span_of(name),
+            name,
+            format!("{fault}, `frequency` has {}", entries(modes)),
+        )
+        .label(format!("{modes} rows of {modes} are needed"))
+        .remedy("give a row a mode with one entry a mode, in the order of `frequency`"),
+    );
+    None
+}
+
+/// The gyroscopic matrix, skew in every bit.
+fn skew(root: &Section, issues: &mut Issues, matrix: Vec<f64>, modes: usize) -> Option<Vec<f64>> {
+    let largest = matrix.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let places = (0..modes).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    let pair = |(i, j): (usize, usize)| [matrix[i * modes + j], matrix[j * modes + i]];
+    let sum = |place| pair(place).iter().sum::<f64>().abs();
+    if let Some((i, j)) = places
+        .clone()
+        .find(|&place| sum(place) > SKEW_BOUND * largest)
+    {
+        let [below, above] = pair((i, j));
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                root.span_of("gyroscopic_matrix"),
+                "gyroscopic_matrix",
+                format!(
+                    "row {}, column {} of `gyroscopic_matrix` is {}, its mirror image {}; \
+                     gyroscopic moments do no work",
+                    i + 1,
+                    j + 1,
+                    schema::number(below),
+                    schema::number(above)
+                ),
+            )
+            .label("not skew")
+            .remedy(
+                "give every pair across the diagonal opposite signs and the diagonal 0; what \
+                 dissipates belongs in `damping_matrix`",
+            ),
+        );
+        return None;
+    }
+    let mut exact = vec![0.0; modes * modes];
+    for (i, j) in places.filter(|(i, j)| i != j) {
+        let [below, above] = pair((i, j));
+        exact[i * modes + j] = 0.5 * (below - above);
+        exact[j * modes + i] = -exact[i * modes + j];
+    }
+    Some(exact)
+}

@@ -1,0 +1,167 @@
+//! What damps an assembly or couples its freedoms beside mass and stiffness: dampers, drag,
+//! gyroscopic moments, cross-coupled springs.
+//!
+//! ```text
+//! M u'' + (C + Ω G) u' + (K + K_c) u = f
+//! ```
+//!
+//! with Ω the speed of the pinion (Friswell, Penny, Garvey & Lees, *Dynamics of Rotating
+//! Machines*, 2010, chapters 5 and 7).
+
+use super::super::beam::BeamElement;
+use super::super::error::{ShaftError, finite, non_negative};
+use super::{Assembly, Freedom, scatter};
+use faer::Mat;
+
+/// `(row, column, value)` over all freedoms.
+type Entry = (usize, usize, f64);
+
+/// Sums of entries over all freedoms.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Entries {
+    damping: Vec<Entry>,
+    gyroscopic: Vec<Entry>,
+    cross_stiffness: Vec<Entry>,
+    /// Speed of what is added now, in units of Ω.
+    turning: f64,
+}
+
+/// Matrices over the free freedoms beside mass and stiffness.
+#[derive(Debug, Clone)]
+pub struct CouplingMatrices {
+    /// Damping matrix C \[N s/m, N m s/rad\].
+    pub damping: Mat<f64>,
+    /// Gyroscopic matrix G \[kg m², …\], skew; `Ω G` with the speed Ω of the pinion.
+    pub gyroscopic: Mat<f64>,
+    /// Stiffness K_c of cross-coupled springs \[N/m\].
+    pub cross_stiffness: Mat<f64>,
+}
+
+impl Entries {
+    /// Gyroscopic moments of a beam element whose two ends start at the freedoms `ends`.
+    pub fn add_turning_beam(&mut self, ends: [usize; 2], element: &BeamElement) {
+        if self.turning != 0.0 {
+            let ratio = self.turning;
+            let matrix = element.gyroscopic().map(|row| row.map(|g| ratio * g));
+            scatter(&mut self.gyroscopic, ends, &matrix);
+        }
+    }
+
+    /// Gyroscopic moments `+J_p θy'` about x and `−J_p θx'` about y of a disc on the node whose
+    /// freedoms start at `first`.
+    pub fn add_turning_disc(&mut self, first: usize, polar_inertia: f64) {
+        let value = self.turning * polar_inertia;
+        if value != 0.0 {
+            let about_x = first + Freedom::RotationX as usize;
+            let about_y = first + Freedom::RotationY as usize;
+            self.gyroscopic
+                .extend([(about_x, about_y, value), (about_y, about_x, -value)]);
+        }
+    }
+
+    /// The matrices, by what sums entries over the free freedoms; none without any entry.
+    pub fn matrices(&self, collect: impl Fn(&[Entry]) -> Mat<f64>) -> Option<CouplingMatrices> {
+        let all = [&self.damping, &self.gyroscopic, &self.cross_stiffness];
+        if all.iter().all(|entries| entries.is_empty()) {
+            return None;
+        }
+        let [damping, gyroscopic, cross_stiffness] = all.map(|entries| collect(entries));
+        Some(CouplingMatrices {
+            damping,
+            gyroscopic,
+            cross_stiffness,
+        })
+    }
+}
+
+impl Assembly {
+    /// Beams and discs that are added from here on turn about their axis, right-handed, at
+    /// `ratio` times the speed Ω of the pinion and have gyroscopic moments; with 0, as at
+    /// first, they have none.
+    pub fn turn(&mut self, ratio: f64) {
+        self.coupling.turning = ratio;
+    }
+
+    /// Adds dampers in the plane of the gears between a node and another one, or the ground:
+    /// the force on `node` is `−c (u' − u'_other)`, u = (x, y), with the rows `damping` of c
+    /// \[N s/m\].
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`]; [`ShaftError::Negative`] for an entry on the diagonal,
+    /// [`ShaftError::NotFinite`] for another one.
+    pub fn add_dampers(
+        &mut self,
+        node: usize,
+        other: Option<usize>,
+        damping: [[f64; 2]; 2],
+    ) -> Result<(), ShaftError> {
+        for (i, row) in damping.into_iter().enumerate() {
+            non_negative("damping coefficient [N s/m]", row[i])?;
+            finite("cross damping coefficient [N s/m]", row[1 - i])?;
+        }
+        let entries = self.planar(node, other, damping)?;
+        self.coupling.damping.extend(entries);
+        Ok(())
+    }
+
+    /// Adds cross-coupled springs between a node and another one, or the ground: the force on
+    /// `node` is `−k_xy (y − y_other)` along x and `−k_yx (x − x_other)` along y, with `cross` =
+    /// `[k_xy, k_yx]` \[N/m\]. `k_xy = −k_yx > 0` drives a whirl from x to y.
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::NotFinite`].
+    pub fn add_cross_springs(
+        &mut self,
+        node: usize,
+        other: Option<usize>,
+        cross: [f64; 2],
+    ) -> Result<(), ShaftError> {
+        for stiffness in cross {
+            finite("cross stiffness [N/m]", stiffness)?;
+        }
+        let entries = self.planar(node, other, [[0.0, cross[0]], [cross[1], 0.0]])?;
+        self.coupling.cross_stiffness.extend(entries);
+        Ok(())
+    }
+
+    /// Adds a viscous drag on the rotation about the axis \[N m s/rad\].
+    ///
+    /// # Errors
+    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    pub fn add_drag(&mut self, node: usize, drag: f64) -> Result<(), ShaftError> {
+        let index = self.freedom(node, Freedom::RotationZ)?;
+        let drag = non_negative("drag [N m s/rad]", drag)?;
+        if drag != 0.0 {
+            self.coupling.damping.push((index, index, drag));
+        }
+        Ok(())
+    }
+
+    /// The entries of a 2 × 2 matrix between x and y of a node and those of another one, or
+    /// the ground.
+    fn planar(
+        &self,
+        node: usize,
+        other: Option<usize>,
+        matrix: [[f64; 2]; 2],
+    ) -> Result<Vec<Entry>, ShaftError> {
+        let mut ends = vec![(self.freedom(node, Freedom::X)?, 1.0)];
+        if let Some(other) = other {
+            ends.push((self.freedom(other, Freedom::X)?, -1.0));
+        }
+        let mut entries = Vec::new();
+        for &(row, row_sign) in &ends {
+            for &(column, column_sign) in &ends {
+                for (i, values) in matrix.iter().enumerate() {
+                    for (j, value) in values.iter().enumerate().filter(|(_, v)| **v != 0.0) {
+                        entries.push((row + i, column + j, row_sign * column_sign * value));
+                    }
+                }
+            }
+        }
+        Ok(entries)
+    }
+}
+
+#[cfg(test)]
+mod tests;
