@@ -15,8 +15,8 @@ use atlas::model::{
 };
 use atlas::numerics::random::PointSeed;
 use atlas::propagate::{
-    ClosedContact,    Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop, Tangents, Volterra,
-    Window,
+    ClosedContact, Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop,
+    Tangents, Volterra, Window,
 };
 use atlas::reference::Reference;
 use atlas::shaft::ModalStructure;
@@ -248,10 +248,13 @@ impl Observer for Planted<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
-        let larger = |force: &[f64]| -> Vec<f64> {
-            force.iter().map(|f| f * (1.0 + self.1)).collect()
-        };
-        let forces: Vec<_> = window.closed.iter().map(|closed| larger(closed.force)).collect();
+        let larger =
+            |force: &[f64]| -> Vec<f64> { force.iter().map(|f| f * (1.0 + self.1)).collect() };
+        let forces: Vec<_> = window
+            .closed
+            .iter()
+            .map(|closed| larger(closed.force))
+            .collect();
         let closed: Vec<_> = (window.closed.iter().zip(&forces))
             .map(|(closed, force)| ClosedContact { force, ..*closed })
             .collect();

@@ -212,10 +212,7 @@ fn events_are_those_of_the_kernel() {
             "coast>free" => ("coast_release", 2, 1.0),
             other => panic!("{other}"),
         };
-        assert_eq!(
-            (kind[row].as_str(), contact[row]),
-            (wanted.0, wanted.1)
-        );
+        assert_eq!((kind[row].as_str(), contact[row]), (wanted.0, wanted.1));
         assert_eq!(rate[row].signum(), wanted.2, "{}", kind[row]);
     }
     for wanted in [

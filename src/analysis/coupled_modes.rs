@@ -73,10 +73,17 @@ impl<'m> CoupledModes<'m> {
     /// given.
     pub fn magnitude(&self, window: &Window<'_>, phase: f64) -> f64 {
         let n = self.load.len();
-        let modes = self.model.basis.turned_modes(&[window.first, window.second].concat());
+        let modes = self
+            .model
+            .basis
+            .turned_modes(&[window.first, window.second].concat());
         let (q, _) = modes.split_at(n);
         let mut sum = self.stored(window.first, window.second).abs();
-        sum += q.iter().zip(&self.load).map(|(q, f)| (q * f).abs()).sum::<f64>();
+        sum += q
+            .iter()
+            .zip(&self.load)
+            .map(|(q, f)| (q * f).abs())
+            .sum::<f64>();
         for closed in window.closed {
             let segment = &window.segments[closed.contact];
             let contact = &self.model.contacts[closed.contact];
@@ -131,9 +138,11 @@ impl<'m> CoupledModes<'m> {
         for closed in window.closed {
             let [w, g, _] = self.model.in_modes(&window.segments[closed.contact]);
             let force = padded(closed.force);
-            works.extend((0..n).filter(|&i| g[i] != w[i]).map(|i| {
-                -(g[i] - w[i]) * integral(&force, &v[i], tau)
-            }));
+            works.extend(
+                (0..n)
+                    .filter(|&i| g[i] != w[i])
+                    .map(|i| -(g[i] - w[i]) * integral(&force, &v[i], tau)),
+            );
         }
         works
     }

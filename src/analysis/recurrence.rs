@@ -155,14 +155,18 @@ impl Recurrence {
     }
 }
 
-/// Mesh cycles after which all torque ripple starts anew; none where that takes too long or
-/// never happens. The transmission error repeats every cycle.
+/// Mesh cycles after which all torque ripple, all errors and all contacts start anew; none where
+/// that takes too long or never happens.
 pub(super) fn excitation_period(model: &Model) -> Option<usize> {
+    let ripples = model.ripple.iter().map(|ripple| ripple.turns_per_cycle);
+    let errors = model.transmission_errors().map(|h| h.turns_per_cycle);
+    let turns: Vec<f64> = ripples.chain(errors).collect();
     (1..=LONGEST).find(|&period| {
-        model.ripple.iter().all(|ripple| {
-            let turns = ripple.turns_per_cycle * period as f64;
+        let whole = |turns: &f64| {
+            let turns = turns * period as f64;
             (turns - turns.round()).abs() < PHASE_TOLERANCE
-        })
+        };
+        period.is_multiple_of(model.base_cycles()) && turns.iter().all(whole)
     })
 }
 

@@ -237,6 +237,10 @@ fn stiffness(job: &Job) -> String {
             StiffnessSpec::Constant(value) => Cow::Borrowed(std::slice::from_ref(value)),
             StiffnessSpec::Piecewise(values) => Cow::Borrowed(&values[..]),
             StiffnessSpec::Continuous(levels) => Cow::Owned(levels.divisions().0),
+            StiffnessSpec::Fourier(mean, harmonics) => {
+                let reach: f64 = harmonics.iter().map(|h| h.amplitude.abs()).sum();
+                Cow::Owned(vec![mean - reach, mean + reach])
+            }
             // The law is no axis of a grid: all points have it.
             StiffnessSpec::Table(table) => return tabled(job, table),
         };

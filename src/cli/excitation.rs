@@ -22,6 +22,7 @@ pub fn causes(point: &PointSpec) -> Vec<Cause> {
         StiffnessSpec::Constant(_) => false,
         StiffnessSpec::Piecewise(values) => values.iter().any(|value| *value != values[0]),
         StiffnessSpec::Continuous(levels) => levels.divisions().0.len() > 1,
+        StiffnessSpec::Fourier(_, harmonics) => !harmonics.is_empty(),
         StiffnessSpec::Table(_) => true,
     };
     if varies {

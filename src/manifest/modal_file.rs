@@ -1,6 +1,7 @@
 //! Modal files: a structure from any finite-element code, one list a column, one entry a
 //! mode. The same diagnostics as for the manifest, pointing into the modal file.
 
+mod contacts;
 mod coupling;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
@@ -79,6 +80,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let pinion_torque = optional(root, issues, "torque_pinion", modes);
     let wheel_torque = optional(root, issues, "torque_wheel", modes);
     let bearings = bearings(root, issues, modes);
+    let contacts = contacts::read(root, issues, modes);
     let coupling = coupling::read(root, issues, modes);
     let constant_load = optional(root, issues, "constant_load", modes);
     let load_by_speed = optional(root, issues, "load_by_speed", modes);
@@ -104,6 +106,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         friction_lever: friction_lever?.unwrap_or(zeros),
         residual_flexibility: 0.0,
         coast: None,
+        contacts: contacts?,
         bearings: bearings?,
         coupling: coupling?,
         constant_load: constant_load?

@@ -97,7 +97,11 @@ impl Basis {
     pub(super) fn turn(&self, values: &[f64]) -> Vec<f64> {
         let mut out = values.to_vec();
         for (row, &target) in self.turned.iter().zip(&self.rigid) {
-            out[target] = row.iter().zip(&self.rigid).map(|(b, &i)| b * values[i]).sum();
+            out[target] = row
+                .iter()
+                .zip(&self.rigid)
+                .map(|(b, &i)| b * values[i])
+                .sum();
         }
         out
     }
@@ -162,7 +166,9 @@ impl Basis {
     pub(super) fn gains(&self, blocks: &[Block], w: &[f64], g: &[f64]) -> Vec<MeshGain> {
         if self.coupled.is_none() {
             let modes = blocks.iter().zip(w.iter().zip(g));
-            return modes.map(|(block, (w, g))| MeshGain::mode(block, *w, *g)).collect();
+            return modes
+                .map(|(block, (w, g))| MeshGain::mode(block, *w, *g))
+                .collect();
         }
         let [deflection, rate] = self.output(w);
         let inputs = self.input(g);

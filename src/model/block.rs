@@ -66,7 +66,10 @@ impl Block {
             return exponential::real_pair_series(self.growth(), spread, tau, out);
         }
         // A rigid rotation gets a ν of its own.
-        let nu = self.damped_frequency().unwrap_or(0.0).max(RIGID_PHASE / tau);
+        let nu = self
+            .damped_frequency()
+            .unwrap_or(0.0)
+            .max(RIGID_PHASE / tau);
         let end = exponential::legendre_series(c64(self.growth(), nu), tau, out);
         for term in out {
             term.im /= nu;

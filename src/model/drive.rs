@@ -1,7 +1,12 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
-use super::{FlankError, Stiffness};
+use super::{FlankError, STIFFNESS_TERMS, Stiffness};
+use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Divisions for each turn of the highest harmonic of a stiffness.
+const PIECES_A_HARMONIC: u32 = 15;
 
 /// Mesh phases closer than this \[cycles\] are one: only rounding tells them apart.
 const SAME_PHASE: f64 = 1e-12;
@@ -113,6 +118,35 @@ impl Division {
         }
     }
 
+    /// Divisions of a stiffness that is a Fourier series, a mean \[N/m\] and its harmonics. On each
+    /// of equal divisions it is the polynomial through its values at the Gauss nodes; there are so
+    /// many that this is the series to 1e-12 of the amplitudes.
+    pub fn fourier(mean: f64, harmonics: &[StiffnessHarmonic]) -> Vec<Self> {
+        let highest = harmonics.iter().map(|h| h.harmonic).max().unwrap_or(0);
+        let count = (PIECES_A_HARMONIC * highest).max(1);
+        let rule = GaussLegendre::new(STIFFNESS_TERMS);
+        (0..count)
+            .map(|i| {
+                let values = std::array::from_fn(|node| {
+                    let place = 0.5 * (rule.nodes[node] + 1.0);
+                    let phase = (f64::from(i) + place) / f64::from(count);
+                    let waves = harmonics.iter().map(|h| {
+                        h.amplitude * (TAU * f64::from(h.harmonic) * phase + h.phase).cos()
+                    });
+                    mean + waves.sum::<f64>()
+                });
+                let stiffness = match harmonics.is_empty() {
+                    true => Stiffness::constant(mean),
+                    false => Stiffness::through(&values),
+                };
+                Self {
+                    stiffness,
+                    ..Self::level(f64::from(i + 1) / f64::from(count), mean)
+                }
+            })
+            .collect()
+    }
+
     /// Divisions of one stiffness \[N/m\] each.
     ///
     /// * `transitions`: where each stiffness gives way to the next, increasing, inside
@@ -149,6 +183,17 @@ impl MeshHarmonic {
             phase,
         }
     }
+}
+
+/// One harmonic of a stiffness over its cycle, `amplitude cos(2π harmonic φ + phase)`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct StiffnessHarmonic {
+    /// Multiple of the cycle's frequency, ≥ 1.
+    pub harmonic: u32,
+    /// Amplitude \[N/m\].
+    pub amplitude: f64,
+    /// Phase \[rad\].
+    pub phase: f64,
 }
 
 /// One harmonic of the torque on a shaft.

@@ -85,11 +85,11 @@ impl Model {
         let (error, error_rate) = self.lines[self.line(segment)].transmission_error_at(0, 0.0);
         let rigid = self.relative_rotation();
         let [w, g, load] = self.in_modes(segment);
-        let product = |x: &[f64]| -> f64 { w.iter().zip(x).map(|(w, x)| w * x).sum() };
+        let along = |first: f64, x: &[f64]| w.iter().zip(x).fold(first, |sum, (w, x)| sum + w * x);
         // Deflection of the elastic modes: δ = free − flexibility F.
         let [at_load, at_unit] = [&load, &g].map(|force| self.elastic_response(force));
-        let free = product(&at_load) - error;
-        let flexibility = product(&at_unit);
+        let free = along(-error, &at_load);
+        let flexibility = along(0.0, &at_unit);
         let asked = match rigid {
             Some(r) => load[r] / g[r],
             None => k * (free - side * b) / (1.0 + k * flexibility),
@@ -99,8 +99,8 @@ impl Model {
             true => asked,
             false => 0.0,
         };
-        let elastic = at_load.iter().zip(&at_unit).map(|(load, unit)| load - unit * force);
-        let mut modes: Vec<f64> = elastic.collect();
+        let left: Vec<f64> = load.iter().zip(&g).map(|(load, g)| load - g * force).collect();
+        let mut modes = self.elastic_response(&left);
         modes.resize(2 * n, 0.0);
         if let Some(r) = rigid {
             let deflection = force / k + side * b;
@@ -108,7 +108,11 @@ impl Model {
             modes[n + r] = (error_rate + side * opening) / w[r];
         }
         // The flank that is in the way of the load, where none is reached, is the other one.
-        let asked = if rigid.is_none() && force == 0.0 { free } else { asked };
+        let asked = if rigid.is_none() && force == 0.0 {
+            free
+        } else {
+            asked
+        };
         (self.basis.state_of_turned(&modes), asked)
     }
 
@@ -121,7 +125,10 @@ impl Model {
             return [
                 gains.iter().map(|gain| gain.deflection[0]).collect(),
                 gains.iter().map(|gain| gain.mesh_input[1]).collect(),
-                self.blocks.iter().map(|block| block.static_input[1]).collect(),
+                self.blocks
+                    .iter()
+                    .map(|block| block.static_input[1])
+                    .collect(),
             ];
         };
         let velocities = |input: &dyn Fn(usize) -> [f64; 2]| {
@@ -146,8 +153,7 @@ impl Model {
     fn elastic_response(&self, force: &[f64]) -> Vec<f64> {
         let n = force.len();
         let mut out = vec![0.0; n];
-        let elastic: Vec<usize> =
-            (0..n).filter(|i| !self.basis.rigid().contains(i)).collect();
+        let elastic: Vec<usize> = (0..n).filter(|i| !self.basis.rigid().contains(i)).collect();
         match self.basis.coupled() {
             None => {
                 for &i in &elastic {

@@ -24,6 +24,7 @@ mod direction;
 mod drive;
 mod excitation;
 mod flank_error;
+mod further;
 mod initial;
 mod mesh;
 mod stiffness;
@@ -34,7 +35,8 @@ pub use block::{Block, MeshGain};
 pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
 pub use direction::{Direction, Line};
 pub use drive::{
-    CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, TorqueRipple,
+    CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, StiffnessHarmonic,
+    TorqueRipple,
 };
 pub use excitation::{Ripple, TransmissionErrorHarmonic};
 pub use flank_error::FlankError;

@@ -2,10 +2,11 @@
 
 use super::basis::Basis;
 use super::direction::Directions;
+use super::further;
 use super::{
     ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, DriveShaft, Line,
-    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment, TorqueRipple,
-    TransmissionErrorHarmonic,
+    MOST_CONTACTS, MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment,
+    TorqueRipple, TransmissionErrorHarmonic,
 };
 use crate::numerics::decoupling::DecouplingError;
 use crate::shaft::{FlankParticipation, ModalStructure};
@@ -132,8 +133,8 @@ impl Model {
             .collect();
         let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
         // The mean drag comes on top of what is in proportion to the load.
-        let [constant, by_speed] =
-            [&structure.constant_load, &structure.load_by_speed].map(|column| rotate_any(&basis, column));
+        let [constant, by_speed] = [&structure.constant_load, &structure.load_by_speed]
+            .map(|column| rotate_any(&basis, column));
         for (load, drag) in load.iter_mut().zip(constant) {
             *load += drag;
         }
@@ -184,6 +185,18 @@ impl Model {
             half_gap: drive.half_gap,
             cycles: vec![cycle],
         });
+        let further = (structure.contacts.iter())
+            .map(|own| further::contact(own, period, &mut directions, (&basis, &blocks)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let contacts: Vec<Contact> = contacts.into_iter().chain(further).collect();
+        let most = MOST_CONTACTS as f64;
+        let count = contacts.len() as f64;
+        positive(
+            "number of contacts",
+            count,
+            count <= most,
+            "at most 16, both flanks included",
+        )?;
         let Directions { directions, lines } = directions;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
         let neutral = (basis.rigid().iter().copied())
@@ -205,7 +218,7 @@ impl Model {
             blocks,
             directions,
             lines,
-            contacts: contacts.into(),
+            contacts,
             neutral,
             load: point.load,
             rated_input,
@@ -253,11 +266,8 @@ impl Model {
 
     /// Mesh cycles after which all contacts are as they were: their base period.
     pub fn base_cycles(&self) -> usize {
-        self.contacts
-            .iter()
-            .map(|contact| contact.cycles.len())
-            .max()
-            .unwrap_or(1)
+        let lengths = self.contacts.iter().map(|contact| contact.cycles.len());
+        lengths.fold(1, |all, own| all / greatest_divisor(all, own) * own)
     }
 
     /// Whether a contact is one of the two flanks of the gear pair.
@@ -417,7 +427,7 @@ impl Model {
 }
 
 /// That a value of a drive is finite and within its range.
-fn positive(
+pub(super) fn positive(
     name: &'static str,
     value: f64,
     ok: bool,
@@ -474,6 +484,15 @@ fn harmonics(error: &[MeshHarmonic], period: f64) -> Vec<TransmissionErrorHarmon
         phase: h.phase,
     };
     error.iter().map(of).collect()
+}
+
+/// The greatest common divisor (Euclid).
+fn greatest_divisor(a: usize, b: usize) -> usize {
+    if b == 0 {
+        a
+    } else {
+        greatest_divisor(b, a % b)
+    }
 }
 
 /// Turned modal values, of which there may be none.

@@ -43,6 +43,8 @@ pub struct ModalStructure {
     /// as the drive flanks approach, and they touch where it falls to minus the half gap. None
     /// where their line of action is not known.
     pub coast: Option<FlankParticipation>,
+    /// Contacts beside the two flanks of the mesh.
+    pub contacts: Vec<StructureContact>,
     /// What the bearings feel of the modes, where known.
     pub bearings: Vec<BearingGain>,
     /// What couples the modes; none where damping is modal and nothing else acts.
@@ -81,6 +83,33 @@ impl Coupling {
             stiffness: keep(&self.stiffness),
         }
     }
+}
+
+/// A one-sided contact of a structure beside the two flanks of its mesh: a further flank, a stop, a
+/// stage of a spring. It closes where `δ = Σ participation q − e` rises to its gap b, and bears
+/// `F = k (δ − b) + c δ'`.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct StructureContact {
+    /// Its name.
+    pub name: String,
+    /// Participation of its deflection, one entry a mode \[1/√kg\].
+    pub participation: Vec<f64>,
+    /// Modal force of a unit of its force, taken with a minus sign, one entry a mode \[1/√kg\]; the
+    /// participation itself without friction.
+    pub force: Vec<f64>,
+    /// Gap b \[m\]; a negative one is a preload.
+    pub gap: f64,
+    /// Stiffness k over its cycle: the phase where each piece ends, and its Legendre coefficients
+    /// there \[N/m\].
+    pub stiffness: Vec<(f64, [f64; 8])>,
+    /// Damping c \[N s/m\].
+    pub damping: f64,
+    /// How many of its cycles, `[p, q]`: p in q cycles of the mesh.
+    pub cycles: [u32; 2],
+    /// Phase in its cycle at the start of mesh cycle 0, in cycles.
+    pub phase: f64,
+    /// Harmonics of its cycle in its error e: harmonic, amplitude \[m\], phase \[rad\].
+    pub error: Vec<(u32, f64, f64)>,
 }
 
 /// What the flanks of one side feel of the modes, one entry a mode, and what they do to them.
@@ -149,6 +178,7 @@ impl ModalStructure {
             friction_lever: vec![0.0; n],
             residual_flexibility: 0.0,
             coast: None,
+            contacts: Vec::new(),
             bearings: Vec::new(),
             coupling: None,
             constant_load: Vec::new(),
@@ -230,6 +260,13 @@ impl ModalStructure {
             friction_lever: drive.lever,
             residual_flexibility: drive.residual_flexibility,
             coast: self.coast.as_ref().map(reduce),
+            contacts: (self.contacts.iter())
+                .map(|contact| StructureContact {
+                    participation: keep(&contact.participation),
+                    force: keep(&contact.force),
+                    ..contact.clone()
+                })
+                .collect(),
             bearings: (self.bearings.iter())
                 .map(|bearing| BearingGain {
                     name: bearing.name.clone(),
@@ -265,6 +302,7 @@ mod tests {
             friction_lever: column(6.0),
             residual_flexibility: 0.25,
             coast: None,
+            contacts: Vec::new(),
             bearings: Vec::new(),
             coupling: Some(Coupling {
                 damping: (0..16).map(f64::from).collect(),

@@ -225,6 +225,7 @@ impl Train<'_> {
             friction_lever: drive.lever,
             residual_flexibility: 0.0,
             coast: Some(coast),
+            contacts: Vec::new(),
             bearings,
             coupling,
             constant_load,

@@ -129,6 +129,7 @@ pub(super) fn model(
             let (stiffness, transitions) = levels.divisions();
             (Division::levels(&stiffness, &transitions), levels.mean())
         }
+        StiffnessSpec::Fourier(mean, harmonics) => (Division::fourier(*mean, harmonics), *mean),
         StiffnessSpec::Table(spec) => {
             let mesh = meshes.mesh(point, spec, structure)?;
             error.extend(mesh.transmission_error);

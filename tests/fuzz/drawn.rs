@@ -163,6 +163,7 @@ impl Drawn {
         };
         Self {
             structure: ModalStructure {
+                contacts: Vec::new(),
                 coast: None,
                 teeth: 20,
                 wheel_teeth: None,

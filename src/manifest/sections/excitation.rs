@@ -3,7 +3,7 @@
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
-use crate::model::{DriveShaft, MeshHarmonic, TorqueRipple};
+use crate::model::{DriveShaft, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
 
 pub(super) fn read(
     section: &Section,
@@ -44,7 +44,29 @@ pub(super) fn read(
     })
 }
 
-fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
+/// The harmonics of a stiffness, a list of tables; none where it is absent.
+pub(in crate::manifest) fn stiffness_harmonics(
+    section: &Section,
+    issues: &mut Issues,
+) -> Option<Vec<StiffnessHarmonic>> {
+    let tables = section.tables(issues, "stiffness_harmonics")?;
+    let read: Vec<_> = (tables.iter())
+        .map(|table| {
+            let harmonic = table.integer(issues, "harmonic");
+            let amplitude = table.quantity(issues, "amplitude");
+            let phase = table.quantity_or_default(issues, "phase");
+            Some(StiffnessHarmonic {
+                harmonic: u32::try_from(harmonic?).ok()?,
+                amplitude: amplitude?,
+                phase: phase?,
+            })
+        })
+        .collect();
+    read.into_iter().collect()
+}
+
+/// A harmonic of a transmission error.
+pub(in crate::manifest) fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
     let harmonic = table.integer(issues, "harmonic");
     let amplitude = table.quantity(issues, "amplitude");
     let phase = table.quantity_or_default(issues, "phase");

@@ -1,6 +1,7 @@
 //! `[mesh]`: backlash, stiffness over the mesh cycle, misalignment, contact damping, friction.
 
 use super::backlash::{self, Surroundings};
+use super::excitation::stiffness_harmonics;
 use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
@@ -8,6 +9,7 @@ use crate::manifest::spec::{
     CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };
 use crate::manifest::tree::Value;
+use crate::model::Division;
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -52,6 +54,7 @@ pub(super) fn read(
         match choice {
             Some("constant") => constant(section, issues),
             Some("continuous") => continuous(section, issues),
+            Some("fourier") => fourier(section, issues),
             Some(_) => piecewise(section, issues),
             None => None,
         }
@@ -136,6 +139,37 @@ fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
     section
         .quantity(issues, "mean_stiffness")
         .map(StiffnessSpec::Constant)
+}
+
+/// A mean and harmonics that leave something of it everywhere.
+fn fourier(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
+    let others = [LAW.as_slice(), &["values"]].concat();
+    section.without_effect(
+        issues,
+        &others,
+        "with stiffness = \"fourier\"",
+        "remove it, or set stiffness = \"piecewise\"",
+    );
+    let mean = section.quantity(issues, "mean_stiffness");
+    let harmonics = stiffness_harmonics(section, issues);
+    let (mean, harmonics) = (mean?, harmonics?);
+    let smallest = (Division::fourier(mean, &harmonics).iter())
+        .map(|division| division.stiffness.smallest())
+        .fold(f64::INFINITY, f64::min);
+    if smallest <= 0.0 {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("stiffness_harmonics"),
+                "mesh.stiffness_harmonics",
+                format!("the harmonics bring the stiffness down to {smallest:.3e} N/m"),
+            )
+            .label(format!("about a mean of {mean:.3e} N/m"))
+            .remedy("make the amplitudes smaller: a stiffness stays above 0"),
+        );
+        return None;
+    }
+    Some(StiffnessSpec::Fourier(mean, harmonics.into()))
 }
 
 fn piecewise(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {

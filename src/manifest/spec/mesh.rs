@@ -1,6 +1,7 @@
 //! The resolved gear mesh.
 
 use crate::gear::GearPair;
+use crate::model::StiffnessHarmonic;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -33,6 +34,8 @@ pub enum StiffnessSpec {
     Piecewise(Arc<[f64]>),
     /// The same law, its transition where it is and not on a segment's border.
     Continuous(TwoLevels),
+    /// A Fourier series: its mean \[N/m\] and its harmonics.
+    Fourier(f64, Arc<[StiffnessHarmonic]>),
     /// Computed from the drawing of the gears.
     Table(Arc<MeshTableSpec>),
 }
@@ -44,6 +47,7 @@ impl StiffnessSpec {
             Self::Constant(value) => Some(*value),
             Self::Piecewise(values) => Some(values.iter().sum::<f64>() / values.len() as f64),
             Self::Continuous(levels) => Some(levels.mean()),
+            Self::Fourier(mean, _) => Some(*mean),
             Self::Table(_) => None,
         }
     }

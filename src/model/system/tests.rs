@@ -120,5 +120,9 @@ fn ripple_needs_a_known_shaft_and_modes_may_be_overdamped() {
     let model = Model::new(&s, &d, POINT).unwrap();
     assert!((model.ripple[0].turns_per_cycle - 2.0 / 30.0).abs() < 1e-16);
     s.damping[1] = 1.5;
-    assert!(Model::new(&s, &d, POINT).unwrap().blocks[1].spread().is_some());
+    assert!(
+        Model::new(&s, &d, POINT).unwrap().blocks[1]
+            .spread()
+            .is_some()
+    );
 }

@@ -106,4 +106,3 @@ pub(super) fn turn_columns(matrix: &mut Mat<f64>, places: &[usize], q: &Mat<f64>
 pub(super) fn named(part: &[usize]) -> Vec<usize> {
     part.iter().map(|i| i + 1).collect()
 }
-

@@ -141,4 +141,3 @@ pub(super) fn columns(blocks: &[Block]) -> Mat<f64> {
         blocks[c / 2].columns[c % 2][i]
     })
 }
-

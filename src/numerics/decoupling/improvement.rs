@@ -209,4 +209,3 @@ pub(super) fn unit_length(x: &[f64]) -> Vec<f64> {
     let length = norm(x);
     x.iter().map(|v| v / length).collect()
 }
-

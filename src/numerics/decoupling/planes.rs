@@ -1,7 +1,10 @@
 //! The invariant planes of a matrix, each by two columns.
 
 use super::improvement::{dot, norm, unit_length};
-use super::{Block, COMPLEX, Direction, OFFSET, PARALLEL_COSINE, PLANE_CONDITION, POOR, ROTATION_CONDITION, ROUND_OFF, SPLIT};
+use super::{
+    Block, COMPLEX, Direction, OFFSET, PARALLEL_COSINE, PLANE_CONDITION, POOR, ROTATION_CONDITION,
+    ROUND_OFF, SPLIT,
+};
 use faer::{Mat, prelude::*};
 use std::cmp::Reverse;
 
@@ -316,4 +319,3 @@ pub(super) fn project(a: &Mat<f64>, basis: &[Vec<f64>; 2]) -> [[f64; 2]; 2] {
         .map(|x| (0..x.len()).map(|i| row(i, x)).collect::<Vec<f64>>());
     [0, 1].map(|i: usize| [0, 1].map(|j: usize| dot(&basis[i], &image[j])))
 }
-

@@ -49,8 +49,7 @@ fn checked(w: &[f64], d: &[f64], s: &[f64], name: &str) -> Decoupled {
     let result = decouple(w, d, s).unwrap();
     let n = w.len();
     let unit = |k: usize| if k < n && w[k] > 0.0 { w[k] } else { 1.0 };
-    let scaled =
-        |m: &Mat<f64>| Mat::from_fn(2 * n, 2 * n, |i, j| m[(i, j)] * unit(i) / unit(j));
+    let scaled = |m: &Mat<f64>| Mat::from_fn(2 * n, 2 * n, |i, j| m[(i, j)] * unit(i) / unit(j));
     let rows = |m: &Mat<f64>| Mat::from_fn(2 * n, 2 * n, |i, j| m[(i, j)] * unit(i));
     let (t, inverse) = (
         square(&result.to_structure, 2 * n),
@@ -99,8 +98,7 @@ fn random_systems_are_decoupled_exactly_and_move_alike() {
                 result
                     .generators
                     .windows(2)
-                    .all(|b| determinant(&b[0]).abs()
-                        <= determinant(&b[1]).abs() * (1.0 + 1e-12))
+                    .all(|b| determinant(&b[0]).abs() <= determinant(&b[1]).abs() * (1.0 + 1e-12))
             );
             let (t, inverse) = (
                 square(&result.to_structure, 2 * n),
@@ -341,8 +339,7 @@ fn axisymmetric_structures_with_repeated_eigenvalues() {
         // each pair is turned, the rigid ones all together.
         let (pairs, rigid) = (2 + trial % 4, 1 + trial % 2);
         let n = 2 * pairs;
-        let level =
-            |i: usize| 10.0_f64.powi((i / 2) as i32) * (1.0 + 0.1 * (trial % 10) as f64);
+        let level = |i: usize| 10.0_f64.powi((i / 2) as i32) * (1.0 + 0.1 * (trial % 10) as f64);
         let w: Vec<f64> = (0..n)
             .map(|i| if i / 2 < rigid { 0.0 } else { level(i) })
             .collect();

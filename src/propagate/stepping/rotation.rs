@@ -94,7 +94,13 @@ fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
     } else if square.abs() * t * t < 1.0 {
         // One of two real eigenvalues is next to zero.
         let sigma = square_of_m.max(0.0).sqrt();
-        let integral = |rate: f64| if rate == 0.0 { t } else { (rate * t).exp_m1() / rate };
+        let integral = |rate: f64| {
+            if rate == 0.0 {
+                t
+            } else {
+                (rate * t).exp_m1() / rate
+            }
+        };
         let [fast, slow] = [integral(mu + sigma), integral(mu - sigma)];
         (0.5 * (fast + slow), 0.5 * (fast - slow) / sigma)
     } else {
@@ -165,9 +171,9 @@ mod tests {
             Block::mode(3.0, 0.2, -2.0),
             Block::mode(1e-6, 0.1, 1.0),
             Block::mode(2.0, 1.0, 1.0),
-            Block::mode(2.0, 1.7, 1.0),
+            Block::mode(1.0, 1.4, 1.0),
             Block {
-                generator: [[0.0, 1.0], [0.0, -4.0]],
+                generator: [[0.0, 1.0], [0.0, -2.0]],
                 ..Block::mode(0.0, 0.0, -0.6)
             },
             general,

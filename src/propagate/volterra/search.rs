@@ -161,7 +161,9 @@ impl Volterra<'_> {
     ) {
         // Room for many is not made where it is not needed.
         match active.count() <= 2 {
-            true => self.show_few::<O, 2>(position, track, active, duration, cut, workspace, observer),
+            true => {
+                self.show_few::<O, 2>(position, track, active, duration, cut, workspace, observer)
+            }
             false => self.show_few::<O, MOST_CONTACTS>(
                 position, track, active, duration, cut, workspace, observer,
             ),

@@ -1,7 +1,8 @@
 //! `[mesh]`.
 
 use crate::manifest::schema::key::{
-    ANY, BELOW_ONE, Key, Kind, POSITIVE, bounds, choice, integer, key, quantity, table,
+    ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity,
+    table,
 };
 use crate::units::Dimension::{Angle, Length, Ratio, Stiffness};
 
@@ -23,13 +24,14 @@ pub(super) const KEYS: &[Key] = &[
         .about("Backlash along the line of action: twice the half gap. Instead of `half_gap`."),
     quantity("mesh.circumferential_backlash", Length, POSITIVE, r#""32 um""#).otherwise(BACKLASH)
         .about("Backlash along the operating pitch circle, which needs [gear]. Instead of `half_gap`."),
-    choice("mesh.stiffness", &["table", "piecewise", "continuous", "constant"], r#""piecewise""#)
+    choice("mesh.stiffness", &["table", "piecewise", "continuous", "fourier", "constant"], r#""piecewise""#)
         .about("Where the stiffness over the mesh cycle comes from. `constant`: `mean_stiffness`. `piecewise`: \
                 equal segments, from `values` or the two-level law (two pairs of teeth in contact, then one). \
                 `continuous`: the two-level law with its step where it is, or without the keys of that law the \
-                course computed from [gear]. `table`: computed from [gear], as means over equal segments."),
+                course computed from [gear]. `table`: computed from [gear], as means over equal segments. \
+                `fourier`: `mean_stiffness` and `stiffness_harmonics`."),
     quantity("mesh.mean_stiffness", Stiffness, POSITIVE, r#""4e8 N/m""#)
-        .otherwise("none; required with \"constant\" and by the two-level law")
+        .otherwise("none; required with \"constant\", \"fourier\" and by the two-level law")
         .about("Mean of the mesh stiffness over the mesh cycle."),
     quantity("mesh.contact_ratio", Ratio, bounds(1.0, true, 2.0, false), "1.6").otherwise(TWO_LEVELS)
         .about("Mean number of pairs of teeth in contact. Two pairs are in contact over the first \
@@ -43,6 +45,16 @@ pub(super) const KEYS: &[Key] = &[
         .otherwise("none: the two-level law holds")
         .about("Stiffness of each equal segment of the mesh cycle, with \"piecewise\". Replaces the two-level law."),
     quantity("mesh.values.*", Stiffness, POSITIVE, r#""4.4e8 N/m""#),
+    key("mesh.stiffness_harmonics", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "4e7 N/m", phase = "180 deg" }]"#).or("[]")
+        .about("Harmonics of the stiffness over the mesh cycle, with \"fourier\": \
+                k = mean_stiffness + sum of amplitude cos(2 pi harmonic t/T + phase)."),
+    table("mesh.stiffness_harmonics.*"),
+    integer("mesh.stiffness_harmonics.*.harmonic", 1.0, 100.0, "2")
+        .about("Multiple of the mesh frequency."),
+    quantity("mesh.stiffness_harmonics.*.amplitude", Stiffness, NON_NEGATIVE, r#""4e7 N/m""#)
+        .about("Amplitude of the harmonic."),
+    quantity("mesh.stiffness_harmonics.*.phase", Angle, ANY, r#""180 deg""#).or("0")
+        .about("Phase of the cosine at mesh phase 0."),
     quantity("mesh.friction", Ratio, BELOW_ONE, "0.05").or("0")
         .about("Coulomb friction coefficient on the flanks. With a mesh computed from [gear] the force turns \
                 round at the pitch point, otherwise its direction is constant."),

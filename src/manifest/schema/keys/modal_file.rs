@@ -4,8 +4,8 @@ use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, integer, key, quantity, table,
 };
 use crate::units::Dimension::{
-    AngularSpeed, Force, ForceByDisplacement, ModalDamping, ModalForce, ModalForceBySpeed,
-    ModalStiffness, Participation, ParticipationByLength, Ratio,
+    Angle, AngularSpeed, Damping, Force, ForceByDisplacement, Length, ModalDamping, ModalForce,
+    ModalForceBySpeed, ModalStiffness, Participation, ParticipationByLength, Ratio, Stiffness,
 };
 
 #[rustfmt::skip]
@@ -64,6 +64,54 @@ pub(super) const KEYS: &[Key] = &[
     key("load_by_speed", Kind::List("numbers in N s/(rad sqrt(kg)), one a mode"), ANY, "[0.0, 0.02, 0.01]").otherwise("0")
         .about("Modal force per rad/s of the pinion's speed: the mean of a viscous drag."),
     quantity("load_by_speed.*", ModalForceBySpeed, ANY, "0.02"),
+    key("contact", Kind::List("tables"), ANY, r#"[{ name = "stop", participation = [0.0, 0.4], gap = "50 um", stiffness = "1e8 N/m" }]"#).or("[]")
+        .about("Contacts beside the two flanks of the mesh, a table `[[contact]]` for each: flanks of further \
+                meshes, stops, splines, stages of a spring. One closes where d = sum of participation q - error \
+                rises to its gap, and bears F = stiffness (d - gap) + damping d'."),
+    table("contact.*"),
+    key("contact.*.name", Kind::Text, ANY, r#""stop""#)
+        .about("Name of the contact."),
+    key("contact.*.participation", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.0, 0.4, -0.1]")
+        .about("Deflection of the contact per unit of each modal displacement."),
+    quantity("contact.*.participation.*", Participation, ANY, "0.4"),
+    key("contact.*.force", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.0, 0.41, -0.1]").otherwise("`participation`")
+        .about("Modal force of one newton of the contact's force, which acts with a minus sign; apart from \
+                `participation` where friction turns it."),
+    quantity("contact.*.force.*", Participation, ANY, "0.41"),
+    quantity("contact.*.gap", Length, ANY, r#""50 um""#)
+        .about("Deflection at which the contact closes; negative for a contact that is preloaded at rest."),
+    quantity("contact.*.stiffness", Stiffness, POSITIVE, r#""1e8 N/m""#).otherwise("none; required unless `levels` stands")
+        .about("Stiffness of the closed contact, or its mean where it has harmonics."),
+    key("contact.*.stiffness_harmonics", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "2e7 N/m" }]"#).or("[]")
+        .about("Harmonics of the stiffness over the contact's own cycle."),
+    table("contact.*.stiffness_harmonics.*"),
+    integer("contact.*.stiffness_harmonics.*.harmonic", 1.0, 100.0, "1")
+        .about("Multiple of the frequency of the contact's cycle."),
+    quantity("contact.*.stiffness_harmonics.*.amplitude", Stiffness, NON_NEGATIVE, r#""2e7 N/m""#)
+        .about("Amplitude of the harmonic."),
+    quantity("contact.*.stiffness_harmonics.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at phase 0 of the contact's cycle."),
+    key("contact.*.levels", Kind::List("stiffnesses, one a part of the contact's cycle"), ANY, r#"["1e8 N/m", "7e7 N/m"]"#)
+        .otherwise("none: `stiffness` holds")
+        .about("Stiffness of each of equal parts of the contact's cycle, instead of `stiffness`."),
+    quantity("contact.*.levels.*", Stiffness, POSITIVE, r#""1e8 N/m""#),
+    quantity("contact.*.damping", Damping, NON_NEGATIVE, r#""300 N*s/m""#).or("0")
+        .about("Damping of the closed contact."),
+    key("contact.*.cycles", Kind::List("2 whole numbers"), ANY, "[3, 5]").of_length(2).or("[1, 1]")
+        .about("How fast the contact's cycle runs: `[p, q]` for p of its cycles in q mesh cycles. Numbers of teeth \
+                give it: on a shaft with two gears it is their ratio."),
+    integer("contact.*.cycles.*", 1.0, 1000.0, "3"),
+    quantity("contact.*.phase", Ratio, ANY, "0.25").or("0")
+        .about("Phase of the contact's cycle at time 0, in its cycles."),
+    key("contact.*.transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "2 um" }]"#).or("[]")
+        .about("Error of the contact, a table for each harmonic of its cycle."),
+    table("contact.*.transmission_error.*"),
+    integer("contact.*.transmission_error.*.harmonic", 1.0, 1000.0, "1")
+        .about("Multiple of the frequency of the contact's cycle."),
+    quantity("contact.*.transmission_error.*.amplitude", Length, NON_NEGATIVE, r#""2 um""#)
+        .about("Amplitude."),
+    quantity("contact.*.transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at phase 0 of the contact's cycle."),
     key("bearing", Kind::List("tables"), ANY, r#"[{ name = "pinion 1 x", gain = [0.0, 2.1e7, -4.4e6] }]"#).or("[]")
         .about("Bearing forces that are computed, a table `[[bearing]]` for each."),
     table("bearing.*"),

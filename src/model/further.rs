@@ -1,0 +1,169 @@
+//! Contacts beside the two flanks: further meshes, stops, splines, stages of a clutch spring.
+
+use super::basis::Basis;
+use super::direction::Directions;
+use super::{Block, Contact, Division, FlankError, MeshCycle, ModelError, Stiffness};
+use super::{TransmissionErrorHarmonic, system};
+use crate::shaft::StructureContact;
+use std::f64::consts::TAU;
+
+/// Mesh phases closer than this \[cycles\] are one.
+const SAME_PHASE: f64 = 1e-12;
+
+/// Most mesh cycles of a contact's base period: its tables are as many times larger.
+const MOST_CYCLES: u32 = 1000;
+
+/// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
+/// direction, on the positive side.
+///
+/// # Errors
+/// [`ModelError::OutOfRange`].
+pub(super) fn contact(
+    own: &StructureContact,
+    period: f64,
+    directions: &mut Directions,
+    (basis, blocks): (&Basis, &[Block]),
+) -> Result<Contact, ModelError> {
+    let [p, q] = own.cycles;
+    let stiffnesses = own
+        .stiffness
+        .iter()
+        .map(|(_, series)| Stiffness::series(*series));
+    let smallest = stiffnesses
+        .map(|k| k.smallest())
+        .fold(f64::INFINITY, f64::min);
+    system::positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+    system::positive(
+        "contact damping",
+        own.damping,
+        own.damping >= 0.0,
+        "at least 0 N s/m",
+    )?;
+    system::positive("contact gap", own.gap, true, "finite")?;
+    let accepted = "a ratio of whole numbers from 1 to 1000";
+    let inside = (1..=MOST_CYCLES).contains(&p) && (1..=MOST_CYCLES).contains(&q);
+    system::positive("cycles of a contact", f64::from(p), inside, accepted)?;
+    let ratio = f64::from(p) / f64::from(q);
+    let error: Vec<_> = (own.error.iter())
+        .map(|&(harmonic, amplitude, phase)| {
+            let turns_per_cycle = f64::from(harmonic) * ratio;
+            TransmissionErrorHarmonic {
+                angular_frequency: TAU * turns_per_cycle / period,
+                turns_per_cycle,
+                amplitude,
+                phase: phase + TAU * f64::from(harmonic) * own.phase,
+            }
+        })
+        .collect();
+    let [w, g] = [&own.participation, &own.force].map(|column| basis.turn(column));
+    let direction = directions.add(basis.gains(blocks, &w, &g), &error);
+    let divisions: Vec<Division> = (own.stiffness.iter())
+        .map(|&(end, series)| Division {
+            stiffness: Stiffness::series(series),
+            ..Division::level(end, 1.0)
+        })
+        .collect();
+    let cycles = (0..q)
+        .map(|number| {
+            let start = own.phase + f64::from(number) * ratio;
+            let within = stretch(&divisions, start, ratio);
+            MeshCycle::new(period, &within, &vec![direction; within.len()], own.damping)
+        })
+        .collect::<Vec<_>>();
+    let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
+    Ok(Contact {
+        side: 1.0,
+        half_gap: own.gap,
+        cycles: if alike { cycles[..1].to_vec() } else { cycles },
+    })
+}
+
+/// The divisions of one mesh cycle in which a contact passes `ratio` of its own cycles from its
+/// phase `start` on.
+fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
+    let mut out = Vec::new();
+    let mut from = start;
+    while from < start + ratio - SAME_PHASE {
+        let phase = from.rem_euclid(1.0);
+        let phase = if 1.0 - phase < SAME_PHASE { 0.0 } else { phase };
+        let index = (divisions.iter())
+            .position(|division| phase < division.end - SAME_PHASE)
+            .unwrap_or(divisions.len() - 1);
+        let begin = if index == 0 {
+            0.0
+        } else {
+            divisions[index - 1].end
+        };
+        let division = &divisions[index];
+        let to = (from + division.end - phase).min(start + ratio);
+        let length = division.end - begin;
+        let place = |phase: f64| {
+            let place = (2.0 * phase - begin - division.end) / length;
+            // An end of the division is met to rounding.
+            if (place.abs() - 1.0).abs() < 1e-9 {
+                place.signum()
+            } else {
+                place
+            }
+        };
+        let end = (to - start) / ratio;
+        out.push(Division {
+            end: if 1.0 - end < SAME_PHASE { 1.0 } else { end },
+            stiffness: division
+                .stiffness
+                .part(place(phase), place(phase + to - from)),
+            error: FlankError::NONE,
+            ..*division
+        });
+        from = to;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slower_cycle_is_cut_into_those_of_the_mesh() {
+        // Three cycles of its own in five of the mesh, two levels, stepping at 0.4.
+        let divisions = Division::levels(&[2.0, 1.0], &[0.4]);
+        let ratio = 0.6;
+        for number in 0..5 {
+            let start = 0.25 + f64::from(number) * ratio;
+            let within = stretch(&divisions, start, ratio);
+            assert_eq!(within.last().map(|division| division.end), Some(1.0));
+            let mut before = 0.0;
+            for division in &within {
+                let middle = start + ratio * 0.5 * (before + division.end);
+                let level = if middle.rem_euclid(1.0) < 0.4 {
+                    2.0
+                } else {
+                    1.0
+                };
+                assert_eq!(division.stiffness.mean(), level, "{number} {middle}");
+                before = division.end;
+            }
+        }
+    }
+
+    #[test]
+    fn a_course_of_stiffness_goes_on_where_it_is_cut() {
+        let series = [3.0, 0.7, -0.2, 0.1, 0.0, 0.0, 0.0, 0.0];
+        let divisions = [Division {
+            stiffness: Stiffness::series(series),
+            ..Division::level(1.0, 1.0)
+        }];
+        let within = stretch(&divisions, 0.8, 1.5);
+        let mut before = 0.0;
+        for division in &within {
+            for x in [-0.9, 0.1, 0.8] {
+                let at = before + 0.5 * (x + 1.0) * (division.end - before);
+                let phase = (0.8 + 1.5 * at).rem_euclid(1.0);
+                let exact = divisions[0].stiffness.at(2.0 * phase - 1.0);
+                assert!((division.stiffness.at(x) - exact).abs() < 1e-13, "{phase}");
+            }
+            before = division.end;
+        }
+    }
+}

@@ -1,0 +1,296 @@
+//! Drives beyond two flanks on one line with modal damping: every exact kernel against the
+//! trajectory to 30 digits, small steps against their order, tangents against differences, the
+//! energy balance.
+
+mod common;
+
+use atlas::analysis::EnergyAudit;
+use atlas::model::{
+    CoastFlank, Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint,
+    StiffnessHarmonic, TrajectoryState,
+};
+use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
+use atlas::reference::{Extended, Reference};
+use atlas::shaft::{Coupling, FlankParticipation, ModalStructure, StructureContact};
+use common::advance::{Events, advance, advance_with, volterra};
+use common::relative_difference;
+
+/// A case: its name, its model and where it starts.
+type Case = (&'static str, Model, TrajectoryState);
+
+fn zeros(n: usize) -> Vec<f64> {
+    vec![0.0; n * n]
+}
+
+/// A matrix with some entries, row by row.
+fn matrix(n: usize, entries: &[(usize, usize, f64)]) -> Vec<f64> {
+    let mut out = zeros(n);
+    for &(i, j, value) in entries {
+        out[i * n + j] += value;
+    }
+    out
+}
+
+/// Two rotations and four elastic modes, of which the coast flank feels two the other way.
+fn two_lines() -> (ModalStructure, Drive, OperatingPoint) {
+    let (mut structure, mut drive, point) = common::six_modes();
+    let mut mesh = structure.mesh.clone();
+    for i in [2, 4] {
+        mesh[i] = -mesh[i];
+    }
+    structure.coast = Some(FlankParticipation {
+        mesh,
+        tilt: vec![0.0; 6],
+        friction: structure.friction.iter().map(|f| -0.7 * f).collect(),
+        lever: structure.friction_lever.clone(),
+        residual_flexibility: 0.0,
+    });
+    drive.friction = 0.08;
+    drive.coast = Some(CoastFlank {
+        mesh: Division::mirrored(&drive.mesh, 0.17),
+        transmission_error: vec![
+            MeshHarmonic::new(1, 4e-6, 0.4),
+            MeshHarmonic::new(2, 1e-6, 0.0),
+        ],
+    });
+    (structure, drive, point)
+}
+
+fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> StructureContact {
+    StructureContact {
+        name: name.to_owned(),
+        force: participation.clone(),
+        participation,
+        gap,
+        stiffness: (Division::levels(levels, &[]).iter())
+            .map(|division| (division.end, *division.stiffness.coefficients()))
+            .collect(),
+        damping: 200.0,
+        cycles: [1, 1],
+        phase: 0.0,
+        error: Vec::new(),
+    }
+}
+
+/// A state in which so many contacts are closed at once, a few half gaps away from rest.
+fn with_closed(model: &Model, count: usize) -> TrajectoryState {
+    let n = model.modes();
+    let base = model.start(&InitialState::Static).state;
+    let mut stream = atlas::numerics::random::Stream::new(7, 0, 0);
+    for _ in 0..100_000 {
+        let mut state = base.clone();
+        for (i, x) in state.iter_mut().enumerate() {
+            let scale = if i < n { 4.0 } else { 4.0 * 2e3 };
+            *x += scale * model.half_gap * stream.normal();
+        }
+        let start = TrajectoryState::new(model, state, 0);
+        if start.contact.count() == count {
+            return start;
+        }
+    }
+    panic!("no state with {count} contacts closed");
+}
+
+fn cases() -> Vec<Case> {
+    let mut out: Vec<Case> = Vec::new();
+    let mut add = |name, (structure, drive, point): (ModalStructure, Drive, OperatingPoint)| {
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let start = advance(&volterra(&model), &model.start(&InitialState::Static), 20);
+        out.push((name, model, start));
+    };
+    add("mirrored flanks", two_lines());
+
+    // A second mesh with three cycles in five, felt by other modes.
+    let (mut structure, drive, point) = common::six_modes();
+    structure.contacts = vec![
+        StructureContact {
+            cycles: [3, 5],
+            phase: 0.3,
+            error: vec![(1, 3e-6, 0.2)],
+            ..contact(
+                "drive flank of mesh 2",
+                vec![0.2, 0.1, -0.4, 0.3, 0.2, -0.1],
+                4e-6,
+                &[3e8, 2e8],
+            )
+        },
+        StructureContact {
+            cycles: [3, 5],
+            phase: 0.3,
+            ..contact(
+                "coast flank of mesh 2",
+                vec![-0.2, -0.1, -0.4, -0.3, 0.1, 0.1],
+                4e-6,
+                &[2e8, 3e8],
+            )
+        },
+    ];
+    add("two meshes, 3/5", (structure, drive, point));
+
+    // Drag on a rotation and on the relative one.
+    let (mut structure, drive, point) = common::six_modes();
+    structure.coupling = Some(Coupling {
+        damping: matrix(6, &[(0, 0, 3.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 30.0)]),
+        gyroscopic: zeros(6),
+        stiffness: zeros(6),
+    });
+    add("drag", (structure, drive, point));
+
+    let (mut structure, drive, point) = common::six_modes();
+    structure.coupling = Some(Coupling {
+        damping: matrix(6, &[(2, 3, 50.0), (3, 2, 50.0), (2, 2, 60.0), (3, 3, 80.0)]),
+        gyroscopic: matrix(6, &[(2, 3, 0.4), (3, 2, -0.4), (4, 5, 0.3), (5, 4, -0.3)]),
+        stiffness: matrix(6, &[(2, 3, 3e5), (3, 2, -3e5)]),
+    });
+    add("gyroscopic, cross-coupled", (structure, drive, point));
+
+    let (mut structure, drive, point) = common::six_modes();
+    structure.damping[3] = 2.5;
+    structure.coupling = Some(Coupling {
+        damping: matrix(6, &[(4, 5, 400.0), (5, 4, 400.0)]),
+        gyroscopic: zeros(6),
+        stiffness: zeros(6),
+    });
+    add("overdamped beside light modes", (structure, drive, point));
+
+    let (mut structure, mut drive, point) = two_lines();
+    structure.contacts = vec![
+        contact("stop", vec![0.1, 0.0, 0.3, -0.2, 0.4, 0.1], 1e-7, &[2e8]),
+        contact(
+            "other stop",
+            vec![-0.1, 0.0, -0.3, 0.2, -0.4, -0.1],
+            2e-7,
+            &[1e8],
+        ),
+        contact("stage", vec![0.05, 0.2, -0.2, 0.2, 0.1, 0.3], -1e-7, &[5e7]),
+    ];
+    drive.mesh = Division::fourier(
+        4e8,
+        &[StiffnessHarmonic {
+            harmonic: 2,
+            amplitude: 5e7,
+            phase: 0.3,
+        }],
+    );
+    add("contacts within one window", (structure, drive, point));
+
+    let (structure, drive, point) = two_lines();
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let start = with_closed(&model, 2);
+    out.push(("tight mesh", model, start));
+    out
+}
+
+/// Ten cycles of it: states to 1e-12, the same events to 1e-13 of a cycle.
+#[test]
+fn ten_cycles_to_thirty_digits() {
+    for (name, model, start) in cases() {
+        let exact = Extended::new(&model).advance(&start, 10).unwrap();
+        let mut seen = Events::default();
+        let (end, _) = advance_with(&volterra(&model), &start, 10, &mut seen);
+        let worst = relative_difference(&end.state, &exact.end().state);
+        let several = exact.crossings.iter().filter(|c| c.to.count() > 1).count();
+        assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
+        let mut late = 0.0f64;
+        for (event, crossing) in seen.0.iter().zip(&exact.crossings) {
+            assert_eq!(
+                (event.from, event.to, event.cycle),
+                (crossing.from, crossing.to, crossing.cycle)
+            );
+            late = late.max((event.time - crossing.time.value()).abs() / model.period());
+        }
+        println!(
+            "{name}: states {worst:.1e}, times {late:.1e} of a cycle, {} events, {several} with several closed",
+            seen.0.len()
+        );
+        assert!(seen.0.len() > 10, "{name}: {} events", seen.0.len());
+        assert!(worst < 1e-12, "{name}: {worst:e}");
+        assert!(late < 1e-13, "{name}: {late:e}");
+        if name.contains("tight") || name.contains("one window") {
+            assert!(several > 0, "{name}");
+        }
+        let passage = Reference::new(&model).advance(&start, 10).unwrap();
+        let other = relative_difference(&passage.end.state, &exact.end().state);
+        assert!(other < 1e-10, "{name}: {other:e}");
+    }
+}
+
+/// Contacts that do not stand still: the base period is what the teeth say.
+#[test]
+fn contacts_of_another_mesh_set_the_base_period() {
+    let cases = cases();
+    let (_, model, _) = cases
+        .iter()
+        .find(|(name, ..)| name.contains("3/5"))
+        .unwrap();
+    assert_eq!(model.base_cycles(), 5);
+}
+
+#[test]
+fn small_steps_come_near() {
+    for (name, model, start) in cases() {
+        let exact = Extended::new(&model).advance(&start, 1).unwrap().end();
+        let errors = [4_000, 32_000].map(|steps| {
+            let end = advance(&Stepping::new(&model, steps, 10_000), &start, 1);
+            relative_difference(&end.state, &exact.state)
+        });
+        println!("{name}: {errors:?}");
+        assert!(
+            errors[1] < 2e-3 && errors[1] < 0.5 * errors[0],
+            "{name}: {errors:?}"
+        );
+    }
+}
+
+/// Tangents against differences of trajectories to 30 digits.
+#[test]
+fn tangents_are_those_of_neighbours() {
+    for (name, model, start) in cases() {
+        let n = start.state.len();
+        let direction: Vec<f64> = (0..n)
+            .map(|i| if i < n / 2 { 1e-6 } else { 1e-2 } * (1.0 + i as f64).sin())
+            .collect();
+        let mut tangents = Tangents::zeros(n / 2, 1);
+        tangents.vector_mut(0).copy_from_slice(&direction);
+        let kernel = volterra(&model);
+        let (mut workspace, mut trajectory) = (kernel.workspace(), start.clone());
+        kernel
+            .advance_cycle(
+                &mut trajectory,
+                &mut tangents,
+                &mut workspace,
+                &mut (),
+                &mut Counters::default(),
+            )
+            .unwrap();
+        let kick = 1e-5;
+        let ends = [kick, -kick].map(|kick| {
+            let state: Vec<f64> = (start.state.iter().zip(&direction))
+                .map(|(x, d)| x + kick * d)
+                .collect();
+            let moved = TrajectoryState {
+                state,
+                ..start.clone()
+            };
+            Extended::new(&model).advance(&moved, 1).unwrap()
+        });
+        let [more, less] = &ends;
+        let difference: Vec<f64> = (more.state.iter().zip(&less.state))
+            .map(|(a, b)| (*a - *b).value() / (2.0 * kick))
+            .collect();
+        let error = relative_difference(tangents.vector(0), &difference);
+        println!("{name}: tangents {error:.1e}");
+        assert!(error < 1e-5, "{name}: {error:e}");
+    }
+}
+
+#[test]
+fn energy_closes_to_round_off() {
+    for (name, model, start) in cases() {
+        let mut audit = EnergyAudit::new(&model);
+        let (end, _) = advance_with(&volterra(&model), &start, 50, &mut audit);
+        let residual = audit.residual(&end).unwrap();
+        println!("{name}: {residual:.1e}");
+        assert!(residual < 1e-12, "{name}: {residual:e}");
+    }
+}
