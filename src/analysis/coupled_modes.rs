@@ -8,8 +8,7 @@
 //! stored: ½ (v·v + q·K q)      works: ∫ f·v dt,  −∫ v·D v dt,  −∫ v·K_a q dt,  −∫ F (g − w)·v dt
 //! ```
 
-use super::energy::integral;
-use super::modal_series::{ModalSeries, Series, TERMS, padded};
+use super::modal_series::{ModalSeries, Series, TERMS, integral, padded};
 use crate::model::{Coupled, Model};
 use crate::numerics::legendre::at_start;
 use crate::propagate::Window;

@@ -19,7 +19,7 @@
 //! is done, and what is left of the balance is the round-off of what is stored.
 
 use super::coupled_modes::CoupledModes;
-use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
+use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, integral, padded};
 use crate::model::{Model, STIFFNESS_TERMS, Segment, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
 use crate::numerics::quadrature::GaussLegendre;
@@ -318,13 +318,4 @@ impl Observer for EnergyAudit<'_> {
     }
 
     fn event(&mut self, _: &Event) {}
-}
-
-/// `∫ a b dt` over a window.
-pub(super) fn integral(a: &Series, b: &Series, tau: f64) -> f64 {
-    let mut sum = 0.0;
-    for n in 0..TERMS {
-        sum += a[n] * b[n] / (2 * n + 1) as f64;
-    }
-    tau * sum
 }

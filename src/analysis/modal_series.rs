@@ -194,6 +194,15 @@ pub fn cosine_series(omega: f64, phase: f64, tau: f64) -> Series {
     series.map(|u| (turn * u).re)
 }
 
+/// `∫ a b dt` over a window.
+pub fn integral(a: &Series, b: &Series, tau: f64) -> f64 {
+    let mut sum = 0.0;
+    for n in 0..TERMS {
+        sum += a[n] * b[n] / (2 * n + 1) as f64;
+    }
+    tau * sum
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,7 +6,8 @@
 //! drag, gyroscopic terms or cross-coupled springs couple modes, T comes from the eigenvectors of
 //! the coupled ones ([`crate::numerics::decoupling`]).
 
-use super::{Block, MeshGain, ModelError};
+use super::error::ModelError;
+use super::{Block, MeshGain};
 use crate::numerics::decoupling::decouple;
 use crate::shaft::ModalStructure;
 

@@ -2,8 +2,10 @@
 
 use super::basis::Basis;
 use super::direction::Directions;
-use super::{Block, Contact, Division, FlankError, MeshCycle, ModelError, Stiffness};
-use super::{TransmissionErrorHarmonic, system};
+use super::error::{ModelError, positive};
+use super::{
+    Block, Contact, Division, FlankError, MeshCycle, Stiffness, TransmissionErrorHarmonic,
+};
 use crate::shaft::StructureContact;
 use std::f64::consts::TAU;
 
@@ -32,17 +34,17 @@ pub(super) fn contact(
     let smallest = stiffnesses
         .map(|k| k.smallest())
         .fold(f64::INFINITY, f64::min);
-    system::positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
-    system::positive(
+    positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+    positive(
         "contact damping",
         own.damping,
         own.damping >= 0.0,
         "at least 0 N s/m",
     )?;
-    system::positive("contact gap", own.gap, true, "finite")?;
+    positive("contact gap", own.gap, true, "finite")?;
     let accepted = "a ratio of whole numbers from 1 to 1000";
     let inside = (1..=MOST_CYCLES).contains(&p) && (1..=MOST_CYCLES).contains(&q);
-    system::positive("cycles of a contact", f64::from(p), inside, accepted)?;
+    positive("cycles of a contact", f64::from(p), inside, accepted)?;
     let ratio = f64::from(p) / f64::from(q);
     let error: Vec<_> = (own.error.iter())
         .map(|&(harmonic, amplitude, phase)| {

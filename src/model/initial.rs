@@ -99,7 +99,11 @@ impl Model {
             true => asked,
             false => 0.0,
         };
-        let left: Vec<f64> = load.iter().zip(&g).map(|(load, g)| load - g * force).collect();
+        let left: Vec<f64> = load
+            .iter()
+            .zip(&g)
+            .map(|(load, g)| load - g * force)
+            .collect();
         let mut modes = self.elastic_response(&left);
         modes.resize(2 * n, 0.0);
         if let Some(r) = rigid {

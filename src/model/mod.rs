@@ -22,6 +22,7 @@ mod block;
 mod contact;
 mod direction;
 mod drive;
+mod error;
 mod excitation;
 mod flank_error;
 mod further;
@@ -38,12 +39,13 @@ pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, StiffnessHarmonic,
     TorqueRipple,
 };
+pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
-pub use system::{BearingOutput, Model, ModelError};
+pub use system::{BearingOutput, Model};
 
 #[cfg(test)]
 pub(crate) mod fixtures;

@@ -2,41 +2,15 @@
 
 use super::basis::Basis;
 use super::direction::Directions;
+use super::error::{ModelError, positive};
 use super::further;
 use super::{
     ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, DriveShaft, Line,
     MOST_CONTACTS, MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment,
     TorqueRipple, TransmissionErrorHarmonic,
 };
-use crate::numerics::decoupling::DecouplingError;
 use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
-
-/// Why a model cannot be built.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ModelError {
-    /// Modes are coupled in a way that has no blocks.
-    #[error("{0}")]
-    Coupling(#[from] DecouplingError),
-    /// A torque ripple on a shaft whose participation is unknown.
-    #[error(
-        "torque ripple on the {shaft} shaft, but the structure has no torque participation for it; add `torque_{shaft}` to the modal file"
-    )]
-    UnknownShaft {
-        /// `pinion` or `wheel`.
-        shaft: &'static str,
-    },
-    /// A quantity outside its physical range.
-    #[error("{name} is {value}, but must be {accepted}")]
-    OutOfRange {
-        /// Which quantity.
-        name: &'static str,
-        /// Its value, SI.
-        value: f64,
-        /// What would be accepted.
-        accepted: &'static str,
-    },
-}
 
 /// A participation this small, relative to the largest, is round-off.
 const UNFELT: f64 = 1e-12;
@@ -423,23 +397,6 @@ impl Model {
     /// The rigid relative rotation: the turned rigid mode that the mesh feels.
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
-    }
-}
-
-/// That a value of a drive is finite and within its range.
-pub(super) fn positive(
-    name: &'static str,
-    value: f64,
-    ok: bool,
-    accepted: &'static str,
-) -> Result<(), ModelError> {
-    match ok && value.is_finite() {
-        true => Ok(()),
-        false => Err(ModelError::OutOfRange {
-            name,
-            value,
-            accepted,
-        }),
     }
 }
 

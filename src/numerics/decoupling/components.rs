@@ -1,6 +1,6 @@
 //! Which modes are coupled, and which rigid motions are free of it?
 
-use super::{DecouplingError, Direction};
+use super::parts::{DecouplingError, Direction};
 use faer::Mat;
 
 /// Clears off-diagonal round-off and returns the connected components of what is left.

@@ -1,9 +1,9 @@
 //! From one component of coupled modes to its blocks.
 
 use super::components::named;
-use super::improvement::{compensated, improve, standardise};
+use super::improvement::{columns, compensated, improve, standardise};
+use super::parts::{ACCURACY, Block, CONDITION_BOUND, DecouplingError, Direction};
 use super::planes::plane_bases;
-use super::{ACCURACY, Block, CONDITION_BOUND, DecouplingError, Direction};
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
@@ -134,10 +134,4 @@ pub(super) fn decompose(
     });
     inverse = &inverse + &defect * &inverse;
     Ok((blocks, inverse, (largest, smallest)))
-}
-
-pub(super) fn columns(blocks: &[Block]) -> Mat<f64> {
-    Mat::from_fn(2 * blocks.len(), 2 * blocks.len(), |i, c| {
-        blocks[c / 2].columns[c % 2][i]
-    })
 }

@@ -1,7 +1,6 @@
 //! Blocks made exact: Newton steps with compensated residuals.
 
-use super::decomposition::columns;
-use super::{Block, EQUAL, IMPROVEMENTS};
+use super::parts::{Block, EQUAL, IMPROVEMENTS};
 use faer::{Mat, prelude::*};
 
 /// Newton's method for all invariant planes at once, with compensated residuals.
@@ -208,4 +207,10 @@ pub(super) fn norm(x: &[f64]) -> f64 {
 pub(super) fn unit_length(x: &[f64]) -> Vec<f64> {
     let length = norm(x);
     x.iter().map(|v| v / length).collect()
+}
+
+pub(super) fn columns(blocks: &[Block]) -> Mat<f64> {
+    Mat::from_fn(2 * blocks.len(), 2 * blocks.len(), |i, c| {
+        blocks[c / 2].columns[c % 2][i]
+    })
 }

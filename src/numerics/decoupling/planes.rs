@@ -1,7 +1,7 @@
 //! The invariant planes of a matrix, each by two columns.
 
 use super::improvement::{dot, norm, unit_length};
-use super::{
+use super::parts::{
     Block, COMPLEX, Direction, OFFSET, PARALLEL_COSINE, PLANE_CONDITION, POOR, ROTATION_CONDITION,
     ROUND_OFF, SPLIT,
 };

@@ -14,16 +14,17 @@
 //! order 1 where it changes.
 
 mod cubic;
+mod mesh_state;
 mod rotation;
+mod show;
+mod tables;
 
 use super::events::Changes;
-use super::observer::ShownContacts;
-use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
-use crate::model::{
-    Contact, MOST_CONTACTS, MeshGain, Model, Segment, TrajectoryState, equal_parts,
-};
-use cubic::{derivative, hermite};
+use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
+use crate::model::{MOST_CONTACTS, Model, Segment, TrajectoryState, equal_parts};
+use mesh_state::{MeshState, MeshStates};
 use rotation::Rotation;
+use tables::{ContactTable, Middle, Rows, dot, middles};
 
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
@@ -41,54 +42,12 @@ pub struct Stepping {
     /// Step h \[s\].
     step: f64,
     half: Rotation,
-    directions: Vec<Direction>,
+    directions: Vec<Rows>,
     contacts: Vec<ContactTable>,
     /// Per line: transmission error and its rate at every half step of a base period, at the end of
     /// each cycle as its own.
     transmission_error: Vec<Vec<[f64; 2]>>,
     ripple: Vec<RippleTable>,
-}
-
-/// Rows of δ and δ', column of the contact force; length 2N each.
-#[derive(Debug, Clone)]
-struct Direction {
-    line: usize,
-    deflection: Vec<f64>,
-    rate: Vec<f64>,
-    mesh_input: Vec<f64>,
-}
-
-/// A contact over a base period.
-#[derive(Debug, Clone)]
-struct ContactTable {
-    contact: Contact,
-    /// Whether line or gap change anywhere.
-    turns: bool,
-    /// Per step: the contact at its middle.
-    middles: Vec<Middle>,
-}
-
-/// A contact at the middle of a step.
-#[derive(Debug, Clone, Copy)]
-struct Middle {
-    /// Its segment in the mesh cycle.
-    segment: usize,
-    /// Whether it may open or close where the step starts, at a prescribed time.
-    turned: bool,
-    /// Stiffness \[N/m\].
-    stiffness: f64,
-    /// Rate at which its force decays under its own impulse \[1/s\].
-    decay: f64,
-}
-
-impl Middle {
-    /// Impulse per unit force \[s\] over a time \[s\].
-    fn impulse(&self, time: f64) -> f64 {
-        match self.decay == 0.0 {
-            true => time,
-            false => -(-self.decay * time).exp_m1() / self.decay,
-        }
-    }
 }
 
 /// One torque ripple, tabulated.
@@ -101,19 +60,6 @@ struct RippleTable {
     /// Cosine and sine of ω t at the middle of each step.
     wave: Vec<[f64; 2]>,
 }
-
-/// What a contact looks like at one instant.
-#[derive(Debug, Clone, Copy, Default)]
-struct MeshState {
-    time: f64,
-    deflection: f64,
-    rate: f64,
-    /// Gap \[m\] and its rate \[m/s\].
-    gap: [f64; 2],
-}
-
-/// All contacts at one instant, in order.
-type MeshStates = [MeshState; MOST_CONTACTS];
 
 impl Stepping {
     /// The kernel with at least `steps` steps a mesh cycle: rounded up so that every
@@ -134,21 +80,7 @@ impl Stepping {
         let steps = per_part * parts;
         let step = period / steps as f64;
 
-        let directions: Vec<_> = (model.directions.iter())
-            .map(|direction| {
-                let columns = |entry: fn(&MeshGain) -> [f64; 2]| -> Vec<f64> {
-                    let first = direction.gains.iter().map(|gain| entry(gain)[0]);
-                    let second = direction.gains.iter().map(|gain| entry(gain)[1]);
-                    first.chain(second).collect()
-                };
-                Direction {
-                    line: direction.line,
-                    deflection: columns(|gain| gain.deflection),
-                    rate: columns(|gain| gain.rate),
-                    mesh_input: columns(|gain| gain.mesh_input),
-                }
-            })
-            .collect();
+        let directions: Vec<_> = model.directions.iter().map(Rows::new).collect();
         let contacts = (model.contacts.iter())
             .map(|contact| ContactTable {
                 contact: contact.clone(),
@@ -221,7 +153,7 @@ impl Stepping {
     }
 
     /// Direction of a contact on step `j` of a mesh cycle.
-    fn direction(&self, contact: usize, cycle: u64, j: usize) -> &Direction {
+    fn direction(&self, contact: usize, cycle: u64, j: usize) -> &Rows {
         &self.directions[self.segment(contact, cycle, j).direction]
     }
 
@@ -415,87 +347,6 @@ impl Stepping {
             add_scaled(tangent, -impulse * force, &direction.mesh_input);
         }
     }
-
-    /// Shows a step to the observer: δ as the cubic through values and rates at its ends,
-    /// F as the force of that cubic.
-    fn show<O: Observer>(
-        &self,
-        trajectory: &TrajectoryState,
-        j: usize,
-        [left, right]: [&MeshStates; 2],
-        (start, segments): (&[f64], &mut [Segment]),
-        observer: &mut O,
-    ) {
-        let active = trajectory.contact;
-        let cubic = |contact: usize| {
-            let motion = [left, right].map(|mesh| [mesh[contact].deflection, mesh[contact].rate]);
-            hermite(motion[0], motion[1], self.step)
-        };
-        let mut shown = ShownContacts::<4, MOST_CONTACTS>::new(cubic(0));
-        for contact in active.iter() {
-            let side = self.contacts[contact].contact.side;
-            let segment = self.segment(contact, trajectory.cycle, j);
-            let stiffness = self.middle(contact, trajectory.cycle, j).stiffness;
-            let deflection = cubic(contact);
-            let rate = derivative(deflection, self.step);
-            let gap = hermite(left[contact].gap, right[contact].gap, self.step);
-            let opening = derivative(gap, self.step);
-            let mut force = [0.0; 4];
-            for i in 0..4 {
-                force[i] = stiffness * (deflection[i] - side * gap[i])
-                    + segment.damping * (rate[i] - side * opening[i]);
-            }
-            shown.push(contact, deflection, force);
-        }
-        for (contact, segment) in segments.iter_mut().enumerate() {
-            *segment = *self.segment(contact, trajectory.cycle, j);
-        }
-        let (first, second) = start.split_at(start.len() / 2);
-        shown.show(
-            &Window {
-                cycle: trajectory.cycle,
-                start: left[0].time,
-                duration: self.step,
-                segments,
-                contact: active,
-                first,
-                second,
-                ..Window::default()
-            },
-            observer,
-        );
-    }
-}
-
-/// A contact at the middle of every step of a base period.
-fn middles(
-    model: &Model,
-    contact: &Contact,
-    directions: &[Direction],
-    steps: usize,
-) -> Vec<Middle> {
-    let mut out = Vec::new();
-    for number in 0..model.base_cycles() {
-        let cycle = contact.cycle(number as u64);
-        for (index, s) in cycle.segments.iter().enumerate() {
-            let direction = &directions[s.direction];
-            let direct = dot(&direction.deflection, &direction.mesh_input);
-            let inertial = dot(&direction.rate, &direction.mesh_input);
-            let end = (s.end * steps as f64).round() as usize;
-            let mut turned = model.turns(contact, number as u64, index);
-            for j in out.len() - number * steps..end {
-                let stiffness = s.stiffness_at((j as f64 + 0.5) / steps as f64);
-                out.push(Middle {
-                    segment: index,
-                    turned,
-                    stiffness,
-                    decay: stiffness * direct + s.damping * inertial,
-                });
-                turned = false;
-            }
-        }
-    }
-    out
 }
 
 /// Scratch memory of [`Stepping`].
@@ -617,20 +468,6 @@ impl Kernel for Stepping {
         trajectory.cycle += 1;
         Ok(())
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Eight running sums, so that the additions need not wait for one another.
-    let mut sums = [0.0; 8];
-    let (a_chunks, a_rest) = a.as_chunks::<8>();
-    let (b_chunks, b_rest) = b.as_chunks::<8>();
-    for (x, y) in a_chunks.iter().zip(b_chunks) {
-        for lane in 0..8 {
-            sums[lane] += x[lane] * y[lane];
-        }
-    }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
-    sums.iter().sum::<f64>() + rest
 }
 
 fn add_scaled(to: &mut [f64], scale: f64, by: &[f64]) {

@@ -12,6 +12,7 @@ use super::closure::Closure;
 use super::feedback::Closed;
 use super::joint::JointWindow;
 use super::lanes::{self, Solution};
+use super::position::{Position, SAME_TIME, Track, align};
 use super::shapes::Row;
 use super::tables::{Course, JointStretch, Sight, lack, phases};
 use super::varying::{Factors, Nodal};
@@ -21,51 +22,6 @@ use crate::model::{ActiveSet, TrajectoryState};
 use crate::numerics::legendre;
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
-
-/// Times closer than this part of a mesh period are one.
-const SAME_TIME: f64 = 1e-12;
-
-/// Where a window starts.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Position {
-    /// Mesh cycle.
-    pub cycle: u64,
-    /// Time within it \[s\].
-    pub time: f64,
-    /// The cell that starts here, when on the cell grid of the course.
-    pub aligned: Option<usize>,
-    /// Contacts that opened or closed here.
-    pub crossed: ActiveSet,
-}
-
-/// What a window is laid on.
-#[derive(Clone, Copy)]
-pub(super) enum Track<'t> {
-    /// A stretch of a course: at most one contact is closed.
-    Course(&'t Course, usize),
-    /// Several contacts are closed.
-    Joint(&'t JointStretch),
-}
-
-impl<'t> Track<'t> {
-    /// The lines of all contacts.
-    pub fn sights(self) -> &'t [Sight] {
-        match self {
-            Self::Course(course, stretch) => &course.sights_of_stretch[stretch],
-            Self::Joint(stretch) => &stretch.sights,
-        }
-    }
-
-    /// Place of a contact's line.
-    pub fn place_of(self, contact: usize) -> usize {
-        let sees = |sight: &Sight| sight.contacts.contains(&contact);
-        self.sights().iter().position(sees).unwrap_or(0)
-    }
-
-    fn is_joint(self) -> bool {
-        matches!(self, Self::Joint(_))
-    }
-}
 
 impl Kernel for Volterra<'_> {
     type Workspace = Workspace;
@@ -476,24 +432,6 @@ impl Volterra<'_> {
         };
         let blocks = &self.tables.blocks[segment.direction];
         lanes::salt(self.instructions, blocks, damping, workspace.tangents_mut());
-    }
-}
-
-/// Takes up the cell grid again at a breakpoint. Beyond a change of gap or line nothing stands
-/// on a surface any more.
-fn align(position: &mut Position, track: Track<'_>, stop: f64, cell: Option<usize>) {
-    position.time = stop;
-    position.aligned = cell;
-    let turned = match track {
-        Track::Course(course, _) => {
-            let next = cell.and_then(|cell| course.grid.stretch_from(cell));
-            course.grid.turned[next.unwrap_or(0)]
-        }
-        // Whatever stands on a surface is found there again.
-        Track::Joint(_) => false,
-    };
-    if turned {
-        position.crossed = ActiveSet::FREE;
     }
 }
 

@@ -56,6 +56,7 @@ mod joint;
 mod lanes;
 mod length;
 mod partial;
+mod position;
 mod search;
 mod shapes;
 mod tables;

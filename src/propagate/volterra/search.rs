@@ -1,9 +1,9 @@
 //! Where does a window meet an event, and how is it shown?
 
 use super::Volterra;
-use super::cycle::{Position, Track};
 use super::lanes;
 use super::partial::Cut;
+use super::position::{Position, Track};
 use super::shapes::{Lack, Series, TERMS};
 use super::tables::lack;
 use super::workspace::Workspace;

@@ -1,0 +1,46 @@
+//! What stands in the way of a model.
+
+use crate::numerics::decoupling::DecouplingError;
+
+/// Why a model cannot be built.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// Modes are coupled in a way that has no blocks.
+    #[error("{0}")]
+    Coupling(#[from] DecouplingError),
+    /// A torque ripple on a shaft whose participation is unknown.
+    #[error(
+        "torque ripple on the {shaft} shaft, but the structure has no torque participation for it; add `torque_{shaft}` to the modal file"
+    )]
+    UnknownShaft {
+        /// `pinion` or `wheel`.
+        shaft: &'static str,
+    },
+    /// A quantity outside its physical range.
+    #[error("{name} is {value}, but must be {accepted}")]
+    OutOfRange {
+        /// Which quantity.
+        name: &'static str,
+        /// Its value, SI.
+        value: f64,
+        /// What would be accepted.
+        accepted: &'static str,
+    },
+}
+
+/// That a value of a drive is finite and within its range.
+pub(super) fn positive(
+    name: &'static str,
+    value: f64,
+    ok: bool,
+    accepted: &'static str,
+) -> Result<(), ModelError> {
+    match ok && value.is_finite() {
+        true => Ok(()),
+        false => Err(ModelError::OutOfRange {
+            name,
+            value,
+            accepted,
+        }),
+    }
+}

@@ -1,0 +1,81 @@
+//! What the steps of a decoupling hand to one another, and the bounds they keep.
+
+/// Entries below this fraction of the largest entry of their matrix are taken for round-off.
+pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+/// Largest condition number of the scaled change of state that [`decouple`] accepts.
+///
+/// Two coinciding complex pairs with a single eigenvector are split by round-off and reach 1e7 to
+/// 1e8, so a larger bound would let such a cluster pass with few correct digits.
+pub const CONDITION_BOUND: f64 = 3e6;
+/// Two real eigenvectors whose cosine exceeds this are kept in one block.
+pub(super) const PARALLEL_COSINE: f64 = 0.9;
+/// Above this condition number the real and imaginary part of an eigenvector give way to an
+/// orthonormal basis of the plane they span.
+pub(super) const ROTATION_CONDITION: f64 = 100.0;
+/// Above this condition number two eigenvectors no longer determine their common plane.
+pub(super) const PLANE_CONDITION: f64 = 1e5;
+/// Imaginary parts below this fraction of the matrix norm are round-off of a double real eigenvalue.
+pub(super) const SPLIT: f64 = 16.0 * f64::EPSILON;
+/// Imaginary parts below this fraction of the matrix norm are too uncertain to scale a block with.
+pub(super) const COMPLEX: f64 = 1e-9;
+/// Differences of eigenvalues below this fraction of their size count as none.
+pub(super) const EQUAL: f64 = 1e-10;
+/// Residual, as a fraction of the matrix norm, above which an eigenvector is found again.
+pub(super) const POOR: f64 = 1e-10;
+/// Distance of the shift of inverse iteration from its eigenvalue, as a fraction of the matrix norm.
+pub(super) const OFFSET: f64 = 1e-7;
+/// Most steps of iterative improvement.
+pub(super) const IMPROVEMENTS: usize = 6;
+/// Largest residual, as a fraction of the matrix norm, of blocks that are accepted.
+pub(super) const ACCURACY: f64 = 1e-13;
+
+/// Why the modes cannot be decoupled.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DecouplingError {
+    /// The lengths of the arguments do not belong to one number of modes.
+    #[error("give damping and stiffness as {0} by {0} matrices, one row for each frequency")]
+    Size(usize),
+    /// A frequency is negative, or a number is infinite or not a number.
+    #[error("give finite numbers only, and frequencies that are not negative")]
+    Value,
+    /// An eigenvalue or singular value iteration did not converge.
+    #[error(
+        "the eigenvalues of the modes {} were not found, so check the sizes of their damping and stiffness",
+        list(.0)
+    )]
+    NoConvergence(Vec<usize>),
+    /// More than two eigenvectors are nearly parallel.
+    #[error(
+        "change the damping or the cross stiffness of the modes {} slightly, because more than two of their eigenvectors are nearly parallel (condition number {condition:.1e})",
+        list(.modes)
+    )]
+    NearlyDefective {
+        /// Modes with the largest participation, counted from 1, the largest first.
+        modes: Vec<usize>,
+        /// Condition number of the scaled change of state; infinite where it is singular.
+        condition: f64,
+    },
+}
+
+fn list(modes: &[usize]) -> String {
+    let names: Vec<String> = modes.iter().map(usize::to_string).collect();
+    names.join(", ")
+}
+
+/// What is known exactly about a rigid direction `r`, after the rotation that isolates it.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Direction {
+    /// Nothing is known; every elastic mode belongs here.
+    General,
+    /// `D r = 0` and `S r = 0`: the columns of both its displacement and its velocity are known.
+    Free,
+    /// `S r = 0`: the column of its displacement vanishes.
+    Unsprung,
+}
+
+/// Two columns that span an invariant plane of the scaled matrix, and the block on them.
+pub(super) struct Block {
+    pub columns: [Vec<f64>; 2],
+    pub generator: [[f64; 2]; 2],
+    pub rotation: bool,
+}

@@ -1,0 +1,108 @@
+//! What the steps of a base period read.
+
+use crate::model::{Contact, Direction, MeshGain, Model};
+
+/// Rows of δ and δ', column of the contact force; length 2N each.
+#[derive(Debug, Clone)]
+pub(super) struct Rows {
+    pub line: usize,
+    pub deflection: Vec<f64>,
+    pub rate: Vec<f64>,
+    pub mesh_input: Vec<f64>,
+}
+
+/// A contact over a base period.
+#[derive(Debug, Clone)]
+pub(super) struct ContactTable {
+    pub contact: Contact,
+    /// Whether line or gap change anywhere.
+    pub turns: bool,
+    /// Per step: the contact at its middle.
+    pub middles: Vec<Middle>,
+}
+
+/// A contact at the middle of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Middle {
+    /// Its segment in the mesh cycle.
+    pub segment: usize,
+    /// Whether it may open or close where the step starts, at a prescribed time.
+    pub turned: bool,
+    /// Stiffness \[N/m\].
+    pub stiffness: f64,
+    /// Rate at which its force decays under its own impulse \[1/s\].
+    pub decay: f64,
+}
+
+impl Middle {
+    /// Impulse per unit force \[s\] over a time \[s\].
+    pub fn impulse(&self, time: f64) -> f64 {
+        match self.decay == 0.0 {
+            true => time,
+            false => -(-self.decay * time).exp_m1() / self.decay,
+        }
+    }
+}
+
+impl Rows {
+    /// Those of a direction.
+    pub fn new(direction: &Direction) -> Self {
+        let columns = |entry: fn(&MeshGain) -> [f64; 2]| -> Vec<f64> {
+            let first = direction.gains.iter().map(|gain| entry(gain)[0]);
+            let second = direction.gains.iter().map(|gain| entry(gain)[1]);
+            first.chain(second).collect()
+        };
+        Self {
+            line: direction.line,
+            deflection: columns(|gain| gain.deflection),
+            rate: columns(|gain| gain.rate),
+            mesh_input: columns(|gain| gain.mesh_input),
+        }
+    }
+}
+
+/// A contact at the middle of every step of a base period.
+pub(super) fn middles(
+    model: &Model,
+    contact: &Contact,
+    directions: &[Rows],
+    steps: usize,
+) -> Vec<Middle> {
+    let mut out = Vec::new();
+    for number in 0..model.base_cycles() {
+        let cycle = contact.cycle(number as u64);
+        for (index, s) in cycle.segments.iter().enumerate() {
+            let direction = &directions[s.direction];
+            let direct = dot(&direction.deflection, &direction.mesh_input);
+            let inertial = dot(&direction.rate, &direction.mesh_input);
+            let end = (s.end * steps as f64).round() as usize;
+            let mut turned = model.turns(contact, number as u64, index);
+            for j in out.len() - number * steps..end {
+                let stiffness = s.stiffness_at((j as f64 + 0.5) / steps as f64);
+                out.push(Middle {
+                    segment: index,
+                    turned,
+                    stiffness,
+                    decay: stiffness * direct + s.damping * inertial,
+                });
+                turned = false;
+            }
+        }
+    }
+    out
+}
+
+/// Scalar product.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Eight running sums, so that the additions need not wait for one another.
+    let mut sums = [0.0; 8];
+    let (a_chunks, a_rest) = a.as_chunks::<8>();
+    let (b_chunks, b_rest) = b.as_chunks::<8>();
+    for (x, y) in a_chunks.iter().zip(b_chunks) {
+        for lane in 0..8 {
+            sums[lane] += x[lane] * y[lane];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
+    sums.iter().sum::<f64>() + rest
+}
