@@ -1,6 +1,7 @@
 //! Modal files: a structure from any finite-element code, one list a column, one entry a
 //! mode. The same diagnostics as for the manifest, pointing into the modal file.
 
+mod coast;
 mod coupling;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
@@ -80,6 +81,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let wheel_torque = optional(root, issues, "torque_wheel", modes);
     let bearings = bearings(root, issues, modes);
     let coupling = coupling::read(root, issues, modes);
+    let coast = coast::read(root, issues, mesh.as_deref(), frequency.as_deref());
     let constant_load = optional(root, issues, "constant_load", modes);
     let load_by_speed = optional(root, issues, "load_by_speed", modes);
     let frequency = frequency?;
@@ -103,7 +105,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         friction: friction?.unwrap_or_else(|| zeros.clone()),
         friction_lever: friction_lever?.unwrap_or(zeros),
         residual_flexibility: 0.0,
-        coast: None,
+        coast: coast?,
         bearings: bearings?,
         coupling: coupling?,
         constant_load: constant_load?
