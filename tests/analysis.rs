@@ -15,7 +15,7 @@ use atlas::model::{
 };
 use atlas::numerics::random::PointSeed;
 use atlas::propagate::{
-    Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop, Tangents, Volterra,
+    ClosedContact,    Counters, Event, Interruptible, Kernel, Observer, Spectral, Stepping, Stop, Tangents, Volterra,
     Window,
 };
 use atlas::reference::Reference;
@@ -248,9 +248,15 @@ impl Observer for Planted<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
-        let force: Vec<f64> = window.force.iter().map(|f| f * (1.0 + self.1)).collect();
+        let larger = |force: &[f64]| -> Vec<f64> {
+            force.iter().map(|f| f * (1.0 + self.1)).collect()
+        };
+        let forces: Vec<_> = window.closed.iter().map(|closed| larger(closed.force)).collect();
+        let closed: Vec<_> = (window.closed.iter().zip(&forces))
+            .map(|(closed, force)| ClosedContact { force, ..*closed })
+            .collect();
         self.0.window(&Window {
-            force: &force,
+            closed: &closed,
             ..*window
         });
     }

@@ -259,7 +259,7 @@ fn kernels_of_tables_want_a_choice() {
         let chosen = job(&[QUIET, ("torque_ripple =", &count)]);
         let model = model(&parts, &chosen, 0.1, 1200.0);
         assert!(!model.first_cycle().has_error());
-        assert_eq!(model.transmission_errors().count(), 1 + harmonics);
+        assert_eq!(model.lines[0].transmission_error.len(), 1 + harmonics);
     }
     // Flanks that lack nothing have no error, and sixty segments as before.
     let plain = text(&[(

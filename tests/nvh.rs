@@ -196,7 +196,7 @@ fn stays_of_a_motion_that_repeats_are_whole() {
                 time: place * period,
                 from,
                 to,
-                contact: atlas::model::DRIVE_FLANK,
+                contact: usize::from(place > 0.35),
                 rate: place,
             });
             from = to;

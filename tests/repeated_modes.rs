@@ -69,7 +69,7 @@ fn departure<K: Kernel>(
         let (own, end) = (advance(kernel, &start, 1), advance(&exact, &start, 1));
         state = state.max(norm.distance(&own.state, &end.state) / norm.unit());
         let forces = |at: &TrajectoryState| -> Vec<f64> {
-            let q = model.to_structure(&at.state[..model.modes()]);
+            let [q, _] = model.basis.modes(&at.state);
             let sum = |gain: &Vec<f64>| gain.iter().zip(&q).map(|(g, q)| g * q).sum();
             bearings.iter().map(sum).collect()
         };

@@ -143,12 +143,12 @@ fn both_files_say_what_their_columns_are() {
     };
     assert_eq!(
         units(TableKind::Trace),
-        "contact [], cycle [mesh cycles], deflection [m], displacement [m sqrt(kg)], force [N], \
+        "closed [], contact [], cycle [mesh cycles], deflection [m], displacement [m sqrt(kg)], force [N], \
          modal_velocity [m sqrt(kg)/s], phase [1], time [s], velocity [m/s]"
     );
     assert_eq!(
         units(TableKind::Events),
-        "cycle [mesh cycles], kind [], phase [1], rate [m/s], surface [], time [s]"
+        "contact [], cycle [mesh cycles], kind [], phase [1], rate [m/s], time [s]"
     );
     // Without --modal there are no modal columns.
     traced(folder.path(), QUICKSTART, &arguments[..6]);
@@ -188,7 +188,7 @@ fn events_are_those_of_the_kernel() {
     let (time, phase, rate) = (number("time"), number("phase"), number("rate"));
     let cycle = whole(table.u64("cycle").unwrap());
     let text = |name: &str| whole(table.text(name).unwrap());
-    let (kind, surface) = (text("kind"), text("surface"));
+    let (kind, contact) = (text("kind"), whole(table.u64("contact").unwrap()));
 
     let (_, model) = model(0.05, 1200.0);
     let mut trajectory = model.start(&atlas::model::InitialState::Static);
@@ -206,14 +206,14 @@ fn events_are_those_of_the_kernel() {
         assert!((time[row] - exact).abs() < 1e-15 * exact);
         let kinds = format!("{}>{}", event.from.name(), event.to.name());
         let wanted = match kinds.as_str() {
-            "free>drive" => ("drive_entry", "drive", 1.0),
-            "drive>free" => ("drive_release", "drive", -1.0),
-            "free>coast" => ("coast_entry", "coast", -1.0),
-            "coast>free" => ("coast_release", "coast", 1.0),
+            "free>drive" => ("drive_entry", 1, 1.0),
+            "drive>free" => ("drive_release", 1, -1.0),
+            "free>coast" => ("coast_entry", 2, -1.0),
+            "coast>free" => ("coast_release", 2, 1.0),
             other => panic!("{other}"),
         };
         assert_eq!(
-            (kind[row].as_str(), surface[row].as_str()),
+            (kind[row].as_str(), contact[row]),
             (wanted.0, wanted.1)
         );
         assert_eq!(rate[row].signum(), wanted.2, "{}", kind[row]);
@@ -346,11 +346,7 @@ fn modal_rows_are_the_trajectory() {
         let passage = reference.advance(&start, cycle as u64).unwrap();
         let row = 64 * cycle;
         assert_eq!(s.phase[row], 0.0);
-        let state = [
-            model.from_structure(&displacement[row]),
-            model.from_structure(&velocity[row]),
-        ]
-        .concat();
+        let state = (model.basis).state(&displacement[row], &velocity[row]);
         let difference = relative_difference(&state, &passage.end.state);
         assert!(difference < 1e-9, "cycle {cycle}: {difference:e}");
     }

@@ -17,7 +17,7 @@ const CYCLES_PER_STRETCH: u64 = 10;
 #[derive(Debug, Clone)]
 pub struct BearingForces {
     motion: ModalMotion<'static>,
-    gains: Vec<Vec<f64>>,
+    gains: Vec<Vec<[f64; 2]>>,
     period: f64,
     /// The present window's forces.
     series: Vec<Series>,
@@ -41,7 +41,7 @@ pub struct BearingStatistics {
 impl BearingForces {
     /// The forces on all bearings that a model knows.
     pub fn new(model: &Model) -> Self {
-        let gains: Vec<Vec<f64>> = model.bearings.iter().map(|b| b.gain.clone()).collect();
+        let gains: Vec<Vec<[f64; 2]>> = model.bearings.iter().map(|b| b.gain.clone()).collect();
         Self {
             motion: ModalMotion::of(Cow::Owned(model.clone())),
             period: model.period(),
@@ -73,13 +73,15 @@ impl BearingForces {
             series.fill(0.0);
         }
         for mode in 0..window.first.len() {
-            if self.gains.iter().all(|gain| gain[mode] == 0.0) {
-                continue;
-            }
-            let displacement = modal.component(mode, 0);
-            for (series, gain) in self.series.iter_mut().zip(&self.gains) {
-                for (value, q) in series.iter_mut().zip(&displacement) {
-                    *value += gain[mode] * q;
+            for row in 0..2 {
+                if self.gains.iter().all(|gain| gain[mode][row] == 0.0) {
+                    continue;
+                }
+                let component = modal.component(mode, row);
+                for (series, gain) in self.series.iter_mut().zip(&self.gains) {
+                    for (value, x) in series.iter_mut().zip(&component) {
+                        *value += gain[mode][row] * x;
+                    }
                 }
             }
         }
@@ -182,7 +184,7 @@ mod tests {
     /// rule about no mean.
     struct Check {
         forces: BearingForces,
-        gains: Vec<Vec<f64>>,
+        gains: Vec<Vec<[f64; 2]>>,
         gauss: GaussLegendre,
         worst: f64,
         time: f64,
@@ -197,7 +199,7 @@ mod tests {
             self.time += window.duration;
             for (i, series) in self.forces.series().iter().enumerate() {
                 let states = self.gains[i].iter().zip(window.first);
-                let exact: f64 = states.map(|(g, q)| g * q).sum();
+                let exact: f64 = states.map(|(g, q)| g[0] * q).sum();
                 self.worst = self.worst.max((at_start(series) - exact).abs());
                 for (x, w) in self.gauss.nodes.iter().zip(&self.gauss.weights) {
                     let (force, weight) = (evaluate(series, *x), 0.5 * w * window.duration);

@@ -18,6 +18,7 @@
 //! of all absolute works and the largest energy stored: of a drive at rest under its load no work
 //! is done, and what is left of the balance is the round-off of what is stored.
 
+use super::coupled_modes::CoupledModes;
 use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
 use crate::model::{Model, STIFFNESS_TERMS, Segment, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
@@ -41,7 +42,7 @@ pub fn objection(residual: f64) -> Option<String> {
     })
 }
 
-/// Audits the energy balance of a trajectory made of companion blocks.
+/// Audits the energy balance of a trajectory.
 #[derive(Debug, Clone)]
 pub struct EnergyAudit<'m> {
     model: &'m Model,
@@ -52,6 +53,8 @@ pub struct EnergyAudit<'m> {
     /// Largest energy stored, all of its parts by their size \[J\].
     stored: f64,
     last: Option<Last>,
+    /// Where modes are coupled.
+    coupled: Option<CoupledModes<'m>>,
     /// Exact for the square of a deflection times the slope of a stiffness.
     rule: &'static GaussLegendre,
 }
@@ -79,6 +82,7 @@ impl<'m> EnergyAudit<'m> {
             turnover: 0.0,
             stored: 0.0,
             last: None,
+            coupled: CoupledModes::of(model),
             rule: RULE.get_or_init(|| GaussLegendre::new(TERMS + STIFFNESS_TERMS)),
         }
     }
@@ -103,6 +107,9 @@ impl<'m> EnergyAudit<'m> {
     }
 
     fn structure(&self, first: &[f64], second: &[f64]) -> f64 {
+        if let Some(coupled) = &self.coupled {
+            return coupled.stored(first, second);
+        }
         let mut energy = 0.0;
         for (i, block) in self.model.blocks.iter().enumerate() {
             if self.model.neutral.contains(&i) {
@@ -127,6 +134,9 @@ impl<'m> EnergyAudit<'m> {
     /// the round-off of what it is the difference of.
     fn magnitude(&self, window: &Window<'_>, phase: f64) -> f64 {
         let model = self.model;
+        if let Some(coupled) = &self.coupled {
+            return coupled.magnitude(window, phase);
+        }
         let turning = (model.blocks.iter().enumerate()).filter(|(i, _)| !model.neutral.contains(i));
         let turned: f64 = (turning.clone())
             .map(|(i, block)| (block.static_input[1] * window.first[i]).abs())
@@ -189,6 +199,12 @@ impl<'m> EnergyAudit<'m> {
         let tau = window.duration;
         let model = self.model;
         let series = self.motion.on(window);
+        if let Some(coupled) = &self.coupled {
+            for work in coupled.works(window, &series) {
+                self.work(work);
+            }
+            return;
+        }
         let (mut torque, mut damping) = (0.0, 0.0);
         let mut friction = vec![0.0; window.closed.len()];
         for (i, block) in model.blocks.iter().enumerate() {
@@ -305,7 +321,7 @@ impl Observer for EnergyAudit<'_> {
 }
 
 /// `∫ a b dt` over a window.
-fn integral(a: &Series, b: &Series, tau: f64) -> f64 {
+pub(super) fn integral(a: &Series, b: &Series, tau: f64) -> f64 {
     let mut sum = 0.0;
     for n in 0..TERMS {
         sum += a[n] * b[n] / (2 * n + 1) as f64;

@@ -5,6 +5,7 @@ mod analyses;
 mod bearings;
 mod called_off;
 mod classify;
+mod coupled_modes;
 mod energy;
 mod horizon;
 mod lyapunov;

@@ -11,9 +11,9 @@
 //! its state on, so that the two check each other.
 
 use super::recurring::Recurring;
-use crate::model::{Block, Model};
+use crate::model::Model;
 use crate::numerics::convolution::convolution24;
-use crate::numerics::exponential::{RIGID_PHASE, legendre_series};
+use crate::numerics::exponential::legendre_series;
 use crate::propagate::Window;
 use num_complex::{Complex64, c64};
 use std::borrow::Cow;
@@ -64,7 +64,7 @@ impl<'m> ModalMotion<'m> {
         let blocks = &self.model.blocks;
         let fill = |out: &mut [Exponential]| {
             for (block, out) in blocks.iter().zip(out) {
-                exponential(block, tau, out);
+                block.exponential(tau, out);
             }
         };
         let own = self.own.find(tau, || {
@@ -102,18 +102,6 @@ impl<'m> ModalMotion<'m> {
                 })
                 .collect(),
         }
-    }
-}
-
-/// Writes the series of C and S of a block on \[0, τ\].
-fn exponential(block: &Block, tau: f64, out: &mut Exponential) {
-    let nu = block
-        .damped_frequency()
-        .unwrap_or(0.0)
-        .max(RIGID_PHASE / tau);
-    legendre_series(c64(block.growth(), nu), tau, out);
-    for term in out {
-        term.im /= nu;
     }
 }
 

@@ -32,7 +32,17 @@ impl EnergyNorm {
         let mesh = (model.first_cycle().mean_stiffness() * coupling.abs()).sqrt();
         let mut weights = vec![1.0; 2 * n];
         for (i, block) in model.blocks.iter().enumerate() {
-            weights[i] = block.natural_frequency().max(mesh);
+            // A block of coupled modes has scaled components; a mode has a displacement.
+            let is_mode = block.generator[0] == [0.0, 1.0];
+            weights[i] = match is_mode {
+                true => block.natural_frequency().max(mesh),
+                false => 1.0,
+            };
+            // Where the whole drive has turned to is nothing that it feels.
+            let column = [block.generator[0][0], block.generator[1][0]];
+            if column == [0.0; 2] && !model.feels_first(i) {
+                weights[i] = 0.0;
+            }
         }
         for &i in &model.neutral {
             weights[i] = 0.0;

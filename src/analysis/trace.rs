@@ -232,9 +232,12 @@ impl<S: TraceSink> Recorder<'_, S> {
         }
         states
             .iter()
-            .map(|[first, second]| ModalState {
-                displacement: self.model.to_structure(first),
-                velocity: self.model.to_structure(second),
+            .map(|halves| {
+                let [displacement, velocity] = self.model.basis.modes(&halves.concat());
+                ModalState {
+                    displacement,
+                    velocity,
+                }
             })
             .collect()
     }

@@ -1,9 +1,12 @@
 //! One mode as a real 2 × 2 block, and how the mesh meets it.
 
+use crate::numerics::exponential::{self, RIGID_PHASE};
+use num_complex::{Complex64, c64};
+
 /// A real 2 × 2 block `x' = A x − g F + s`, contributing `w·x` to the mesh deflection; w and g
 /// are its [`MeshGain`].
 ///
-/// A mode with modal damping is the companion block `A = [0 1; −ω² −2ζω]`, `x = (q, q')`,
+/// Where modes are coupled the blocks are those of [`super::Basis`]. A mode with modal damping is the companion block `A = [0 1; −ω² −2ζω]`, `x = (q, q')`,
 /// `g = (0, gᵢ)`, `w = (wᵢ, 0)`. Kernels rely on nothing but the block form, so that blocks
 /// from a non-proportional damping or gyroscopic decomposition serve as well.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +41,37 @@ impl Block {
         let half = 0.5 * (a[0] - b[1]);
         let square = -(half * half + a[1] * b[0]);
         (square >= 0.0).then(|| square.sqrt())
+    }
+
+    /// Rate σ > 0 \[1/s\] with `(A − growth I)² = σ² I` of an overdamped block, whose eigenvalues
+    /// are `growth ± σ`; none of the others.
+    pub fn spread(&self) -> Option<f64> {
+        let m = self.traceless();
+        let square = m[0][0] * m[0][0] + m[0][1] * m[1][0];
+        (square > 0.0).then(|| square.sqrt())
+    }
+
+    /// The largest modulus of an eigenvalue \[1/s\].
+    pub fn fastest(&self) -> f64 {
+        match self.spread() {
+            Some(spread) => self.growth().abs() + spread,
+            None => self.natural_frequency(),
+        }
+    }
+
+    /// Legendre coefficients of C and S on \[0, τ\] as real and imaginary parts, with
+    /// `exp(A t) = C(t) I + S(t) M`, M the traceless part; returns their values at τ.
+    pub fn exponential(&self, tau: f64, out: &mut [Complex64]) -> [f64; 2] {
+        if let Some(spread) = self.spread() {
+            return exponential::real_pair_series(self.growth(), spread, tau, out);
+        }
+        // A rigid rotation gets a ν of its own.
+        let nu = self.damped_frequency().unwrap_or(0.0).max(RIGID_PHASE / tau);
+        let end = exponential::legendre_series(c64(self.growth(), nu), tau, out);
+        for term in out {
+            term.im /= nu;
+        }
+        [end.re, end.im / nu]
     }
 
     /// The traceless part `M = A − growth I`, so that

@@ -1,6 +1,7 @@
 //! Where and how contact forces act on the blocks: the line of action, the load centroid and the
 //! friction of every segment.
 
+use super::basis::Basis;
 use super::{Block, Division, MeshGain, TransmissionErrorHarmonic};
 use crate::shaft::FlankParticipation;
 
@@ -52,19 +53,19 @@ impl Directions {
         mesh: &[Division],
         friction: f64,
         error: &[TransmissionErrorHarmonic],
-        blocks: &[Block],
+        (basis, blocks): (&Basis, &[Block]),
     ) -> Vec<usize> {
         (mesh.iter())
             .map(|division| {
                 let [turn, lever] = division.friction;
-                let gains = (blocks.iter().enumerate())
-                    .map(|(i, block)| {
+                let (w, g): (Vec<f64>, Vec<f64>) = (0..blocks.len())
+                    .map(|i| {
                         let w = flank.mesh[i] + division.load_centre * flank.tilt[i];
                         let rubbing = turn * flank.friction[i] + lever * flank.lever[i];
-                        MeshGain::mode(block, w, w + friction * rubbing)
+                        (w, w + friction * rubbing)
                     })
-                    .collect();
-                self.add(gains, error)
+                    .unzip();
+                self.add(basis.gains(blocks, &w, &g), error)
             })
             .collect()
     }

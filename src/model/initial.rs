@@ -1,6 +1,8 @@
 //! Where a trajectory starts, and the state it carries.
 
-use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
+use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model, Segment};
+use crate::numerics::linalg;
+use faer::Mat;
 use serde::Serialize;
 
 /// Where a trajectory starts.
@@ -55,11 +57,7 @@ impl Model {
             InitialState::Modal {
                 displacement,
                 velocity,
-            } => {
-                let mut state = self.from_structure(displacement);
-                state.extend(self.from_structure(velocity));
-                state
-            }
+            } => self.basis.state(displacement, velocity),
         };
         TrajectoryState::new(self, state, 0)
     }
@@ -86,20 +84,14 @@ impl Model {
         let side = contact.side;
         let (error, error_rate) = self.lines[self.line(segment)].transmission_error_at(0, 0.0);
         let rigid = self.relative_rotation();
-        let gains = self.gains(segment);
-        let elastic = |i: usize| self.blocks[i].natural_frequency() > 0.0;
+        let [w, g, load] = self.in_modes(segment);
+        let product = |x: &[f64]| -> f64 { w.iter().zip(x).map(|(w, x)| w * x).sum() };
         // Deflection of the elastic modes: δ = free − flexibility F.
-        let mut free = -error;
-        let mut flexibility = 0.0;
-        for i in (0..n).filter(|&i| elastic(i)) {
-            let unit = self.static_response(i, gains[i].mesh_input);
-            let load = self.static_response(i, self.blocks[i].static_input);
-            let w = gains[i].deflection;
-            free += w[0] * load[0] + w[1] * load[1];
-            flexibility += w[0] * unit[0] + w[1] * unit[1];
-        }
+        let [at_load, at_unit] = [&load, &g].map(|force| self.elastic_response(force));
+        let free = product(&at_load) - error;
+        let flexibility = product(&at_unit);
         let asked = match rigid {
-            Some(r) => self.blocks[r].static_input[1] / gains[r].mesh_input[1],
+            Some(r) => load[r] / g[r],
             None => k * (free - side * b) / (1.0 + k * flexibility),
         };
         // A contact does not pull.
@@ -107,37 +99,71 @@ impl Model {
             true => asked,
             false => 0.0,
         };
-        let mut state = vec![0.0; 2 * n];
-        for i in (0..n).filter(|&i| elastic(i)) {
-            let block = &self.blocks[i];
-            let input = [0, 1].map(|j| block.static_input[j] - gains[i].mesh_input[j] * force);
-            let x = self.static_response(i, input);
-            state[i] = x[0];
-            state[n + i] = x[1];
-        }
+        let elastic = at_load.iter().zip(&at_unit).map(|(load, unit)| load - unit * force);
+        let mut modes: Vec<f64> = elastic.collect();
+        modes.resize(2 * n, 0.0);
         if let Some(r) = rigid {
             let deflection = force / k + side * b;
-            state[r] = (deflection - (free - flexibility * force)) / gains[r].deflection[0];
-            state[n + r] = (error_rate + side * opening) / gains[r].deflection[0];
+            modes[r] = (deflection - (free - flexibility * force)) / w[r];
+            modes[n + r] = (error_rate + side * opening) / w[r];
         }
         // The flank that is in the way of the load, where none is reached, is the other one.
-        (
-            state,
-            if rigid.is_none() && force == 0.0 {
-                free
-            } else {
-                asked
-            },
-        )
+        let asked = if rigid.is_none() && force == 0.0 { free } else { asked };
+        (self.basis.state_of_turned(&modes), asked)
     }
 
-    /// `−A⁻¹ input` of an elastic block.
-    fn static_response(&self, i: usize, input: [f64; 2]) -> [f64; 2] {
-        let [[a, b], [c, d]] = self.blocks[i].generator;
-        let det = a * d - b * c;
+    /// Participations of a segment's contact in deflection and force, and the mean load, of the
+    /// turned modes.
+    pub fn in_modes(&self, segment: &Segment) -> [Vec<f64>; 3] {
+        let n = self.blocks.len();
+        let gains = self.gains(segment);
+        let Some(coupled) = self.basis.coupled() else {
+            return [
+                gains.iter().map(|gain| gain.deflection[0]).collect(),
+                gains.iter().map(|gain| gain.mesh_input[1]).collect(),
+                self.blocks.iter().map(|block| block.static_input[1]).collect(),
+            ];
+        };
+        let velocities = |input: &dyn Fn(usize) -> [f64; 2]| {
+            let first = (0..n).map(|i| input(i)[0]);
+            let state: Vec<f64> = first.chain((0..n).map(|i| input(i)[1])).collect();
+            self.basis.turned_modes(&state).split_off(n)
+        };
+        let along = |k: usize| {
+            let row = |i: usize| coupled.from_modes[2 * n * i + k];
+            (0..n)
+                .map(|i| gains[i].deflection[0] * row(i) + gains[i].deflection[1] * row(n + i))
+                .sum()
+        };
         [
-            -(d * input[0] - b * input[1]) / det,
-            -(a * input[1] - c * input[0]) / det,
+            (0..n).map(along).collect(),
+            velocities(&|i| gains[i].mesh_input),
+            velocities(&|i| self.blocks[i].static_input),
         ]
+    }
+
+    /// Displacements of the turned modes under a constant force; those of rigid ones are left zero.
+    fn elastic_response(&self, force: &[f64]) -> Vec<f64> {
+        let n = force.len();
+        let mut out = vec![0.0; n];
+        let elastic: Vec<usize> =
+            (0..n).filter(|i| !self.basis.rigid().contains(i)).collect();
+        match self.basis.coupled() {
+            None => {
+                for &i in &elastic {
+                    out[i] = force[i] / -self.blocks[i].generator[1][0];
+                }
+            }
+            Some(coupled) if !elastic.is_empty() => {
+                let entry = |i: usize, j: usize| coupled.stiffness[n * elastic[i] + elastic[j]];
+                let matrix = Mat::from_fn(elastic.len(), elastic.len(), entry);
+                let right: Vec<f64> = elastic.iter().map(|&i| force[i]).collect();
+                for (&i, x) in elastic.iter().zip(linalg::solve(matrix.as_ref(), &right)) {
+                    out[i] = x;
+                }
+            }
+            Some(_) => {}
+        }
+        out
     }
 }

@@ -17,6 +17,7 @@
 //! contacts may be closed at once. Time is a whole number of mesh cycles and a time within the
 //! cycle, so that long runs lose no digits.
 
+mod basis;
 mod block;
 mod contact;
 mod direction;
@@ -28,6 +29,7 @@ mod mesh;
 mod stiffness;
 mod system;
 
+pub use basis::{Basis, Coupled};
 pub use block::{Block, MeshGain};
 pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
 pub use direction::{Direction, Line};
@@ -39,7 +41,7 @@ pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
-pub use system::{Model, ModelError};
+pub use system::{BearingOutput, Model, ModelError};
 
 #[cfg(test)]
 pub(crate) mod fixtures;

@@ -1,27 +1,22 @@
 //! The model of one operating point, built from a structure and a mesh.
 
+use super::basis::Basis;
 use super::direction::Directions;
 use super::{
     ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, DriveShaft, Line,
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment, TorqueRipple,
     TransmissionErrorHarmonic,
 };
-use crate::shaft::{BearingGain, FlankParticipation, ModalStructure};
+use crate::numerics::decoupling::DecouplingError;
+use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
 
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
-    /// A block has two real eigenvalues.
-    #[error(
-        "mode {mode} is overdamped (damping ratio {ratio}); give a ratio below 1 or leave the mode out"
-    )]
-    Overdamped {
-        /// Mode, counted from 1.
-        mode: usize,
-        /// Its damping ratio.
-        ratio: f64,
-    },
+    /// Modes are coupled in a way that has no blocks.
+    #[error("{0}")]
+    Coupling(#[from] DecouplingError),
     /// A torque ripple on a shaft whose participation is unknown.
     #[error(
         "torque ripple on the {shaft} shaft, but the structure has no torque participation for it; add `torque_{shaft}` to the modal file"
@@ -30,9 +25,6 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
-    /// Modes that are coupled, or loaded by a drag.
-    #[error("coupled modes and drag are not taken yet; leave them out of the structure")]
-    Coupled,
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {
@@ -44,6 +36,9 @@ pub enum ModelError {
         accepted: &'static str,
     },
 }
+
+/// A participation this small, relative to the largest, is round-off.
+const UNFELT: f64 = 1e-12;
 
 /// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
 /// round-off.
@@ -77,11 +72,18 @@ pub struct Model {
     /// Harmonics of the torques.
     pub ripple: Vec<Ripple>,
     /// What the bearings feel: forces per unit first component of each block.
-    pub bearings: Vec<BearingGain>,
-    /// Rows: this model's rigid blocks in the structure's rigid modes (orthogonal).
-    rigid_basis: Vec<Vec<f64>>,
-    /// Indices of the structure's rigid modes.
-    rigid: Vec<usize>,
+    pub bearings: Vec<BearingOutput>,
+    /// From the structure's modes to the blocks.
+    pub basis: Basis,
+}
+
+/// The force on a bearing in one direction, `Σ gain·x` \[N\].
+#[derive(Debug, Clone, PartialEq)]
+pub struct BearingOutput {
+    /// Shaft, bearing and direction.
+    pub name: String,
+    /// Force per unit of both components of each block.
+    pub gain: Vec<[f64; 2]>,
 }
 
 impl Model {
@@ -91,16 +93,13 @@ impl Model {
     /// `k/(1 + c_res k)`.
     ///
     /// # Errors
-    /// An overdamped mode, ripple on a shaft the structure does not know, or a value out
+    /// Modes coupled without remedy, ripple on a shaft the structure does not know, or a value out
     /// of its range.
     pub fn new(
         structure: &ModalStructure,
         drive: &Drive,
         point: OperatingPoint,
     ) -> Result<Self, ModelError> {
-        if !structure.is_uncoupled() {
-            return Err(ModelError::Coupled);
-        }
         positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
         positive("load", point.load, true, "finite")?;
         positive(
@@ -125,28 +124,31 @@ impl Model {
             ends_are_in_order(&coast.mesh)?;
         }
 
-        let rigid: Vec<usize> = (0..structure.modes())
-            .filter(|&i| structure.frequency[i] == 0.0)
-            .collect();
-        let rigid_basis = rigid_basis(&rigid, &structure.mesh);
-        let rotate = |values: &[f64]| rotate_rigid(&rigid, &rigid_basis, values);
+        let (basis, generators) = Basis::new(structure, point.speed)?;
+        let rotate = |values: &[f64]| basis.turn(values);
 
-        let rated_input: Vec<[f64; 2]> = rotate(&structure.torque)
-            .iter()
-            .map(|t| [0.0, t * structure.rated_force])
+        let rated: Vec<f64> = (rotate(&structure.torque).iter())
+            .map(|t| t * structure.rated_force)
             .collect();
-
-        let mut blocks = Vec::with_capacity(structure.modes());
-        for i in 0..structure.modes() {
-            let (frequency, ratio) = (structure.frequency[i], structure.damping[i]);
-            let block = Block::mode(frequency, ratio, rated_input[i][1] * point.load);
-            if block.damped_frequency().is_none() {
-                return Err(ModelError::Overdamped { mode: i + 1, ratio });
-            }
-            blocks.push(block);
+        let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
+        // The mean drag comes on top of what is in proportion to the load.
+        let [constant, by_speed] =
+            [&structure.constant_load, &structure.load_by_speed].map(|column| rotate_any(&basis, column));
+        for (load, drag) in load.iter_mut().zip(constant) {
+            *load += drag;
         }
+        for (load, drag) in load.iter_mut().zip(by_speed) {
+            *load += point.speed * drag;
+        }
+        let rated_input = basis.input(&rated);
+        let blocks: Vec<Block> = (generators.into_iter().zip(basis.input(&load)))
+            .map(|(generator, static_input)| Block {
+                generator,
+                static_input,
+            })
+            .collect();
         let period = TAU / (f64::from(structure.teeth) * point.speed);
-        let apart = rigid.split_last().map_or(&[][..], |(_, apart)| apart);
+        let apart = (basis.rigid().split_last()).map_or(&[][..], |(_, apart)| apart);
         let flank = |own: &FlankParticipation| FlankParticipation {
             mesh: unfelt(rotate(&own.mesh), apart),
             tilt: untilted(rotate(&own.tilt), apart),
@@ -157,7 +159,9 @@ impl Model {
         let mut directions = Directions::default();
         let mut cycle = |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic]| {
             let error = harmonics(error, period);
-            let which = directions.of_flank(&flank(own), mesh, drive.friction, &error, &blocks);
+            let flank = flank(own);
+            let which =
+                directions.of_flank(&flank, mesh, drive.friction, &error, (&basis, &blocks));
             let softened: Vec<_> = (mesh.iter())
                 .map(|division| Division {
                     stiffness: (division.stiffness).in_series_with(own.residual_flexibility),
@@ -182,17 +186,19 @@ impl Model {
         });
         let Directions { directions, lines } = directions;
         let unfelt = |i: usize| (directions.iter()).all(|d| d.gains[i].deflection[0] == 0.0);
-        let neutral = rigid.iter().copied().filter(|&i| unfelt(i)).collect();
+        let neutral = (basis.rigid().iter().copied())
+            .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)
+            .collect();
 
         let ripple = drive
             .torque_ripple
             .iter()
-            .map(|r| ripple(structure, r, period, rotate))
+            .map(|r| ripple(structure, r, period, &basis))
             .collect::<Result<_, _>>()?;
         let bearings = (structure.bearings.iter())
-            .map(|bearing| BearingGain {
+            .map(|bearing| BearingOutput {
                 name: bearing.name.clone(),
-                gain: rotate(&bearing.gain),
+                gain: basis.output(&rotate(&bearing.gain))[0].clone(),
             })
             .collect();
         Ok(Self {
@@ -206,8 +212,7 @@ impl Model {
             half_gap: drive.half_gap,
             ripple,
             bearings,
-            rigid_basis,
-            rigid,
+            basis,
         })
     }
 
@@ -395,31 +400,19 @@ impl Model {
         }
     }
 
-    /// The rigid relative rotation: the rigid block that the mesh feels.
+    /// Whether a contact sees the first component of a block, beyond round-off of the largest that
+    /// any sees.
+    pub fn feels_first(&self, block: usize) -> bool {
+        self.directions.iter().any(|direction| {
+            let sees = direction.gains.iter().map(|gain| gain.deflection[0].abs());
+            let largest = sees.fold(0.0, f64::max);
+            direction.gains[block].deflection[0].abs() > UNFELT * largest
+        })
+    }
+
+    /// The rigid relative rotation: the turned rigid mode that the mesh feels.
     pub fn relative_rotation(&self) -> Option<usize> {
-        self.rigid
-            .last()
-            .copied()
-            .filter(|i| !self.neutral.contains(i))
-    }
-
-    /// Modal values of the structure in this model's basis.
-    pub fn from_structure(&self, values: &[f64]) -> Vec<f64> {
-        rotate_rigid(&self.rigid, &self.rigid_basis, values)
-    }
-
-    /// Modal values of this model in the structure's basis: undoes [`Self::from_structure`].
-    pub fn to_structure(&self, values: &[f64]) -> Vec<f64> {
-        let mut out = values.to_vec();
-        for (j, &target) in self.rigid.iter().enumerate() {
-            out[target] = self
-                .rigid_basis
-                .iter()
-                .zip(&self.rigid)
-                .map(|(row, &i)| row[j] * values[i])
-                .sum();
-        }
-        out
+        (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
     }
 }
 
@@ -483,38 +476,12 @@ fn harmonics(error: &[MeshHarmonic], period: f64) -> Vec<TransmissionErrorHarmon
     error.iter().map(of).collect()
 }
 
-/// Orthonormal rows spanning the rigid modes, the last one along their mesh participation:
-/// all others have none.
-fn rigid_basis(rigid: &[usize], mesh: &[f64]) -> Vec<Vec<f64>> {
-    let n = rigid.len();
-    let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
-    let w: Vec<f64> = rigid.iter().map(|&i| mesh[i]).collect();
-    let norm = w.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if norm == 0.0 {
-        return (0..n).map(identity).collect();
+/// Turned modal values, of which there may be none.
+fn rotate_any(basis: &Basis, values: &[f64]) -> Vec<f64> {
+    match values.is_empty() {
+        true => Vec::new(),
+        false => basis.turn(values),
     }
-    // Householder reflection that sends w/|w| to the last axis.
-    let side = if w[n - 1] > 0.0 { 1.0 } else { -1.0 };
-    let mut v: Vec<f64> = w.iter().map(|x| x / norm).collect();
-    v[n - 1] += side;
-    let square: f64 = v.iter().map(|x| x * x).sum();
-    (0..n)
-        .map(|i| {
-            let flip = if i == n - 1 { -side } else { 1.0 };
-            (0..n)
-                .map(|j| flip * (f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / square))
-                .collect()
-        })
-        .collect()
-}
-
-/// `values` with its rigid entries expressed in the rows of `basis`.
-fn rotate_rigid(rigid: &[usize], basis: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
-    let mut out = values.to_vec();
-    for (row, &target) in basis.iter().zip(rigid) {
-        out[target] = row.iter().zip(rigid).map(|(b, &i)| b * values[i]).sum();
-    }
-    out
 }
 
 /// The block inputs of one torque ripple.
@@ -522,7 +489,7 @@ fn ripple(
     structure: &ModalStructure,
     input: &TorqueRipple,
     period: f64,
-    rotate: impl Fn(&[f64]) -> Vec<f64>,
+    basis: &Basis,
 ) -> Result<Ripple, ModelError> {
     let (name, participation, teeth) = match input.shaft {
         DriveShaft::Pinion => ("pinion", &structure.pinion_torque, Some(structure.teeth)),
@@ -536,10 +503,11 @@ fn ripple(
         angular_frequency: TAU * turns_per_cycle / period,
         turns_per_cycle,
         phase: input.phase,
-        input: rotate(participation)
-            .iter()
-            .map(|p| [0.0, p * input.amplitude])
-            .collect(),
+        input: basis.input(
+            &(basis.turn(participation).iter())
+                .map(|p| p * input.amplitude)
+                .collect::<Vec<_>>(),
+        ),
     })
 }
 

@@ -14,7 +14,10 @@
 //! A rigid rotation (λ = 0) needs 1 and t. It is carried as `λ = iν` with a ν so small that
 //! cos νt = 1 and sin νt/ν = t to round-off: [`RIGID_PHASE`].
 
+use super::legendre;
+use super::quadrature::GaussLegendre;
 use num_complex::Complex64;
+use std::sync::LazyLock;
 
 /// ν of a rigid rotation times the window's length: its square is below round-off.
 pub const RIGID_PHASE: f64 = 1e-9;
@@ -46,6 +49,48 @@ pub fn legendre_series(lambda: Complex64, tau: f64, out: &mut [Complex64]) -> Co
         power = power * z * (1.0 / (2 * k + 1) as f64);
     }
     (2.0 * z).exp()
+}
+
+/// Nodes at which the exponentials of a real pair are taken.
+const NODES: usize = 64;
+
+/// Legendre coefficients on \[0, τ\] of `e^{μt} cosh σt` and `e^{μt} sinh(σt)/σ`, the real and
+/// imaginary parts of `out`; returns their values at τ. `(|μ| + σ) τ/2` must not exceed
+/// [`LARGEST_HALF_ARGUMENT`].
+///
+/// Two exponentials nearly as fast as one another would leave their difference little accuracy as
+/// series; the coefficients are projected from values instead, by a Gauss rule far finer than the
+/// functions.
+pub fn real_pair_series(mu: f64, sigma: f64, tau: f64, out: &mut [Complex64]) -> [f64; 2] {
+    static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
+    let values = |t: f64| {
+        let grown = (mu * t).exp();
+        let (fast, slow) = (((mu + sigma) * t).exp(), ((mu - sigma) * t).exp());
+        let odd = match sigma * t < 0.5 {
+            true => grown * t * sinh_ratio(sigma * t),
+            false => (fast - slow) / (2.0 * sigma),
+        };
+        [0.5 * (fast + slow), odd]
+    };
+    out.fill(Complex64::ZERO);
+    let mut polynomials = vec![0.0; out.len()];
+    for (x, weight) in RULE.nodes.iter().zip(&RULE.weights) {
+        let [even, odd] = values(0.5 * tau * (x + 1.0));
+        legendre::polynomials(*x, &mut polynomials);
+        for (n, (term, p)) in out.iter_mut().zip(&polynomials).enumerate() {
+            let scale = 0.5 * (2 * n + 1) as f64 * weight * p;
+            *term += Complex64::new(scale * even, scale * odd);
+        }
+    }
+    values(tau)
+}
+
+/// `sinh x / x` for small x, by its power series.
+fn sinh_ratio(x: f64) -> f64 {
+    let square = x * x;
+    (1..=8).rev().fold(1.0, |sum, k| {
+        1.0 + sum * square / f64::from((2 * k) * (2 * k + 1))
+    })
 }
 
 /// Terms of the power series of `c_n` that are enough for |z| ≤ 5: fewer the higher n.

@@ -5,6 +5,7 @@
 pub mod arithmetic;
 pub mod bessel;
 pub mod convolution;
+pub mod decoupling;
 pub mod exponential;
 pub mod fourier;
 pub mod instructions;

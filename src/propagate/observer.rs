@@ -1,6 +1,6 @@
 //! What a kernel shows of a trajectory while it advances.
 
-use crate::model::{ActiveSet, Segment};
+use crate::model::{ActiveSet, Model, Segment};
 
 /// A stretch of trajectory between breakpoints, as polynomials.
 ///
@@ -40,6 +40,55 @@ pub struct ClosedContact<'a> {
     pub deflection: &'a [f64],
     /// Force along its direction \[N\].
     pub force: &'a [f64],
+}
+
+/// At most M closed contacts of a window as a kernel shows them, in series of P terms.
+pub(super) struct ShownContacts<const P: usize, const M: usize> {
+    mesh: [f64; P],
+    force: [f64; P],
+    contacts: [usize; M],
+    series: [[[f64; P]; 2]; M],
+    count: usize,
+}
+
+impl<const P: usize, const M: usize> ShownContacts<P, M> {
+    /// None yet; `mesh` is the deflection of the mesh.
+    pub fn new(mesh: [f64; P]) -> Self {
+        Self {
+            mesh,
+            force: [0.0; P],
+            contacts: [0; M],
+            series: [[[0.0; P]; 2]; M],
+            count: 0,
+        }
+    }
+
+    /// One more, with its deflection and its force.
+    pub fn push(&mut self, contact: usize, deflection: [f64; P], force: [f64; P]) {
+        if Model::of_mesh(contact) {
+            for (sum, f) in self.force.iter_mut().zip(&force) {
+                *sum += f;
+            }
+        }
+        self.contacts[self.count] = contact;
+        self.series[self.count] = [deflection, force];
+        self.count += 1;
+    }
+
+    /// Shows a window with these contacts.
+    pub fn show<O: Observer>(&self, window: &Window<'_>, observer: &mut O) {
+        let closed: [ClosedContact<'_>; M] = std::array::from_fn(|i| ClosedContact {
+            contact: self.contacts[i],
+            deflection: &self.series[i][0],
+            force: &self.series[i][1],
+        });
+        observer.window(&Window {
+            deflection: &self.mesh,
+            force: &self.force,
+            closed: &closed[..self.count],
+            ..*window
+        });
+    }
 }
 
 /// A contact opens or closes.

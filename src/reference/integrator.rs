@@ -128,7 +128,7 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
     // Σ |w·g| and Σ |w A·g|: what force does to the deflection's rate and acceleration.
     let (mut direct, mut inertial) = (0.0f64, 0.0f64);
     for block in &model.blocks {
-        natural = natural.max(block.natural_frequency());
+        natural = natural.max(block.fastest());
         decay = decay.max(block.growth().abs());
     }
     for direction in &model.directions {

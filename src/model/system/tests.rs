@@ -35,8 +35,8 @@ fn rigid_rotations_are_split_into_neutral_and_relative() {
     assert!(model.blocks[0].static_input[1].abs() < 1e-12);
     // An orthogonal change of basis keeps lengths and the deflection.
     let q = [0.3, 0.7, -0.2];
-    let r = model.from_structure(&q);
-    let back = model.to_structure(&r);
+    let r = model.basis.state(&q, &[0.0; 3])[..3].to_vec();
+    let [back, _] = model.basis.modes(&[&r[..], &[0.0; 3]].concat());
     assert!(back.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-15));
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
     assert!((length(&q) - length(&r)).abs() < 1e-15);
@@ -105,7 +105,7 @@ fn residual_flexibility_softens_the_mesh_in_series() {
 }
 
 #[test]
-fn ripple_needs_a_known_shaft_and_overdamped_modes_are_refused() {
+fn ripple_needs_a_known_shaft_and_modes_may_be_overdamped() {
     let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
     let mut d = drive();
     d.torque_ripple.push(TorqueRipple {
@@ -120,8 +120,5 @@ fn ripple_needs_a_known_shaft_and_overdamped_modes_are_refused() {
     let model = Model::new(&s, &d, POINT).unwrap();
     assert!((model.ripple[0].turns_per_cycle - 2.0 / 30.0).abs() < 1e-16);
     s.damping[1] = 1.5;
-    assert!(matches!(
-        Model::new(&s, &d, POINT),
-        Err(ModelError::Overdamped { mode: 2, .. })
-    ));
+    assert!(Model::new(&s, &d, POINT).unwrap().blocks[1].spread().is_some());
 }

@@ -50,6 +50,12 @@ pub struct Grid {
     pub rate: f64,
 }
 
+/// Whether the mean load of every block is in proportion to the rated one, as tables have it.
+fn loads_are_rated(model: &Model) -> bool {
+    (model.blocks.iter().zip(&model.rated_input))
+        .all(|(block, rated)| block.static_input == rated.map(|input| input * model.load))
+}
+
 /// Whether a model's contacts are the two flanks of a mesh on one line of action, alike but for their
 /// side.
 fn one_line(model: &Model) -> bool {
@@ -67,6 +73,12 @@ impl Grid {
     /// # Errors
     /// Stiffness that varies within a segment, or more cells than tables should have.
     pub fn new(model: &Model, cells: u32, reach: f64) -> Result<Self, DenseError> {
+        if model.basis.coupled().is_some() || !loads_are_rated(model) {
+            return Err(DenseError::Coupled);
+        }
+        if model.blocks.iter().any(|block| block.spread().is_some()) {
+            return Err(DenseError::Overdamped);
+        }
         if !one_line(model) {
             return Err(DenseError::Contacts);
         }

@@ -89,6 +89,15 @@ pub enum DenseError {
          mesh.coast_flank = \"same_line\", or a kernel without tables"
     )]
     Contacts,
+    /// Modes are coupled, or a load does not go with the rated one.
+    #[error(
+        "tables take modal damping and loads in proportion to the rated one; set \
+         run.kernel = \"volterra\" for dampers, drag, gyroscopic terms and cross-coupled bearings"
+    )]
+    Coupled,
+    /// A mode has two real eigenvalues.
+    #[error("tables take no overdamped mode; set run.kernel = \"volterra\"")]
+    Overdamped,
     /// Kept tables are not those of this model.
     #[error(
         "the kept tables have no array `{name}` that fits this model; remove them \

@@ -17,7 +17,8 @@ mod cubic;
 mod rotation;
 
 use super::events::Changes;
-use super::{ClosedContact, Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use super::observer::ShownContacts;
+use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use crate::model::{
     Contact, MOST_CONTACTS, MeshGain, Model, Segment, TrajectoryState, equal_parts,
 };
@@ -358,19 +359,19 @@ impl Stepping {
         turned: &[[f64; 2]],
     ) {
         let active = trajectory.contact;
-        match active.only() {
-            Some(contact) => self.push(trajectory, tangents, j, contact, &mesh[contact], self.step),
-            None => {
-                let closed = active.iter().collect::<Vec<_>>();
-                for &contact in closed.iter().chain(closed.iter().rev()) {
-                    let mut mesh = mesh[contact];
-                    let direction = self.direction(contact, trajectory.cycle, j);
-                    // What the others have done to the rate since.
-                    let at = self.within_base(trajectory.cycle) * (2 * self.steps + 1) + 2 * j + 1;
-                    let [_, error_rate] = self.transmission_error[direction.line][at];
-                    mesh.rate = dot(&direction.rate, &trajectory.state) - error_rate;
-                    self.push(trajectory, tangents, j, contact, &mesh, 0.5 * self.step);
-                }
+        if let Some(contact) = active.only() {
+            self.push(trajectory, tangents, j, contact, &mesh[contact], self.step);
+        } else {
+            let back = (0..self.contacts.len()).rev();
+            let back = back.filter(|&contact| active.holds(contact));
+            for contact in active.iter().chain(back) {
+                let mut mesh = mesh[contact];
+                let direction = self.direction(contact, trajectory.cycle, j);
+                // What the others have done to the rate since.
+                let at = self.within_base(trajectory.cycle) * (2 * self.steps + 1) + 2 * j + 1;
+                let [_, error_rate] = self.transmission_error[direction.line][at];
+                mesh.rate = dot(&direction.rate, &trajectory.state) - error_rate;
+                self.push(trajectory, tangents, j, contact, &mesh, 0.5 * self.step);
             }
         }
         for (ripple, start) in self.ripple.iter().zip(turned) {
@@ -422,7 +423,7 @@ impl Stepping {
         trajectory: &TrajectoryState,
         j: usize,
         [left, right]: [&MeshStates; 2],
-        start: &[f64],
+        (start, segments): (&[f64], &mut [Segment]),
         observer: &mut O,
     ) {
         let active = trajectory.contact;
@@ -430,55 +431,39 @@ impl Stepping {
             let motion = [left, right].map(|mesh| [mesh[contact].deflection, mesh[contact].rate]);
             hermite(motion[0], motion[1], self.step)
         };
-        let mut sum = [0.0; 4];
-        let series: Vec<_> = (active.iter())
-            .map(|contact| {
-                let side = self.contacts[contact].contact.side;
-                let segment = self.segment(contact, trajectory.cycle, j);
-                let stiffness = self.middle(contact, trajectory.cycle, j).stiffness;
-                let deflection = cubic(contact);
-                let rate = derivative(deflection, self.step);
-                let gap = hermite(left[contact].gap, right[contact].gap, self.step);
-                let opening = derivative(gap, self.step);
-                let mut force = [0.0; 4];
-                for i in 0..4 {
-                    force[i] = stiffness * (deflection[i] - side * gap[i])
-                        + segment.damping * (rate[i] - side * opening[i]);
-                }
-                (contact, deflection, force)
-            })
-            .collect();
-        let closed: Vec<_> = (series.iter())
-            .map(|(contact, deflection, force)| ClosedContact {
-                contact: *contact,
-                deflection,
-                force,
-            })
-            .collect();
-        for (_, _, force) in series
-            .iter()
-            .filter(|(contact, ..)| Model::of_mesh(*contact))
-        {
-            for (sum, f) in sum.iter_mut().zip(force) {
-                *sum += f;
+        let mut shown = ShownContacts::<4, MOST_CONTACTS>::new(cubic(0));
+        for contact in active.iter() {
+            let side = self.contacts[contact].contact.side;
+            let segment = self.segment(contact, trajectory.cycle, j);
+            let stiffness = self.middle(contact, trajectory.cycle, j).stiffness;
+            let deflection = cubic(contact);
+            let rate = derivative(deflection, self.step);
+            let gap = hermite(left[contact].gap, right[contact].gap, self.step);
+            let opening = derivative(gap, self.step);
+            let mut force = [0.0; 4];
+            for i in 0..4 {
+                force[i] = stiffness * (deflection[i] - side * gap[i])
+                    + segment.damping * (rate[i] - side * opening[i]);
             }
+            shown.push(contact, deflection, force);
         }
-        let segments: Vec<_> = (0..self.contacts.len())
-            .map(|contact| *self.segment(contact, trajectory.cycle, j))
-            .collect();
+        for (contact, segment) in segments.iter_mut().enumerate() {
+            *segment = *self.segment(contact, trajectory.cycle, j);
+        }
         let (first, second) = start.split_at(start.len() / 2);
-        observer.window(&Window {
-            cycle: trajectory.cycle,
-            start: left[0].time,
-            duration: self.step,
-            segments: &segments,
-            contact: active,
-            deflection: &cubic(0),
-            force: &sum,
-            closed: &closed,
-            first,
-            second,
-        });
+        shown.show(
+            &Window {
+                cycle: trajectory.cycle,
+                start: left[0].time,
+                duration: self.step,
+                segments,
+                contact: active,
+                first,
+                second,
+                ..Window::default()
+            },
+            observer,
+        );
     }
 }
 
@@ -518,6 +503,8 @@ fn middles(
 pub struct SteppingWorkspace {
     /// State at the start of the step that is shown to an observer.
     start: Vec<f64>,
+    /// The segment of every contact, as the observer is shown it.
+    segments: Vec<Segment>,
     /// Cosine and sine of every ripple's phase at the start of the cycle.
     turned: Vec<[f64; 2]>,
 }
@@ -530,6 +517,9 @@ impl Kernel for Stepping {
     fn workspace(&self) -> SteppingWorkspace {
         SteppingWorkspace {
             start: vec![0.0; self.directions[0].deflection.len()],
+            segments: (0..self.contacts.len())
+                .map(|contact| *self.segment(contact, 0, 0))
+                .collect(),
             turned: vec![[0.0; 2]; self.ripple.len()],
         }
     }
@@ -600,7 +590,8 @@ impl Kernel for Stepping {
             }
             if O::WINDOWS {
                 let right = self.mesh_states(&trajectory.state, cycle, j, 2 * j + 2);
-                self.show(trajectory, j, [&left, &right], &workspace.start, observer);
+                let shown = (&workspace.start[..], &mut workspace.segments[..]);
+                self.show(trajectory, j, [&left, &right], shown, observer);
                 left = right;
             }
             last = mesh;

@@ -68,25 +68,39 @@ impl Rotation {
 /// `exp(A t)` and the response to the block's constant input.
 fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
     let mu = block.growth();
-    // A model has no overdamped block; what round-off makes of a critically damped one
-    // is the limit ν = 0.
-    let nu = block.damped_frequency().unwrap_or(0.0);
     let m = block.traceless();
-    let (sin, cos) = (nu * t).sin_cos();
-    let sinc = if nu == 0.0 { t } else { sin / nu };
+    // M² = −ν² I, or σ² I of an overdamped block.
+    let (cos, sinc, square_of_m) = match block.spread() {
+        Some(sigma) => {
+            let (sinh, cosh) = ((sigma * t).sinh(), (sigma * t).cosh());
+            (cosh, sinh / sigma, sigma * sigma)
+        }
+        None => {
+            let nu = block.damped_frequency().unwrap_or(0.0);
+            let (sin, cos) = (nu * t).sin_cos();
+            (cos, if nu == 0.0 { t } else { sin / nu }, -nu * nu)
+        }
+    };
     let grown = (mu * t).exp();
     let flow = [
         [grown * (cos + sinc * m[0][0]), grown * sinc * m[0][1]],
         [grown * sinc * m[1][0], grown * (cos + sinc * m[1][1])],
     ];
 
-    let square = mu * mu + nu * nu;
-    let (even, odd) = if square * t * t < 1.0 {
-        integrals_by_series(mu, nu, t)
+    let square = mu * mu - square_of_m;
+    let size = mu * mu + square_of_m.abs();
+    let (even, odd) = if size * t * t < 1.0 {
+        integrals_by_series(mu, square_of_m, t)
+    } else if square.abs() * t * t < 1.0 {
+        // One of two real eigenvalues is next to zero.
+        let sigma = square_of_m.max(0.0).sqrt();
+        let integral = |rate: f64| if rate == 0.0 { t } else { (rate * t).exp_m1() / rate };
+        let [fast, slow] = [integral(mu + sigma), integral(mu - sigma)];
+        (0.5 * (fast + slow), 0.5 * (fast - slow) / sigma)
     } else {
         let fall = 1.0 - grown * cos;
         (
-            (grown * nu * sin - mu * fall) / square,
+            (-grown * square_of_m * sinc - mu * fall) / square,
             (fall + mu * grown * sinc) / square,
         )
     };
@@ -100,15 +114,15 @@ fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
 }
 
 /// The integrals C and S for `|A| t < 1`, where the closed form cancels: the terms of
-/// `Σ Aᵏ tᵏ⁺¹/(k+1)!` with `Aᵏ = α I + β M`, M² = −ν² I.
-fn integrals_by_series(mu: f64, nu: f64, t: f64) -> (f64, f64) {
+/// `Σ Aᵏ tᵏ⁺¹/(k+1)!` with `Aᵏ = α I + β M`, M² = `square` I.
+fn integrals_by_series(mu: f64, square: f64, t: f64) -> (f64, f64) {
     let (mut alpha, mut beta) = (t, 0.0);
     let (mut even, mut odd) = (alpha, beta);
     // 1/20! is far below the last place.
     for k in 1..20 {
         let scale = t / f64::from(k + 1);
         (alpha, beta) = (
-            scale * (mu * alpha - nu * nu * beta),
+            scale * (mu * alpha + square * beta),
             scale * (alpha + mu * beta),
         );
         even += alpha;
@@ -151,6 +165,11 @@ mod tests {
             Block::mode(3.0, 0.2, -2.0),
             Block::mode(1e-6, 0.1, 1.0),
             Block::mode(2.0, 1.0, 1.0),
+            Block::mode(2.0, 1.7, 1.0),
+            Block {
+                generator: [[0.0, 1.0], [0.0, -4.0]],
+                ..Block::mode(0.0, 0.0, -0.6)
+            },
             general,
         ];
         let n = blocks.len();

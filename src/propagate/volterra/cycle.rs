@@ -22,6 +22,9 @@ use crate::numerics::legendre;
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
 
+/// Times closer than this part of a mesh period are one.
+const SAME_TIME: f64 = 1e-12;
+
 /// Where a window starts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Position {
@@ -360,7 +363,8 @@ impl Volterra<'_> {
                 Track::Course(course, stretch) if active.holds(index) => {
                     cycle.segments[course.grid.segment_of_stretch[stretch]]
                 }
-                Track::Course(..) => *cycle.segment_at(position.time),
+                // A time on a boundary is known to rounding.
+                Track::Course(..) => *cycle.segment_at(position.time + SAME_TIME * cycle.period),
             };
         }
     }
@@ -464,7 +468,7 @@ impl Volterra<'_> {
     /// Applies the saltation matrix of an event to all tangents.
     fn salt(&self, event: &Event, workspace: &mut Workspace) {
         let cycle = self.model.contacts[event.contact].cycle(event.cycle);
-        let segment = cycle.segment_at(event.time);
+        let segment = cycle.segment_at(event.time + SAME_TIME * cycle.period);
         let damping = if event.closes() {
             segment.damping
         } else {

@@ -12,7 +12,7 @@ pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
 /// Upper bound of the rates \[1/s\] in any contact state and of the excitation: with the
 /// spring closed an eigenvalue moves by at most the norm of what is added.
 pub fn fastest_rate(model: &Model) -> f64 {
-    let frequencies = model.blocks.iter().map(Block::natural_frequency);
+    let frequencies = model.blocks.iter().map(Block::fastest);
     let open = frequencies.fold(0.0, f64::max);
     let (mut stiffening, mut damping) = (0.0_f64, 0.0_f64);
     for direction in &model.directions {

@@ -7,16 +7,14 @@ use super::partial::Cut;
 use super::shapes::{Lack, Series, TERMS};
 use super::tables::lack;
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, Model};
+use crate::model::{ActiveSet, MOST_CONTACTS};
 use crate::numerics::legendre;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
-use crate::propagate::{ClosedContact, Counters, Observer, Window};
+use crate::propagate::observer::ShownContacts;
+use crate::propagate::{Counters, Observer, Window};
 
 /// Most contacts on one line that are looked at together.
 const MOST_GUARDS: usize = 4;
-
-/// Most closed contacts that an observer is shown.
-const MOST_SHOWN: usize = 8;
 
 /// How a contact meets its surface.
 pub(super) struct Met {
@@ -161,54 +159,54 @@ impl Volterra<'_> {
         workspace: &Workspace,
         observer: &mut O,
     ) {
+        // Room for many is not made where it is not needed.
+        match active.count() <= 2 {
+            true => self.show_few::<O, 2>(position, track, active, duration, cut, workspace, observer),
+            false => self.show_few::<O, MOST_CONTACTS>(
+                position, track, active, duration, cut, workspace, observer,
+            ),
+        }
+    }
+
+    /// As [`Self::show`], with at most M contacts closed.
+    fn show_few<O: Observer, const M: usize>(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        duration: f64,
+        cut: Option<&Cut>,
+        workspace: &Workspace,
+        observer: &mut O,
+    ) {
         let seen = |series: &Series| match cut {
             Some(cut) => self.cut_series(cut, series),
             None => *series,
         };
         let along = |contact: usize| seen(&workspace.solutions[track.place_of(contact)].deflection);
-        let mesh = along(0);
-        let mut series = [[[0.0; TERMS]; 2]; MOST_SHOWN];
-        let mut sum = [0.0; TERMS];
+        let mut shown = ShownContacts::<TERMS, M>::new(along(0));
         let columns = workspace.tangents() + 1;
-        for (index, (contact, series)) in active.iter().zip(&mut series).enumerate() {
+        for (index, contact) in active.iter().enumerate() {
             let force = match track {
                 Track::Course(..) => &workspace.forces[0].0,
                 Track::Joint(_) => &workspace.joint.forces[index * columns].0,
             };
-            *series = [along(contact), seen(force)];
-            if Model::of_mesh(contact) {
-                for (sum, f) in sum.iter_mut().zip(&series[1]) {
-                    *sum += f;
-                }
-            }
-        }
-        let none = ClosedContact {
-            contact: 0,
-            deflection: &[],
-            force: &[],
-        };
-        let mut closed = [none; MOST_SHOWN];
-        for ((contact, [deflection, force]), closed) in active.iter().zip(&series).zip(&mut closed)
-        {
-            *closed = ClosedContact {
-                contact,
-                deflection,
-                force,
-            };
+            shown.push(contact, along(contact), seen(force));
         }
         let [first, second] = workspace.components(self.model.modes());
-        observer.window(&Window {
-            cycle: position.cycle,
-            start: position.time,
-            duration,
-            segments: &workspace.segments,
-            contact: active,
-            deflection: &mesh,
-            force: &sum,
-            closed: &closed[..active.count().min(MOST_SHOWN)],
-            first,
-            second,
-        });
+        shown.show(
+            &Window {
+                cycle: position.cycle,
+                start: position.time,
+                duration,
+                segments: &workspace.segments,
+                contact: active,
+                first,
+                second,
+                ..Window::default()
+            },
+            observer,
+        );
     }
 }
 

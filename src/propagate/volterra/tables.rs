@@ -333,7 +333,8 @@ fn can_join(model: &Model) -> bool {
     (contacts.iter().enumerate()).any(|(i, contact)| {
         contacts[..i].iter().any(|other| {
             let [own, others] = [contact, other].map(lines);
-            contact.side == other.side || own.len() > 1 || own != others
+            let one_line = contact.cycles == other.cycles || (own.len() == 1 && own == others);
+            contact.side == other.side || !one_line
         })
     })
 }

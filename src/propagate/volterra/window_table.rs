@@ -7,7 +7,7 @@ use super::shapes::{LANES, Layout, Row, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::convolution24;
-use crate::numerics::exponential::{RIGID_PHASE, legendre_series};
+use crate::numerics::exponential::legendre_series;
 use num_complex::{Complex64, c64};
 
 /// Terms of the series of response kernels; the convolution table's first size.
@@ -268,12 +268,6 @@ fn moment(n: usize, delta: f64) -> f64 {
     sign * delta / (2 * n + 1) as f64
 }
 
-/// μ + iν of a block; a rigid rotation gets the ν of [`RIGID_PHASE`].
-fn eigenvalue(block: &Block, delta: f64) -> Complex64 {
-    let nu = block.damped_frequency().unwrap_or(0.0);
-    c64(block.growth(), nu.max(RIGID_PHASE / delta))
-}
-
 /// Legendre series of one block's `e^{At}` on a window.
 pub struct BlockExponential {
     cosine: [f64; KERNEL_TERMS],
@@ -285,13 +279,12 @@ pub struct BlockExponential {
 impl BlockExponential {
     /// The series on a window of length `delta` \[s\].
     pub fn new(block: &Block, delta: f64) -> Self {
-        let lambda = eigenvalue(block, delta);
         let mut series = [Complex64::ZERO; KERNEL_TERMS];
-        let end = legendre_series(lambda, delta, &mut series);
+        let end = block.exponential(delta, &mut series);
         Self {
             cosine: series.map(|c| c.re),
-            sine: series.map(|c| c.im / lambda.im),
-            end: [end.re, end.im / lambda.im],
+            sine: series.map(|c| c.im),
+            end,
             traceless: block.traceless(),
         }
     }

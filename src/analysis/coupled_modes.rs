@@ -1,0 +1,140 @@
+//! What does the energy balance of a structure with coupled modes consist of?
+//!
+//! Its blocks are no modes; displacements q and velocities v of the modes follow from them by the
+//! model's basis. With all damping D, gyroscopic terms included, and the symmetric and skew parts
+//! K and K_a of all stiffness,
+//!
+//! ```text
+//! stored: ½ (v·v + q·K q)      works: ∫ f·v dt,  −∫ v·D v dt,  −∫ v·K_a q dt,  −∫ F (g − w)·v dt
+//! ```
+
+use super::energy::integral;
+use super::modal_series::{ModalSeries, Series, TERMS, padded};
+use crate::model::{Coupled, Model};
+use crate::numerics::legendre::at_start;
+use crate::propagate::Window;
+
+/// The coupled modes of a model.
+#[derive(Debug, Clone)]
+pub(super) struct CoupledModes<'m> {
+    model: &'m Model,
+    coupled: &'m Coupled,
+    /// Mean load on every mode.
+    load: Vec<f64>,
+    /// Inputs of every torque ripple.
+    ripples: Vec<Vec<f64>>,
+}
+
+impl<'m> CoupledModes<'m> {
+    /// Those of a model; none where damping is modal.
+    pub fn of(model: &'m Model) -> Option<Self> {
+        let n = model.modes();
+        let coupled = model.basis.coupled()?;
+        let [_, _, load] = model.in_modes(&model.first_cycle().segments[0]);
+        let ripples = (model.ripple.iter())
+            .map(|ripple| {
+                let first = ripple.input.iter().map(|input| input[0]);
+                let second = ripple.input.iter().map(|input| input[1]);
+                let state: Vec<f64> = first.chain(second).collect();
+                model.basis.turned_modes(&state).split_off(n)
+            })
+            .collect();
+        Some(Self {
+            model,
+            coupled,
+            load,
+            ripples,
+        })
+    }
+
+    /// Symmetric (`sign` +1) or skew (−1) part of the stiffness.
+    fn stiffness(&self, i: usize, j: usize, sign: f64) -> f64 {
+        let n = self.load.len();
+        let k = &self.coupled.stiffness;
+        0.5 * (k[i * n + j] + sign * k[j * n + i])
+    }
+
+    /// Energy stored in the structure \[J\].
+    pub fn stored(&self, first: &[f64], second: &[f64]) -> f64 {
+        let n = first.len();
+        let modes = self.model.basis.turned_modes(&[first, second].concat());
+        let (q, v) = modes.split_at(n);
+        let mut energy = 0.0;
+        for i in 0..n {
+            energy += 0.5 * v[i] * v[i];
+            for j in 0..n {
+                energy += 0.5 * q[i] * self.stiffness(i, j, 1.0) * q[j];
+            }
+        }
+        energy
+    }
+
+    /// Energies whose round-off the balance is made of, at the start of a window whose mesh phase is
+    /// given.
+    pub fn magnitude(&self, window: &Window<'_>, phase: f64) -> f64 {
+        let n = self.load.len();
+        let modes = self.model.basis.turned_modes(&[window.first, window.second].concat());
+        let (q, _) = modes.split_at(n);
+        let mut sum = self.stored(window.first, window.second).abs();
+        sum += q.iter().zip(&self.load).map(|(q, f)| (q * f).abs()).sum::<f64>();
+        for closed in window.closed {
+            let segment = &window.segments[closed.contact];
+            let contact = &self.model.contacts[closed.contact];
+            let [w, ..] = self.model.in_modes(segment);
+            let deflection = at_start(&padded(closed.deflection));
+            let room = w.iter().zip(q).map(|(w, q)| (w * q).abs()).sum::<f64>()
+                + self.model.half_gap
+                + deflection.abs();
+            let stretch = (deflection - contact.side * contact.half_gap).abs();
+            sum += segment.stiffness_at(phase) * (stretch + f64::EPSILON * room) * room;
+        }
+        sum
+    }
+
+    /// Works of torques, friction, damping and skew stiffness over a window.
+    pub fn works(&self, window: &Window<'_>, series: &ModalSeries<'_>) -> Vec<f64> {
+        let (n, tau) = (self.load.len(), window.duration);
+        let components: Vec<Series> = (0..2 * n)
+            .map(|column| series.component(column % n, column / n))
+            .collect();
+        let rows: Vec<Series> = (0..2 * n)
+            .map(|row| {
+                let mut sum = [0.0; TERMS];
+                let entries = &self.coupled.to_modes[2 * n * row..][..2 * n];
+                for (entry, component) in entries.iter().zip(&components) {
+                    for (sum, c) in sum.iter_mut().zip(component) {
+                        *sum += entry * c;
+                    }
+                }
+                sum
+            })
+            .collect();
+        let (q, v) = rows.split_at(n);
+        let (mut torque, mut damping, mut skew) = (0.0, 0.0, 0.0);
+        for i in 0..n {
+            torque += self.load[i] * tau * v[i][0];
+            for (input, course) in self.ripples.iter().zip(series.ripples()) {
+                torque += input[i] * integral(course, &v[i], tau);
+            }
+            for j in 0..n {
+                let d = self.coupled.damping[i * n + j];
+                if d != 0.0 {
+                    damping -= d * integral(&v[i], &v[j], tau);
+                }
+                let k = self.stiffness(i, j, -1.0);
+                if k != 0.0 {
+                    skew -= k * integral(&v[i], &q[j], tau);
+                }
+            }
+        }
+        let mut works = vec![torque, damping, skew];
+        for closed in window.closed {
+            let [w, g, _] = self.model.in_modes(&window.segments[closed.contact]);
+            let force = padded(closed.force);
+            works.extend((0..n).filter(|&i| g[i] != w[i]).map(|i| {
+                -(g[i] - w[i]) * integral(&force, &v[i], tau)
+            }));
+        }
+        works
+    }
+}

@@ -1,0 +1,144 @@
+//! From one component of coupled modes to its blocks.
+
+use super::components::named;
+use super::improvement::{compensated, improve, standardise};
+use super::planes::plane_bases;
+use super::{ACCURACY, Block, CONDITION_BOUND, DecouplingError, Direction};
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+
+/// Frequencies that turn displacements into velocities.
+///
+/// With the modes' own frequencies the squared length of the scaled state is twice the energy, in
+/// which a conservative structure, gyroscopic or not, has orthogonal eigenvectors. Rigid modes take
+/// the rate of their drag, and cross stiffness raises the scale of a mode that it stiffens.
+pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]) -> Vec<f64> {
+    let own = |i: usize| frequency[i].max(coupling[1][(i, i)].abs().sqrt());
+    let largest = |i: usize, only_rigid: bool| {
+        let others = part.iter().filter(|j| !only_rigid || frequency[**j] == 0.0);
+        others
+            .map(|j| coupling[0][(i, *j)].abs().max(coupling[0][(*j, i)].abs()))
+            .fold(0.0, f64::max)
+    };
+    let scale = |i: usize| {
+        let cross = part.iter().filter(|j| **j != i).map(|j| {
+            let s = coupling[1][(i, *j)].abs().max(coupling[1][(*j, i)].abs());
+            if own(*j) > 0.0 {
+                s.sqrt().min(s / own(*j))
+            } else {
+                s.sqrt()
+            }
+        });
+        let scale = cross.fold(own(i), f64::max);
+        if frequency[i] > 0.0 {
+            return scale;
+        }
+        let drag = largest(i, true);
+        scale.max(if drag > 0.0 { drag } else { largest(i, false) })
+    };
+    // A rigid mode that nothing holds has no scale of its own, and any positive one serves.
+    part.iter()
+        .map(|i| Some(scale(*i)).filter(|s| *s > 0.0).unwrap_or(1.0))
+        .collect()
+}
+
+pub(super) type Decomposition = (Vec<Block>, Mat<f64>, (f64, f64));
+
+/// Blocks of one component in the scaled state, the inverse of their columns (two rows for each
+/// block), and the extreme singular values of the columns.
+pub(super) fn decompose(
+    part: &[usize],
+    frequency: &[f64],
+    coupling: &[Mat<f64>; 2],
+    kind: &[Direction],
+    scale: &[f64],
+) -> Result<Decomposition, DecouplingError> {
+    let m = part.len();
+    let a = Mat::from_fn(2 * m, 2 * m, |row, column| match (row < m, column < m) {
+        (true, true) => 0.0,
+        (true, false) => {
+            if column == m + row {
+                scale[row]
+            } else {
+                0.0
+            }
+        }
+        (false, false) => 0.0 - coupling[0][(part[row - m], part[column - m])],
+        (false, true) => {
+            let (i, j) = (row - m, column);
+            let elastic = if i == j {
+                frequency[part[i]] * (frequency[part[i]] / scale[i])
+            } else {
+                0.0
+            };
+            0.0 - (elastic + coupling[1][(part[i], part[j])] / scale[j])
+        }
+    });
+    let failed = || DecouplingError::NoConvergence(named(part));
+    let mut blocks =
+        plane_bases(&a, &part.iter().map(|i| kind[*i]).collect::<Vec<_>>()).ok_or_else(failed)?;
+    let residual = improve(&a, &mut blocks);
+    for block in &mut blocks {
+        standardise(block);
+    }
+    let key = |b: &Block| {
+        (b.generator[0][0] * b.generator[1][1] - b.generator[0][1] * b.generator[1][0]).abs()
+    };
+    blocks.sort_by(|x, y| key(x).total_cmp(&key(y)));
+    let t = columns(&blocks);
+    if t.norm_max().is_nan() || t.norm_max().is_infinite() {
+        return Err(DecouplingError::NearlyDefective {
+            modes: named(part),
+            condition: f64::INFINITY,
+        });
+    }
+    let svd = t.thin_svd().map_err(|_| failed())?;
+    let (largest, smallest) = (
+        svd.S().column_vector()[0],
+        svd.S().column_vector()[2 * m - 1],
+    );
+    // A ratio that is not a number is refused as well.
+    let sound = smallest * CONDITION_BOUND > largest;
+    if !sound {
+        // The last right singular vector holds the combination of columns that nearly vanishes.
+        let weight = |i: usize| -> f64 {
+            let share = |c: usize| {
+                svd.V()[(c, 2 * m - 1)].powi(2) * (t[(i, c)].powi(2) + t[(m + i, c)].powi(2))
+            };
+            (0..2 * m).map(share).sum()
+        };
+        let mut order: Vec<(f64, usize)> = (0..m).map(|i| (weight(i), part[i] + 1)).collect();
+        order.sort_by(|x, y| y.0.total_cmp(&x.0));
+        let modes = order
+            .iter()
+            .filter(|o| o.0 >= 0.05 * order[0].0)
+            .map(|o| o.1)
+            .collect();
+        return Err(DecouplingError::NearlyDefective {
+            modes,
+            condition: largest / smallest,
+        });
+    }
+    if residual > ACCURACY * a.norm_l2() {
+        return Err(failed());
+    }
+    let mut inverse = t.partial_piv_lu().inverse();
+    // One step of Newton's method with a compensated residual recovers the last digits.
+    let defect = Mat::from_fn(2 * m, 2 * m, |i, j| {
+        let own = if i == j { 1.0 } else { 0.0 };
+        compensated(
+            (0..2 * m)
+                .map(|k| (-inverse[(i, k)], t[(k, j)]))
+                .chain([(own, 1.0)]),
+        )
+    });
+    inverse = &inverse + &defect * &inverse;
+    Ok((blocks, inverse, (largest, smallest)))
+}
+
+pub(super) fn columns(blocks: &[Block]) -> Mat<f64> {
+    Mat::from_fn(2 * blocks.len(), 2 * blocks.len(), |i, c| {
+        blocks[c / 2].columns[c % 2][i]
+    })
+}
+
