@@ -47,9 +47,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Derivative of `mesh_coast` by the place of the load across the face. Only with `mesh_coast`."),
     quantity("mesh_tilt_coast.*", ParticipationByLength, ANY, "0.17"),
     key("friction_coast", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.0, 0.0, -0.1]").otherwise("0")
-        .about("Modal force of a unit friction force on the coast flanks at the pitch point, of such a sign that \
-                friction on them, which goes with the mesh force F < 0, is F times it where the pinion slides away \
-                from the pinion's axis towards that of the wheel. Only with `mesh_coast`."),
+        .about("Modal force of a unit friction force on the coast flanks at the pitch point: along (-cos alpha, \
+                -sin alpha) on the pinion, back towards its axis, and the other way on the wheel; `friction` is \
+                along (cos alpha, -sin alpha) on the pinion. Only with `mesh_coast`."),
     quantity("friction_coast.*", Participation, ANY, "-0.1"),
     key("friction_lever_coast", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[0.0, 0.0, 0.0]").otherwise("0")
         .about("Derivative of `friction_coast` by the distance from the pitch point along the line of action of the \
