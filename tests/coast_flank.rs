@@ -111,7 +111,8 @@ fn powers(model: &Model, contact: usize, velocity: &[f64]) -> (f64, f64) {
     let contact = &model.contacts[contact];
     let gains = model.gains(&contact.cycles[0].segments[0]);
     let (mut rate, mut friction) = (0.0, 0.0);
-    for (gain, v) in gains.iter().zip(model.basis.turn(velocity)) {
+    let state = model.basis.state(&vec![0.0; velocity.len()], velocity);
+    for (gain, v) in gains.iter().zip(&state[velocity.len()..]) {
         rate += gain.deflection[0] * v;
         // The force acts along −g; F has the sign of the side.
         friction -= contact.side * (gain.mesh_input[1] - gain.deflection[0]) * v;
@@ -160,8 +161,7 @@ proptest! {
         let model = Model::new(&structure, &drive(mesh, Some(coast)), POINT).unwrap();
         let sin = gears().operating_pressure_angle().unwrap().sin();
         let nearer = modal(&structure, [0.3 * dx, 0.0, -0.7 * dx, 0.0, 0.0, 0.0]);
-        let displaced = model.basis.turn(&nearer);
-        let state = [displaced, vec![0.0; 6]].concat();
+        let state = model.basis.state(&nearer, &[0.0; 6]);
         for contact in &model.contacts {
             let segment = &contact.cycles[0].segments[0];
             let (deflection, _) = model.deflection_on(segment, 0, &state, 0.0);
