@@ -248,7 +248,11 @@ fn segments_converge_to_the_relieved_course() {
 #[test]
 fn kernels_of_tables_want_a_choice() {
     let parts = common::parts();
-    let with_error = model(&parts, &job(&[]), 0.1, 1200.0);
+    let one_line = (
+        "contact_damping =",
+        "coast_flank = \"same_line\"\ncontact_damping =",
+    );
+    let with_error = model(&parts, &job(&[one_line]), 0.1, 1200.0);
     let refused = Dyadic::new(&with_error, 60, 1000)
         .err()
         .unwrap()

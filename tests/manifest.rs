@@ -4,10 +4,10 @@
 
 use atlas::gear::{BasicRack, Material, Relief, ToothForm};
 use atlas::manifest::{
-    self, DampingSpec, DiagnosticKind, Job, ManifestErrors, PointSpec, StiffnessSpec,
+    self, CoastSpec, DampingSpec, DiagnosticKind, Job, ManifestErrors, PointSpec, StiffnessSpec,
     StructureSource,
 };
-use atlas::model::{DriveShaft, InitialState};
+use atlas::model::{DriveShaft, InitialState, MeshHarmonic};
 use atlas::propagate::KernelChoice;
 use std::path::Path;
 use std::sync::Arc;
@@ -1020,4 +1020,67 @@ fn a_half_gap_has_the_size_of_a_half_gap() {
     let job = manifest::parse(text, "one.toml", folder.path());
     let job = job.unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(job.points.at(0).mesh.half_gap, 1.0);
+}
+
+/// The coast flanks of a job's first point.
+fn coast(text: &str) -> CoastSpec {
+    job(text).points.at(0).mesh.coast
+}
+
+#[test]
+fn coast_flanks_have_their_own_line_unless_nothing_says_which() {
+    // Half a pinion's tooth behind its drive flank at the pitch point.
+    let drawn = shipped("flex80.toml").points.at(0);
+    let symmetry = drawn.model.source.gears().unwrap().symmetry().unwrap();
+    assert_eq!(drawn.mesh.coast, CoastSpec::Mirrored { symmetry });
+    // 20 and 30 teeth, 20°: tips at 44 and 64 mm, base pitch 11.809 mm.
+    let approach = (64f64.powi(2) - (60.0 * 20f64.to_radians().cos()).powi(2)).sqrt()
+        - 60.0 * 20f64.to_radians().sin();
+    let base_pitch = 4.0 * std::f64::consts::PI * 20f64.to_radians().cos();
+    let by_hand = (approach / base_pitch + 0.25).rem_euclid(0.5);
+    assert!((symmetry - by_hand).abs() < 1e-14, "{symmetry} {by_hand}");
+
+    let flex80 = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/flex80.toml"),
+    )
+    .unwrap();
+    let keyed = |keys: &str| coast(&with(&flex80, "[mesh]", &format!("[mesh]\n{keys}\n#")));
+    assert_eq!(keyed("coast_flank = \"same_line\""), CoastSpec::SameLine);
+    let given = keyed("coast_symmetry = 0.3");
+    assert_eq!(given, CoastSpec::Mirrored { symmetry: 0.3 });
+
+    // A modal file without their participations has one line, one with them two.
+    assert_eq!(coast(MODAL), CoastSpec::SameLine);
+    let known = with(MODAL, "oscillator", "coast");
+    assert_eq!(coast(&known), CoastSpec::Mirrored { symmetry: 0.0 });
+    let levels = "stiffness = \"continuous\"\ncontact_ratio = 1.6\nsingle_pair_drop = 0.25";
+    let CoastSpec::Mirrored { symmetry } = coast(&with(&known, "stiffness = \"constant\"", levels))
+    else {
+        panic!("one line");
+    };
+    assert!((symmetry - 0.05).abs() < 1e-15, "{symmetry}");
+    let StructureSource::Modal(structure) = job(&known).points.at(0).model.source else {
+        panic!("no modal file");
+    };
+    let flank = structure.coast.clone().unwrap();
+    assert_eq!(flank.mesh, [0.52, -0.43, 0.12]);
+    assert_eq!(flank.friction, [0.0, 0.0, -0.1]);
+    assert_eq!((&flank.tilt, &flank.lever), (&vec![0.0; 3], &vec![0.0; 3]));
+}
+
+#[test]
+fn coast_flanks_may_have_an_error_of_their_own() {
+    let text = with(MODAL, "oscillator", "coast");
+    let own = with(
+        &text,
+        "[excitation]",
+        "[excitation]\ncoast_transmission_error = [{ harmonic = 2, amplitude = \"3 um\" }]",
+    );
+    let of = |text: &str| {
+        let excitation = job(text).points.at(0).excitation;
+        excitation.coast_transmission_error.clone()
+    };
+    assert_eq!(of(&text), None);
+    assert_eq!(of(&own), Some(vec![MeshHarmonic::new(2, 3e-6, 0.0)]));
+    assert_ne!(job(&text).hash, job(&own).hash);
 }

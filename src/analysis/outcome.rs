@@ -2,6 +2,7 @@
 //! files hold.
 
 use super::called_off::CalledOff;
+use crate::model::Flanks;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
 
@@ -174,8 +175,9 @@ pub struct NvhOutcome {
     pub bearing_mean: Vec<f64>,
     /// Root mean square about the mean \[N\].
     pub bearing_rms: Vec<f64>,
-    /// Fraction of time in drive contact, free flight, coast contact.
-    pub fractions: [f64; 3],
+    /// Fraction of time in drive contact alone, free flight, coast contact alone, and contact on both
+    /// flanks.
+    pub fractions: [f64; Flanks::COUNT],
     /// Standard errors; none for a motion that repeats and for short records.
     pub stderr: Option<NvhErrors>,
 }
@@ -212,7 +214,7 @@ pub struct NvhErrors {
     pub contact_median: f64,
     pub bearing_mean: Vec<f64>,
     pub bearing_rms: Vec<f64>,
-    pub fractions: [f64; 3],
+    pub fractions: [f64; Flanks::COUNT],
 }
 
 /// One line of an amplitude spectrum.

@@ -5,8 +5,8 @@ use super::{BAD_INPUT, answer, fail, portable};
 use crate::analysis::{GrowthNorm, Section};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    self, Carried, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
-    StiffnessSpec,
+    self, Carried, CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec,
+    PointSpec, StiffnessSpec,
 };
 use crate::propagate::KernelChoice;
 use clap::Args;
@@ -151,6 +151,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         ),
     ));
     lines.push(("mesh".to_owned(), mesh(job)));
+    lines.push(("coast flank".to_owned(), coast(job)));
     let causes: Vec<String> = (excitation::causes(first).into_iter())
         .map(|cause| cause.text)
         .collect();
@@ -225,6 +226,28 @@ fn mesh(job: &Job) -> String {
         stiffness(job),
         dampings.join(", "),
         span(friction.0, friction.1)
+    )
+}
+
+/// `mirrored, a tooth on the line of centres at mesh phase 0.05`, or `on the line of the drive flank`.
+fn coast(job: &Job) -> String {
+    let symmetries = || {
+        (job.points.variants().iter()).filter_map(|variant| match variant.mesh.coast {
+            CoastSpec::Mirrored { symmetry } => Some((symmetry, variant.mesh.stiffness.varies())),
+            CoastSpec::SameLine => None,
+        })
+    };
+    if symmetries().next().is_none() {
+        return "on the line of the drive flank, pushed from behind".to_owned();
+    }
+    let line = "mirrored, on its own line of action";
+    if !symmetries().any(|(_, varies)| varies) {
+        return line.to_owned();
+    }
+    let (low, high) = range(symmetries().map(|(symmetry, _)| symmetry));
+    format!(
+        "{line}; a tooth stands on the line of centres at mesh phase {}",
+        span(low, high)
     )
 }
 
@@ -417,6 +440,10 @@ fn job_json(name: &str, job: &Job) -> Value {
             "chain_length": carried.length,
         })),
         "model": first.as_ref().map(|p| p.model.source.kind()),
+        "coast_flank": first.as_ref().map(|p| match p.mesh.coast {
+            CoastSpec::SameLine => json!({ "line": "same_line" }),
+            CoastSpec::Mirrored { symmetry } => json!({ "line": "mirrored", "symmetry": symmetry }),
+        }),
         "excited_by": first.as_ref().map(|p| {
             let causes = excitation::causes(p).into_iter();
             causes.map(|Cause { value, .. }| value).collect::<Vec<_>>()

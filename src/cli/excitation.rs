@@ -18,14 +18,7 @@ pub struct Cause {
 pub fn causes(point: &PointSpec) -> Vec<Cause> {
     let mut causes: Vec<Cause> = Vec::new();
     let mut push = |text: String, value: Value| causes.push(Cause { text, value });
-    let varies = match &point.mesh.stiffness {
-        StiffnessSpec::Constant(_) => false,
-        StiffnessSpec::Piecewise(values) => values.iter().any(|value| *value != values[0]),
-        StiffnessSpec::Continuous(levels) => levels.divisions().0.len() > 1,
-        StiffnessSpec::Fourier(_, harmonics) => !harmonics.is_empty(),
-        StiffnessSpec::Table(_) => true,
-    };
-    if varies {
+    if point.mesh.stiffness.varies() {
         push(
             "stiffness variation of the mesh".to_owned(),
             json!({ "cause": "stiffness" }),
@@ -57,20 +50,33 @@ pub fn causes(point: &PointSpec) -> Vec<Cause> {
             ),
         }
     }
-    let errors = &point.excitation.transmission_error;
-    if !errors.is_empty() {
+    let imposed = [
+        ("", Some(&point.excitation.transmission_error)),
+        (
+            " of the coast flanks",
+            point.excitation.coast_transmission_error.as_ref(),
+        ),
+    ];
+    for (whose, errors) in imposed {
+        let Some(errors) = errors.filter(|errors| !errors.is_empty()) else {
+            continue;
+        };
         let amplitudes: Vec<f64> = errors.iter().map(|term| term.amplitude).collect();
         let sizes: Vec<String> = (amplitudes.iter())
             .map(|amplitude| format!("{:.3} um", 1e6 * amplitude))
             .collect();
+        let cause = match whose {
+            "" => "transmission_error",
+            _ => "coast_transmission_error",
+        };
         push(
             format!(
-                "{} imposed harmonic{} of transmission error ({})",
+                "{} imposed harmonic{} of transmission error{whose} ({})",
                 errors.len(),
                 if errors.len() == 1 { "" } else { "s" },
                 sizes.join(", ")
             ),
-            json!({ "cause": "transmission_error", "amplitudes": amplitudes }),
+            json!({ "cause": cause, "amplitudes": amplitudes }),
         );
     }
     for ripple in &point.excitation.torque_ripple {

@@ -226,10 +226,12 @@ fn summary(
         ),
     ];
     if let Some(nvh) = &outcome.nvh {
-        let [drive, free, coast] = nvh.fractions.map(|f| 100.0 * f);
+        let [drive, free, coast, both] = nvh.fractions.map(|f| 100.0 * f);
         lines.push((
             "contact",
-            format!("drive {drive:.1} %, free {free:.1} %, coast {coast:.1} % of the time"),
+            format!(
+                "drive {drive:.1} %, free {free:.1} %, coast {coast:.1} %, both {both:.1} % of the time"
+            ),
         ));
         lines.push((
             "force",
@@ -271,6 +273,7 @@ fn summary_json(
         "fraction_drive": nvh.map(|n| n.fractions[0]),
         "fraction_free": nvh.map(|n| n.fractions[1]),
         "fraction_coast": nvh.map(|n| n.fractions[2]),
+        "fraction_both": nvh.map(|n| n.fractions[3]),
         "force_peak": nvh.map(|n| n.force_peak),
         "force_mean": nvh.map(|n| n.force_mean),
         "stop": outcome.stop.map(|stop| stop.to_string()),

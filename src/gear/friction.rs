@@ -10,9 +10,9 @@
 //! w + μ (Λ₀ w_f + Λ₁ w_fl),   Λ₀ = Σ σ p,   Λ₁ = Σ σ p s = −Σ p |s|
 //! ```
 //!
-//! (`friction` and `friction_lever` of the structure; coast flanks, which press with F < 0 and
-//! slide the same way, have the opposite sign). Its power is `−μ F Σ p |v|`: friction
-//! dissipates.
+//! (`friction` and `friction_lever` of the structure). Its power is `−μ F Σ p |v|`: friction
+//! dissipates. On the coast flanks pairs stand at the mirror images of these places, −s, where the
+//! pinion slides the other way: Λ₀ has the opposite sign, Λ₁ the same.
 
 /// What friction does per unit of coefficient and mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]

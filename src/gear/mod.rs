@@ -11,6 +11,7 @@ mod mesh_table;
 mod misalignment;
 mod pair;
 mod sharing;
+mod symmetry;
 mod tooth;
 
 pub use compliance::{PairCompliance, ToothCompliance};
@@ -31,4 +32,5 @@ pub use pair::GearPair;
 pub use sharing::{
     Contact, ContactPair, Face, LoadSharing, MOST_PAIRS, SharedLoad, SharingError, pairs_at,
 };
+pub use symmetry::standard_symmetry;
 pub use tooth::{ProfilePoint, Tooth};

@@ -1,7 +1,7 @@
 //! The gear pair as its drawing gives it.
 
 use super::{GearError, ToothForm, inverse_involute, involute};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 /// Backlash of less than this part of a module, positive or negative, is round-off of a pair
 /// without any.
@@ -133,15 +133,8 @@ impl GearPair {
         let angle = self.operating_pressure_angle()?;
         let radii = self.operating_pitch_radii()?;
         let pitch = 2.0 * PI * radii[0] / f64::from(self.teeth[0]);
-        let thickness = |gear: usize| {
-            let form = &self.form;
-            let reference = self.module
-                * (FRAC_PI_2 + 2.0 * form.profile_shift[gear] * self.pressure_angle.tan())
-                - form.thinning[gear];
-            let half_angle = 0.5 * reference / self.pitch_radii()[gear];
-            2.0 * radii[gear] * (half_angle + involute(self.pressure_angle) - involute(angle))
-        };
-        Ok((pitch - thickness(0) - thickness(1)) * angle.cos())
+        let [pinion, wheel] = [self.operating_thickness(0)?, self.operating_thickness(1)?];
+        Ok((pitch - pinion - wheel) * angle.cos())
     }
 
     /// The half gap \[m\] that the drawing states, half of the normal backlash; none where

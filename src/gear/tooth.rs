@@ -112,16 +112,7 @@ impl Tooth {
         }
         let form_radius = base_radius * form_roll.hypot(1.0);
 
-        let tip_radius = match pair.form.tip_diameter[index] {
-            Some(diameter) => 0.5 * diameter,
-            None => {
-                let spread = pair.tight_centre_distance()? - pair.reference_centre_distance();
-                let sum: f64 = pair.form.profile_shift.iter().sum();
-                let alteration = spread / module - sum;
-                let own = pair.form.profile_shift[index];
-                reference_radius + module * (rack.addendum + own + alteration)
-            }
-        };
+        let tip_radius = Self::tip_radius_of(pair, index)?;
         if tip_radius <= form_radius {
             return Err(GearError::TipBelowForm {
                 gear,
@@ -152,6 +143,23 @@ impl Tooth {
             });
         }
         Ok(tooth)
+    }
+
+    /// Tip radius of gear `index` (0 = pinion) of a pair \[m\]: as given, else with the addendum
+    /// altered so that the tip keeps the rack's clearance.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`GearPair::tight_centre_distance`].
+    pub(super) fn tip_radius_of(pair: &GearPair, index: usize) -> Result<f64, GearError> {
+        if let Some(diameter) = pair.form.tip_diameter[index] {
+            return Ok(0.5 * diameter);
+        }
+        let spread = pair.tight_centre_distance()? - pair.reference_centre_distance();
+        let sum: f64 = pair.form.profile_shift.iter().sum();
+        let alteration = spread / pair.module - sum;
+        let own = pair.form.profile_shift[index];
+        Ok(pair.pitch_radii()[index] + pair.module * (pair.form.rack.addendum + own + alteration))
     }
 
     /// Thickness along the circle of a radius between base and tip \[m\].

@@ -1,6 +1,7 @@
 //! Modal files: a structure from any finite-element code, one list a column, one entry a
 //! mode. The same diagnostics as for the manifest, pointing into the modal file.
 
+mod coast;
 mod contacts;
 mod coupling;
 
@@ -82,6 +83,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let bearings = bearings(root, issues, modes);
     let contacts = contacts::read(root, issues, modes);
     let coupling = coupling::read(root, issues, modes);
+    let coast = coast::read(root, issues, mesh.as_deref(), frequency.as_deref());
     let constant_load = optional(root, issues, "constant_load", modes);
     let load_by_speed = optional(root, issues, "load_by_speed", modes);
     let frequency = frequency?;
@@ -105,7 +107,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         friction: friction?.unwrap_or_else(|| zeros.clone()),
         friction_lever: friction_lever?.unwrap_or(zeros),
         residual_flexibility: 0.0,
-        coast: None,
+        coast: coast?,
         contacts: contacts?,
         bearings: bearings?,
         coupling: coupling?,

@@ -3,7 +3,9 @@
 
 mod mesh;
 
-pub use mesh::{CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels};
+pub use mesh::{
+    CoastSpec, CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
+};
 
 use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;
@@ -177,6 +179,8 @@ impl StructureSource {
 pub struct ExcitationSpec {
     /// What is imposed.
     pub transmission_error: Vec<MeshHarmonic>,
+    /// What is imposed on the coast flanks; none: the same.
+    pub coast_transmission_error: Option<Vec<MeshHarmonic>>,
     /// So many harmonics stand for the error that a mesh table finds of its flanks under load;
     /// none: the error belongs to the law, as it is.
     pub table_harmonics: Option<u32>,

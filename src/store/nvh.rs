@@ -51,11 +51,13 @@ macro_rules! statistics {
 pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
     statistics![found, error;
         f64 "fraction_drive", "1", found.fractions[0],
-            "Fraction of time in contact on the drive flank", error.fractions[0];
+            "Fraction of time in contact on the drive flank alone", error.fractions[0];
         f64 "fraction_free", "1", found.fractions[1],
             "Fraction of time out of contact", error.fractions[1];
         f64 "fraction_coast", "1", found.fractions[2],
-            "Fraction of time in contact on the coast flank", error.fractions[2];
+            "Fraction of time in contact on the coast flank alone", error.fractions[2];
+        f64 "fraction_both", "1", found.fractions[3],
+            "Fraction of time in contact on both flanks, the mesh being tight", error.fractions[3];
         f64 "deflection_mean", "m", found.deflection_mean,
             "Mean mesh deflection", error.deflection_mean;
         f64 "deflection_rms", "m", found.deflection_rms,

@@ -2,12 +2,15 @@
 
 use super::mesh_tables::{MeshError, MeshTables};
 use crate::analysis::{Questions, SliceError};
-use crate::manifest::{DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource};
-use crate::model::{Division, Drive, Model, ModelError, OperatingPoint};
+use crate::manifest::{
+    CoastSpec, DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource,
+};
+use crate::model::{CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{KernelChoice, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::OperatorFetchError;
+use std::f64::consts::{PI, TAU};
 
 /// Why a point's system cannot be built.
 #[derive(Debug, thiserror::Error)]
@@ -121,7 +124,8 @@ pub(super) fn model(
     meshes: &MeshTables,
 ) -> Result<Model, BuildError> {
     let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let mut error = point.excitation.transmission_error.clone();
+    // Harmonics that stand for what loaded flanks lack.
+    let mut lacking = Vec::new();
     let (mesh, mean) = match &point.mesh.stiffness {
         StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
         StiffnessSpec::Piecewise(values) => (Division::levels(values, &[]), average(values)),
@@ -132,10 +136,16 @@ pub(super) fn model(
         StiffnessSpec::Fourier(mean, harmonics) => (Division::fourier(*mean, harmonics), *mean),
         StiffnessSpec::Table(spec) => {
             let mesh = meshes.mesh(point, spec, structure)?;
-            error.extend(mesh.transmission_error);
+            lacking = mesh.transmission_error;
             (mesh.divisions, mesh.mean_stiffness)
         }
     };
+    let coast = match point.mesh.coast {
+        CoastSpec::SameLine => None,
+        CoastSpec::Mirrored { symmetry } => Some(coast_flank(point, &mesh, &lacking, symmetry)),
+    };
+    let mut error = point.excitation.transmission_error.clone();
+    error.extend(lacking);
     let drive = Drive {
         half_gap: point.mesh.half_gap,
         damping: match point.mesh.damping {
@@ -144,7 +154,7 @@ pub(super) fn model(
         },
         mesh,
         friction: point.mesh.friction,
-        coast: None,
+        coast,
         transmission_error: error,
         torque_ripple: point.excitation.torque_ripple.clone(),
     };
@@ -153,6 +163,36 @@ pub(super) fn model(
         speed: point.speed,
     };
     Ok(Model::new(structure, &drive, operating)?)
+}
+
+/// The coast flank as the mirror image of the drive flank about a mesh phase.
+fn coast_flank(
+    point: &PointSpec,
+    mesh: &[Division],
+    lacking: &[MeshHarmonic],
+    symmetry: f64,
+) -> CoastFlank {
+    let excitation = &point.excitation;
+    let imposed =
+        (excitation.coast_transmission_error.as_ref()).unwrap_or(&excitation.transmission_error);
+    let lacking = lacking
+        .iter()
+        .map(|&harmonic| lacking_on_coast(harmonic, symmetry));
+    CoastFlank {
+        mesh: Division::mirrored(mesh, symmetry),
+        transmission_error: imposed.iter().copied().chain(lacking).collect(),
+    }
+}
+
+/// A harmonic of what the drive flanks lack, on the coast flanks: `e(symmetry + φ)` is minus
+/// what it was at `symmetry − φ`, since what they lack lets δ fall further where it lets it rise
+/// further on the drive flanks.
+fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
+    let turn = 2.0 * TAU * f64::from(drive.harmonic) * symmetry;
+    MeshHarmonic {
+        phase: PI - drive.phase - turn,
+        ..drive
+    }
 }
 
 /// What is asked of a point's own trajectory.

@@ -319,10 +319,10 @@ impl<K: Kernel + Sync> Propagator for K {
         let (Some(exponents), Some(nvh)) = (growth.exponents(), nvh.outcome()) else {
             return Ok(None);
         };
-        let [drive, _, coast] = nvh.fractions;
+        let [drive, _, coast, both] = nvh.fractions;
         Ok(Some(VolumeGrowth {
             sum: exponents.iter().sum(),
-            contact: drive + coast,
+            contact: drive + coast + both,
         }))
     }
 

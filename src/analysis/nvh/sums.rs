@@ -6,6 +6,7 @@
 
 use super::stretches::Summable;
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
+use crate::model::Flanks;
 use crate::numerics::statistics::standard_error;
 use num_complex::Complex64;
 
@@ -18,8 +19,8 @@ pub(super) struct Sums {
     pub moments: [f64; 4],
     /// ∫ (F − centre)^j dt, j = 1, 2.
     pub force: [f64; 2],
-    /// Time in drive contact, free flight, coast contact \[s\].
-    pub times: [f64; 3],
+    /// Time in drive contact, free flight, coast contact and contact on both flanks \[s\].
+    pub times: [f64; Flanks::COUNT],
     /// Entries into contact on the drive and on the coast flank.
     pub impacts: [f64; 2],
     /// Sum of |δ'| at entries \[m/s\].
@@ -167,7 +168,7 @@ pub(super) fn errors(stretches: &[Sums], total: &Sums, half_gap: f64) -> NvhErro
         impact_velocity: of_quotient(&|s| [s.impact_speed, s.impacts[0] + s.impacts[1]]),
         flight_mean: of_quotient(&|s| [s.flights[1], s.flights[0]]),
         contact_mean: of_quotient(&|s| [s.touches[1], s.touches[0]]),
-        fractions: [0, 1, 2].map(|i| error(&|s| s.times[i])),
+        fractions: [0, 1, 2, 3].map(|i| error(&|s| s.times[i])),
         ..NvhErrors::default()
     }
 }

@@ -110,7 +110,10 @@ fn surroundings(path: &str) -> String {
     };
     match path {
         "run.steps" => put("[run]", "[run]\nkernel = \"stepping\" #"),
-        "run.cells" => put("[run]", "[run]\nkernel = \"dyadic\" #"),
+        "run.cells" => {
+            put("[run]", "[run]\nkernel = \"dyadic\" #");
+            put("[mesh]", "[mesh]\ncoast_flank = \"same_line\" #");
+        }
         "mesh.misalignment" | "mesh.shaft_tilt" => {
             put("stiffness = \"piecewise\"", "stiffness = \"table\"");
             for key in ["mean_stiffness", "contact_ratio", "single_pair_drop"] {
@@ -118,6 +121,13 @@ fn surroundings(path: &str) -> String {
             }
         }
         "excitation.transmission_error" => put("\ntransmission_error", "\n# transmission_error"),
+        _ if path.starts_with("excitation.coast_transmission_error.") => {
+            let error = "[{ harmonic = 1, amplitude = 1 }]";
+            put(
+                "[excitation]",
+                &format!("[excitation]\ncoast_transmission_error = {error} #"),
+            );
+        }
         _ if path.starts_with("excitation.torque_ripple.") => {
             let ripple = "[{ shaft = \"wheel\", order = 1, amplitude = 1 }]";
             put(

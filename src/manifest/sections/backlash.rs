@@ -3,7 +3,7 @@
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::spec::StiffnessSpec;
+use crate::manifest::spec::{StiffnessSpec, StructureSource};
 
 /// The keys that give it; one is enough.
 const KEYS: [&str; 3] = ["half_gap", "normal_backlash", "circumferential_backlash"];
@@ -18,15 +18,15 @@ const OF_BASE_PITCH: f64 = 0.25;
 /// mesh under the rated force. Drives have 1 to 1000.
 const OF_DEFLECTION: f64 = 1e5;
 
-/// What the half gap is held against.
+/// What a mesh is read beside.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Surroundings<'a> {
     /// The drawing, its bores known.
     pub gears: Option<&'a GearPair>,
     /// There is a drawing, but with faults, which have been reported.
     pub faulty_drawing: bool,
-    /// Mesh force at load 1 \[N\], of a structure without a drawing.
-    pub rated_force: Option<f64>,
+    /// Where the structure comes from; none where that has faults, which have been reported.
+    pub source: Option<&'a StructureSource>,
 }
 
 /// The half gap \[m\] of the one key that gives it, or of the drawing.
@@ -120,7 +120,8 @@ pub(super) fn check_scale(
     half_gap: f64,
     stiffness: &StiffnessSpec,
 ) -> Option<()> {
-    let (most, what) = match (drive.gears, drive.rated_force, stiffness.mean()) {
+    let rated_force = drive.source.and_then(StructureSource::rated_force);
+    let (most, what) = match (drive.gears, rated_force, stiffness.mean()) {
         (Some(gears), ..) => {
             let pitch = 2.0 * std::f64::consts::PI * gears.base_radii()[0];
             let most = OF_BASE_PITCH * pitch / f64::from(gears.teeth[0]);

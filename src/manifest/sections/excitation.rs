@@ -2,7 +2,7 @@
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::spec::{ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
+use crate::manifest::spec::{CoastSpec, ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
 use crate::model::{DriveShaft, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
 
 pub(super) fn read(
@@ -11,10 +11,20 @@ pub(super) fn read(
     source: Option<&StructureSource>,
     mesh: Option<&MeshSpec>,
 ) -> Option<ExcitationSpec> {
-    let errors = section.tables(issues, "transmission_error").map(|tables| {
-        let read: Vec<_> = tables.iter().map(|table| harmonic(table, issues)).collect();
-        read.into_iter().collect::<Option<Vec<_>>>()
-    });
+    let errors = harmonics(section, issues, "transmission_error");
+    const OF_COAST: &str = "coast_transmission_error";
+    if mesh.is_some_and(|mesh| mesh.coast == CoastSpec::SameLine) {
+        section.without_effect(
+            issues,
+            &[OF_COAST],
+            "with mesh.coast_flank = \"same_line\"",
+            "remove it, or set mesh.coast_flank = \"mirrored\"",
+        );
+    }
+    let of_coast = match section.has(OF_COAST) {
+        true => harmonics(section, issues, OF_COAST).map(Some),
+        false => Some(None),
+    };
     let ripples = section.tables(issues, "torque_ripple").map(|tables| {
         let read: Vec<_> = tables
             .iter()
@@ -39,7 +49,8 @@ pub(super) fn read(
     };
     Some(ExcitationSpec {
         table_harmonics: table_harmonics?,
-        transmission_error: errors??,
+        transmission_error: errors?,
+        coast_transmission_error: of_coast?,
         torque_ripple: ripples??,
     })
 }
@@ -62,6 +73,14 @@ pub(in crate::manifest) fn stiffness_harmonics(
             })
         })
         .collect();
+    read.into_iter().collect()
+}
+
+/// A list of harmonics, empty where it is absent.
+fn harmonics(section: &Section, issues: &mut Issues, name: &str) -> Option<Vec<MeshHarmonic>> {
+    let tables = section.tables(issues, name)?;
+    // Every table is read before any failure counts, so that all faults are found.
+    let read: Vec<_> = tables.iter().map(|table| harmonic(table, issues)).collect();
     read.into_iter().collect()
 }
 

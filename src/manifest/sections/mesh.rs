@@ -1,6 +1,7 @@
 //! `[mesh]`: backlash, stiffness over the mesh cycle, misalignment, contact damping, friction.
 
 use super::backlash::{self, Surroundings};
+use super::coast;
 use super::excitation::stiffness_harmonics;
 use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -62,6 +63,7 @@ pub(super) fn read(
     let friction = section.quantity_or_default(issues, "friction");
     let damping = contact_damping(section, issues);
     let misalignment = section.quantity_or_default(issues, "misalignment");
+    let coast = coast::read(section, issues, drive, stiffness.as_ref());
     let (half_gap, stiffness) = (half_gap?, stiffness?);
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
@@ -70,6 +72,7 @@ pub(super) fn read(
         damping: damping?,
         friction: friction?,
         misalignment: misalignment?,
+        coast: coast?,
     })
 }
 

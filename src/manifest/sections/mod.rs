@@ -3,6 +3,7 @@
 
 mod analyses;
 mod backlash;
+mod coast;
 mod drive_kind;
 mod excitation;
 mod gear;
@@ -81,7 +82,7 @@ pub(super) fn resolve(
         let drive = Surroundings {
             gears: gears.as_ref(),
             faulty_drawing: gears.is_none() && root.has("gear"),
-            rated_force: model.as_ref().and_then(|model| model.source.rated_force()),
+            source: model.as_ref().map(|model| &model.source),
         };
         mesh::read(&section, issues, drive)
     });
@@ -93,6 +94,7 @@ pub(super) fn resolve(
     };
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);
+    coast::check_kernel(root, issues, mesh.as_ref(), run.as_ref());
     let analyses = match root.child(issues, "analyses") {
         Child::Present(section) => {
             let carried = is_carried(root);

@@ -20,6 +20,20 @@ pub struct MeshSpec {
     /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0
     /// without a table.
     pub misalignment: f64,
+    /// Where the coast flanks touch.
+    pub coast: CoastSpec,
+}
+
+/// Along which line of action the coast flanks touch.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub enum CoastSpec {
+    /// That of the drive flanks, pushed from behind.
+    SameLine,
+    /// Its mirror image, at the mesh phases that mirror those of the drive flanks.
+    Mirrored {
+        /// Mesh phase at which a tooth of the pinion stands on the line of centres, in cycles.
+        symmetry: f64,
+    },
 }
 
 /// Stiffness over the mesh cycle.
@@ -41,6 +55,17 @@ pub enum StiffnessSpec {
 }
 
 impl StiffnessSpec {
+    /// Whether it may vary over the mesh cycle.
+    pub fn varies(&self) -> bool {
+        match self {
+            Self::Constant(_) => false,
+            Self::Piecewise(values) => values.iter().any(|value| *value != values[0]),
+            Self::Continuous(levels) => levels.divisions().0.len() > 1,
+            Self::Fourier(_, harmonics) => !harmonics.is_empty(),
+            Self::Table(_) => true,
+        }
+    }
+
     /// Mean over the mesh cycle \[N/m\]; of a table it is known when the table is made.
     pub fn mean(&self) -> Option<f64> {
         match self {

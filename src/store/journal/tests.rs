@@ -32,7 +32,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             nvh: Some(NvhOutcome {
                 deflection_mean: number(3),
                 harmonics: numbers.to_vec(),
-                fractions: [number(0), number(1), number(2)],
+                fractions: [number(0), number(1), number(2), number(0)],
                 ..NvhOutcome::default()
             }),
             spectra: ["deflection", "force"]

@@ -81,7 +81,7 @@ fn full(point_id: u64) -> PointRow {
                 force_peak: 10.0,
                 impact_rate: 11.0,
                 impact_velocity: 12.0,
-                fractions: [0.5, 0.3, 0.2],
+                fractions: [0.5, 0.3, 0.15, 0.05],
                 suborders: vec![1e-7; 5],
                 impacts: [20, 21],
                 impact_velocity_quantiles: vec![0.1, 0.2, 0.3],
@@ -116,7 +116,7 @@ fn full(point_id: u64) -> PointRow {
                     contact_median: 1e-7,
                     bearing_mean: vec![7e-9, 8e-9],
                     bearing_rms: vec![9e-9, 1e-8],
-                    fractions: [2e-7, 3e-7, 4e-7],
+                    fractions: [2e-7, 3e-7, 4e-7, 5e-7],
                 }),
             }),
             spectra: vec![Spectrum {
@@ -474,7 +474,8 @@ fn every_column_comes_back() {
         ("events_per_cycle", 2.5),
         ("fraction_drive", 0.5),
         ("fraction_free", 0.3),
-        ("fraction_coast", 0.2),
+        ("fraction_coast", 0.15),
+        ("fraction_both", 0.05),
         ("deflection_mean", 1e-6),
         ("deflection_rms", 2e-6),
         ("deflection_pp", 3e-6),
@@ -510,6 +511,7 @@ fn every_column_comes_back() {
         ("fraction_drive_stderr", Some(2e-7)),
         ("fraction_free_stderr", Some(3e-7)),
         ("fraction_coast_stderr", Some(4e-7)),
+        ("fraction_both_stderr", Some(5e-7)),
         ("deflection_mean_stderr", Some(2e-8)),
         ("deflection_rms_stderr", Some(1e-8)),
         ("deflection_kurtosis_stderr", Some(3e-8)),
@@ -758,6 +760,7 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
         assert_eq!(trace.f64(name), [Some(value)], "{name}");
     }
     assert_eq!(trace.text("contact"), [Some("coast".into())]);
+    assert_eq!(trace.u64("closed"), [Some(2)]);
     assert_eq!(trace.lists("displacement"), [Some(some([1e-7, 2e-7]))]);
     assert_eq!(trace.lists("modal_velocity"), [Some(some([3e-7, 4e-7]))]);
 
@@ -767,7 +770,7 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
     assert_eq!(events.f64("phase"), [Some(2e-4 / 8e-4)]);
     assert_eq!(events.f64("rate"), [Some(-5e-3)]);
     assert_eq!(events.text("kind"), [Some("coast_entry".into())]);
-    assert_eq!(events.text("surface"), [Some("coast".into())]);
+    assert_eq!(events.u64("contact"), [Some(COAST_FLANK as u64 + 1)]);
     [
         trace.read_through(TableKind::Trace),
         events.read_through(TableKind::Events),

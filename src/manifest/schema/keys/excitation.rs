@@ -19,6 +19,17 @@ pub(super) const KEYS: &[Key] = &[
         .about("Amplitude along the line of action."),
     quantity("excitation.transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at mesh phase 0."),
+    key("excitation.coast_transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "3 um" }]"#)
+        .otherwise("`excitation.transmission_error`: an error of position moves both flanks")
+        .about("Static transmission error of the coast flanks, of the sign of that of the drive flanks. Only with \
+                mesh.coast_flank = \"mirrored\"."),
+    table("excitation.coast_transmission_error.*"),
+    integer("excitation.coast_transmission_error.*.harmonic", 1.0, 1000.0, "2")
+        .about("Multiple of the mesh frequency."),
+    quantity("excitation.coast_transmission_error.*.amplitude", Length, NON_NEGATIVE, r#""3 um""#)
+        .about("Amplitude along the line of action."),
+    quantity("excitation.coast_transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at mesh phase 0."),
     integer("excitation.table_harmonics", 0.0, 100.0, "10")
         .otherwise("the error as it is, in the law of the mesh")
         .about("How many harmonics stand for the error of the loaded flanks that a computed mesh finds; 0 leaves \

@@ -68,4 +68,15 @@ pub(super) const KEYS: &[Key] = &[
         .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))` \
                 with the mean stiffness and the mass that the mesh feels of the rigid rotations; a text such as \
                 \"1483 N*s/m\" is the coefficient c itself."),
+    choice("mesh.coast_flank", &["mirrored", "same_line"], r#""same_line""#)
+        .otherwise(r#""mirrored", or "same_line" where a modal file has no participations of the coast flanks"#)
+        .about("Where the coast flanks touch. `mirrored`: along their own line of action, the mirror image of that of \
+                the drive flanks about the line of centres, with stiffness, load centroid, friction and what is \
+                missing from the flanks mirrored in phase. `same_line`: along the line of the drive flanks, \
+                pushed from behind, all as theirs at the same phase; kernels of tables need it."),
+    quantity("mesh.coast_symmetry", Ratio, bounds(0.0, false, 1.0, true), "0.05")
+        .otherwise("from [gear]; without it from the two-level law, (contact_ratio + 1/2)/2; required where neither is there")
+        .about("Mesh phase, in cycles, at which a tooth of the pinion stands on the line of centres: so long after it \
+                the coast flanks have what the drive flanks had as long before it. Half a cycle more or less is the \
+                same. Only with mirrored coast flanks and a stiffness that varies."),
 ];

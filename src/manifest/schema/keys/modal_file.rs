@@ -37,6 +37,24 @@ pub(super) const KEYS: &[Key] = &[
     key("friction_lever", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[0.0, 0.0, 0.0]").otherwise("0")
         .about("Derivative of `friction` by the distance from the pitch point along the line of action."),
     quantity("friction_lever.*", ParticipationByLength, ANY, "0.0"),
+    key("mesh_coast", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.52, -0.43, 0.12]")
+        .otherwise("none: the coast flanks touch along the line of the drive flanks")
+        .about("Deflection of the coast flanks along their line of action, with the sign of `mesh`: it grows as the \
+                drive flanks approach, and the coast flanks touch where it falls to minus the half gap. In rigid \
+                rotations it is `mesh`."),
+    quantity("mesh_coast.*", Participation, ANY, "0.12"),
+    key("mesh_tilt_coast", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[0.0, 0.0, 0.17]").otherwise("0")
+        .about("Derivative of `mesh_coast` by the place of the load across the face. Only with `mesh_coast`."),
+    quantity("mesh_tilt_coast.*", ParticipationByLength, ANY, "0.17"),
+    key("friction_coast", Kind::List("numbers in 1/sqrt(kg), one a mode"), ANY, "[0.0, 0.0, -0.1]").otherwise("0")
+        .about("Modal force of a unit friction force on the coast flanks at the pitch point: along (-cos alpha, \
+                -sin alpha) on the pinion, back towards its axis, and the other way on the wheel; `friction` is \
+                along (cos alpha, -sin alpha) on the pinion. Only with `mesh_coast`."),
+    quantity("friction_coast.*", Participation, ANY, "-0.1"),
+    key("friction_lever_coast", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[0.0, 0.0, 0.0]").otherwise("0")
+        .about("Derivative of `friction_coast` by the distance from the pitch point along the line of action of the \
+                coast flanks. Only with `mesh_coast`."),
+    quantity("friction_lever_coast.*", ParticipationByLength, ANY, "0.0"),
     key("torque_pinion", Kind::List("numbers in 1/(m sqrt(kg)), one a mode"), ANY, "[13.8, -11.4, 8.2]")
         .otherwise("none; required by ripple on the pinion")
         .about("Modal force of a unit torque on the pinion's shaft."),

@@ -1,0 +1,142 @@
+//! The coast flanks of `[mesh]`: their line of action and the phase about which they mirror the
+//! drive flanks.
+
+use super::backlash::Surroundings;
+use crate::gear::standard_symmetry;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::spec::{CoastSpec, MeshSpec, RunSpec, StiffnessSpec, StructureSource};
+
+/// Which line the coast flanks touch along; none where the structure or the drawing has faults,
+/// which have been reported.
+pub(super) fn read(
+    section: &Section,
+    issues: &mut Issues,
+    drive: Surroundings<'_>,
+    stiffness: Option<&StiffnessSpec>,
+) -> Option<CoastSpec> {
+    let given = match section.has("coast_flank") {
+        true => Some(section.choice(issues, "coast_flank")?),
+        false => None,
+    };
+    let unknown = matches!(
+        drive.source,
+        Some(StructureSource::Modal(structure)) if structure.coast.is_none()
+    );
+    let same_line = given == Some("same_line") || (given.is_none() && unknown);
+    if same_line {
+        section.without_effect(
+            issues,
+            &["coast_symmetry"],
+            "with coast flanks on the line of the drive flanks",
+            "remove it, or set coast_flank = \"mirrored\"",
+        );
+        return Some(CoastSpec::SameLine);
+    }
+    if unknown {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("coast_flank"),
+                "mesh.coast_flank",
+                "the modal file does not say what the coast flanks feel".to_owned(),
+            )
+            .label("unknown participation")
+            .remedy("add mesh_coast to the modal file, or set coast_flank = \"same_line\""),
+        );
+        return None;
+    }
+    let symmetry = symmetry(section, issues, drive, stiffness)?;
+    Some(CoastSpec::Mirrored { symmetry })
+}
+
+/// The mesh phase of symmetry, in cycles; 0 where nothing depends on it.
+fn symmetry(
+    section: &Section,
+    issues: &mut Issues,
+    drive: Surroundings<'_>,
+    stiffness: Option<&StiffnessSpec>,
+) -> Option<f64> {
+    if !stiffness?.varies() {
+        section.without_effect(
+            issues,
+            &["coast_symmetry"],
+            "on a stiffness that does not vary",
+            "remove it",
+        );
+        return Some(0.0);
+    }
+    if section.has("coast_symmetry") {
+        return section.quantity(issues, "coast_symmetry");
+    }
+    if let Some(gears) = drive.gears {
+        let fault = match gears.symmetry() {
+            Ok(symmetry) => return Some(symmetry),
+            Err(fault) => fault,
+        };
+        unknown_symmetry(
+            section,
+            issues,
+            format!("the drawing does not say when a tooth stands on the line of centres: {fault}"),
+        );
+        return None;
+    }
+    if drive.faulty_drawing || drive.source.is_none() {
+        return None;
+    }
+    if section.has("contact_ratio") {
+        let contact_ratio = section.quantity(issues, "contact_ratio")?;
+        return Some(standard_symmetry(contact_ratio));
+    }
+    unknown_symmetry(
+        section,
+        issues,
+        "`mesh.coast_symmetry` is missing: neither [gear] nor a contact ratio says when a tooth stands on the line of centres".to_owned(),
+    );
+    None
+}
+
+fn unknown_symmetry(section: &Section, issues: &mut Issues, message: String) {
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::MissingKey,
+            section.span,
+            "mesh.coast_symmetry",
+            message,
+        )
+        .label("mirrored coast flanks need `coast_symmetry`")
+        .accepted(section.spec("mesh.coast_symmetry").accepted())
+        .remedy("add coast_symmetry, or set coast_flank = \"same_line\""),
+    );
+}
+
+/// Kernels of dense tables take two flanks on one line only.
+pub(super) fn check_kernel(
+    root: &Section,
+    issues: &mut Issues,
+    mesh: Option<&MeshSpec>,
+    run: Option<&RunSpec>,
+) {
+    let (Some(mesh), Some(run)) = (mesh, run) else {
+        return;
+    };
+    if mesh.coast == CoastSpec::SameLine || run.kernel.cells().is_none() {
+        return;
+    }
+    let Child::Present(section) = root.child(issues, "run") else {
+        return;
+    };
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Unavailable,
+            section.span_of("kernel"),
+            "run.kernel",
+            format!(
+                "the tables of kernel = \"{}\" do not know coast flanks with a line of action of their own",
+                run.kernel.name()
+            ),
+        )
+        .label("not with mirrored coast flanks")
+        .remedy("set mesh.coast_flank = \"same_line\", or kernel = \"volterra\" or \"stepping\""),
+    );
+}
