@@ -1,5 +1,7 @@
+use super::cubic::{derivative, hermite};
 use super::*;
 use crate::model::{ActiveSet, Division, Drive, InitialState, MeshHarmonic, fixtures};
+use crate::propagate::Window;
 use crate::shaft::ModalStructure;
 
 fn structure() -> ModalStructure {
