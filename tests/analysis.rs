@@ -119,7 +119,7 @@ fn brute_force(model: &Model, record: &Record, harmonics: usize) -> NvhOutcome {
     let force_mean = average(|s, _| s.force, 0.0);
     let extreme = |f: fn(f64, f64) -> f64| samples.iter().map(|s| s.deflection).reduce(f).unwrap();
     let (low, high) = (extreme(f64::min), extreme(f64::max));
-    let mut fractions = [0.0; 3];
+    let mut fractions = [0.0; 4];
     for piece in &record.windows {
         fractions[piece.contact] += piece.duration / time;
     }
@@ -372,7 +372,7 @@ fn small_oscillators_are_of_their_known_kind() {
         }
         // Both multipliers together: the damping of the time in contact.
         let lyapunov = outcome.lyapunov.unwrap();
-        let [drive, _, coast] = outcome.nvh.unwrap().fractions;
+        let [drive, _, coast, _] = outcome.nvh.unwrap().fractions;
         let (w, c) = (
             model.first_gains()[0].deflection[0],
             model.first_cycle().segments[0].damping,
@@ -507,7 +507,7 @@ fn free_rest_has_no_events_and_no_spread() {
     assert_eq!(outcome.events_per_cycle, Some(0.0));
     assert_eq!((outcome.grazing_count, outcome.energy_residual), (0, None));
     let nvh = outcome.nvh.unwrap();
-    assert_eq!(nvh.fractions.map(|f| (f * 1e12).round()), [0.0, 1e12, 0.0]);
+    assert_eq!(nvh.fractions.map(|f| (f * 1e12).round()), [0.0, 1e12, 0.0, 0.0]);
     assert_eq!(
         (
             nvh.deflection_rms,

@@ -188,7 +188,7 @@ impl Trial<'_> {
             self.fault(name, "energy", how);
         }
         let events = row.events_per_cycle.unwrap_or(0.0);
-        let [drive, free, coast] = shares;
+        let [drive, free, coast, _] = shares;
         let strange = match row.class {
             Some(Class::SteadyContact(_)) => events > 0.0 || free > 1e-9 || drive * coast > 1e-9,
             Some(Class::Chaotic) => events == 0.0,

@@ -70,7 +70,7 @@ fn row(point_id: u64) -> PointRow {
             nvh: Some(NvhOutcome {
                 deflection_rms: 1e-6 * number,
                 harmonics: vec![1e-6, 2e-6, 3e-6],
-                fractions: [0.5, 0.3, 0.2],
+                fractions: [0.5, 0.3, 0.2, 0.0],
                 ..NvhOutcome::default()
             }),
             spectra: vec![Spectrum {
