@@ -507,7 +507,10 @@ fn free_rest_has_no_events_and_no_spread() {
     assert_eq!(outcome.events_per_cycle, Some(0.0));
     assert_eq!((outcome.grazing_count, outcome.energy_residual), (0, None));
     let nvh = outcome.nvh.unwrap();
-    assert_eq!(nvh.fractions.map(|f| (f * 1e12).round()), [0.0, 1e12, 0.0, 0.0]);
+    assert_eq!(
+        nvh.fractions.map(|f| (f * 1e12).round()),
+        [0.0, 1e12, 0.0, 0.0]
+    );
     assert_eq!(
         (
             nvh.deflection_rms,

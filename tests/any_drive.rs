@@ -6,8 +6,8 @@ mod common;
 
 use atlas::analysis::EnergyAudit;
 use atlas::model::{
-    CoastFlank, Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint,
-    StiffnessHarmonic, TrajectoryState,
+    CoastFlank, Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint,
+    StiffnessHarmonic, TorqueRipple, TrajectoryState,
 };
 use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use atlas::reference::{Extended, Reference};
@@ -313,4 +313,51 @@ fn energy_closes_to_round_off() {
         };
         assert!(residual < most, "{name}: {residual:e}");
     }
+}
+
+/// Kahraman & Singh 1991, with a time-varying stiffness and three harmonics of the error:
+/// `x'' + 2ζx' + K(t) B(x) = F_m + Σ F_j (jΩ)² cos jΩt`, ζ = 0.05, Ω = 0.5, F_m = 0.1. From rest the motion has
+/// the period of the mesh. The strobe state is that of an integration with another program.
+#[test]
+fn a_published_oscillator_under_drag() {
+    let omega = 0.5;
+    let structure = ModalStructure {
+        coupling: Some(Coupling {
+            damping: vec![0.1],
+            gyroscopic: vec![0.0],
+            stiffness: vec![0.0],
+        }),
+        pinion_torque: Some(vec![1.0]),
+        ..ModalStructure::of_modes(&[0.0], 0.0, &[1.0], &[1.0])
+    };
+    let harmonic = |(harmonic, amplitude): (u32, f64)| StiffnessHarmonic {
+        harmonic,
+        amplitude: -amplitude,
+        phase: 0.0,
+    };
+    let ripple = |(order, amplitude): (f64, f64)| TorqueRipple {
+        shaft: DriveShaft::Pinion,
+        order,
+        amplitude: amplitude * (order * omega).powi(2),
+        phase: 0.0,
+    };
+    let drive = Drive {
+        mesh: Division::fourier(1.0, &[(1, 0.2), (2, 0.1), (3, 0.05)].map(harmonic)),
+        torque_ripple: [(1.0, 0.01), (2.0, 0.004), (3.0, 0.002)]
+            .map(ripple)
+            .to_vec(),
+        ..common::constant_mesh(1.0, 1.0)
+    };
+    let point = OperatingPoint {
+        load: 0.1,
+        speed: omega,
+    };
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let kernel = volterra(&model);
+    let end = advance(&kernel, &model.start(&InitialState::Rest), 500);
+    let next = advance(&kernel, &end, 1);
+    assert!(relative_difference(&next.state, &end.state) < 1e-9);
+    println!("{:?}", end.state);
+    assert!((end.state[0] - 1.0382529).abs() < 1e-7, "{:?}", end.state);
+    assert!((end.state[1] - 0.0885743).abs() < 1e-7, "{:?}", end.state);
 }

@@ -5,6 +5,9 @@ use super::basis::Basis;
 use super::{Block, Division, MeshGain, TransmissionErrorHarmonic};
 use crate::shaft::FlankParticipation;
 
+/// Distance from mid-face \[m\] that is none.
+const MID_FACE: f64 = 1e-12;
+
 /// How a contact meets the blocks while its line of action and the direction of its friction
 /// stay as they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,9 +61,15 @@ impl Directions {
         (mesh.iter())
             .map(|division| {
                 let [turn, lever] = division.friction;
+                // A place within a picometre of mid-face is there: only round-off moved it, and
+                // would make a line of every division.
+                let centre = match division.load_centre.abs() < MID_FACE {
+                    true => 0.0,
+                    false => division.load_centre,
+                };
                 let (w, g): (Vec<f64>, Vec<f64>) = (0..blocks.len())
                     .map(|i| {
-                        let w = flank.mesh[i] + division.load_centre * flank.tilt[i];
+                        let w = flank.mesh[i] + centre * flank.tilt[i];
                         let rubbing = turn * flank.friction[i] + lever * flank.lever[i];
                         (w, w + friction * rubbing)
                     })

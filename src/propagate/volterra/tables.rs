@@ -120,11 +120,20 @@ impl Needs {
             let line = model.directions[direction].line;
             match sights.iter_mut().find(|sight| sight.line == line) {
                 Some(sight) => sight.contacts.push(contact),
-                None => sights.push(Sight {
-                    line,
-                    window: self.window(length, direction),
-                    contacts: vec![contact],
-                }),
+                None => {
+                    // Beside the own direction only the line matters: one table serves it.
+                    let known = (self.kinds.iter())
+                        .position(|kind| kind.0 == length && model.directions[kind.1].line == line);
+                    let window = match known.filter(|_| contact != first) {
+                        Some(known) => known,
+                        None => self.window(length, direction),
+                    };
+                    sights.push(Sight {
+                        line,
+                        window,
+                        contacts: vec![contact],
+                    });
+                }
             }
         }
         for sight in &mut sights {
