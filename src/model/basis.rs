@@ -11,6 +11,9 @@ use super::{Block, MeshGain};
 use crate::numerics::decoupling::decouple;
 use crate::shaft::ModalStructure;
 
+/// Generators of blocks, row by row.
+type Generators = Vec<[[f64; 2]; 2]>;
+
 /// From modes to blocks and back.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basis {
@@ -46,7 +49,7 @@ impl Basis {
     pub(super) fn new(
         structure: &ModalStructure,
         speed: f64,
-    ) -> Result<(Self, Vec<[[f64; 2]; 2]>), ModelError> {
+    ) -> Result<(Self, Generators), ModelError> {
         let n = structure.modes();
         let rigid: Vec<usize> = (0..n).filter(|&i| structure.frequency[i] == 0.0).collect();
         let turned = turned_basis(&rigid, &structure.mesh);

@@ -120,6 +120,16 @@ fn surroundings(path: &str) -> String {
                 put(&format!("\n{key} = "), &format!("\n# {key} = "));
             }
         }
+        _ if path.starts_with("mesh.stiffness_harmonics") => {
+            put("stiffness = \"piecewise\"", "stiffness = \"fourier\"");
+            for key in ["contact_ratio", "single_pair_drop"] {
+                put(&format!("\n{key} = "), &format!("\n# {key} = "));
+            }
+            if path != "mesh.stiffness_harmonics" {
+                let wave = "stiffness_harmonics = [{ harmonic = 1, amplitude = 1e7 }]";
+                put("[mesh]", &format!("[mesh]\n{wave} #"));
+            }
+        }
         "excitation.transmission_error" => put("\ntransmission_error", "\n# transmission_error"),
         _ if path.starts_with("excitation.coast_transmission_error.") => {
             let error = "[{ harmonic = 1, amplitude = 1 }]";
