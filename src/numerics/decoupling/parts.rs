@@ -2,7 +2,7 @@
 
 /// Entries below this fraction of the largest entry of their matrix are taken for round-off.
 pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-/// Largest condition number of the scaled change of state that [`decouple`] accepts.
+/// Largest condition number of the scaled change of state that [`super::decouple`] accepts.
 ///
 /// Two coinciding complex pairs with a single eigenvector are split by round-off and reach 1e7 to
 /// 1e8, so a larger bound would let such a cluster pass with few correct digits.
