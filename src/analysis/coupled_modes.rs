@@ -22,27 +22,23 @@ pub(super) struct CoupledModes<'m> {
     load: Vec<f64>,
     /// Inputs of every torque ripple.
     ripples: Vec<Vec<f64>>,
+    /// Participations in deflection and force of every direction.
+    participations: Vec<[Vec<f64>; 2]>,
 }
 
 impl<'m> CoupledModes<'m> {
     /// Those of a model; none where damping is modal.
     pub fn of(model: &'m Model) -> Option<Self> {
-        let n = model.modes();
-        let coupled = model.basis.coupled()?;
-        let [_, _, load] = model.in_modes(&model.first_cycle().segments[0]);
-        let ripples = (model.ripple.iter())
-            .map(|ripple| {
-                let first = ripple.input.iter().map(|input| input[0]);
-                let second = ripple.input.iter().map(|input| input[1]);
-                let state: Vec<f64> = first.chain(second).collect();
-                model.basis.turned_modes(&state).split_off(n)
-            })
-            .collect();
         Some(Self {
             model,
-            coupled,
-            load,
-            ripples,
+            coupled: model.basis.coupled()?,
+            load: model.load_on_modes(),
+            ripples: (model.ripple.iter())
+                .map(|ripple| model.basis.force(&ripple.input))
+                .collect(),
+            participations: (0..model.directions.len())
+                .map(|direction| model.participations(direction))
+                .collect(),
         })
     }
 
@@ -86,7 +82,7 @@ impl<'m> CoupledModes<'m> {
         for closed in window.closed {
             let segment = &window.segments[closed.contact];
             let contact = &self.model.contacts[closed.contact];
-            let [w, ..] = self.model.in_modes(segment);
+            let [w, _] = &self.participations[segment.direction];
             let deflection = at_start(&padded(closed.deflection));
             let room = w.iter().zip(q).map(|(w, q)| (w * q).abs()).sum::<f64>()
                 + self.model.half_gap
@@ -135,7 +131,7 @@ impl<'m> CoupledModes<'m> {
         }
         let mut works = vec![torque, damping, skew];
         for closed in window.closed {
-            let [w, g, _] = self.model.in_modes(&window.segments[closed.contact]);
+            let [w, g] = &self.participations[window.segments[closed.contact].direction];
             let force = padded(closed.force);
             works.extend(
                 (0..n)

@@ -36,8 +36,6 @@ pub struct Coupled {
     pub damping: Vec<f64>,
     /// All stiffness, `ω²` on the diagonal included \[1/s²\], N × N row by row.
     pub stiffness: Vec<f64>,
-    /// Condition number of T, displacements being scaled by frequencies.
-    pub condition: f64,
 }
 
 impl Basis {
@@ -82,7 +80,6 @@ impl Basis {
             from_modes: found.from_structure,
             damping,
             stiffness,
-            condition: found.condition,
         });
         Ok((basis, found.generators))
     }
@@ -145,6 +142,15 @@ impl Basis {
             row.iter().zip(force).map(|(t, f)| t * f).sum()
         };
         (0..n).map(|i| [of(i), of(n + i)]).collect()
+    }
+
+    /// The modal force, in turned values, that gives the blocks these inputs: undoes
+    /// [`Self::input`].
+    pub fn force(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
+        let n = inputs.len();
+        let components = |part: usize| inputs.iter().map(move |input| input[part]);
+        let state: Vec<f64> = components(0).chain(components(1)).collect();
+        self.turned_modes(&state).split_off(n)
     }
 
     /// What a sum `Σ values · q` of turned modal displacements is of the blocks' states, and what

@@ -18,8 +18,14 @@ pub struct TransmissionErrorHarmonic {
 impl TransmissionErrorHarmonic {
     /// ω t \[rad\] at a time \[s\] within a mesh cycle.
     pub fn turned(&self, cycle: u64, time: f64) -> f64 {
-        TAU * (cycle as f64 * self.turns_per_cycle).fract() + self.angular_frequency * time
+        turned(self.angular_frequency, self.turns_per_cycle, cycle, time)
     }
+}
+
+/// ω t \[rad\] of an angular frequency \[rad/s\], with its turns a mesh cycle, at a time \[s\] within
+/// a mesh cycle. The whole turns are dropped before the product can lose digits.
+pub fn turned(angular_frequency: f64, turns_per_cycle: f64, cycle: u64, time: f64) -> f64 {
+    TAU * (cycle as f64 * turns_per_cycle).fract() + angular_frequency * time
 }
 
 /// One harmonic of a torque, as the input it gives to every block.

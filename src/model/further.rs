@@ -4,13 +4,11 @@ use super::basis::Basis;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    Block, Contact, Division, FlankError, MeshCycle, Stiffness, TransmissionErrorHarmonic,
+    Block, Contact, Division, FlankError, MeshCycle, SAME_PHASE, Stiffness,
+    TransmissionErrorHarmonic,
 };
 use crate::shaft::StructureContact;
 use std::f64::consts::TAU;
-
-/// Mesh phases closer than this \[cycles\] are one.
-const SAME_PHASE: f64 = 1e-12;
 
 /// Most mesh cycles of a contact's base period: its tables are as many times larger.
 const MOST_CYCLES: u32 = 1000;

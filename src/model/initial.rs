@@ -1,6 +1,6 @@
 //! Where a trajectory starts, and the state it carries.
 
-use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model, Segment};
+use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
 use crate::numerics::linalg;
 use faer::Mat;
 use serde::Serialize;
@@ -84,7 +84,8 @@ impl Model {
         let side = contact.side;
         let (error, error_rate) = self.lines[self.line(segment)].transmission_error_at(0, 0.0);
         let rigid = self.relative_rotation();
-        let [w, g, load] = self.in_modes(segment);
+        let [w, g] = self.participations(segment.direction);
+        let load = self.load_on_modes();
         let along = |first: f64, x: &[f64]| w.iter().zip(x).fold(first, |sum, (w, x)| sum + w * x);
         // Deflection of the elastic modes: δ = free − flexibility F.
         let [at_load, at_unit] = [&load, &g].map(|force| self.elastic_response(force));
@@ -120,37 +121,31 @@ impl Model {
         (self.basis.state_of_turned(&modes), asked)
     }
 
-    /// Participations of a segment's contact in deflection and force, and the mean load, of the
-    /// turned modes.
-    pub fn in_modes(&self, segment: &Segment) -> [Vec<f64>; 3] {
+    /// The mean load on the turned modes.
+    pub fn load_on_modes(&self) -> Vec<f64> {
+        let inputs: Vec<_> = self.blocks.iter().map(|block| block.static_input).collect();
+        self.basis.force(&inputs)
+    }
+
+    /// Participations w and g of a direction in deflection and force, of the turned modes.
+    pub fn participations(&self, direction: usize) -> [Vec<f64>; 2] {
         let n = self.blocks.len();
-        let gains = self.gains(segment);
-        let Some(coupled) = self.basis.coupled() else {
-            return [
-                gains.iter().map(|gain| gain.deflection[0]).collect(),
-                gains.iter().map(|gain| gain.mesh_input[1]).collect(),
-                self.blocks
-                    .iter()
-                    .map(|block| block.static_input[1])
-                    .collect(),
-            ];
+        let gains = &self.directions[direction].gains;
+        let w = match self.basis.coupled() {
+            None => gains.iter().map(|gain| gain.deflection[0]).collect(),
+            Some(coupled) => {
+                let along = |k: usize| {
+                    let row = |i: usize| coupled.from_modes[2 * n * i + k];
+                    let terms = gains.iter().enumerate().map(|(i, gain)| {
+                        gain.deflection[0] * row(i) + gain.deflection[1] * row(n + i)
+                    });
+                    terms.sum()
+                };
+                (0..n).map(along).collect()
+            }
         };
-        let velocities = |input: &dyn Fn(usize) -> [f64; 2]| {
-            let first = (0..n).map(|i| input(i)[0]);
-            let state: Vec<f64> = first.chain((0..n).map(|i| input(i)[1])).collect();
-            self.basis.turned_modes(&state).split_off(n)
-        };
-        let along = |k: usize| {
-            let row = |i: usize| coupled.from_modes[2 * n * i + k];
-            (0..n)
-                .map(|i| gains[i].deflection[0] * row(i) + gains[i].deflection[1] * row(n + i))
-                .sum()
-        };
-        [
-            (0..n).map(along).collect(),
-            velocities(&|i| gains[i].mesh_input),
-            velocities(&|i| self.blocks[i].static_input),
-        ]
+        let inputs: Vec<_> = gains.iter().map(|gain| gain.mesh_input).collect();
+        [w, self.basis.force(&inputs)]
     }
 
     /// Displacements of the turned modes under a constant force; those of rigid ones are left zero.

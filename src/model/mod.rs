@@ -19,6 +19,7 @@
 
 mod basis;
 mod block;
+mod breakpoints;
 mod contact;
 mod direction;
 mod drive;
@@ -40,10 +41,10 @@ pub use drive::{
     TorqueRipple,
 };
 pub use error::ModelError;
-pub use excitation::{Ripple, TransmissionErrorHarmonic};
+pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
-pub use mesh::{MeshCycle, Segment, equal_parts};
+pub use mesh::{MeshCycle, SAME_PHASE, Segment, equal_parts};
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::{BearingOutput, Model};
 

@@ -269,36 +269,6 @@ impl Model {
         self.gains(&self.first_cycle().segments[0])
     }
 
-    /// The segment of every contact at a time \[s\] within a mesh cycle.
-    pub fn segments_at(&self, cycle: u64, time: f64) -> Vec<Segment> {
-        let at = |contact: &Contact| *contact.cycle(cycle).segment_at(time);
-        self.contacts.iter().map(at).collect()
-    }
-
-    /// Whether a contact may open or close at the start of a segment of its mesh cycle `cycle`, at
-    /// a prescribed time: where its line or its gap change.
-    pub fn turns(&self, contact: &Contact, cycle: u64, segment: usize) -> bool {
-        let count = contact.cycles.len() as u64;
-        let own = contact.cycle(cycle);
-        let before = match segment.checked_sub(1) {
-            Some(before) => &own.segments[before],
-            None => {
-                let earlier = contact.cycle(cycle % count + count - 1);
-                &earlier.segments[earlier.segments.len() - 1]
-            }
-        };
-        let after = &own.segments[segment];
-        self.line(before) != self.line(after) || !(before.error.is_none() && after.error.is_none())
-    }
-
-    /// Whether such a change is anywhere in a contact's cycles.
-    pub fn ever_turns(&self, contact: &Contact) -> bool {
-        (0..contact.cycles.len() as u64).any(|cycle| {
-            let segments = contact.cycle(cycle).segments.len();
-            (0..segments).any(|segment| self.turns(contact, cycle, segment))
-        })
-    }
-
     /// Mesh deflection and rate `(δ [m], δ' [m/s])` of a state (length 2N) at a time \[s\]
     /// within the first mesh cycle of a base period: along the line of the first contact.
     pub fn deflection(&self, state: &[f64], time: f64) -> (f64, f64) {

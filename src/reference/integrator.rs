@@ -7,9 +7,6 @@ use crate::model::{ActiveSet, MeshCycle, MeshGain, Model, Segment, TrajectorySta
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
 
-/// Mesh phases closer than this \[cycles\] are one.
-pub(super) const SAME_PHASE: f64 = 1e-12;
-
 /// Most changes of contact state in one mesh cycle before the integration is given up.
 pub(super) const CROSSING_LIMIT: u32 = 10_000;
 
@@ -180,7 +177,7 @@ impl Integration<'_> {
         let model = self.reference.model;
         let mut changes = 0;
         let mut start = 0.0;
-        for end in ends(model, self.cycle) {
+        for end in model.segment_ends(self.cycle) {
             let inside = 0.5 * (start + end);
             self.segments = model.segments_at(self.cycle, model.period() * inside);
             let mut time = model.period() * start;
@@ -197,15 +194,8 @@ impl Integration<'_> {
     /// Takes up new lines and gaps, where contacts may open and close.
     fn turn(&mut self, phase: f64, time: f64) {
         let model = self.reference.model;
-        for (index, contact) in model.contacts.iter().enumerate() {
-            let segments = &contact.cycle(self.cycle).segments;
-            let starts = |segment: &Segment| (segment.start - phase).abs() < SAME_PHASE;
-            let Some(own) = segments.iter().position(starts) else {
-                continue;
-            };
-            if !model.turns(contact, self.cycle, own) {
-                continue;
-            }
+        for index in model.turning(self.cycle, phase) {
+            let contact = &model.contacts[index];
             let segment = &self.segments[index];
             let state = &self.state.value;
             let (deflection, rate) = model.deflection_on(segment, self.cycle, state, time);
@@ -276,7 +266,7 @@ impl Integration<'_> {
         let mut first: Option<(f64, usize)> = None;
         let mut probed = false;
         for contact in 0..model.contacts.len() {
-            if self.is_behind(contact) {
+            if model.is_out_of_reach(contact, &self.segments, self.contact) {
                 continue;
             }
             self.sample(contact, left, h);
@@ -320,17 +310,6 @@ impl Integration<'_> {
         Ok(Some(reached))
     }
 
-    /// Whether an open contact is out of reach while one on the other side of its line is closed.
-    fn is_behind(&self, contact: usize) -> bool {
-        let model = self.reference.model;
-        let line = |contact: usize| model.line(&self.segments[contact]);
-        let opposite = |other: usize| {
-            let sides = [contact, other].map(|contact| model.contacts[contact].side);
-            sides[0] == -sides[1] && line(contact) == line(other)
-        };
-        !self.contact.holds(contact) && self.contact.iter().any(opposite)
-    }
-
     /// Sets `moved` to the state after `tau` from `left`.
     fn advance(&mut self, left: f64, tau: f64) {
         let model = self.reference.model;
@@ -372,17 +351,6 @@ impl Integration<'_> {
         samples.push((h, self.margin(contact, &self.moved.value, left + h)));
         self.samples = samples;
     }
-}
-
-/// Mesh phases at which some contact's segment ends, in order.
-pub(super) fn ends(model: &Model, cycle: u64) -> Vec<f64> {
-    let cycles = model.contacts.iter().map(|contact| contact.cycle(cycle));
-    let mut ends: Vec<f64> = (cycles.flat_map(|cycle| &cycle.segments))
-        .map(|segment| segment.end)
-        .collect();
-    ends.sort_by(f64::total_cmp);
-    ends.dedup_by(|a, b| *a - *b < SAME_PHASE);
-    ends
 }
 
 #[cfg(test)]

@@ -49,12 +49,7 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         false => Some([1, 1]),
     };
     let phase = table.quantity_or_default(issues, "phase");
-    let error = table.tables(issues, "transmission_error").map(|tables| {
-        let read: Vec<_> = (tables.iter())
-            .map(|table| sections::harmonic(table, issues))
-            .collect();
-        read.into_iter().collect::<Option<Vec<_>>>()
-    });
+    let error = sections::harmonics(table, issues, "transmission_error");
     let participation = participation?;
     Some(StructureContact {
         name: name?.to_owned(),
@@ -68,7 +63,7 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         // The schema bounds them far below the range of u32.
         cycles: cycles?.map(|count| count as u32),
         phase: phase?,
-        error: (error??.iter())
+        error: (error?.iter())
             .map(|h| (h.harmonic, h.amplitude, h.phase))
             .collect(),
     })

@@ -76,16 +76,19 @@ pub(in crate::manifest) fn stiffness_harmonics(
     read.into_iter().collect()
 }
 
-/// A list of harmonics, empty where it is absent.
-fn harmonics(section: &Section, issues: &mut Issues, name: &str) -> Option<Vec<MeshHarmonic>> {
+/// The harmonics of a transmission error, a list of tables; none where it is absent.
+pub(in crate::manifest) fn harmonics(
+    section: &Section,
+    issues: &mut Issues,
+    name: &str,
+) -> Option<Vec<MeshHarmonic>> {
     let tables = section.tables(issues, name)?;
     // Every table is read before any failure counts, so that all faults are found.
     let read: Vec<_> = tables.iter().map(|table| harmonic(table, issues)).collect();
     read.into_iter().collect()
 }
 
-/// A harmonic of a transmission error.
-pub(in crate::manifest) fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
+fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
     let harmonic = table.integer(issues, "harmonic");
     let amplitude = table.quantity(issues, "amplitude");
     let phase = table.quantity_or_default(issues, "phase");

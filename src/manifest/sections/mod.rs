@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use backlash::Surroundings;
-pub(super) use excitation::{harmonic, stiffness_harmonics};
+pub(super) use excitation::{harmonics, stiffness_harmonics};
 pub(super) use job::read as read_job;
 
 impl Variant {

@@ -69,12 +69,9 @@ impl Stepping {
     pub fn new(model: &Model, steps: u32, event_limit: u32) -> Self {
         let period = model.period();
         let base = model.base_cycles();
-        let cycles = model.contacts.iter().flat_map(|contact| &contact.cycles);
-        let mut ends: Vec<f64> = (cycles.flat_map(|cycle| &cycle.segments))
-            .map(|segment| segment.end)
+        let ends: Vec<f64> = (0..base as u64)
+            .flat_map(|cycle| model.segment_ends(cycle))
             .collect();
-        ends.sort_by(f64::total_cmp);
-        ends.dedup();
         let parts = equal_parts(&ends, MOST_PARTS).unwrap_or(1);
         let per_part = (steps.max(1) as usize).div_ceil(parts);
         let steps = per_part * parts;

@@ -13,6 +13,7 @@ use super::feedback::Closed;
 use super::joint::JointWindow;
 use super::lanes::{self, Solution};
 use super::position::{Position, SAME_TIME, Track, align};
+use super::search::View;
 use super::shapes::Row;
 use super::tables::{Course, JointStretch, Sight, lack, phases};
 use super::varying::{Factors, Nodal};
@@ -123,7 +124,7 @@ impl Volterra<'_> {
             true => 1.0,
             false => 2.0 * (stop - position.time) / table.delta - 1.0,
         };
-        self.set_segments(position, track, *active, workspace);
+        self.set_segments(position, track, *active, O::WINDOWS, workspace);
         self.set_inputs(position, track, &mut workspace.inputs);
         match track {
             Track::Course(course, stretch) => {
@@ -303,12 +304,13 @@ impl Volterra<'_> {
     }
 
     /// Writes the segment of every contact on a window: exact for those whose segment it may not
-    /// leave.
+    /// leave. Those of open contacts whose flanks lack nothing are for observers only (`watched`).
     fn set_segments(
         &self,
         position: &Position,
         track: Track<'_>,
         active: ActiveSet,
+        watched: bool,
         workspace: &mut Workspace,
     ) {
         let contacts = self.model.contacts.iter().enumerate();
@@ -320,7 +322,10 @@ impl Volterra<'_> {
                     cycle.segments[course.grid.segment_of_stretch[stretch]]
                 }
                 // A time on a boundary is known to rounding.
-                Track::Course(..) => *cycle.segment_at(position.time + SAME_TIME * cycle.period),
+                Track::Course(..) if watched || self.tables.lacks[index] => {
+                    *cycle.segment_at(position.time + SAME_TIME * cycle.period)
+                }
+                Track::Course(..) => continue,
             };
         }
     }
@@ -357,15 +362,14 @@ impl Volterra<'_> {
     ) {
         let table = &self.tables.windows[track.sights()[0].window];
         if O::WINDOWS {
-            self.show(
+            let view = View {
                 position,
                 track,
                 active,
-                table.delta,
-                None,
-                workspace,
-                observer,
-            );
+                duration: table.delta,
+                cut: None,
+            };
+            self.show(view, workspace, observer);
         }
         counters.tangent_windows += workspace.tangents() as u64;
         let (columns, forces, inputs, _) = workspace.moving(active.touching());
@@ -400,8 +404,14 @@ impl Volterra<'_> {
         let tau = self.prepare_cut(table, end, with_nodes, &mut workspace.cut);
         counters.partial_windows += 1;
         if O::WINDOWS {
-            let cut = Some(&workspace.cut);
-            self.show(position, track, active, tau, cut, workspace, observer);
+            let view = View {
+                position,
+                track,
+                active,
+                duration: tau,
+                cut: Some(&workspace.cut),
+            };
+            self.show(view, workspace, observer);
         }
         counters.tangent_windows += workspace.tangents() as u64;
         let (columns, forces, inputs, cut, joint) = workspace.cutting(active.touching());

@@ -1,7 +1,7 @@
 //! Where do windows start while nothing happens?
 
 use super::length::fewest_windows;
-use crate::model::{Model, equal_parts};
+use crate::model::{Model, SAME_PHASE, equal_parts};
 
 /// Most lengths of window, so that their tables stay small.
 const MOST_LENGTHS: usize = 4;
@@ -16,9 +16,6 @@ const FEWEST: f64 = 4.0;
 
 /// Most equal parts of the cycle on which segment boundaries are sought.
 const MOST_PARTS: usize = 10_000;
-
-/// Mesh phases closer than this \[cycles\] are one.
-const SAME_PHASE: f64 = 1e-12;
 
 /// Lengths closer than this, relative, are one.
 const SAME_LENGTH: f64 = 1e-12;

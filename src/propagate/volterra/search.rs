@@ -25,6 +25,18 @@ pub(super) struct Met {
     pub on_surface: bool,
 }
 
+/// What of a window is shown.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a> {
+    pub position: &'a Position,
+    pub track: Track<'a>,
+    pub active: ActiveSet,
+    /// Length \[s\].
+    pub duration: f64,
+    /// Where it is cut; none for a full window.
+    pub cut: Option<&'a Cut>,
+}
+
 impl Volterra<'_> {
     /// The first event on a window up to `limit`. Of two at the same moment the first in the order
     /// of contacts counts.
@@ -148,39 +160,34 @@ impl Volterra<'_> {
         }
     }
 
-    /// Shows a window, or its part up to the cut, of a duration \[s\].
+    /// Shows a window, or its part up to the cut.
     pub(super) fn show<O: Observer>(
         &self,
-        position: &Position,
-        track: Track<'_>,
-        active: ActiveSet,
-        duration: f64,
-        cut: Option<&Cut>,
+        view: View<'_>,
         workspace: &Workspace,
         observer: &mut O,
     ) {
         // Room for many is not made where it is not needed.
-        match active.count() <= 2 {
-            true => {
-                self.show_few::<O, 2>(position, track, active, duration, cut, workspace, observer)
-            }
-            false => self.show_few::<O, MOST_CONTACTS>(
-                position, track, active, duration, cut, workspace, observer,
-            ),
+        match view.active.count() <= 2 {
+            true => self.show_few::<O, 2>(view, workspace, observer),
+            false => self.show_few::<O, MOST_CONTACTS>(view, workspace, observer),
         }
     }
 
     /// As [`Self::show`], with at most M contacts closed.
     fn show_few<O: Observer, const M: usize>(
         &self,
-        position: &Position,
-        track: Track<'_>,
-        active: ActiveSet,
-        duration: f64,
-        cut: Option<&Cut>,
+        view: View<'_>,
         workspace: &Workspace,
         observer: &mut O,
     ) {
+        let View {
+            position,
+            track,
+            active,
+            duration,
+            cut,
+        } = view;
         let seen = |series: &Series| match cut {
             Some(cut) => self.cut_series(cut, series),
             None => *series,

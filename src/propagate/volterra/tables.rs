@@ -5,12 +5,8 @@ use super::grid::{Grid, distinct};
 use super::lanes::InstructionSet;
 use super::shapes::{BlockChunk, LANES, Lack, Lanes, Layout};
 use super::window_table::{BlockExponential, WindowTable};
-use crate::model::{Block, Contact, MeshGain, Model, Segment};
+use crate::model::{Block, Contact, MeshGain, Model, Segment, turned};
 use crate::numerics::legendre::transforms8;
-use std::f64::consts::TAU;
-
-/// Mesh phases closer than this \[cycles\] are one.
-const SAME_PHASE: f64 = 1e-12;
 
 /// Tables of the structured kernel.
 #[derive(Debug)]
@@ -44,9 +40,8 @@ pub struct VolterraTables {
 pub struct Course {
     /// Where windows start.
     pub grid: Grid,
-    /// Window table of every stretch.
-    pub window_of_stretch: Vec<usize>,
-    /// The lines of all contacts on every stretch, that of its window table first.
+    /// The lines of all contacts on every stretch, that of the contact first: its window table is
+    /// that of the stretch.
     pub sights_of_stretch: Vec<Vec<Sight>>,
     /// Solution operator of every cell, among those of its window table.
     pub feedback_of_cell: Vec<usize>,
@@ -265,7 +260,6 @@ impl Course {
         frequencies: &[[f64; 2]],
         needs: &mut Needs,
     ) -> Self {
-        let mut window_of_stretch = Vec::new();
         let mut sights_of_stretch = Vec::new();
         let mut feedback_of_cell = Vec::new();
         let mut first = 0;
@@ -288,7 +282,6 @@ impl Course {
                 feedback_of_cell.push(place(&mut needs.closures[window], closure));
             }
             first = grid.stretch_end_cell[stretch];
-            window_of_stretch.push(window);
             sights_of_stretch.push(sights);
         }
         let mut cell_phases = Vec::new();
@@ -299,15 +292,12 @@ impl Course {
         }
         Self {
             grid,
-            window_of_stretch,
             sights_of_stretch,
             feedback_of_cell,
             cell_phases,
         }
     }
-}
 
-impl Course {
     /// The stretch that a cell or a time \[s\] is in.
     pub fn stretch(&self, aligned: Option<usize>, time: f64) -> usize {
         match aligned {
@@ -323,8 +313,7 @@ impl Course {
 
 /// (cos, sin) of a frequency \[rad/s\], with its turns a mesh cycle, at a time \[s\] within one.
 pub fn phases([angular, turns]: [f64; 2], cycle: u64, time: f64) -> [f64; 2] {
-    let whole = TAU * (cycle as f64 * turns).fract();
-    let (sin, cos) = (whole + angular * time).sin_cos();
+    let (sin, cos) = turned(angular, turns, cycle, time).sin_cos();
     [cos, sin]
 }
 
@@ -350,15 +339,9 @@ fn can_join(model: &Model) -> bool {
 
 /// The joint stretches of a mesh cycle.
 fn joint_stretches(model: &Model, cycle: u64, needs: &mut Needs) -> Vec<JointStretch> {
-    let cycles = model.contacts.iter().map(|contact| contact.cycle(cycle));
-    let mut ends: Vec<f64> = cycles
-        .flat_map(|c| c.segments.iter().map(|s| s.end))
-        .collect();
-    ends.sort_by(f64::total_cmp);
-    ends.dedup_by(|a, b| *a - *b < SAME_PHASE);
     let mut start = 0.0;
-    (ends.iter())
-        .map(|&end| {
+    (model.segment_ends(cycle).into_iter())
+        .map(|end| {
             let inside = 0.5 * (start + end);
             start = end;
             let segments: Vec<usize> = (model.contacts.iter())

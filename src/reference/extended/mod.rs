@@ -20,7 +20,7 @@ mod series;
 pub use double_double::DoubleDouble;
 
 use super::ReferenceError;
-use super::integrator::{CROSSING_LIMIT, SAME_PHASE, ends, fastest_rate};
+use super::integrator::{CROSSING_LIMIT, fastest_rate};
 use crate::model::{ActiveSet, Model, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
@@ -159,7 +159,7 @@ impl Integration<'_> {
         let boundary = |phase: f64| DoubleDouble::product(model.period(), phase);
         let mut met = 0;
         let mut start = 0.0;
-        for phase in ends(model, self.cycle) {
+        for phase in model.segment_ends(self.cycle) {
             let mut time = boundary(start);
             let end = boundary(phase);
             let inside = 0.5 * (start + phase);
@@ -195,15 +195,8 @@ impl Integration<'_> {
         let Extended {
             model, structure, ..
         } = self.extended;
-        for (index, contact) in model.contacts.iter().enumerate() {
-            let segments = &contact.cycle(self.cycle).segments;
-            let starts = |segment: &Segment| (segment.start - phase).abs() < SAME_PHASE;
-            let Some(own) = segments.iter().position(starts) else {
-                continue;
-            };
-            if !model.turns(contact, self.cycle, own) {
-                continue;
-            }
+        for index in model.turning(self.cycle, phase) {
+            let contact = &model.contacts[index];
             let segment = &self.segments[index];
             let at = (self.cycle, time);
             let deflection = structure.deflection(model, segment, at, &self.state);
@@ -274,12 +267,7 @@ impl Integration<'_> {
         for (index, contact) in model.contacts.iter().enumerate() {
             let line = model.line(&self.segments[index]);
             let closed = self.contact.holds(index);
-            let opposite = |other: usize| {
-                let sides = [contact.side, -model.contacts[other].side];
-                sides[0] == sides[1] && model.line(&self.segments[other]) == line
-            };
-            // Out of reach while one on the other side of its line is closed.
-            if !closed && self.contact.iter().any(opposite) {
+            if model.is_out_of_reach(index, &self.segments, self.contact) {
                 continue;
             }
             // Margin: inside (side δ − b), positive while the contact stays what it is.
