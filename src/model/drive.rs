@@ -1,9 +1,12 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
-use super::{FlankError, SAME_PHASE, STIFFNESS_TERMS, Stiffness};
+use super::{FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
+
+/// Mesh phases closer than this \[cycles\] are one: only rounding tells them apart.
+pub const SAME_PHASE: f64 = 1e-12;
 
 /// Divisions for each turn of the highest harmonic of a stiffness.
 const PIECES_A_HARMONIC: u32 = 15;

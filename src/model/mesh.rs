@@ -7,9 +7,6 @@ use crate::numerics::legendre;
 /// elsewhere.
 const ON_BOUNDARY: f64 = 1e-9;
 
-/// Mesh phases closer than this \[cycles\] are one: only rounding tells them apart.
-pub const SAME_PHASE: f64 = 1e-12;
-
 /// A stretch of the mesh cycle with one law of stiffness and one direction of the mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {

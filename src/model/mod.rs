@@ -37,14 +37,14 @@ pub use block::{Block, MeshGain};
 pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
 pub use direction::{Direction, Line};
 pub use drive::{
-    CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, StiffnessHarmonic,
-    TorqueRipple,
+    CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, SAME_PHASE,
+    StiffnessHarmonic, TorqueRipple,
 };
 pub use error::ModelError;
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
-pub use mesh::{MeshCycle, SAME_PHASE, Segment, equal_parts};
+pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::{BearingOutput, Model};
 
