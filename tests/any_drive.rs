@@ -13,7 +13,7 @@ use atlas::model::{
 };
 use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use atlas::reference::{Extended, Reference};
-use atlas::shaft::{Coupling, FlankParticipation, ModalStructure, StructureContact};
+use atlas::shaft::{ContactLaw, Coupling, FlankParticipation, ModalStructure, StructureContact};
 use common::advance::{Events, advance, advance_with, volterra};
 use common::relative_difference;
 
@@ -63,14 +63,29 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
         name: name.to_owned(),
         force: participation.clone(),
         participation,
-        gap,
-        stiffness: (Division::levels(levels, &[]).iter())
-            .map(|division| (division.end, *division.stiffness.coefficients()))
-            .collect(),
-        damping: 200.0,
         cycles: [1, 1],
-        phase: 0.0,
-        error: Vec::new(),
+        law: ContactLaw {
+            gap,
+            stiffness: (Division::levels(levels, &[]).iter())
+                .map(|division| (division.end, *division.stiffness.coefficients()))
+                .collect(),
+            damping: 200.0,
+            phase: 0.0,
+            error: Vec::new(),
+        },
+    }
+}
+
+/// A contact with a cycle of its own, three in five of the mesh.
+fn cycled(contact: StructureContact, error: Vec<(u32, f64, f64)>) -> StructureContact {
+    StructureContact {
+        cycles: [3, 5],
+        law: ContactLaw {
+            phase: 0.3,
+            error,
+            ..contact.law
+        },
+        ..contact
     }
 }
 
@@ -111,27 +126,24 @@ fn cases() -> Vec<Case> {
     // A second mesh with three cycles in five, felt by other modes.
     let (mut structure, drive, point) = loaded();
     structure.contacts = vec![
-        StructureContact {
-            cycles: [3, 5],
-            phase: 0.3,
-            error: vec![(1, 3e-6, 0.2)],
-            ..contact(
+        cycled(
+            contact(
                 "drive flank of mesh 2",
                 vec![0.2, 0.1, -0.4, 0.3, 0.2, -0.1],
                 4e-6,
                 &[3e8, 2e8],
-            )
-        },
-        StructureContact {
-            cycles: [3, 5],
-            phase: 0.3,
-            ..contact(
+            ),
+            vec![(1, 3e-6, 0.2)],
+        ),
+        cycled(
+            contact(
                 "coast flank of mesh 2",
                 vec![-0.2, -0.1, -0.4, -0.3, 0.1, 0.1],
                 4e-6,
                 &[2e8, 3e8],
-            )
-        },
+            ),
+            Vec::new(),
+        ),
     ];
     add("two meshes, 3/5", (structure, drive, point));
 

@@ -4,7 +4,8 @@
 //! ([`EnergyNorm::raw`]) to show what that does to an estimate. In the energy norm a mode counts
 //! with its kinetic and potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²` with `ω_mesh² = k Σ w·g` the scale
 //! of the closed mesh (a rigid rotation has no stiffness of its own). The neutral pair is
-//! left out.
+//! left out. Under drag the neutral rotation decays and is felt, but where it has come to is not:
+//! states that differ by a displacement nobody feels are one ([`EnergyNorm::project`]).
 
 use crate::model::Model;
 use std::cmp::Ordering;
@@ -14,6 +15,9 @@ use std::cmp::Ordering;
 pub struct EnergyNorm {
     /// Weight of each component of a state, length 2N; 0 for the neutral pair.
     weights: Vec<f64>,
+    /// Displacements that nothing feels, other than single components: each is taken out of a
+    /// difference so that the component with this index vanishes, which has no weight.
+    unfelt: Vec<(usize, Vec<f64>)>,
     /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
     unit: f64,
 }
@@ -38,18 +42,19 @@ impl EnergyNorm {
                 true => block.natural_frequency().max(mesh),
                 false => 1.0,
             };
-            // Where the whole drive has turned to is nothing that it feels.
-            let column = [block.generator[0][0], block.generator[1][0]];
-            if column == [0.0; 2] && !model.feels_first(i) {
-                weights[i] = 0.0;
-            }
         }
         for &i in &model.neutral {
             weights[i] = 0.0;
             weights[n + i] = 0.0;
         }
+        // Where the whole drive has turned to is nothing that it feels.
+        let unfelt = reduced(model.unfelt_displacements());
+        for (index, _) in &unfelt {
+            weights[*index] = 0.0;
+        }
         Self {
             weights,
+            unfelt,
             unit: mesh * model.half_gap / participation.sqrt(),
         }
     }
@@ -61,6 +66,7 @@ impl EnergyNorm {
         let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();
         Self {
             weights: vec![1.0; 2 * model.modes()],
+            unfelt: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
         }
     }
@@ -94,6 +100,10 @@ impl EnergyNorm {
 
     /// Norm of a difference.
     pub fn distance(&self, x: &[f64], y: &[f64]) -> f64 {
+        if !self.unfelt.is_empty() {
+            let apart = self.difference(x, y);
+            return apart.iter().map(|d| d * d).sum::<f64>().sqrt();
+        }
         let mut sum = 0.0;
         for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
             let d = w * (a - b);
@@ -105,6 +115,9 @@ impl EnergyNorm {
     /// Whether a difference is no longer than `limit`; most that are longer show it in their first
     /// components.
     pub fn within(&self, limit: f64, x: &[f64], y: &[f64]) -> bool {
+        if !self.unfelt.is_empty() {
+            return self.distance(x, y) <= limit;
+        }
         let limit = limit * limit;
         let mut sum = 0.0;
         for ((w, a), b) in self.weights.iter().zip(x).zip(y) {
@@ -130,12 +143,55 @@ impl EnergyNorm {
         sum
     }
 
-    /// Removes the neutral pair from a vector.
+    /// The weighted components of a difference, in the order of [`Self::felt`].
+    pub fn difference(&self, x: &[f64], y: &[f64]) -> Vec<f64> {
+        let mut apart: Vec<f64> = x.iter().zip(y).map(|(a, b)| a - b).collect();
+        self.project(&mut apart);
+        let weighted = self.weights.iter().zip(&apart);
+        weighted
+            .filter(|(w, _)| **w > 0.0)
+            .map(|(w, a)| w * a)
+            .collect()
+    }
+
+    /// Removes the neutral pair, and displacements that nothing feels, from a vector.
     pub fn project(&self, x: &mut [f64]) {
+        for (index, along) in &self.unfelt {
+            let part = x[*index];
+            for (a, n) in x.iter_mut().zip(along) {
+                *a -= part * n;
+            }
+        }
         for (w, a) in self.weights.iter().zip(x) {
             if *w == 0.0 {
                 *a = 0.0;
             }
         }
+    }
+}
+
+/// Vectors, each scaled to 1 at the index of its largest component, where the others are made 0.
+fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
+    let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
+    for mut vector in vectors {
+        for (index, other) in &out {
+            subtract(&mut vector, vector[*index], other);
+        }
+        let largest = (vector.iter().enumerate()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        let Some((index, &value)) = largest else {
+            continue;
+        };
+        vector.iter_mut().for_each(|v| *v /= value);
+        for (_, other) in &mut out {
+            subtract(other, other[index], &vector);
+        }
+        out.push((index, vector));
+    }
+    out
+}
+
+fn subtract(from: &mut [f64], factor: f64, vector: &[f64]) {
+    for (a, b) in from.iter_mut().zip(vector) {
+        *a -= factor * b;
     }
 }

@@ -12,7 +12,7 @@ use crate::analysis::Analyses;
 use crate::gear::GearPair;
 use crate::model::{InitialState, MeshHarmonic, TorqueRipple};
 use crate::propagate::KernelChoice;
-use crate::shaft::{FlexibleDrive, ModalStructure, RigidDrive};
+use crate::shaft::{FlexibleDrive, ModalStructure, RigidDrive, TrainDrive};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -129,6 +129,7 @@ impl ModelSpec {
             - match &self.source {
                 // The rotation of the whole drive.
                 StructureSource::Rigid(_) | StructureSource::Flexible(_) => 1,
+                StructureSource::Train(train) => train.neutral_rotations(),
                 StructureSource::Modal(structure) => structure.neutral_modes(),
             }
     }
@@ -141,25 +142,30 @@ pub enum StructureSource {
     Rigid(Arc<RigidDrive>),
     /// Assembled from shafts, bearings and gear bodies.
     Flexible(Arc<FlexibleDrive>),
+    /// Assembled from any number of shafts, gears and couplings.
+    Train(Arc<TrainDrive>),
     /// Read from a modal file (already checked).
     Modal(Arc<ModalStructure>),
 }
 
 impl StructureSource {
-    /// The drawing of the gears, their bores the shafts' diameters; none of a modal file.
+    /// The drawing of the gears, their bores the shafts' diameters; none of a modal file and of bevel
+    /// gears.
     pub fn gears(&self) -> Option<GearPair> {
         let (gears, shafts) = match self {
             Self::Rigid(drive) => (&drive.gears, &drive.shafts),
             Self::Flexible(drive) => (&drive.gears, &drive.shafts),
+            Self::Train(train) => return train.spur_pair(),
             Self::Modal(_) => return None,
         };
         Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))
     }
 
-    /// Mesh force at load 1 \[N\], where it is known without the drawing: of a modal file.
+    /// Mesh force at load 1 \[N\], where it is known without the drawing.
     pub fn rated_force(&self) -> Option<f64> {
         match self {
             Self::Modal(structure) => Some(structure.rated_force),
+            Self::Train(train) => Some(train.pair.rated_force()),
             Self::Rigid(_) | Self::Flexible(_) => None,
         }
     }
@@ -169,6 +175,7 @@ impl StructureSource {
         match self {
             Self::Rigid(drive) => drive.tier.name(),
             Self::Flexible(_) => "flexible",
+            Self::Train(_) => "train",
             Self::Modal(_) => "modal",
         }
     }

@@ -19,8 +19,11 @@ type Generators = Vec<[[f64; 2]; 2]>;
 pub struct Basis {
     /// Indices of the structure's rigid modes.
     rigid: Vec<usize>,
-    /// Rows: the rigid motions that serve, in the structure's rigid modes (orthogonal).
+    /// Rows: the rigid motions that serve, in the structure's rigid modes (orthogonal): those that
+    /// no contact feels, then those that further contacts feel, the last felt by the mesh.
     turned: Vec<Vec<f64>>,
+    /// How many of them no contact feels.
+    unfelt: usize,
     /// What couples the modes, after that.
     coupled: Option<Coupled>,
 }
@@ -50,10 +53,11 @@ impl Basis {
     ) -> Result<(Self, Generators), ModelError> {
         let n = structure.modes();
         let rigid: Vec<usize> = (0..n).filter(|&i| structure.frequency[i] == 0.0).collect();
-        let turned = turned_basis(&rigid, &structure.mesh);
+        let (turned, unfelt) = turned_basis(&rigid, structure.felt_rotations());
         let mut basis = Self {
             rigid,
             turned,
+            unfelt,
             coupled: None,
         };
         let damped = structure.frequency.iter().zip(&structure.damping);
@@ -92,6 +96,11 @@ impl Basis {
     /// The structure's rigid modes.
     pub(super) fn rigid(&self) -> &[usize] {
         &self.rigid
+    }
+
+    /// Those of the turned rigid modes that no contact feels.
+    pub fn unfelt(&self) -> &[usize] {
+        &self.rigid[..self.unfelt]
     }
 
     /// Modal values of the structure with its rigid motions turned.
@@ -229,27 +238,36 @@ fn times(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
     matrix.chunks_exact(vector.len()).map(row).collect()
 }
 
-/// Orthonormal rows spanning the rigid modes, the last one along their mesh participation:
-/// all others have none.
-fn turned_basis(rigid: &[usize], mesh: &[f64]) -> Vec<Vec<f64>> {
+/// Orthonormal rows spanning the rigid modes, the last one along the first of the `felt` rotations,
+/// the one before it in the plane of the first two, and so on; and how many none of them has a part
+/// in.
+fn turned_basis(rigid: &[usize], felt: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) {
     let n = rigid.len();
     let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
-    let w: Vec<f64> = rigid.iter().map(|&i| mesh[i]).collect();
-    let norm = w.iter().map(|v| v * v).sum::<f64>().sqrt();
-    if norm == 0.0 {
-        return (0..n).map(identity).collect();
+    let mut rows: Vec<Vec<f64>> = (0..n).map(identity).collect();
+    let mut unfelt = n;
+    for direction in felt {
+        let last = unfelt - 1;
+        let w: Vec<f64> = (rows[..unfelt].iter())
+            .map(|row| row.iter().zip(&direction).map(|(r, d)| r * d).sum())
+            .collect();
+        let norm = w.iter().map(|v| v * v).sum::<f64>().sqrt();
+        // Householder reflection that sends w/|w| to the last axis that is left.
+        let side = if w[last] > 0.0 { 1.0 } else { -1.0 };
+        let mut v: Vec<f64> = w.iter().map(|x| x / norm).collect();
+        v[last] += side;
+        let square: f64 = v.iter().map(|x| x * x).sum();
+        let reflected = (0..unfelt)
+            .map(|i| {
+                let flip = if i == last { -side } else { 1.0 };
+                let factor =
+                    |j: usize| flip * (f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / square);
+                let entry = |k: usize| (0..unfelt).map(|j| factor(j) * rows[j][k]).sum();
+                (0..n).map(entry).collect()
+            })
+            .collect::<Vec<_>>();
+        rows.splice(..unfelt, reflected);
+        unfelt = last;
     }
-    // Householder reflection that sends w/|w| to the last axis.
-    let side = if w[n - 1] > 0.0 { 1.0 } else { -1.0 };
-    let mut v: Vec<f64> = w.iter().map(|x| x / norm).collect();
-    v[n - 1] += side;
-    let square: f64 = v.iter().map(|x| x * x).sum();
-    (0..n)
-        .map(|i| {
-            let flip = if i == n - 1 { -side } else { 1.0 };
-            (0..n)
-                .map(|j| flip * (f64::from(u8::from(i == j)) - 2.0 * v[i] * v[j] / square))
-                .collect()
-        })
-        .collect()
+    (rows, unfelt)
 }

@@ -25,7 +25,8 @@ pub(super) fn contact(
     (basis, blocks): (&Basis, &[Block]),
 ) -> Result<Contact, ModelError> {
     let [p, q] = own.cycles;
-    let stiffnesses = own
+    let law = &own.law;
+    let stiffnesses = law
         .stiffness
         .iter()
         .map(|(_, series)| Stiffness::series(*series));
@@ -35,29 +36,34 @@ pub(super) fn contact(
     positive("contact stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
     positive(
         "contact damping",
-        own.damping,
-        own.damping >= 0.0,
+        law.damping,
+        law.damping >= 0.0,
         "at least 0 N s/m",
     )?;
-    positive("contact gap", own.gap, true, "finite")?;
+    positive("contact gap", law.gap, true, "finite")?;
     let accepted = "a ratio of whole numbers from 1 to 1000";
     let inside = (1..=MOST_CYCLES).contains(&p) && (1..=MOST_CYCLES).contains(&q);
     positive("cycles of a contact", f64::from(p), inside, accepted)?;
     let ratio = f64::from(p) / f64::from(q);
-    let error: Vec<_> = (own.error.iter())
+    let error: Vec<_> = (law.error.iter())
         .map(|&(harmonic, amplitude, phase)| {
             let turns_per_cycle = f64::from(harmonic) * ratio;
             TransmissionErrorHarmonic {
                 angular_frequency: TAU * turns_per_cycle / period,
                 turns_per_cycle,
                 amplitude,
-                phase: phase + TAU * f64::from(harmonic) * own.phase,
+                phase: phase + TAU * f64::from(harmonic) * law.phase,
             }
         })
         .collect();
-    let [w, g] = [&own.participation, &own.force].map(|column| basis.turn(column));
+    let [mut w, mut g] = [&own.participation, &own.force].map(|column| basis.turn(column));
+    // Of rotations that no contact feels only round-off of the turn is there.
+    for &i in basis.unfelt() {
+        g[i] -= w[i];
+        w[i] = 0.0;
+    }
     let direction = directions.add(basis.gains(blocks, &w, &g), &error);
-    let divisions: Vec<Division> = (own.stiffness.iter())
+    let divisions: Vec<Division> = (law.stiffness.iter())
         .map(|&(end, series)| Division {
             stiffness: Stiffness::series(series),
             ..Division::level(end, 1.0)
@@ -65,15 +71,15 @@ pub(super) fn contact(
         .collect();
     let cycles = (0..q)
         .map(|number| {
-            let start = own.phase + f64::from(number) * ratio;
+            let start = law.phase + f64::from(number) * ratio;
             let within = stretch(&divisions, start, ratio);
-            MeshCycle::new(period, &within, &vec![direction; within.len()], own.damping)
+            MeshCycle::new(period, &within, &vec![direction; within.len()], law.damping)
         })
         .collect::<Vec<_>>();
     let alike = cycles.iter().all(|cycle| *cycle == cycles[0]);
     Ok(Contact {
         side: 1.0,
-        half_gap: own.gap,
+        half_gap: law.gap,
         cycles: if alike { cycles[..1].to_vec() } else { cycles },
     })
 }

@@ -12,7 +12,7 @@ use super::{
 use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
 
-/// A participation this small, relative to the largest, is round-off.
+/// A component this small, relative to the largest, is round-off.
 const UNFELT: f64 = 1e-12;
 
 /// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
@@ -354,13 +354,39 @@ impl Model {
         }
     }
 
-    /// Whether a contact sees the first component of a block, beyond round-off of the largest that
-    /// any sees.
-    pub fn feels_first(&self, block: usize) -> bool {
-        self.directions.iter().any(|direction| {
-            let sees = direction.gains.iter().map(|gain| gain.deflection[0].abs());
-            let largest = sees.fold(0.0, f64::max);
-            direction.gains[block].deflection[0].abs() > UNFELT * largest
+    /// Displacements, in states, that no contact feels and no force acts on, but for the neutral
+    /// pair: under drag, the rotation of the whole drive.
+    pub fn unfelt_displacements(&self) -> Vec<Vec<f64>> {
+        let n = self.modes();
+        let neutral = |i: &&usize| !self.neutral.contains(i);
+        (self.basis.unfelt().iter().filter(neutral))
+            .map(|&i| {
+                let mut modes = vec![0.0; 2 * n];
+                modes[i] = 1.0;
+                let mut state = self.basis.state_of_turned(&modes);
+                let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+                for x in &mut state {
+                    if x.abs() <= UNFELT * largest {
+                        *x = 0.0;
+                    }
+                }
+                state
+            })
+            .filter(|state| self.is_at_rest(state))
+            .collect()
+    }
+
+    /// Whether no block moves in a state that no force acts on, but for round-off.
+    fn is_at_rest(&self, state: &[f64]) -> bool {
+        let n = self.modes();
+        self.blocks.iter().enumerate().all(|(i, block)| {
+            let (x, y) = (state[i], state[n + i]);
+            let of = |row: [f64; 2]| {
+                let terms = [row[0] * x, row[1] * y];
+                let size = (row[0].abs() + row[1].abs()) * x.abs().max(y.abs());
+                (terms[0] + terms[1]).abs() <= UNFELT * size
+            };
+            block.generator.into_iter().all(of)
         })
     }
 

@@ -267,6 +267,12 @@ impl Assembly {
         Ok(node)
     }
 
+    /// Number of free freedoms.
+    pub fn free_freedoms(&self) -> usize {
+        let free = self.bonds.iter().filter(|bond| **bond == Bond::Free);
+        free.count()
+    }
+
     /// The matrices over the free freedoms.
     ///
     /// # Errors

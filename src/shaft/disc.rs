@@ -5,7 +5,7 @@ use super::error::{ShaftError, positive};
 use std::f64::consts::PI;
 
 /// A rigid body of revolution about the shaft's axis, its centre of mass at the node.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Disc {
     /// Mass \[kg\].
     pub mass: f64,

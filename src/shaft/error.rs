@@ -6,6 +6,9 @@ pub enum ShaftError {
     /// The drawing of the gears is not a pair that meshes.
     #[error(transparent)]
     Gear(#[from] crate::gear::GearError),
+    /// Shafts, gears and couplings make no train.
+    #[error(transparent)]
+    Train(#[from] super::train::TrainError),
     /// A quantity that must be positive and finite is not.
     #[error("{quantity} must be positive and finite, got {value}")]
     NotPositive {

@@ -6,7 +6,7 @@ use super::beam::{Material, Section};
 use super::drive::{self, FlexibleDrive, Released};
 use super::error::ShaftError;
 use super::modal::ModalStructure;
-use super::train::{ShaftNodes, Support, Train};
+use super::pair::{PairedShafts, ShaftNodes, Support};
 
 impl FlexibleDrive {
     /// The `retained` lowest of the `modes` lowest modes of the drive.
@@ -35,14 +35,14 @@ impl FlexibleDrive {
             self.add_shaft(&mut assembly, 0)?,
             self.add_shaft(&mut assembly, 1)?,
         ];
-        let train = Train {
+        let paired = PairedShafts {
             gears: &self.gears,
             shafts,
             damping: self.damping,
             damping_overrides: &self.damping_overrides,
             drag: [0, 1].map(|index| self.shafts[index].drag),
         };
-        train.modes(&assembly, modes, retained, mta)
+        paired.modes(&assembly, modes, retained, mta)
     }
 
     /// Adds one shaft with bearings, gear body and end inertia.
@@ -83,7 +83,7 @@ impl FlexibleDrive {
         )?;
         let supports = [0, 1].map(|number| Support {
             node: first + [first_bearing, second_bearing][number],
-            pedestal: None,
+            base: None,
             stiffness: shaft.bearings[number],
         });
         for support in supports {
@@ -93,7 +93,7 @@ impl FlexibleDrive {
         let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
         assembly.add_disc(first + gear, body)?;
         assembly.add_polar_inertia(first, shaft.end_inertia)?;
-        assembly.add_drag(first, shaft.drag.viscous)?;
+        assembly.add_drag(first, None, shaft.drag.viscous)?;
         Ok(ShaftNodes {
             end: first,
             gear: first + gear,
@@ -121,4 +121,4 @@ fn divide(
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -8,6 +8,7 @@ mod error;
 mod flexible;
 mod modal;
 mod modes;
+mod pair;
 mod projection;
 mod rigid;
 mod train;
@@ -17,6 +18,12 @@ pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
 pub use disc::Disc;
 pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
-pub use modal::{BearingGain, Coupling, FlankParticipation, ModalStructure, StructureContact};
+pub use modal::{
+    BearingGain, ContactLaw, Coupling, FlankParticipation, ModalStructure, StructureContact,
+};
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
+pub use train::{
+    GearPlace, LooseGear, Motion, ShaftCoupling, ShaftSection, Stop, TrainDrive, TrainError,
+    TrainGear, TrainMesh, TrainShaft,
+};

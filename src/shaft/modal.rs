@@ -2,6 +2,9 @@
 
 use super::error::ShaftError;
 
+/// Part of a contact's participations that is round-off of a rotation it does not feel.
+const ROTATION_NOISE: f64 = 1e-10;
+
 /// A linear structure in mass-normalised modal coordinates, as seen by the gear mesh.
 ///
 /// Every vector has one entry a mode, in ascending frequency. Mode `i` obeys
@@ -97,6 +100,15 @@ pub struct StructureContact {
     /// Modal force of a unit of its force, taken with a minus sign, one entry a mode \[1/√kg\]; the
     /// participation itself without friction.
     pub force: Vec<f64>,
+    /// How many of its cycles, `[p, q]`: p in q cycles of the mesh.
+    pub cycles: [u32; 2],
+    /// What it bears.
+    pub law: ContactLaw,
+}
+
+/// What a one-sided contact bears of its deflection.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ContactLaw {
     /// Gap b \[m\]; a negative one is a preload.
     pub gap: f64,
     /// Stiffness k over its cycle: the phase where each piece ends, and its Legendre coefficients
@@ -104,8 +116,6 @@ pub struct StructureContact {
     pub stiffness: Vec<(f64, [f64; 8])>,
     /// Damping c \[N s/m\].
     pub damping: f64,
-    /// How many of its cycles, `[p, q]`: p in q cycles of the mesh.
-    pub cycles: [u32; 2],
     /// Phase in its cycle at the start of mesh cycle 0, in cycles.
     pub phase: f64,
     /// Harmonics of its cycle in its error e: harmonic, amplitude \[m\], phase \[rad\].
@@ -213,12 +223,38 @@ impl ModalStructure {
         self.frequency.iter().filter(|&&omega| omega == 0.0).count()
     }
 
-    /// Number of rigid rotations that the mesh does not feel: all but one, the relative rotation,
-    /// into which those that it feels are turned.
+    /// Number of rigid rotations that no contact feels.
     pub fn neutral_modes(&self) -> usize {
+        self.rigid_modes() - self.felt_rotations().len()
+    }
+
+    /// Directions in the space of the rigid rotations that contacts feel, linearly independent, that
+    /// of the mesh first: participations in the rigid modes alone.
+    pub fn felt_rotations(&self) -> Vec<Vec<f64>> {
         let rigid = self.rigid_modes();
-        let felt = self.mesh[..rigid].iter().any(|w| *w != 0.0);
-        rigid - usize::from(felt)
+        let further = self.contacts.iter().map(|contact| &contact.participation);
+        let mut felt: Vec<Vec<f64>> = Vec::new();
+        let mut independent: Vec<Vec<f64>> = Vec::new();
+        // The mesh may feel the rotations as little as it likes.
+        let columns = std::iter::once((&self.mesh, 0.0))
+            .chain(further.map(|column| (column, ROTATION_NOISE)));
+        for (column, noise) in columns {
+            let largest = column.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+            let mut rest = column[..rigid].to_vec();
+            // Twice, against round-off.
+            for unit in independent.iter().chain(&independent) {
+                let part: f64 = unit.iter().zip(&rest).map(|(u, r)| u * r).sum();
+                for (r, u) in rest.iter_mut().zip(unit) {
+                    *r -= part * u;
+                }
+            }
+            let norm = rest.iter().map(|r| r * r).sum::<f64>().sqrt();
+            if norm > noise * largest {
+                felt.push(column[..rigid].to_vec());
+                independent.push(rest.iter().map(|r| r / norm).collect());
+            }
+        }
+        felt
     }
 
     /// The structure reduced to its `retained` lowest modes.

@@ -11,7 +11,7 @@ use super::disc::Disc;
 use super::drive::{self, Pedestal, Released, Shaft};
 use super::error::{ShaftError, positive};
 use super::modal::ModalStructure;
-use super::train::{ShaftNodes, Support, Train};
+use super::pair::{PairedShafts, ShaftNodes, Support};
 use crate::gear::GearPair;
 use strum::IntoStaticStr;
 
@@ -105,14 +105,14 @@ impl RigidDrive {
             self.add_shaft(&mut assembly, 0)?,
             self.add_shaft(&mut assembly, 1)?,
         ];
-        let train = Train {
+        let paired = PairedShafts {
             gears: &self.gears,
             shafts,
             damping: self.damping,
             damping_overrides: &self.damping_overrides,
             drag: [0, 1].map(|index| self.shafts[index].drag),
         };
-        train.modes(&assembly, modes, retained, mta)
+        paired.modes(&assembly, modes, retained, mta)
     }
 
     /// Adds one shaft with bearings, gear body and end inertia.
@@ -141,7 +141,7 @@ impl RigidDrive {
         let rod = Disc::annulus(shaft.diameter, 0.0, length, self.density)?;
         assembly.add_disc(middle, rod)?;
         assembly.add_polar_inertia(end, shaft.end_inertia)?;
-        assembly.add_drag(end, shaft.drag.viscous)?;
+        assembly.add_drag(end, None, shaft.drag.viscous)?;
 
         let supports = [
             self.add_support(assembly, [index, 0], bearings[0])?,
@@ -167,7 +167,7 @@ impl RigidDrive {
         stiffness.couple(assembly, node, Some(pedestal))?;
         Ok(Support {
             node,
-            pedestal: Some(pedestal),
+            base: Some(pedestal),
             stiffness,
         })
     }

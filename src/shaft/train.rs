@@ -1,304 +1,300 @@
-//! From an assembly with two gear shafts to the modes their mesh feels.
+//! Trains: shafts on axes of their own, with any number of gears, discs and bearings on each,
+//! joined by meshes, couplings and the springs of clutches.
 //!
-//! Two parallel shafts along z, x along the line of centres from pinion to wheel, y across
-//! it. Rotations are right-handed but for the wheel's about z, which is counted in the
-//! wheel's own sense of running, so that both gears roll forward together. The mesh
-//! deflection is
-//!
-//! ```text
-//! δ = r_b1 θz1 − r_b2 θz2 + n·(u1 − u2) + z_c n·((θ1 − θ2) × e_z),   n = (sin α, cos α, 0)
-//! ```
-//!
-//! `mesh` is δ at z_c = 0 per unit modal coordinate, `mesh_tilt` its derivative by z_c.
-//! The two rigid rotations are given as the neutral one (no deflection, no torque) followed
-//! by the relative one.
-//!
-//! Friction acts along `t = (cos α, −sin α, 0)`, `+t` on the pinion and `−t` on the wheel, at
-//! the distance s from the pitch point along n. Its moments about the two axes follow from
-//! that point of attack: `−(r₁ sin α + s)` on θz1 and `r₂ sin α − s` on θz2. `friction` is the
-//! part at the pitch point, where the flanks roll and the neutral rotation feels nothing;
-//! `friction_lever` the part linear in s.
-//!
-//! The coast flanks touch along the mirror image of the drive flanks' line of action. Their
-//! deflection is counted as that of the drive flanks, along `n' = (−sin α, cos α, 0)`, so that it
-//! grows with the same rotation and they touch where it is negative; then F < 0. At the distance s
-//! from the pitch point along n' the pinion slides over the wheel along `t' = (cos α, sin α, 0)`,
-//! and friction, which goes with |F| = −F, acts along −t'.
+//! Every shaft has freedoms in a frame of its own, z along its axis. What rotates as one is a
+//! *body*: a shaft, or a gear that runs loose on it. Without contact every body turns for itself;
+//! the numbers of teeth say how fast each turns where all contacts bear ([`speeds`]), and with
+//! these speeds the *neutral* rotation of the whole train is the one that no contact feels.
 
-use super::assembly::{AssembledMatrices, Assembly, Freedom};
-use super::drive::{self, Bearing, Drag};
+mod axes;
+mod contacts;
+mod error;
+mod nodes;
+mod speeds;
+mod structure;
+#[cfg(test)]
+mod tests;
+
+pub use error::TrainError;
+
+use super::disc::Disc;
+use super::drive::{Bearing, Drag};
 use super::error::ShaftError;
-use super::modal::{BearingGain, FlankParticipation, ModalStructure};
-use super::modes::Modes;
-use super::projection;
+use super::modal::ContactLaw;
 use crate::gear::GearPair;
+use serde::Serialize;
 
-/// The neutral and the relative rotation.
-pub(super) const RIGID_MODES: usize = 2;
-
-/// Two gear shafts in an assembly.
-#[derive(Debug)]
-pub(super) struct Train<'a> {
-    pub gears: &'a GearPair,
-    /// Pinion shaft, wheel shaft.
-    pub shafts: [ShaftNodes; 2],
-    /// Damping ratio of the elastic modes.
+/// A train of gears; the structure of the `train` model kind.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainDrive {
+    /// All shafts.
+    pub shafts: Vec<TrainShaft>,
+    /// The gears of the first mesh, whose cycles count.
+    pub gears: [GearPlace; 2],
+    /// Their drawing, at the centre distance of their axes.
+    pub pair: GearPair,
+    /// Further meshes.
+    pub meshes: Vec<TrainMesh>,
+    /// What joins ends of shafts.
+    pub couplings: Vec<ShaftCoupling>,
+    /// What shafts may strike.
+    pub stops: Vec<Stop>,
+    /// The shaft that the motor drives.
+    pub driver: usize,
+    /// Young's modulus \[Pa\].
+    pub young_modulus: f64,
+    /// Shear modulus \[Pa\].
+    pub shear_modulus: f64,
+    /// Density of shafts and gear bodies \[kg/m³\].
+    pub density: f64,
+    /// Timoshenko shear coefficient κ \[1\].
+    pub shear_coefficient: f64,
+    /// Global modal damping ratio of the elastic modes \[1\]; rigid modes are undamped.
     pub damping: f64,
-    /// `(mode, ratio)` overrides, modes counted from 1.
-    pub damping_overrides: &'a [(usize, f64)],
-    /// Pinion shaft, wheel shaft.
-    pub drag: [Drag; 2],
+    /// `(mode, ratio)` overrides, modes counted from 1 in ascending frequency.
+    pub damping_overrides: Vec<(usize, f64)>,
+    /// Whether shafts and gear bodies have gyroscopic moments.
+    pub gyroscopic: bool,
 }
 
-/// Nodes of one shaft that loads act on.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct ShaftNodes {
-    /// Free end of the overhang.
-    pub end: usize,
-    /// The gear body.
+/// One shaft and what stands on it. Places are distances \[m\] from its origin along its axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainShaft {
+    /// Its name.
+    pub name: String,
+    /// Where its first section begins \[m\].
+    pub origin: [f64; 3],
+    /// Along its axis; of any length.
+    pub direction: [f64; 3],
+    /// Its sections, one behind the other; none for a rigid body.
+    pub sections: Vec<ShaftSection>,
+    /// Longest beam element \[m\]; none: the section's outer diameter.
+    pub element: Option<f64>,
+    /// Which of its motions are free.
+    pub motion: Motion,
+    /// Rigid bodies on it, by their places; one of polar inertia alone does not tilt with it.
+    pub discs: Vec<(f64, Disc)>,
+    /// Gears on it.
+    pub gears: Vec<TrainGear>,
+    /// Bearings, by their places.
+    pub bearings: Vec<(f64, Bearing)>,
+    /// Where torques and drag act on it.
+    pub torque_at: f64,
+    /// Part of the motor's power that leaves the train here.
+    pub output: f64,
+    /// What brakes it against the ground.
+    pub drag: Drag,
+}
+
+/// A prismatic part of a shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ShaftSection {
+    /// Length \[m\].
+    pub length: f64,
+    /// Outer diameter \[m\].
+    pub outer: f64,
+    /// Inner diameter \[m\].
+    pub inner: f64,
+}
+
+/// Which motions of a shaft are free.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum Motion {
+    /// All six.
+    All,
+    /// The rotation about its axis; mounts are rigid.
+    Rotation,
+    /// All but the rotation, which is held where torques would act.
+    Lateral,
+    /// None.
+    None,
+}
+
+impl Motion {
+    /// Whether the shaft may turn.
+    fn turns(self) -> bool {
+        matches!(self, Self::All | Self::Rotation)
+    }
+
+    /// Whether it may move otherwise.
+    fn yields(self) -> bool {
+        matches!(self, Self::All | Self::Lateral)
+    }
+}
+
+/// A gear: a rigid annulus from the bore to the pitch circle, if its body is not given.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainGear {
+    /// Its name.
+    pub name: String,
+    /// The middle of its face \[m\].
+    pub at: f64,
+    /// Number of teeth.
+    pub teeth: u32,
+    /// Module \[m\].
+    pub module: f64,
+    /// Pressure angle \[rad\].
+    pub pressure_angle: f64,
+    /// Face width \[m\].
+    pub width: f64,
+    /// Its body.
+    pub body: Disc,
+    /// How it runs on its shaft; none where it is fixed to it.
+    pub loose: Option<LooseGear>,
+}
+
+/// How a gear runs loose on its shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LooseGear {
+    /// Its bearing on the shaft.
+    pub bearing: Bearing,
+    /// What brakes it against its shaft.
+    pub drag: Drag,
+}
+
+/// A gear by its shaft and its place among the shaft's gears.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct GearPlace {
+    /// The shaft.
+    pub shaft: usize,
+    /// Among its gears.
     pub gear: usize,
-    /// Both bearings.
-    pub supports: [Support; 2],
 }
 
-/// One bearing in an assembly.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Support {
-    /// On the shaft.
-    pub node: usize,
-    /// What the bearing stands on; none for the ground.
-    pub pedestal: Option<usize>,
-    pub stiffness: Bearing,
+/// A further mesh: two contacts, where the first gear drives and where it coasts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrainMesh {
+    /// The driving gear and the driven one.
+    pub gears: [GearPlace; 2],
+    /// Operating pressure angle \[rad\].
+    pub pressure_angle: f64,
+    /// Coulomb friction coefficient μ.
+    pub friction: f64,
+    /// What the drive flanks and the coast flanks bear.
+    pub flanks: [ContactLaw; 2],
 }
 
-impl Train<'_> {
-    /// The `retained` lowest of the `modes` lowest modes of the assembly; see
-    /// [`FlexibleDrive::modes`](super::FlexibleDrive::modes).
-    pub fn modes(
-        &self,
-        assembly: &Assembly,
-        modes: usize,
-        retained: usize,
-        mta: bool,
-    ) -> Result<ModalStructure, ShaftError> {
-        let matrices = assembly.matrices()?;
-        if modes < RIGID_MODES {
-            return Err(ShaftError::ModeCount {
-                requested: modes,
-                least: RIGID_MODES,
-                available: matrices.mass.nrows(),
-            });
-        }
-        let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, RIGID_MODES)?;
-        let damping = self.modal_damping(modes)?;
-        self.structure(&matrices, &solution, damping)?
-            .truncated(retained, mta)
+/// Springs and dampers between places of two shafts on one axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ShaftCoupling {
+    /// Both shafts.
+    pub shafts: [usize; 2],
+    /// Where it is fixed to them \[m\].
+    pub at: [f64; 2],
+    /// Stiffness across the axis, along it \[N/m\], against tilts and against twist \[N m/rad\].
+    pub stiffness: [f64; 4],
+    /// Damper against twist \[N m s/rad\].
+    pub damping: f64,
+    /// Further springs against twist behind gaps to either side; in radians what contacts have in
+    /// metres.
+    pub stages: Vec<ContactLaw>,
+}
+
+/// A one-sided spring between a place of a shaft and the ground.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stop {
+    /// The shaft.
+    pub shaft: usize,
+    /// Where \[m\].
+    pub at: f64,
+    /// Direction in the shaft's frame, from the shaft to the stop: x, y, along the axis.
+    pub direction: [f64; 3],
+    /// What it bears.
+    pub law: ContactLaw,
+}
+
+impl TrainDrive {
+    /// A gear.
+    pub fn gear(&self, place: GearPlace) -> &TrainGear {
+        &self.shafts[place.shaft].gears[place.gear]
     }
 
-    fn modal_damping(&self, modes: usize) -> Result<Vec<f64>, ShaftError> {
-        let overrides = self.damping_overrides.iter().map(|&(_, ratio)| ratio);
-        for ratio in std::iter::once(self.damping).chain(overrides) {
-            if !(0.0..1.0).contains(&ratio) {
-                return Err(ShaftError::DampingRatio { ratio });
-            }
+    /// A pair with bores that the drawing leaves open set to the diameters of its shafts, where
+    /// both have sections.
+    pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
+        let at = |place: GearPlace| self.shafts[place.shaft].section_at(self.gear(place).at);
+        match gears.map(at) {
+            [Some(one), Some(two)] => pair.on_shafts([one.outer, two.outer]),
+            _ => pair.clone(),
         }
-        let mut damping = vec![self.damping; modes];
-        damping[..RIGID_MODES].fill(0.0);
-        for &(mode, ratio) in self.damping_overrides {
-            if mode <= RIGID_MODES || mode > modes {
-                return Err(ShaftError::DampingOverride {
-                    mode,
-                    first: RIGID_MODES + 1,
-                    last: modes,
-                });
-            }
-            damping[mode - 1] = ratio;
-        }
-        Ok(damping)
-    }
-
-    /// Participations of all computed modes, rigid pair and signs settled.
-    fn structure(
-        &self,
-        matrices: &AssembledMatrices,
-        solution: &Modes,
-        damping: Vec<f64>,
-    ) -> Result<ModalStructure, ShaftError> {
-        use Freedom::{RotationX, RotationY, RotationZ, X, Y};
-        let [base_1, base_2] = self.gears.base_radii();
-        let [pitch_1, pitch_2] = self.gears.operating_pitch_radii()?;
-        let (sin, cos) = self.gears.operating_pressure_angle()?.sin_cos();
-        let [pinion, wheel] = [self.shafts[0].gear, self.shafts[1].gear];
-        let participation =
-            |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
-
-        // Of the flanks whose line of action leans towards the wheel's axis by `lean` sin α.
-        let flank = |lean: f64| {
-            let sin = lean * sin;
-            FlankParticipation {
-                mesh: participation(&[
-                    (pinion, RotationZ, base_1),
-                    (pinion, X, sin),
-                    (pinion, Y, cos),
-                    (wheel, X, -sin),
-                    (wheel, Y, -cos),
-                    (wheel, RotationZ, -base_2),
-                ]),
-                // n·(θ × e_z) = sin α θy − cos α θx
-                tilt: participation(&[
-                    (pinion, RotationY, sin),
-                    (pinion, RotationX, -cos),
-                    (wheel, RotationY, -sin),
-                    (wheel, RotationX, cos),
-                ]),
-                friction: participation(&[
-                    (pinion, X, lean * cos),
-                    (pinion, Y, -lean * sin),
-                    (wheel, X, -lean * cos),
-                    (wheel, Y, lean * sin),
-                    (pinion, RotationZ, -pitch_1 * lean * sin),
-                    (wheel, RotationZ, pitch_2 * lean * sin),
-                ]),
-                lever: participation(&[(pinion, RotationZ, -lean), (wheel, RotationZ, -lean)]),
-                residual_flexibility: 0.0,
-            }
-        };
-        let [mut drive, mut coast] = [1.0, -1.0].map(flank);
-        let mut pinion_torque = participation(&[(self.shafts[0].end, RotationZ, 1.0)]);
-        let mut wheel_torque = participation(&[(self.shafts[1].end, RotationZ, 1.0)]);
-
-        let mut bearings = self.bearing_gains(matrices, solution);
-
-        let signs = orientation(&drive.mesh[RIGID_MODES..], solution);
-        let [w_1, w_2] = [drive.mesh[0], drive.mesh[1]];
-        let norm = w_1.hypot(w_2);
-        // The pinion turns forward in the neutral mode.
-        let forward = (w_2 * pinion_torque[0] - w_1 * pinion_torque[1]).signum();
-        let settle = |column: &mut [f64]| {
-            let [a, b] = [column[0], column[1]];
-            column[0] = forward * (w_2 * a - w_1 * b) / norm;
-            column[1] = (w_1 * a + w_2 * b) / norm;
-            for (value, sign) in column[RIGID_MODES..].iter_mut().zip(&signs) {
-                *value *= sign;
-            }
-        };
-        for column in [&mut pinion_torque, &mut wheel_torque]
-            .into_iter()
-            .chain([&mut drive, &mut coast].into_iter().flat_map(|flank| {
-                [
-                    &mut flank.mesh,
-                    &mut flank.tilt,
-                    &mut flank.friction,
-                    &mut flank.lever,
-                ]
-            }))
-            .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
-        {
-            settle(column);
-        }
-        let mut torque: Vec<f64> = (pinion_torque.iter().zip(&wheel_torque))
-            .map(|(one, two)| base_1 * one - base_2 * two)
-            .collect();
-        // Zero by construction; only round-off of the rotation is removed.
-        drive.mesh[0] = 0.0;
-        coast.mesh[0] = 0.0;
-        torque[0] = 0.0;
-        // Shafts turn in their bearings; the neutral rotation grows without bound.
-        for bearing in &mut bearings {
-            bearing.gain[..RIGID_MODES].fill(0.0);
-        }
-        let coupling = projection::coupling(matrices, solution, settle);
-        let [constant_load, load_by_speed] = self.mean_drag(&torque);
-
-        Ok(ModalStructure {
-            teeth: self.gears.teeth[0],
-            wheel_teeth: Some(self.gears.teeth[1]),
-            rated_force: self.gears.rated_force(),
-            frequency: solution.frequencies(),
-            damping,
-            mesh: drive.mesh,
-            mesh_tilt: drive.tilt,
-            torque,
-            pinion_torque: Some(pinion_torque),
-            wheel_torque: Some(wheel_torque),
-            friction: drive.friction,
-            friction_lever: drive.lever,
-            residual_flexibility: 0.0,
-            coast: Some(coast),
-            contacts: Vec::new(),
-            bearings,
-            coupling,
-            constant_load,
-            load_by_speed,
-        })
-    }
-
-    /// Modal forces of the mean drag, constant and by the pinion's speed; empty where there is
-    /// none. The motor keeps the speed: it meets the pinion's own drag where that acts, and
-    /// against a drag `T_d` on the wheel its torque grows by `T_d r_b1/r_b2`, so that the mesh
-    /// bears `T_d/r_b2` more.
-    fn mean_drag(&self, torque: &[f64]) -> [Vec<f64>; 2] {
-        let [_, base] = self.gears.base_radii();
-        let wheel = self.drag[1];
-        let by_speed = wheel.viscous * drive::wheel_speed(self.gears);
-        [wheel.constant, by_speed].map(|drag| match drag == 0.0 {
-            true => Vec::new(),
-            false => torque.iter().map(|t| t * (drag / base)).collect(),
-        })
-    }
-
-    /// Gains of every bearing that the assembly can load: along the line of centres, across
-    /// it, axially.
-    fn bearing_gains(&self, matrices: &AssembledMatrices, solution: &Modes) -> Vec<BearingGain> {
-        let mut gains = Vec::new();
-        for (name, shaft) in ["pinion", "wheel"].iter().zip(&self.shafts) {
-            for (number, support) in (1..).zip(&shaft.supports) {
-                let bearing = support.stiffness;
-                let [xy, yx] = bearing.cross;
-                for (direction, freedom, stiffness, across) in [
-                    ("x", Freedom::X, bearing.x, Some((Freedom::Y, xy))),
-                    ("y", Freedom::Y, bearing.y, Some((Freedom::X, yx))),
-                    ("axial", Freedom::Z, bearing.axial, None),
-                ] {
-                    let springs = std::iter::once((freedom, stiffness)).chain(across);
-                    let terms: Vec<_> = springs
-                        .filter(|&(_, spring)| spring != 0.0)
-                        .flat_map(|(freedom, spring)| {
-                            let pedestal = support.pedestal.map(|node| (node, freedom, -spring));
-                            std::iter::once((support.node, freedom, spring)).chain(pedestal)
-                        })
-                        .collect();
-                    let force = matrices.functional(&terms);
-                    // No spring, or nothing that could load it.
-                    if force.iter().any(|&coefficient| coefficient != 0.0) {
-                        gains.push(BearingGain {
-                            name: format!("{name} {number} {direction}"),
-                            gain: solution.participation(&force),
-                        });
-                    }
-                }
-            }
-        }
-        gains
     }
 }
 
-/// Sign of every elastic mode, from its mesh participation.
-fn orientation(mesh: &[f64], solution: &Modes) -> Vec<f64> {
-    let largest = mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
-    (mesh.iter().enumerate())
-        .map(|(index, &w)| {
-            // Below this a participation is round-off of a zero.
-            if w.abs() > 1e-8 * largest {
-                return w.signum();
+impl TrainDrive {
+    /// That shafts, gears and couplings make a train.
+    ///
+    /// # Errors
+    /// [`TrainError`].
+    pub fn check(&self) -> Result<(), TrainError> {
+        self.layout()?;
+        (0..self.shafts.len()).try_for_each(|shaft| self.places(shaft).map(|_| ()))
+    }
+
+    /// Degrees of freedom.
+    ///
+    /// # Errors
+    /// Any [`ShaftError`] but those of modes.
+    pub fn freedoms(&self) -> Result<usize, ShaftError> {
+        let assembled = self.assembled(&self.layout()?)?;
+        Ok(assembled.assembly.free_freedoms())
+    }
+
+    /// The drawing of the first mesh on its shafts; none of bevel gears.
+    pub fn spur_pair(&self) -> Option<GearPair> {
+        let distance = self.centre_distance(self.gears).ok()?;
+        distance.map(|_| self.on_shafts(&self.pair, self.gears))
+    }
+
+    /// Number of rotations that no spring holds.
+    pub fn rotations(&self) -> usize {
+        let rigid = self.couplings.iter().filter(|c| c.stiffness[3] > 0.0);
+        self.free_groups(rigid.map(|coupling| coupling.shafts))
+    }
+
+    /// Number of rotations that no contact feels.
+    pub fn neutral_rotations(&self) -> usize {
+        let joined = self.couplings.iter().map(|coupling| coupling.shafts);
+        let meshing = self
+            .pairs()
+            .map(|gears| gears.map(|gear| self.body_of(gear)));
+        self.free_groups(joined.chain(meshing))
+    }
+
+    /// Groups of bodies that turn together and that nothing holds.
+    fn free_groups(&self, joints: impl Iterator<Item = [usize; 2]>) -> usize {
+        let bodies = self.shafts.len() + self.loose_gears().count();
+        let mut group: Vec<usize> = (0..bodies).collect();
+        for joint in joints {
+            let [one, two] = joint.map(|body| group[body]);
+            for own in group.iter_mut().filter(|own| **own == two) {
+                *own = one;
             }
-            let shape = solution.shape.col(RIGID_MODES + index);
-            let peak = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            // The first of those that tie within round-off.
-            shape
-                .iter()
-                .find(|v| v.abs() > (1.0 - 1e-6) * peak)
-                .map_or(1.0, |v| v.signum())
-        })
-        .collect()
+        }
+        let mut free = group.clone();
+        free.sort_unstable();
+        free.dedup();
+        let shafts = self.shafts.iter().enumerate();
+        let held = shafts.filter(|(_, shaft)| !shaft.motion.turns());
+        let held: Vec<usize> = held.map(|(shaft, _)| group[shaft]).collect();
+        free.iter().filter(|group| !held.contains(group)).count()
+    }
+}
+
+impl TrainShaft {
+    /// Length of all sections \[m\].
+    pub fn length(&self) -> f64 {
+        self.sections.iter().map(|section| section.length).sum()
+    }
+
+    /// The section at a place, the thicker one where two meet.
+    fn section_at(&self, at: f64) -> Option<&ShaftSection> {
+        let mut end = 0.0;
+        let near = 1e-9 * self.length();
+        let here = self.sections.iter().filter(|section| {
+            let start = end;
+            end += section.length;
+            start - near <= at && at <= end + near
+        });
+        here.max_by(|a, b| a.outer.total_cmp(&b.outer))
+    }
 }

@@ -113,6 +113,7 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
     match &spec.source {
         StructureSource::Rigid(drive) => drive.modes(spec.modes, spec.retained, spec.mta),
         StructureSource::Flexible(drive) => drive.modes(spec.modes, spec.retained, spec.mta),
+        StructureSource::Train(train) => train.modes(spec.modes, spec.retained, spec.mta),
         StructureSource::Modal(structure) => structure.truncated(spec.retained, spec.mta),
     }
 }

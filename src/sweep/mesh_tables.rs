@@ -53,6 +53,11 @@ const MEANS: Resolution = Resolution {
 /// Why a point has no mesh.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshError {
+    /// A table without a load to stand for.
+    #[error(
+        "the table is that of flanks under the mean load, and the load is 0; give a small load, or another mesh.stiffness"
+    )]
+    NoLoad,
     /// The gears are not a pair that meshes.
     #[error(transparent)]
     Gear(#[from] GearError),
@@ -162,7 +167,7 @@ impl MeshTables {
         spec: &MeshTableSpec,
         structure: &ModalStructure,
     ) -> Result<TabledMesh, MeshError> {
-        let force = point.load * structure.rated_force;
+        let force = bearing(point.load * structure.rated_force)?;
         let unloaded = point.mesh.misalignment;
         let (misalignment, tilt) = match spec.shaft_tilt {
             false => (unloaded, None),
@@ -256,6 +261,15 @@ impl MeshTables {
     }
 }
 
+/// What the flanks bear under a mean mesh force \[N\]: under a negative one the coast flanks bear
+/// it, which are the mirror images of the drive flanks.
+fn bearing(force: f64) -> Result<f64, MeshError> {
+    match force == 0.0 {
+        true => Err(MeshError::NoLoad),
+        false => Ok(force.abs()),
+    }
+}
+
 /// Largest less smallest error of the loaded flanks \[m\] of a point that takes its stiffness from
 /// the table of `spec`, before the shafts tilt. Nothing is kept.
 ///
@@ -263,7 +277,7 @@ impl MeshTables {
 /// Gears that do not mesh, or a load that cannot be shared.
 pub fn flank_error(point: &PointSpec, spec: &MeshTableSpec) -> Result<f64, MeshError> {
     let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
-    let force = point.load * rated;
+    let force = bearing(point.load * rated)?;
     let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
     let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
     let cycle = table.cycle(0, 0);

@@ -55,6 +55,7 @@ fn place(spec: &ModelSpec) -> Place {
     let address = match &spec.source {
         StructureSource::Rigid(drive) => Arc::as_ptr(drive).addr(),
         StructureSource::Flexible(drive) => Arc::as_ptr(drive).addr(),
+        StructureSource::Train(train) => Arc::as_ptr(train).addr(),
         StructureSource::Modal(structure) => Arc::as_ptr(structure).addr(),
     };
     (address, spec.modes, spec.retained, spec.mta)

@@ -37,6 +37,9 @@ pub fn monodromy<K: Kernel>(
     for _ in 0..period {
         kernel.advance_cycle(start, &mut tangents, workspace, &mut (), counters)?;
     }
+    for column in 0..felt.len() {
+        norm.project(tangents.vector_mut(column));
+    }
     Ok(Mat::from_fn(felt.len(), felt.len(), |row, column| {
         let (i, j) = (felt[row], felt[column]);
         weights[i] * tangents.vector(column)[i] / weights[j]

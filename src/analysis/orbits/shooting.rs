@@ -104,10 +104,7 @@ pub fn shoot<K: Kernel>(
             );
         }
         last = residual;
-        let defect: Vec<f64> = felt
-            .iter()
-            .map(|&i| weights[i] * (start.state[i] - end.state[i]))
-            .collect();
+        let defect = norm.difference(&start.state, &end.state);
         let n = felt.len();
         let system = Mat::from_fn(n, n, |i, j| matrix[(i, j)] - f64::from(u8::from(i == j)));
         let step = solve(system.as_ref(), &defect);
@@ -185,12 +182,9 @@ pub fn approaches<K: Kernel>(
     if periods * f64::from(orbit.period) > LONGEST_WATCH {
         return Ok(false);
     }
-    let (weights, felt) = (norm.weights(), norm.felt());
     let offset = |state: &[f64]| {
-        Mat::from_fn(felt.len(), 1, |row, _| {
-            let i = felt[row];
-            weights[i] * (state[i] - orbit.start.state[i])
-        })
+        let apart = norm.difference(state, &orbit.start.state);
+        Mat::from_fn(apart.len(), 1, |row, _| apart[row])
     };
     let before = offset(&trajectory.state);
     let mut predicted = before.clone();

@@ -152,14 +152,14 @@ impl<'a> Twins<'a> {
     /// Images of both parts in energy coordinates, from both sides and from one.
     fn images(&self) -> [[Vec<f64>; 2]; 2] {
         let distance = DISTANCE * self.norm.unit();
-        let (weights, felt) = (self.norm.weights(), self.norm.felt());
         let apart = |one: &TrajectoryState, other: &TrajectoryState, by: f64| -> Vec<f64> {
-            let apart = |&i: &usize| (weights[i] * one.state[i] - weights[i] * other.state[i]) / by;
-            felt.iter().map(apart).collect()
+            let apart = self.norm.difference(&one.state, &other.state);
+            apart.into_iter().map(|part| part / by).collect()
         };
         let image = |from: &dyn Fn(&[TrajectoryState; 2]) -> Vec<f64>| {
-            (self.sides.each_ref())
-                .map(|sides| (sides.as_ref()).map_or_else(|| vec![0.0; felt.len()], from))
+            (self.sides.each_ref()).map(|sides| {
+                (sides.as_ref()).map_or_else(|| vec![0.0; self.norm.dimension()], from)
+            })
         };
         [
             image(&|[ahead, behind]| apart(ahead, behind, 2.0 * distance)),

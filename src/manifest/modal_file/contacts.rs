@@ -3,8 +3,8 @@
 use super::{column, optional};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::manifest::sections;
-use crate::model::{Division, MOST_CONTACTS};
+use crate::manifest::sections::contact_law;
+use crate::model::MOST_CONTACTS;
 use crate::shaft::StructureContact;
 
 /// Contacts that may stand beside the two flanks.
@@ -42,53 +42,18 @@ fn contact(table: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
     let participation = column(table, issues, "participation", modes);
     let force = optional(table, issues, "force", modes);
     let gap = table.quantity(issues, "gap");
-    let stiffness = stiffness(table, issues);
-    let damping = table.quantity_or_default(issues, "damping");
+    let law = contact_law::cyclic(table, issues, gap);
     let cycles = match table.has("cycles") {
         true => table.integers::<2>(issues, "cycles"),
         false => Some([1, 1]),
     };
-    let phase = table.quantity_or_default(issues, "phase");
-    let error = sections::harmonics(table, issues, "transmission_error");
     let participation = participation?;
     Some(StructureContact {
         name: name?.to_owned(),
         force: force?.unwrap_or_else(|| participation.clone()),
         participation,
-        gap: gap?,
-        stiffness: (stiffness?.iter())
-            .map(|division| (division.end, *division.stiffness.coefficients()))
-            .collect(),
-        damping: damping?,
         // The schema bounds them far below the range of u32.
         cycles: cycles?.map(|count| count as u32),
-        phase: phase?,
-        error: (error?.iter())
-            .map(|h| (h.harmonic, h.amplitude, h.phase))
-            .collect(),
+        law: law?.0,
     })
-}
-
-/// One stiffness, one a part of the contact's cycle, or a mean with harmonics.
-fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
-    if table.has("levels") {
-        table.without_effect(
-            issues,
-            &["stiffness", "stiffness_harmonics"],
-            "beside `levels`, which gives every part of the cycle",
-            "remove it, or remove `levels`",
-        );
-        let levels = table.quantities(issues, "levels", None)?;
-        return match levels.is_empty() {
-            true => {
-                table.missing(issues, "levels");
-                None
-            }
-            false => Some(Division::levels(&levels, &[])),
-        };
-    }
-    let mean = table.quantity(issues, "stiffness");
-    let harmonics = sections::stiffness_harmonics(table, issues);
-    let (mean, harmonics) = (mean?, harmonics?);
-    Some(Division::fourier(mean, &harmonics))
 }

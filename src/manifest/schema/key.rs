@@ -84,8 +84,15 @@ pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
 pub(super) const MANY: f64 = 1e9;
 
 /// Tables whose keys can be axes of the grid.
-pub(in crate::manifest) const VARIABLE_TABLES: [&str; 6] =
-    ["model", "gear", "shafts", "mesh", "excitation", "run"];
+pub(in crate::manifest) const VARIABLE_TABLES: [&str; 7] = [
+    "model",
+    "gear",
+    "shafts",
+    "train",
+    "mesh",
+    "excitation",
+    "run",
+];
 
 pub(super) const fn bounds(min: f64, min_open: bool, max: f64, max_open: bool) -> Bounds {
     Bounds {

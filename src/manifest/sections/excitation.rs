@@ -56,7 +56,7 @@ pub(super) fn read(
 }
 
 /// The harmonics of a stiffness, a list of tables; none where it is absent.
-pub(in crate::manifest) fn stiffness_harmonics(
+pub(super) fn stiffness_harmonics(
     section: &Section,
     issues: &mut Issues,
 ) -> Option<Vec<StiffnessHarmonic>> {
@@ -77,7 +77,7 @@ pub(in crate::manifest) fn stiffness_harmonics(
 }
 
 /// The harmonics of a transmission error, a list of tables; none where it is absent.
-pub(in crate::manifest) fn harmonics(
+pub(super) fn harmonics(
     section: &Section,
     issues: &mut Issues,
     name: &str,

@@ -4,6 +4,7 @@
 mod analyses;
 mod backlash;
 mod coast;
+pub(super) mod contact_law;
 mod drive_kind;
 mod excitation;
 mod gear;
@@ -13,6 +14,7 @@ mod model;
 mod orbits;
 mod run;
 mod shafts;
+mod train;
 mod unfelt;
 
 use super::diagnostic::Issues;
@@ -26,7 +28,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use backlash::Surroundings;
-pub(super) use excitation::{harmonics, stiffness_harmonics};
 pub(super) use job::read as read_job;
 
 impl Variant {
@@ -66,6 +67,16 @@ impl<'a> Context<'a> {
             last_drive: None,
         }
     }
+
+    /// The last drive where this one is equal to it.
+    fn shared(&mut self, source: StructureSource) -> StructureSource {
+        let shared = match &self.last_drive {
+            Some(last) if *last == source => last.clone(),
+            _ => source,
+        };
+        self.last_drive = Some(shared.clone());
+        shared
+    }
 }
 
 /// Reads every table but `[job]` and `[grid]`; `None` when anything was wrong.
@@ -81,7 +92,8 @@ pub(super) fn resolve(
         let gears = drawn.or_else(|| model::gears_beside_modes(root, &section, issues));
         let drive = Surroundings {
             gears: gears.as_ref(),
-            faulty_drawing: gears.is_none() && root.has("gear"),
+            faulty_drawing: gears.is_none()
+                && (root.has("gear") || root.has("train") && model.is_none()),
             source: model.as_ref().map(|model| &model.source),
         };
         mesh::read(&section, issues, drive)

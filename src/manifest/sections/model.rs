@@ -2,14 +2,14 @@
 
 use super::drive_kind::DriveKind;
 use super::shafts::{Elastic, ShaftSet};
-use super::{Context, gear, mesh, shafts, unfelt};
+use super::{Context, gear, mesh, shafts, train, unfelt};
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::modal_file;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{ModelSpec, StructureSource};
 use crate::manifest::tree::Value;
-use crate::shaft::{FlexibleDrive, RigidDrive, Tier};
+use crate::shaft::{FlexibleDrive, RigidDrive, Tier, TrainDrive};
 use std::sync::Arc;
 
 /// Modes of flexible shafts where the manifest does not say.
@@ -30,6 +30,7 @@ pub(super) fn read(
     let mta = section.boolean_or_default(issues, "mta");
     match kind {
         Some("modal") => modal(root, &section, issues, context, mta),
+        Some("train") => of_train(root, &section, issues, context, mta),
         Some(name) => drive(root, &section, issues, context, DriveKind::of(name), mta),
         None if root.has("gear") || root.has("shafts") => {
             drive(root, &section, issues, context, DriveKind::Faulty, mta)
@@ -53,6 +54,12 @@ fn drive(
             &format!("with kind = \"{name}\""),
             "remove it, or set kind = \"modal\"",
         );
+        root.without_effect(
+            issues,
+            &["train"],
+            &format!("with kind = \"{name}\""),
+            "remove it, or set kind = \"train\"",
+        );
     }
     unfelt::check_axes(root, issues, kind);
     let default_modes = match kind {
@@ -61,7 +68,7 @@ fn drive(
     };
     let modes = section.count_or(issues, "modes", default_modes);
     let retained = retained(section, issues, modes, RIGID_MODES);
-    let damping = damping(section, issues, kind, modes);
+    let damping = damping_of(section, issues, kind, modes);
     let gyroscopic = gyroscopic(section, issues, kind);
     let gears = root
         .required_child(issues, "gear")
@@ -75,13 +82,50 @@ fn drive(
     }
     let modes = modes?;
     let source = source(kind, gears?, set?, damping?, gyroscopic?)?;
-    let source = match &context.last_drive {
-        Some(last) if *last == source => last.clone(),
-        _ => source,
-    };
-    context.last_drive = Some(source.clone());
     Some(ModelSpec {
-        source,
+        source: context.shared(source),
+        modes,
+        retained: retained?,
+        mta: mta?,
+    })
+}
+
+/// A train of `[train]`.
+fn of_train(
+    root: &Section,
+    section: &Section,
+    issues: &mut Issues,
+    context: &mut Context,
+    mta: Option<bool>,
+) -> Option<ModelSpec> {
+    let why = "with kind = \"train\": [train] describes the drive";
+    section.without_effect(issues, &["file"], why, "remove it, or set kind = \"modal\"");
+    let remedy = "remove it, or set kind = \"flexible\"";
+    root.without_effect(issues, &["gear", "shafts"], why, remedy);
+    let gyroscopic = section.boolean_or_default(issues, "gyroscopic");
+    let train = root
+        .required_child(issues, "train")
+        .and_then(|section| train::read(&section, issues));
+    let freedoms = train.as_ref().and_then(|train| train.freedoms().ok());
+    let rigid = train.as_ref().map_or(1, TrainDrive::rotations);
+    let default_modes = freedoms.unwrap_or(DEFAULT_MODES).min(DEFAULT_MODES);
+    let modes = section.count_or(issues, "modes", default_modes);
+    let retained = retained(section, issues, modes, rigid);
+    let damping = damping(section, issues, modes, rigid);
+    let (train, modes, damping) = (train?, modes?, damping?);
+    if let Some(freedoms) = freedoms.filter(|&freedoms| modes > freedoms) {
+        let remedy = "ask for fewer modes, or shorten train.shaft.*.element";
+        too_many_modes(section, issues, (modes, freedoms), "train", remedy);
+        return None;
+    }
+    let source = StructureSource::Train(Arc::new(TrainDrive {
+        damping: damping.0,
+        damping_overrides: damping.1,
+        gyroscopic: gyroscopic?,
+        ..train
+    }));
+    Some(ModelSpec {
+        source: context.shared(source),
         modes,
         retained: retained?,
         mta: mta?,
@@ -141,7 +185,7 @@ fn modal(
         why,
         remedy,
     );
-    root.without_effect(issues, &["shafts"], why, remedy);
+    root.without_effect(issues, &["shafts", "train"], why, remedy);
     if !mesh_wants_gears(root, issues) {
         root.without_effect(issues, &["gear"], why, remedy);
     }
@@ -219,8 +263,8 @@ fn retained(
     None
 }
 
-/// Damping ratio of the elastic modes, and overrides by mode.
-fn damping(
+/// Damping of the modes of a drive of two shafts.
+fn damping_of(
     section: &Section,
     issues: &mut Issues,
     kind: DriveKind,
@@ -235,8 +279,18 @@ fn damping(
         );
         return Some((section.quantity_or_default(issues, "damping")?, Vec::new()));
     }
+    damping(section, issues, modes, RIGID_MODES)
+}
+
+/// Damping ratio of the elastic modes, and overrides by mode.
+fn damping(
+    section: &Section,
+    issues: &mut Issues,
+    modes: Option<usize>,
+    rigid: usize,
+) -> Option<(f64, Vec<(usize, f64)>)> {
     let damping = section.quantity_or_default(issues, "damping");
-    let overrides = damping_overrides(section, issues, modes);
+    let overrides = damping_overrides(section, issues, modes, rigid);
     Some((damping?, overrides?))
 }
 
@@ -257,6 +311,7 @@ fn damping_overrides(
     section: &Section,
     issues: &mut Issues,
     modes: Option<usize>,
+    rigid: usize,
 ) -> Option<Vec<(usize, f64)>> {
     let tables = section.tables(issues, "damping_overrides")?;
     let mut overrides: Vec<(usize, f64)> = Vec::new();
@@ -270,7 +325,7 @@ fn damping_overrides(
         };
         let fault = if mode > modes {
             Some(format!("there is no mode {mode}: the model has {modes}"))
-        } else if mode <= RIGID_MODES {
+        } else if mode <= rigid {
             Some(format!(
                 "mode {mode} is a rigid rotation and stays undamped"
             ))
@@ -289,12 +344,12 @@ fn damping_overrides(
                         message,
                     )
                     .label("no mode to override")
-                    .accepted(match modes > RIGID_MODES {
+                    .accepted(match modes > rigid {
                         true => format!(
                             "modes {} to {modes}, each once, counted from 1 in ascending frequency",
-                            RIGID_MODES + 1
+                            rigid + 1
                         ),
-                        false => "none: both modes are rigid rotations".to_owned(),
+                        false => "none: all modes are rigid rotations".to_owned(),
                     }),
                 );
                 complete = false;
@@ -330,6 +385,17 @@ fn check_freedoms(
     if modes <= freedoms {
         return Some(());
     }
+    too_many_modes(section, issues, (modes, freedoms), model, remedy);
+    None
+}
+
+fn too_many_modes(
+    section: &Section,
+    issues: &mut Issues,
+    (modes, freedoms): (usize, usize),
+    model: &str,
+    remedy: &str,
+) {
     issues.push(
         Diagnostic::new(
             DiagnosticKind::Inconsistent,
@@ -342,5 +408,4 @@ fn check_freedoms(
         .label(format!("at most {freedoms}"))
         .remedy(remedy),
     );
-    None
 }

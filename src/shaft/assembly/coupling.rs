@@ -124,15 +124,30 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds a viscous drag on the rotation about the axis \[N m s/rad\].
+    /// Adds a viscous drag on the rotation of a node about its axis, against another one's or the
+    /// ground \[N m s/rad\].
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
-    pub fn add_drag(&mut self, node: usize, drag: f64) -> Result<(), ShaftError> {
-        let index = self.freedom(node, Freedom::RotationZ)?;
+    pub fn add_drag(
+        &mut self,
+        node: usize,
+        other: Option<usize>,
+        drag: f64,
+    ) -> Result<(), ShaftError> {
         let drag = non_negative("drag [N m s/rad]", drag)?;
-        if drag != 0.0 {
-            self.coupling.damping.push((index, index, drag));
+        if drag == 0.0 {
+            return Ok(());
+        }
+        let mut ends = vec![(self.freedom(node, Freedom::RotationZ)?, drag)];
+        if let Some(other) = other {
+            ends.push((self.freedom(other, Freedom::RotationZ)?, -drag));
+        }
+        for &(row, first) in &ends {
+            for &(column, second) in &ends {
+                let entry = (row, column, first.signum() * second);
+                self.coupling.damping.push(entry);
+            }
         }
         Ok(())
     }

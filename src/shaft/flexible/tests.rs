@@ -2,10 +2,10 @@ mod coupling;
 
 use super::*;
 use crate::gear::{GearPair, ToothForm};
-use crate::shaft::train::RIGID_MODES;
+use crate::shaft::pair::RIGID_MODES;
 use crate::shaft::{Bearing, Disc, Drag, Shaft};
 
-fn drive() -> FlexibleDrive {
+pub(in crate::shaft) fn drive() -> FlexibleDrive {
     let bearing = |axial| Bearing {
         x: 2e8,
         y: 1e8,

@@ -8,7 +8,7 @@ pub(super) const KEYS: &[Key] = &[
     table("grid")
         .about("The operating points: every combination of the values of its axes. Besides load and speed, a \
                 quoted key of model, gear, shafts, mesh, excitation or run that takes a number can be an axis."),
-    key("grid.load", Kind::Axis(Ratio), POSITIVE, "{ from = 0.05, to = 0.30, count = 8 }")
+    key("grid.load", Kind::Axis(Ratio), ANY, "{ from = 0.05, to = 0.30, count = 8 }")
         .about("Mean load as a fraction of the rated torque."),
     key("grid.speed", Kind::Axis(AngularSpeed), POSITIVE, r#"{ values = ["600 rad/s", "700 rad/s"] }"#)
         .about("Speed of the pinion."),

@@ -10,6 +10,7 @@ mod modal_file;
 mod model;
 mod run;
 mod shafts;
+mod train;
 
 use super::Schema;
 use super::key::{Bounds, bounds};
@@ -21,6 +22,7 @@ pub(in crate::manifest) static MANIFEST: Schema = &[
     model::KEYS,
     gear::KEYS,
     shafts::KEYS,
+    train::KEYS,
     mesh::KEYS,
     excitation::KEYS,
     grid::KEYS,

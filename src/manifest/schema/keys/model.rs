@@ -5,13 +5,14 @@ use crate::manifest::schema::key::{
 };
 use crate::units::Dimension::Ratio;
 
-/// Model kinds: the rigid-body tiers, flexible shafts, modes from a file.
-const MODEL_KINDS: [&str; 6] = [
+/// Model kinds: the rigid-body tiers, flexible shafts, trains, modes from a file.
+const MODEL_KINDS: [&str; 7] = [
     "torsional",
     "translational",
     "tilting",
     "pedestal",
     "flexible",
+    "train",
     "modal",
 ];
 
@@ -23,9 +24,10 @@ pub(super) const KEYS: &[Key] = &[
         .about("What of the drive may move. Rigid shafts: `torsional` (2 degrees of freedom, rotations), \
                 `translational` (6, and the radial motion of both gears), `tilting` (12, and axial motion \
                 and tilts), `pedestal` (20, and the bearing pedestals). `flexible`: shafts of Timoshenko \
-                beams. `modal`: the modes of a file."),
+                beams. `train`: any number of shafts and gears, as [train] describes them. `modal`: the modes of a \
+                file."),
     integer("model.modes", 2.0, 1000.0, "12")
-        .otherwise("40 with `flexible`; all degrees of freedom of a rigid kind")
+        .otherwise("40 with `flexible` and `train`, or as many as there are; all degrees of freedom of a rigid kind")
         .about("How many of the lowest modes of the assembled drive are computed. The modal kind has \
                 those of its file."),
     integer("model.retained", 1.0, 1000.0, "20").otherwise("all of `model.modes`")

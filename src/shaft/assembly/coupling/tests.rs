@@ -245,7 +245,7 @@ fn dampers_between_nodes_feel_their_difference() {
     assembly
         .add_dampers(a, None, [[7.0, 0.0], [0.0, 0.0]])
         .unwrap();
-    assembly.add_drag(b, 11.0).unwrap();
+    assembly.add_drag(b, None, 11.0).unwrap();
     let c = assembly.matrices().unwrap().coupling.unwrap().damping;
     assert_eq!(planar(&c), [[10.0, 0.5], [0.5, 2.0]]);
     for i in 0..2 {
@@ -349,7 +349,7 @@ fn misuse_is_refused() {
         assembly.add_cross_springs(node, None, [0.0, f64::NAN]),
         Err(ShaftError::NotFinite { .. })
     ));
-    assert!(assembly.add_drag(node, -1.0).is_err());
+    assert!(assembly.add_drag(node, None, -1.0).is_err());
     let AssembledMatrices { coupling, .. } = assembly.matrices().unwrap();
     assert!(coupling.is_none());
 }

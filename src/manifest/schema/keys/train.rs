@@ -1,0 +1,251 @@
+//! `[train]`: shafts anywhere in space, their gears, and what joins them.
+
+use crate::manifest::schema::key::{
+    ANY, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity, table,
+};
+use crate::units::Dimension::{
+    Angle, Damping, Density, Drag, Inertia, Length, Mass, Pressure, Ratio, Stiffness,
+    TiltStiffness, Torque,
+};
+
+const MOTIONS: [&str; 4] = ["all", "rotation", "lateral", "none"];
+
+#[rustfmt::skip]
+pub(super) const KEYS: &[Key] = &[
+    table("train").otherwise("an error with kind = \"train\"")
+        .about("Shafts with any number of gears, discs and bearings on each, joined by meshes and couplings. Only with \
+                kind = \"train\", instead of [gear] and [shafts]. Places on a shaft are distances from its origin along \
+                its axis."),
+    key("train.gears", Kind::List("2 names of gears: driving, driven"), ANY, r#"["z20", "z30"]"#).of_length(2)
+        .about("The pair of the first mesh: [mesh] and [excitation] are about it, its cycles count, and the speed of \
+                a point is that of its first gear. It must be the mesh nearest to the motor."),
+    key("train.gears.*", Kind::Text, ANY, r#""z20""#),
+    quantity("train.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
+        .about("Torque of the motor at load 1."),
+    key("train.driver", Kind::Text, ANY, r#""engine""#).otherwise("the shaft of the first gear of `train.gears`")
+        .about("The shaft that the motor drives. It turns with the first gear. Ripple on the `pinion` acts on it."),
+    quantity("train.young_modulus", Pressure, POSITIVE, r#""206 GPa""#).or(r#""206 GPa""#)
+        .about("Young's modulus of the shafts."),
+    quantity("train.shear_modulus", Pressure, POSITIVE, r#""79 GPa""#).or(r#""79 GPa""#)
+        .about("Shear modulus of the shafts."),
+    quantity("train.density", Density, POSITIVE, r#""7850 kg/m^3""#).or(r#""7850 kg/m^3""#)
+        .about("Density of shafts and gear bodies."),
+    quantity("train.shear_coefficient", Ratio, bounds(0.0, true, 1.0, false), "0.886").or("0.9")
+        .about("Timoshenko's shear coefficient of the shafts' sections."),
+
+    key("train.shaft", Kind::List("tables"), ANY, r#"[{ name = "input", gears = [{ name = "z20", at = 0, teeth = 20, module = "3 mm", width = "20 mm" }], motion = "rotation" }]"#)
+        .about("The shafts, a table `[[train.shaft]]` for each."),
+    table("train.shaft.*"),
+    key("train.shaft.*.name", Kind::Text, ANY, r#""counter""#)
+        .about("Name of the shaft."),
+    key("train.shaft.*.origin", Kind::List("3 lengths"), ANY, r#"["100 mm", 0, 0]"#).of_length(3).or("[0, 0, 0]")
+        .about("Where in space its first section begins."),
+    quantity("train.shaft.*.origin.*", Length, ANY, r#""100 mm""#),
+    key("train.shaft.*.direction", Kind::List("3 numbers"), ANY, "[0, 0, 1]").of_length(3).or("[0, 0, 1]")
+        .about("Along its axis, of any length. Spur gears run on parallel axes, bevel gears on axes that meet. The \
+                shaft's own x and y axes are those of space, turned with z into its axis the shortest way."),
+    quantity("train.shaft.*.direction.*", Ratio, ANY, "1"),
+    choice("train.shaft.*.motion", &MOTIONS, r#""rotation""#).or(r#""all""#)
+        .about("Which motions are free: `all`, which bearings must hold but for the rotation; `rotation` alone, on rigid \
+                mounts; `lateral`, all but the rotation, which is held at `torque_at`: a shaft that stands still but bends; \
+                `none`. Loose gears on a shaft that only turns or does not move only turn."),
+    key("train.shaft.*.sections", Kind::List("tables"), ANY, r#"[{ length = "120 mm", outer = "30 mm" }]"#).or("[]")
+        .about("Its sections, one behind the other. Without any the shaft is a rigid body that has the inertia of its \
+                discs and gears."),
+    table("train.shaft.*.sections.*"),
+    quantity("train.shaft.*.sections.*.length", Length, POSITIVE, r#""120 mm""#)
+        .about("Length of the section."),
+    quantity("train.shaft.*.sections.*.outer", Length, POSITIVE, r#""30 mm""#)
+        .about("Outer diameter."),
+    quantity("train.shaft.*.sections.*.inner", Length, NON_NEGATIVE, r#""10 mm""#).or("0")
+        .about("Inner diameter."),
+    quantity("train.shaft.*.element", Length, POSITIVE, r#""15 mm""#).otherwise("the outer diameter of each section")
+        .about("Longest beam element. Shorter ones make the highest modes more accurate."),
+    quantity("train.shaft.*.torque_at", Length, ANY, r#""40 mm""#).or("0")
+        .about("Where the torque of the motor or of the driven machine, and drag, act."),
+    quantity("train.shaft.*.output", Ratio, bounds(0.0, false, 1.0, false), "1").or("0")
+        .about("Part of the motor's power that leaves the train at this shaft. The parts of all shafts add up to 1; where \
+                every one is 0 nothing is driven but drag, and `load` is without effect."),
+    quantity("train.shaft.*.drag", Drag, NON_NEGATIVE, r#""2e-3 N*m*s/rad""#).or("0")
+        .about("Viscous drag on the rotation, per the shaft's own speed. Its mean is met by the motor through the meshes."),
+    quantity("train.shaft.*.drag_torque", Torque, NON_NEGATIVE, r#""0.4 N*m""#).or("0")
+        .about("Constant torque against the rotation."),
+
+    key("train.shaft.*.discs", Kind::List("tables"), ANY, r#"[{ at = 0, polar_inertia = "0.2 kg*m^2" }]"#).or("[]")
+        .about("Rigid bodies on the shaft: flywheels, hubs, a motor."),
+    table("train.shaft.*.discs.*"),
+    quantity("train.shaft.*.discs.*.at", Length, ANY, r#""40 mm""#)
+        .about("Its place."),
+    quantity("train.shaft.*.discs.*.polar_inertia", Inertia, NON_NEGATIVE, r#""0.2 kg*m^2""#)
+        .about("Moment of inertia about the axis."),
+    quantity("train.shaft.*.discs.*.transverse_inertia", Inertia, NON_NEGATIVE, r#""0.1 kg*m^2""#).or("0")
+        .about("Moment of inertia about a diameter. A disc with neither this nor mass stands behind a coupling: it does \
+                not tilt and has no gyroscopic moment."),
+    quantity("train.shaft.*.discs.*.mass", Mass, NON_NEGATIVE, r#""12 kg""#).or("0")
+        .about("Its mass."),
+
+    key("train.shaft.*.bearings", Kind::List("tables"), ANY, r#"[{ at = "10 mm", x = "1e8 N/m", y = "1e8 N/m", axial = "1e8 N/m" }]"#).or("[]")
+        .about("The bearings, which stand on the ground."),
+    table("train.shaft.*.bearings.*"),
+    quantity("train.shaft.*.bearings.*.at", Length, ANY, r#""10 mm""#)
+        .about("Its place."),
+    quantity("train.shaft.*.bearings.*.x", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
+        .about("Radial stiffness along the shaft's x axis."),
+    quantity("train.shaft.*.bearings.*.y", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#)
+        .about("Radial stiffness along its y axis."),
+    quantity("train.shaft.*.bearings.*.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).or("0")
+        .about("Stiffness along the axis."),
+    quantity("train.shaft.*.bearings.*.tilt", TiltStiffness, NON_NEGATIVE, r#""2e4 N*m/rad""#).or("0")
+        .about("Stiffness against tilting."),
+    quantity("train.shaft.*.bearings.*.damping_x", Damping, NON_NEGATIVE, r#""400 N*s/m""#).or("0")
+        .about("Damper along x."),
+    quantity("train.shaft.*.bearings.*.damping_y", Damping, NON_NEGATIVE, r#""400 N*s/m""#).or("0")
+        .about("Damper along y."),
+    quantity("train.shaft.*.bearings.*.damping_xy", Damping, ANY, r#""-20 N*s/m""#).or("0")
+        .about("Cross-coupled damping: force along x, against it, per velocity along y."),
+    quantity("train.shaft.*.bearings.*.damping_yx", Damping, ANY, r#""-20 N*s/m""#).or("0")
+        .about("Cross-coupled damping: force along y, against it, per velocity along x."),
+    quantity("train.shaft.*.bearings.*.cross_xy", Stiffness, ANY, r#""2e6 N/m""#).or("0")
+        .about("Cross-coupled stiffness: force along x, against it, per displacement along y."),
+    quantity("train.shaft.*.bearings.*.cross_yx", Stiffness, ANY, r#""-2e6 N/m""#).or("0")
+        .about("Cross-coupled stiffness: force along y, against it, per displacement along x."),
+
+    key("train.shaft.*.gears", Kind::List("tables"), ANY, r#"[{ name = "z20", at = "60 mm", teeth = 20, module = "3 mm", width = "20 mm" }]"#).or("[]")
+        .about("The gears on the shaft."),
+    table("train.shaft.*.gears.*"),
+    key("train.shaft.*.gears.*.name", Kind::Text, ANY, r#""z20""#)
+        .about("Name of the gear, unlike every other one's."),
+    quantity("train.shaft.*.gears.*.at", Length, ANY, r#""60 mm""#)
+        .about("The middle of its face."),
+    integer("train.shaft.*.gears.*.teeth", 4.0, 1000.0, "20")
+        .about("Number of teeth."),
+    quantity("train.shaft.*.gears.*.module", Length, POSITIVE, r#""3 mm""#)
+        .about("Module; of a bevel gear that in the middle of its face."),
+    quantity("train.shaft.*.gears.*.width", Length, POSITIVE, r#""20 mm""#)
+        .about("Face width, and the length of the body."),
+    quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, 0.7853981633974483, true), r#""20 deg""#).or(r#""20 deg""#)
+        .about("Pressure angle of the basic rack."),
+    quantity("train.shaft.*.gears.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
+        .about("Profile shift coefficient."),
+    quantity("train.shaft.*.gears.*.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
+        .about("What each tooth is thinner along its reference circle than the profile shift makes it."),
+    key("train.shaft.*.gears.*.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2" }"#)
+        .otherwise("a homogeneous annulus between the shaft's outer diameter and the pitch circle")
+        .about("Inertia of the gear, where it is known."),
+    quantity("train.shaft.*.gears.*.body.polar_inertia", Inertia, POSITIVE, r#""1e-3 kg*m^2""#)
+        .about("Moment of inertia about the axis."),
+    quantity("train.shaft.*.gears.*.body.transverse_inertia", Inertia, NON_NEGATIVE, r#""6e-4 kg*m^2""#).or("0")
+        .about("Moment of inertia about a diameter."),
+    quantity("train.shaft.*.gears.*.body.mass", Mass, NON_NEGATIVE, r#""2 kg""#).or("0")
+        .about("Mass."),
+    key("train.shaft.*.gears.*.loose", Kind::Table, ANY, r#"{ x = "2e8 N/m", y = "2e8 N/m", axial = "1e8 N/m", tilt = "1e4 N*m/rad", drag = "1e-4 N*m*s/rad" }"#)
+        .otherwise("the gear is fixed to its shaft")
+        .about("Makes it a loose gear, which runs on its shaft on a bearing: a gear of a manual gearbox that is not \
+                engaged."),
+    quantity("train.shaft.*.gears.*.loose.x", Stiffness, NON_NEGATIVE, r#""2e8 N/m""#).or("0")
+        .about("Radial stiffness of its bearing along the shaft's x axis."),
+    quantity("train.shaft.*.gears.*.loose.y", Stiffness, NON_NEGATIVE, r#""2e8 N/m""#).or("0")
+        .about("Radial stiffness along the y axis."),
+    quantity("train.shaft.*.gears.*.loose.axial", Stiffness, NON_NEGATIVE, r#""1e8 N/m""#).or("0")
+        .about("Stiffness along the axis."),
+    quantity("train.shaft.*.gears.*.loose.tilt", TiltStiffness, NON_NEGATIVE, r#""1e4 N*m/rad""#).or("0")
+        .about("Stiffness against tilting on the shaft."),
+    quantity("train.shaft.*.gears.*.loose.drag", Drag, NON_NEGATIVE, r#""1e-4 N*m*s/rad""#).or("0")
+        .about("Viscous drag of the gear against its shaft."),
+    quantity("train.shaft.*.gears.*.loose.drag_torque", Torque, NON_NEGATIVE, r#""0.05 N*m""#).or("0")
+        .about("Constant torque of the shaft against the gear's rotation on it."),
+
+    key("train.mesh", Kind::List("tables"), ANY, r#"[{ gears = ["z18", "z27"], half_gap = "40 um", stiffness = "3e8 N/m" }]"#).or("[]")
+        .about("Further meshes, a table `[[train.mesh]]` for each; the first one is [mesh]. Each is two contacts, drive \
+                flanks and coast flanks mirrored about the plane of the axes, with a cycle that follows from the numbers of \
+                teeth."),
+    table("train.mesh.*"),
+    key("train.mesh.*.gears", Kind::List("2 names of gears: driving, driven"), ANY, r#"["z18", "z27"]"#).of_length(2)
+        .about("Its gears."),
+    key("train.mesh.*.gears.*", Kind::Text, ANY, r#""z18""#),
+    quantity("train.mesh.*.half_gap", Length, POSITIVE, r#""40 um""#).otherwise("what the distance of the axes and the thickness of the teeth leave")
+        .about("Half of the backlash along the line of action."),
+    quantity("train.mesh.*.stiffness", Stiffness, POSITIVE, r#""3e8 N/m""#).otherwise("none; required unless `levels` stands")
+        .about("Mesh stiffness, or its mean where it has harmonics."),
+    key("train.mesh.*.levels", Kind::List("stiffnesses, one a part of the mesh's cycle"), ANY, r#"["3.4e8 N/m", "2.6e8 N/m"]"#)
+        .otherwise("none: `stiffness` holds")
+        .about("Stiffness of each of equal parts of the mesh's own cycle, instead of `stiffness`."),
+    quantity("train.mesh.*.levels.*", Stiffness, POSITIVE, r#""3e8 N/m""#),
+    key("train.mesh.*.stiffness_harmonics", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "5e7 N/m" }]"#).or("[]")
+        .about("Harmonics of the stiffness over the mesh's own cycle."),
+    table("train.mesh.*.stiffness_harmonics.*"),
+    integer("train.mesh.*.stiffness_harmonics.*.harmonic", 1.0, 100.0, "1")
+        .about("Multiple of the frequency of the mesh."),
+    quantity("train.mesh.*.stiffness_harmonics.*.amplitude", Stiffness, NON_NEGATIVE, r#""5e7 N/m""#)
+        .about("Amplitude of the harmonic."),
+    quantity("train.mesh.*.stiffness_harmonics.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at phase 0 of the mesh's cycle."),
+    quantity("train.mesh.*.coast_symmetry", Ratio, bounds(0.0, false, 1.0, true), "0.3")
+        .otherwise("what the drawing of both gears says")
+        .about("Phase of the mesh's cycle about which the stiffness of the coast flanks mirrors that of the drive flanks."),
+    quantity("train.mesh.*.damping", Damping, NON_NEGATIVE, r#""900 N*s/m""#).or("0")
+        .about("Damping of the closed contact."),
+    quantity("train.mesh.*.friction", Ratio, NON_NEGATIVE, "0.05").or("0")
+        .about("Coulomb friction coefficient, of constant direction."),
+    quantity("train.mesh.*.phase", Ratio, ANY, "0.25").or("0")
+        .about("Phase of the mesh's cycle at time 0, in its cycles."),
+    key("train.mesh.*.transmission_error", Kind::List("tables"), ANY, r#"[{ harmonic = 1, amplitude = "3 um" }]"#).or("[]")
+        .about("Transmission error that is imposed on it, the same on both flanks."),
+    table("train.mesh.*.transmission_error.*"),
+    integer("train.mesh.*.transmission_error.*.harmonic", 1.0, 1000.0, "1")
+        .about("Multiple of the frequency of the mesh."),
+    quantity("train.mesh.*.transmission_error.*.amplitude", Length, NON_NEGATIVE, r#""3 um""#)
+        .about("Amplitude."),
+    quantity("train.mesh.*.transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at phase 0 of the mesh's cycle."),
+
+    key("train.coupling", Kind::List("tables"), ANY, r#"[{ shafts = ["engine", "input"], twist = "800 N*m/rad" }]"#).or("[]")
+        .about("Springs and dampers between two shafts on one axis, a table `[[train.coupling]]` for each: a coupling, or \
+                with stages the springs of a clutch."),
+    table("train.coupling.*"),
+    key("train.coupling.*.shafts", Kind::List("2 names of shafts"), ANY, r#"["engine", "input"]"#).of_length(2)
+        .about("The shafts it joins, which turn alike."),
+    key("train.coupling.*.shafts.*", Kind::Text, ANY, r#""input""#),
+    key("train.coupling.*.at", Kind::List("2 lengths"), ANY, r#"["80 mm", 0]"#).of_length(2)
+        .otherwise("the end of the first shaft and the beginning of the second")
+        .about("Where it is fixed to them."),
+    quantity("train.coupling.*.at.*", Length, ANY, r#""80 mm""#),
+    quantity("train.coupling.*.twist", TiltStiffness, NON_NEGATIVE, r#""800 N*m/rad""#).or("0")
+        .about("Stiffness against twist."),
+    quantity("train.coupling.*.damping", Drag, NON_NEGATIVE, r#""0.3 N*m*s/rad""#).or("0")
+        .about("Damper against twist."),
+    quantity("train.coupling.*.radial", Stiffness, NON_NEGATIVE, r#""1e7 N/m""#).or("0")
+        .about("Stiffness across the axis."),
+    quantity("train.coupling.*.axial", Stiffness, NON_NEGATIVE, r#""1e6 N/m""#).or("0")
+        .about("Stiffness along the axis."),
+    quantity("train.coupling.*.tilt", TiltStiffness, NON_NEGATIVE, r#""500 N*m/rad""#).or("0")
+        .about("Stiffness against bending."),
+    key("train.coupling.*.stages", Kind::List("tables"), ANY, r#"[{ gap = "4 deg", stiffness = "1500 N*m/rad" }]"#).or("[]")
+        .about("Further springs against twist that come in behind gaps, to either side: the main stage of a clutch \
+                damper, or its stop. Each is two contacts."),
+    table("train.coupling.*.stages.*"),
+    quantity("train.coupling.*.stages.*.gap", Angle, NON_NEGATIVE, r#""4 deg""#)
+        .about("Twist, to either side, where the stage comes in."),
+    quantity("train.coupling.*.stages.*.stiffness", TiltStiffness, POSITIVE, r#""1500 N*m/rad""#)
+        .about("Stiffness that it adds."),
+    quantity("train.coupling.*.stages.*.damping", Drag, NON_NEGATIVE, r#""0.2 N*m*s/rad""#).or("0")
+        .about("Damping that it adds."),
+
+    key("train.stop", Kind::List("tables"), ANY, r#"[{ shaft = "output", at = 0, direction = [0, 0, 1], gap = "50 um", stiffness = "1e8 N/m" }]"#).or("[]")
+        .about("One-sided springs between a shaft and the ground, a table `[[train.stop]]` for each: an axial stop, a \
+                bearing with clearance."),
+    table("train.stop.*"),
+    key("train.stop.*.shaft", Kind::Text, ANY, r#""output""#)
+        .about("The shaft."),
+    quantity("train.stop.*.at", Length, ANY, r#""40 mm""#)
+        .about("Its place."),
+    key("train.stop.*.direction", Kind::List("3 numbers"), ANY, "[0, 0, 1]").of_length(3)
+        .about("From the shaft to the stop, in the shaft's own axes, z along it; of any length."),
+    quantity("train.stop.*.direction.*", Ratio, ANY, "1"),
+    quantity("train.stop.*.gap", Length, ANY, r#""50 um""#)
+        .about("Way to the stop; negative for one that is preloaded."),
+    quantity("train.stop.*.stiffness", Stiffness, POSITIVE, r#""1e8 N/m""#)
+        .about("Its stiffness."),
+    quantity("train.stop.*.damping", Damping, NON_NEGATIVE, r#""300 N*s/m""#).or("0")
+        .about("Its damping."),
+];

@@ -1,0 +1,294 @@
+//! `[train]`: the names in it looked up, everything else read by one file a part.
+
+mod joints;
+mod shaft;
+
+use crate::gear::{Flanks, GearError, GearPair, ToothForm};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+use crate::manifest::tree::Value;
+use crate::shaft::{GearPlace, TrainDrive, TrainShaft};
+use shaft::Drawn;
+
+/// Parts of the motor's power add up to 1 within this.
+const POWER: f64 = 1e-9;
+
+/// A centre distance this near to the one without backlash, as a part of it, is that one.
+const TIGHT: f64 = 1e-9;
+
+/// What is known when joints are read.
+pub(super) struct Parts<'a> {
+    pub shafts: &'a [TrainShaft],
+    /// What the drawing says of each gear beside, shaft by shaft.
+    pub drawn: &'a [Vec<Drawn>],
+}
+
+/// Reads the table; `[model]` says how the modes are damped.
+pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<TrainDrive> {
+    let rated_torque = section.quantity(issues, "rated_torque");
+    let young_modulus = section.quantity_or_default(issues, "young_modulus");
+    let shear_modulus = section.quantity_or_default(issues, "shear_modulus");
+    let density = section.quantity_or_default(issues, "density");
+    let shear_coefficient = section.quantity_or_default(issues, "shear_coefficient");
+    if !section.has("shaft") {
+        section.missing(issues, "shaft");
+    }
+    let tables = section.tables(issues, "shaft")?;
+    let (shafts, drawn) = shaft::read_all(&tables, issues, density?)?;
+    let parts = Parts {
+        shafts: &shafts,
+        drawn: &drawn,
+    };
+    let gears = parts.gears(section, issues, "gears");
+    let couplings = joints::couplings(section, issues, &parts);
+    let stops = joints::stops(section, issues, &parts);
+    let driver = match section.has("driver") {
+        true => parts.shaft(section, issues, "driver"),
+        false => gears.map(|[first, _]| first.shaft),
+    };
+    check_outputs(section, issues, &shafts)?;
+    let gears = gears?;
+    let mut train = TrainDrive {
+        gears,
+        pair: parts.pair(gears, rated_torque?),
+        meshes: Vec::new(),
+        couplings: couplings?,
+        stops: stops?,
+        driver: driver?,
+        young_modulus: young_modulus?,
+        shear_modulus: shear_modulus?,
+        density: density?,
+        shear_coefficient: shear_coefficient?,
+        damping: 0.0,
+        damping_overrides: Vec::new(),
+        gyroscopic: false,
+        shafts: shafts.clone(),
+    };
+    train.pair = parts.drawing(section, issues, &train, gears, "gears")?.0;
+    train.meshes = joints::meshes(section, issues, &parts, &train)?;
+    // What the parts are together shows in the layout; it costs nothing.
+    if let Err(error) = train.check() {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span,
+                "train",
+                error.to_string(),
+            )
+            .label("these shafts and gears make no train"),
+        );
+        return None;
+    }
+    Some(train)
+}
+
+fn check_outputs(section: &Section, issues: &mut Issues, shafts: &[TrainShaft]) -> Option<()> {
+    let sum: f64 = shafts.iter().map(|shaft| shaft.output).sum();
+    if sum == 0.0 || (sum - 1.0).abs() < POWER {
+        return Some(());
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            section.span_of("shaft"),
+            "train.shaft",
+            format!("the `output` parts of all shafts add up to {sum}"),
+        )
+        .label("must add up to 1, or all be 0")
+        .remedy("give output = 1 to the shaft where the driven machine is"),
+    );
+    None
+}
+
+impl Parts<'_> {
+    /// A shaft by the name that stands as a value.
+    pub fn shaft(&self, section: &Section, issues: &mut Issues, key: &str) -> Option<usize> {
+        let name = section.text(issues, key)?;
+        self.shaft_named(section, issues, key, name)
+    }
+
+    fn shaft_named(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        key: &str,
+        name: &str,
+    ) -> Option<usize> {
+        let found = self.shafts.iter().position(|shaft| shaft.name == name);
+        if found.is_none() {
+            let known: Vec<&str> = self.shafts.iter().map(|s| s.name.as_str()).collect();
+            unknown_name(section, issues, key, ("shaft", name), &known);
+        }
+        found
+    }
+
+    /// Two shafts by their names.
+    pub fn shafts(&self, section: &Section, issues: &mut Issues) -> Option<[usize; 2]> {
+        let [one, two] = names(section, issues, "shafts")?;
+        let one = self.shaft_named(section, issues, "shafts", one);
+        let two = self.shaft_named(section, issues, "shafts", two);
+        Some([one?, two?])
+    }
+
+    /// Two gears by their names.
+    pub fn gears(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        key: &str,
+    ) -> Option<[GearPlace; 2]> {
+        let both = names(section, issues, key)?;
+        let all = || {
+            let shafts = self.shafts.iter().enumerate();
+            shafts.flat_map(|(shaft, on)| {
+                let gears = on.gears.iter().enumerate();
+                gears.map(move |(gear, own)| (own.name.as_str(), GearPlace { shaft, gear }))
+            })
+        };
+        let found = both.map(|name| {
+            let place = all().find(|(own, _)| *own == name);
+            if place.is_none() {
+                let known: Vec<&str> = all().map(|(name, _)| name).collect();
+                unknown_name(section, issues, key, ("gear", name), &known);
+            }
+            place.map(|(_, place)| place)
+        });
+        let [one, two] = [found[0]?, found[1]?];
+        let (a, b) = (
+            &self.shafts[one.shaft].gears[one.gear],
+            &self.shafts[two.shaft].gears[two.gear],
+        );
+        let unlike = if one == two {
+            Some("it is one gear".to_owned())
+        } else if a.module != b.module {
+            Some(format!(
+                "their modules are {} m and {} m",
+                a.module, b.module
+            ))
+        } else if a.pressure_angle != b.pressure_angle {
+            Some("their pressure angles differ".to_owned())
+        } else {
+            None
+        };
+        if let Some(why) = unlike {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    section.span_of(key),
+                    &section.path_of(key),
+                    format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name),
+                )
+                .label("no pair that meshes"),
+            );
+            return None;
+        }
+        Some([one, two])
+    }
+
+    /// Two gears as a pair at their reference centre distance.
+    fn pair(&self, places: [GearPlace; 2], rated_torque: f64) -> GearPair {
+        let gears = places.map(|place| &self.shafts[place.shaft].gears[place.gear]);
+        let drawn = places.map(|place| self.drawn[place.shaft][place.gear]);
+        GearPair {
+            teeth: gears.map(|gear| gear.teeth),
+            module: gears[0].module,
+            pressure_angle: gears[0].pressure_angle,
+            face_width: gears[0].width.min(gears[1].width),
+            body_length: gears.map(|gear| gear.width),
+            rated_torque,
+            form: ToothForm {
+                profile_shift: drawn.map(|gear| gear.profile_shift),
+                thinning: drawn.map(|gear| gear.thinning),
+                ..ToothForm::default()
+            },
+        }
+    }
+
+    /// The drawing of two gears on their axes, and whether those are parallel: of others the
+    /// geometry of spur gears does not hold.
+    pub fn drawing(
+        &self,
+        section: &Section,
+        issues: &mut Issues,
+        train: &TrainDrive,
+        gears: [GearPlace; 2],
+        key: &str,
+    ) -> Option<(GearPair, bool)> {
+        let mut pair = self.pair(gears, train.pair.rated_torque);
+        let mut refuse = |message: String| {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    section.span_of(key),
+                    &section.path_of(key),
+                    message,
+                )
+                .label("these gears, where their shafts put them"),
+            );
+        };
+        let names = gears.map(|place| &train.gear(place).name);
+        let distance = match train.centre_distance(gears) {
+            Ok(Some(distance)) => distance,
+            Ok(None) => return Some((pair, false)),
+            Err(error) => {
+                refuse(error.to_string());
+                return None;
+            }
+        };
+        let tight = pair.tight_centre_distance().ok();
+        if tight.is_none_or(|tight| (distance / tight - 1.0).abs() > TIGHT) {
+            pair.form.centre_distance = Some(distance);
+        }
+        match Flanks::new(&train.on_shafts(&pair, gears)) {
+            Ok(_) | Err(GearError::NoBore { .. } | GearError::BodyRatio { .. }) => {
+                Some((pair, true))
+            }
+            Err(error) => {
+                let [one, two] = names;
+                let millimetres = 1e3 * distance;
+                refuse(format!(
+                    "gears `{one}` and `{two}` cannot mesh with their axes {millimetres:.6} mm apart: {error}"
+                ));
+                None
+            }
+        }
+    }
+}
+
+fn unknown_name(
+    section: &Section,
+    issues: &mut Issues,
+    key: &str,
+    (what, name): (&str, &str),
+    known: &[&str],
+) {
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            section.span_of(key),
+            &section.path_of(key),
+            format!("there is no {what} `{name}`"),
+        )
+        .label(format!("not a {what} of [train]"))
+        .accepted(crate::manifest::schema::quoted(known))
+        .suggestion(
+            crate::manifest::schema::nearest(name, known).map(|near| format!("\"{near}\"")),
+        ),
+    );
+}
+
+/// Two names.
+fn names<'t>(section: &Section<'t>, issues: &mut Issues, key: &str) -> Option<[&'t str; 2]> {
+    let items = section.list(issues, key, Some(2))?;
+    let texts: Vec<_> = (items.iter().enumerate())
+        .map(|(i, item)| match &item.value {
+            Value::Text(text) => Some(text.as_str()),
+            _ => {
+                let path = section.path_of(&format!("{key}.{i}"));
+                crate::manifest::reader::wrong_type(issues, item, &path, section.spec(&path));
+                None
+            }
+        })
+        .collect();
+    Some([texts[0]?, texts[1]?])
+}

@@ -1,0 +1,292 @@
+//! The tables `[[train.shaft]]`.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
+use crate::shaft::{Bearing, Disc, Drag, LooseGear, Motion, ShaftSection, TrainGear, TrainShaft};
+use std::collections::BTreeSet;
+
+/// What the drawing of a gear says of its teeth.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::manifest) struct Drawn {
+    pub profile_shift: f64,
+    pub thinning: f64,
+}
+
+/// All shafts, and what the drawing says of the gears on each.
+pub(super) fn read_all(
+    tables: &[Section],
+    issues: &mut Issues,
+    density: f64,
+) -> Option<(Vec<TrainShaft>, Vec<Vec<Drawn>>)> {
+    let mut names = BTreeSet::new();
+    let read: Vec<_> = (tables.iter())
+        .map(|table| shaft(table, issues, density, &mut names))
+        .collect();
+    let both: Option<Vec<_>> = read.into_iter().collect();
+    Some(both?.into_iter().unzip())
+}
+
+fn shaft(
+    table: &Section,
+    issues: &mut Issues,
+    density: f64,
+    names: &mut BTreeSet<String>,
+) -> Option<(TrainShaft, Vec<Drawn>)> {
+    let name = own_name(table, issues, names);
+    let origin = triple(table, issues, "origin", [0.0; 3]);
+    let direction = triple(table, issues, "direction", [0.0, 0.0, 1.0]);
+    let motion = match table.choice_or_default(issues, "motion") {
+        Some("rotation") => Some(Motion::Rotation),
+        Some("lateral") => Some(Motion::Lateral),
+        Some("none") => Some(Motion::None),
+        Some(_) => Some(Motion::All),
+        None => None,
+    };
+    let sections = all(table, issues, "sections", section);
+    let element = match table.has("element") {
+        true => table.quantity(issues, "element").map(Some),
+        false => Some(None),
+    };
+    let torque_at = table.quantity_or_default(issues, "torque_at");
+    let output = table.quantity_or_default(issues, "output");
+    let drag = drag(table, issues);
+    let discs = all(table, issues, "discs", |table, issues| {
+        let at = table.quantity(issues, "at");
+        let body = body(table, issues);
+        Some((at?, body?))
+    });
+    let bearings = all(table, issues, "bearings", |table, issues| {
+        let at = table.quantity(issues, "at");
+        let bearing = bearing(table, issues);
+        Some((at?, bearing?))
+    });
+    let sections = sections?;
+    let gears = all(table, issues, "gears", |table, issues| {
+        gear(table, issues, (&sections, density), names)
+    });
+    let (gears, drawn) = gears?.into_iter().unzip();
+    let shaft = TrainShaft {
+        name: name?,
+        origin: origin?,
+        direction: direction?,
+        sections,
+        element: element?,
+        motion: motion?,
+        discs: discs?,
+        gears,
+        bearings: bearings?,
+        torque_at: torque_at?,
+        output: output?,
+        drag: drag?,
+    };
+    if shaft.direction == [0.0; 3] {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::OutOfRange,
+                table.span_of("direction"),
+                &table.path_of("direction"),
+                "an axis must point somewhere".to_owned(),
+            )
+            .label("all three are 0"),
+        );
+        return None;
+    }
+    Some((shaft, drawn))
+}
+
+/// Every table of a list by a reader; all are read before any fault counts.
+pub(super) fn all<T>(
+    table: &Section,
+    issues: &mut Issues,
+    key: &str,
+    mut read: impl FnMut(&Section, &mut Issues) -> Option<T>,
+) -> Option<Vec<T>> {
+    let tables = table.tables(issues, key)?;
+    let values: Vec<_> = tables.iter().map(|table| read(table, issues)).collect();
+    values.into_iter().collect()
+}
+
+/// A name that no other shaft or gear has.
+fn own_name(table: &Section, issues: &mut Issues, names: &mut BTreeSet<String>) -> Option<String> {
+    let name = table.text(issues, "name")?.to_owned();
+    if names.insert(name.clone()) {
+        return Some(name);
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of("name"),
+            &table.path_of("name"),
+            format!("there is another shaft or gear `{name}`"),
+        )
+        .label("names must differ"),
+    );
+    None
+}
+
+pub(super) fn triple(
+    table: &Section,
+    issues: &mut Issues,
+    key: &str,
+    default: [f64; 3],
+) -> Option<[f64; 3]> {
+    match table.has(key) {
+        true => table.quantities(issues, key, Some(3))?.try_into().ok(),
+        false => Some(default),
+    }
+}
+
+fn section(table: &Section, issues: &mut Issues) -> Option<ShaftSection> {
+    let length = table.quantity(issues, "length");
+    let outer = table.quantity(issues, "outer");
+    let inner = table.quantity_or_default(issues, "inner");
+    let (outer, inner) = (outer?, inner?);
+    if inner >= outer {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span_of("inner"),
+                &table.path_of("inner"),
+                format!("an inner diameter of {inner} m leaves no wall in a section of {outer} m"),
+            )
+            .label("not less than the outer diameter"),
+        );
+        return None;
+    }
+    Some(ShaftSection {
+        length: length?,
+        outer,
+        inner,
+    })
+}
+
+fn body(table: &Section, issues: &mut Issues) -> Option<Disc> {
+    let polar = table.quantity(issues, "polar_inertia");
+    let transverse = table.quantity_or_default(issues, "transverse_inertia");
+    let mass = table.quantity_or_default(issues, "mass");
+    Some(Disc {
+        mass: mass?,
+        transverse_inertia: transverse?,
+        polar_inertia: polar?,
+    })
+}
+
+fn drag(table: &Section, issues: &mut Issues) -> Option<Drag> {
+    let viscous = table.quantity_or_default(issues, "drag");
+    let constant = table.quantity_or_default(issues, "drag_torque");
+    Some(Drag {
+        viscous: viscous?,
+        constant: constant?,
+    })
+}
+
+fn bearing(table: &Section, issues: &mut Issues) -> Option<Bearing> {
+    let [x, y] = ["x", "y"].map(|key| table.quantity(issues, key));
+    let [axial, tilt] = ["axial", "tilt"].map(|key| table.quantity_or_default(issues, key));
+    let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"]
+        .map(|key| table.quantity_or_default(issues, key));
+    let cross = ["cross_xy", "cross_yx"].map(|key| table.quantity_or_default(issues, key));
+    let [xx, xy, yx, yy] = damping;
+    Some(Bearing {
+        x: x?,
+        y: y?,
+        axial: axial?,
+        tilt: tilt?,
+        damping: [[xx?, xy?], [yx?, yy?]],
+        cross: [cross[0]?, cross[1]?],
+    })
+}
+
+fn gear(
+    table: &Section,
+    issues: &mut Issues,
+    (sections, density): (&[ShaftSection], f64),
+    names: &mut BTreeSet<String>,
+) -> Option<(TrainGear, Drawn)> {
+    let name = own_name(table, issues, names);
+    let at = table.quantity(issues, "at");
+    let teeth = table.integer(issues, "teeth");
+    let module = table.quantity(issues, "module");
+    let width = table.quantity(issues, "width");
+    let pressure_angle = table.quantity_or_default(issues, "pressure_angle");
+    let profile_shift = table.quantity_or_default(issues, "profile_shift");
+    let thinning = table.quantity_or_default(issues, "thinning");
+    let given = match table.child(issues, "body") {
+        Child::Absent => Some(None),
+        Child::Invalid => None,
+        Child::Present(own) => body(&own, issues).map(Some),
+    };
+    let loose = match table.child(issues, "loose") {
+        Child::Absent => Some(None),
+        Child::Invalid => None,
+        Child::Present(own) => loose(&own, issues).map(Some),
+    };
+    // The schema bounds the teeth far below the range of u32.
+    let teeth = u32::try_from(teeth?).ok()?;
+    let (at, module, width) = (at?, module?, width?);
+    let body = match given? {
+        Some(body) => body,
+        None => {
+            let bore = bore(sections, at);
+            let pitch = module * f64::from(teeth);
+            match Disc::annulus(pitch, bore, width, density) {
+                Ok(body) => body,
+                Err(error) => {
+                    issues.push(
+                        Diagnostic::new(
+                            DiagnosticKind::Inconsistent,
+                            table.span_of("teeth"),
+                            &table.path_of("teeth"),
+                            format!("a gear body between a shaft of {bore} m and the pitch circle of {pitch} m: {error}"),
+                        )
+                        .label("does not fit on its shaft")
+                        .remedy("check the module and the shaft's diameter, or give the gear's body"),
+                    );
+                    return None;
+                }
+            }
+        }
+    };
+    let gear = TrainGear {
+        name: name?,
+        at,
+        teeth,
+        module,
+        pressure_angle: pressure_angle?,
+        width,
+        body,
+        loose: loose?,
+    };
+    let drawn = Drawn {
+        profile_shift: profile_shift?,
+        thinning: thinning?,
+    };
+    Some((gear, drawn))
+}
+
+/// Outer diameter of the shaft where a gear stands; 0 of a shaft without sections.
+fn bore(sections: &[ShaftSection], at: f64) -> f64 {
+    let mut end = 0.0;
+    let here = sections.iter().find(|section| {
+        end += section.length;
+        at <= end
+    });
+    here.or(sections.last())
+        .map_or(0.0, |section| section.outer)
+}
+
+fn loose(table: &Section, issues: &mut Issues) -> Option<LooseGear> {
+    let [x, y, axial, tilt] =
+        ["x", "y", "axial", "tilt"].map(|key| table.quantity_or_default(issues, key));
+    let drag = drag(table, issues);
+    Some(LooseGear {
+        bearing: Bearing {
+            x: x?,
+            y: y?,
+            axial: axial?,
+            tilt: tilt?,
+            ..Bearing::default()
+        },
+        drag: drag?,
+    })
+}

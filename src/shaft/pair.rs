@@ -1,0 +1,322 @@
+//! From an assembly with two gear shafts to the modes their mesh feels.
+//!
+//! Two parallel shafts along z, x along the line of centres from pinion to wheel, y across
+//! it. Rotations are right-handed but for the wheel's about z, which is counted in the
+//! wheel's own sense of running, so that both gears roll forward together. The mesh
+//! deflection is
+//!
+//! ```text
+//! δ = r_b1 θz1 − r_b2 θz2 + n·(u1 − u2) + z_c n·((θ1 − θ2) × e_z),   n = (sin α, cos α, 0)
+//! ```
+//!
+//! `mesh` is δ at z_c = 0 per unit modal coordinate, `mesh_tilt` its derivative by z_c.
+//! The two rigid rotations are given as the neutral one (no deflection, no torque) followed
+//! by the relative one.
+//!
+//! Friction acts along `t = (cos α, −sin α, 0)`, `+t` on the pinion and `−t` on the wheel, at
+//! the distance s from the pitch point along n. Its moments about the two axes follow from
+//! that point of attack: `−(r₁ sin α + s)` on θz1 and `r₂ sin α − s` on θz2. `friction` is the
+//! part at the pitch point, where the flanks roll and the neutral rotation feels nothing;
+//! `friction_lever` the part linear in s.
+//!
+//! The coast flanks touch along the mirror image of the drive flanks' line of action. Their
+//! deflection is counted as that of the drive flanks, along `n' = (−sin α, cos α, 0)`, so that it
+//! grows with the same rotation and they touch where it is negative; then F < 0. At the distance s
+//! from the pitch point along n' the pinion slides over the wheel along `t' = (cos α, sin α, 0)`,
+//! and friction, which goes with |F| = −F, acts along −t'.
+
+use super::assembly::{AssembledMatrices, Assembly, Freedom};
+use super::drive::{self, Bearing, Drag};
+use super::error::ShaftError;
+use super::modal::{BearingGain, FlankParticipation, ModalStructure};
+use super::modes::Modes;
+use super::projection;
+use crate::gear::GearPair;
+
+/// The neutral and the relative rotation.
+pub(super) const RIGID_MODES: usize = 2;
+
+/// Two gear shafts in an assembly.
+#[derive(Debug)]
+pub(super) struct PairedShafts<'a> {
+    pub gears: &'a GearPair,
+    /// Pinion shaft, wheel shaft.
+    pub shafts: [ShaftNodes; 2],
+    /// Damping ratio of the elastic modes.
+    pub damping: f64,
+    /// `(mode, ratio)` overrides, modes counted from 1.
+    pub damping_overrides: &'a [(usize, f64)],
+    /// Pinion shaft, wheel shaft.
+    pub drag: [Drag; 2],
+}
+
+/// Nodes of one shaft that loads act on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShaftNodes {
+    /// Free end of the overhang.
+    pub end: usize,
+    /// The gear body.
+    pub gear: usize,
+    /// Both bearings.
+    pub supports: [Support; 2],
+}
+
+/// One bearing in an assembly.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Support {
+    /// On the shaft.
+    pub node: usize,
+    /// What the bearing stands on; none for the ground.
+    pub base: Option<usize>,
+    pub stiffness: Bearing,
+}
+
+impl PairedShafts<'_> {
+    /// The `retained` lowest of the `modes` lowest modes of the assembly; see
+    /// [`FlexibleDrive::modes`](super::FlexibleDrive::modes).
+    pub fn modes(
+        &self,
+        assembly: &Assembly,
+        modes: usize,
+        retained: usize,
+        mta: bool,
+    ) -> Result<ModalStructure, ShaftError> {
+        let matrices = assembly.matrices()?;
+        if modes < RIGID_MODES {
+            return Err(ShaftError::ModeCount {
+                requested: modes,
+                least: RIGID_MODES,
+                available: matrices.mass.nrows(),
+            });
+        }
+        let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, RIGID_MODES)?;
+        let damping = modal_damping(self.damping, self.damping_overrides, modes, RIGID_MODES)?;
+        self.structure(&matrices, &solution, damping)?
+            .truncated(retained, mta)
+    }
+
+    /// Participations of all computed modes, rigid pair and signs settled.
+    fn structure(
+        &self,
+        matrices: &AssembledMatrices,
+        solution: &Modes,
+        damping: Vec<f64>,
+    ) -> Result<ModalStructure, ShaftError> {
+        use Freedom::{RotationX, RotationY, RotationZ, X, Y};
+        let [base_1, base_2] = self.gears.base_radii();
+        let [pitch_1, pitch_2] = self.gears.operating_pitch_radii()?;
+        let (sin, cos) = self.gears.operating_pressure_angle()?.sin_cos();
+        let [pinion, wheel] = [self.shafts[0].gear, self.shafts[1].gear];
+        let participation =
+            |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
+
+        // Of the flanks whose line of action leans towards the wheel's axis by `lean` sin α.
+        let flank = |lean: f64| {
+            let sin = lean * sin;
+            FlankParticipation {
+                mesh: participation(&[
+                    (pinion, RotationZ, base_1),
+                    (pinion, X, sin),
+                    (pinion, Y, cos),
+                    (wheel, X, -sin),
+                    (wheel, Y, -cos),
+                    (wheel, RotationZ, -base_2),
+                ]),
+                // n·(θ × e_z) = sin α θy − cos α θx
+                tilt: participation(&[
+                    (pinion, RotationY, sin),
+                    (pinion, RotationX, -cos),
+                    (wheel, RotationY, -sin),
+                    (wheel, RotationX, cos),
+                ]),
+                friction: participation(&[
+                    (pinion, X, lean * cos),
+                    (pinion, Y, -lean * sin),
+                    (wheel, X, -lean * cos),
+                    (wheel, Y, lean * sin),
+                    (pinion, RotationZ, -pitch_1 * lean * sin),
+                    (wheel, RotationZ, pitch_2 * lean * sin),
+                ]),
+                lever: participation(&[(pinion, RotationZ, -lean), (wheel, RotationZ, -lean)]),
+                residual_flexibility: 0.0,
+            }
+        };
+        let [mut drive, mut coast] = [1.0, -1.0].map(flank);
+        let mut pinion_torque = participation(&[(self.shafts[0].end, RotationZ, 1.0)]);
+        let mut wheel_torque = participation(&[(self.shafts[1].end, RotationZ, 1.0)]);
+
+        let supports =
+            ["pinion", "wheel"]
+                .into_iter()
+                .zip(&self.shafts)
+                .flat_map(|(name, shaft)| {
+                    (1..)
+                        .zip(shaft.supports)
+                        .map(move |(number, support)| (format!("{name} {number}"), support))
+                });
+        let mut bearings = bearing_gains(matrices, solution, supports);
+
+        let signs = orientation(&drive.mesh, RIGID_MODES, solution);
+        let [w_1, w_2] = [drive.mesh[0], drive.mesh[1]];
+        let norm = w_1.hypot(w_2);
+        // The pinion turns forward in the neutral mode.
+        let forward = (w_2 * pinion_torque[0] - w_1 * pinion_torque[1]).signum();
+        let settle = |column: &mut [f64]| {
+            let [a, b] = [column[0], column[1]];
+            column[0] = forward * (w_2 * a - w_1 * b) / norm;
+            column[1] = (w_1 * a + w_2 * b) / norm;
+            for (value, sign) in column[RIGID_MODES..].iter_mut().zip(&signs) {
+                *value *= sign;
+            }
+        };
+        for column in [&mut pinion_torque, &mut wheel_torque]
+            .into_iter()
+            .chain([&mut drive, &mut coast].into_iter().flat_map(|flank| {
+                [
+                    &mut flank.mesh,
+                    &mut flank.tilt,
+                    &mut flank.friction,
+                    &mut flank.lever,
+                ]
+            }))
+            .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
+        {
+            settle(column);
+        }
+        let mut torque: Vec<f64> = (pinion_torque.iter().zip(&wheel_torque))
+            .map(|(one, two)| base_1 * one - base_2 * two)
+            .collect();
+        // Zero by construction; only round-off of the rotation is removed.
+        drive.mesh[0] = 0.0;
+        coast.mesh[0] = 0.0;
+        torque[0] = 0.0;
+        // Shafts turn in their bearings; the neutral rotation grows without bound.
+        for bearing in &mut bearings {
+            bearing.gain[..RIGID_MODES].fill(0.0);
+        }
+        let coupling = projection::coupling(matrices, solution, settle);
+        let [constant_load, load_by_speed] = self.mean_drag(&torque);
+
+        Ok(ModalStructure {
+            teeth: self.gears.teeth[0],
+            wheel_teeth: Some(self.gears.teeth[1]),
+            rated_force: self.gears.rated_force(),
+            frequency: solution.frequencies(),
+            damping,
+            mesh: drive.mesh,
+            mesh_tilt: drive.tilt,
+            torque,
+            pinion_torque: Some(pinion_torque),
+            wheel_torque: Some(wheel_torque),
+            friction: drive.friction,
+            friction_lever: drive.lever,
+            residual_flexibility: 0.0,
+            coast: Some(coast),
+            contacts: Vec::new(),
+            bearings,
+            coupling,
+            constant_load,
+            load_by_speed,
+        })
+    }
+
+    /// Modal forces of the mean drag, constant and by the pinion's speed; empty where there is
+    /// none. The motor keeps the speed: it meets the pinion's own drag where that acts, and
+    /// against a drag `T_d` on the wheel its torque grows by `T_d r_b1/r_b2`, so that the mesh
+    /// bears `T_d/r_b2` more.
+    fn mean_drag(&self, torque: &[f64]) -> [Vec<f64>; 2] {
+        let [_, base] = self.gears.base_radii();
+        let wheel = self.drag[1];
+        let by_speed = wheel.viscous * drive::wheel_speed(self.gears);
+        [wheel.constant, by_speed].map(|drag| match drag == 0.0 {
+            true => Vec::new(),
+            false => torque.iter().map(|t| t * (drag / base)).collect(),
+        })
+    }
+}
+
+/// Gains of every bearing, by its name, that the assembly can load: along the line of centres,
+/// across it, axially.
+pub(super) fn bearing_gains(
+    matrices: &AssembledMatrices,
+    solution: &Modes,
+    supports: impl Iterator<Item = (String, Support)>,
+) -> Vec<BearingGain> {
+    let mut gains = Vec::new();
+    for (name, support) in supports {
+        let bearing = support.stiffness;
+        let [xy, yx] = bearing.cross;
+        for (direction, freedom, stiffness, across) in [
+            ("x", Freedom::X, bearing.x, Some((Freedom::Y, xy))),
+            ("y", Freedom::Y, bearing.y, Some((Freedom::X, yx))),
+            ("axial", Freedom::Z, bearing.axial, None),
+        ] {
+            let springs = std::iter::once((freedom, stiffness)).chain(across);
+            let terms: Vec<_> = springs
+                .filter(|&(_, spring)| spring != 0.0)
+                .flat_map(|(freedom, spring)| {
+                    let base = support.base.map(|node| (node, freedom, -spring));
+                    std::iter::once((support.node, freedom, spring)).chain(base)
+                })
+                .collect();
+            let force = matrices.functional(&terms);
+            // No spring, or nothing that could load it.
+            if force.iter().any(|&coefficient| coefficient != 0.0) {
+                gains.push(BearingGain {
+                    name: format!("{name} {direction}"),
+                    gain: solution.participation(&force),
+                });
+            }
+        }
+    }
+    gains
+}
+
+/// Damping ratios of modes: one of the elastic ones, with `(mode, ratio)` overrides, modes counted
+/// from 1; the `rigid` first have none.
+pub(super) fn modal_damping(
+    ratio: f64,
+    overrides: &[(usize, f64)],
+    modes: usize,
+    rigid: usize,
+) -> Result<Vec<f64>, ShaftError> {
+    for ratio in std::iter::once(ratio).chain(overrides.iter().map(|&(_, ratio)| ratio)) {
+        if !(0.0..1.0).contains(&ratio) {
+            return Err(ShaftError::DampingRatio { ratio });
+        }
+    }
+    let mut damping = vec![ratio; modes];
+    damping[..rigid].fill(0.0);
+    for &(mode, ratio) in overrides {
+        if mode <= rigid || mode > modes {
+            return Err(ShaftError::DampingOverride {
+                mode,
+                first: rigid + 1,
+                last: modes,
+            });
+        }
+        damping[mode - 1] = ratio;
+    }
+    Ok(damping)
+}
+
+/// Sign of every mode behind the `rigid` first, from its mesh participation.
+pub(super) fn orientation(mesh: &[f64], rigid: usize, solution: &Modes) -> Vec<f64> {
+    let mesh = &mesh[rigid..];
+    let largest = mesh.iter().fold(0.0_f64, |m, w| m.max(w.abs()));
+    (mesh.iter().enumerate())
+        .map(|(index, &w)| {
+            // Below this a participation is round-off of a zero.
+            if w.abs() > 1e-8 * largest {
+                return w.signum();
+            }
+            let shape = solution.shape.col(rigid + index);
+            let peak = shape.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            // The first of those that tie within round-off.
+            shape
+                .iter()
+                .find(|v| v.abs() > (1.0 - 1e-6) * peak)
+                .map_or(1.0, |v| v.signum())
+        })
+        .collect()
+}

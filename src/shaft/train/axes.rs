@@ -1,0 +1,260 @@
+//! Where do two gears meet in space, and along which directions?
+//!
+//! At the pitch point P the pitch surfaces roll on each other along their common generator: the
+//! axis direction of spur gears, the line from the apex of both cones through P of bevel gears.
+//! With m the unit normal of that line in the plane of the axes, from the first gear to the
+//! second, and t across that plane, the way the first gear moves at P, drive flanks touch along
+//! `n = cos α t + sin α m` and coast flanks along `cos α t − sin α m`, mirrored about the plane of
+//! the axes and counted as the drive flanks' deflection.
+
+use super::TrainError;
+use nalgebra::{Rotation3, Vector3};
+
+/// Sine of the angle of two axes below which they are parallel.
+const PARALLEL: f64 = 1e-9;
+
+/// Part of the module by which the pitch circles of bevel gears may miss each other.
+const TOUCHING: f64 = 0.01;
+
+/// An axis with the frame of its shaft.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Axis {
+    origin: Vector3<f64>,
+    /// Unit vectors x, y, z; z along the axis. Those of an axis along (0, 0, 1) are the global
+    /// ones.
+    frame: [Vector3<f64>; 3],
+}
+
+impl Axis {
+    pub fn new(origin: [f64; 3], direction: [f64; 3]) -> Self {
+        let along = Vector3::from(direction).normalize();
+        let turn = Rotation3::rotation_between(&Vector3::z(), &along).unwrap_or_else(|| {
+            Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+        });
+        Self {
+            origin: Vector3::from(origin),
+            frame: [turn * Vector3::x(), turn * Vector3::y(), along],
+        }
+    }
+
+    /// Unit vector along the axis.
+    pub fn along(&self) -> Vector3<f64> {
+        self.frame[2]
+    }
+
+    /// The point at a place of the axis.
+    pub fn at(&self, place: f64) -> Vector3<f64> {
+        self.origin + self.along() * place
+    }
+
+    /// Components of a vector in the shaft's frame.
+    pub fn local(&self, vector: Vector3<f64>) -> [f64; 3] {
+        self.frame.map(|unit| unit.dot(&vector))
+    }
+}
+
+/// A gear in space.
+#[derive(Debug, Clone)]
+pub(super) struct PlacedGear {
+    pub name: String,
+    pub axis: Axis,
+    /// Place of its middle on the axis \[m\].
+    pub at: f64,
+    pub teeth: u32,
+    /// Pitch radius \[m\].
+    pub radius: f64,
+    pub module: f64,
+    pub width: f64,
+}
+
+impl PlacedGear {
+    fn centre(&self) -> Vector3<f64> {
+        self.axis.at(self.at)
+    }
+}
+
+/// Where two gears mesh.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PitchPoint {
+    /// P \[m\].
+    pub point: Vector3<f64>,
+    /// Along the common generator.
+    pub generator: Vector3<f64>,
+    /// m, from the first gear to the second.
+    pub across: Vector3<f64>,
+    /// t for a first gear that turns right-handed about its axis.
+    pub forward: Vector3<f64>,
+    /// Sign of the second gear's speed about its axis where the first one's is positive.
+    pub sense: i64,
+    /// Distance of parallel axes \[m\]; none of bevel gears.
+    pub centre_distance: Option<f64>,
+}
+
+impl PitchPoint {
+    /// The pitch point of two gears.
+    pub fn of(gears: [&PlacedGear; 2]) -> Result<Self, TrainError> {
+        let [one, two] = gears.map(|gear| gear.axis.along());
+        if one.cross(&two).norm() < PARALLEL {
+            Self::spur(gears)
+        } else {
+            Self::bevel(gears)
+        }
+    }
+
+    fn spur(gears: [&PlacedGear; 2]) -> Result<Self, TrainError> {
+        let names = || gears.map(|gear| gear.name.clone());
+        let [first, second] = gears;
+        let along = first.axis.along();
+        let apart = second.centre() - first.centre();
+        let axial = apart.dot(&along);
+        let radial = apart - along * axial;
+        let distance = radial.norm();
+        if distance < TOUCHING * first.module {
+            return Err(TrainError::OneAxis { gears: names() });
+        }
+        let gap = axial.abs() - 0.5 * (first.width + second.width);
+        if gap > 0.0 {
+            return Err(TrainError::FacesApart {
+                gears: names(),
+                gap,
+            });
+        }
+        let lower = (-0.5 * first.width).max(axial - 0.5 * second.width);
+        let upper = (0.5 * first.width).min(axial + 0.5 * second.width);
+        let across = radial / distance;
+        let [z1, z2] = gears.map(|gear| f64::from(gear.teeth));
+        let place = across * (distance * z1 / (z1 + z2)) + along * (0.5 * (lower + upper));
+        Ok(Self {
+            point: first.centre() + place,
+            generator: along,
+            across,
+            forward: along.cross(&across),
+            sense: if along.dot(&second.axis.along()) > 0.0 {
+                -1
+            } else {
+                1
+            },
+            centre_distance: Some(distance),
+        })
+    }
+
+    fn bevel(gears: [&PlacedGear; 2]) -> Result<Self, TrainError> {
+        let names = || gears.map(|gear| gear.name.clone());
+        let axes = gears.map(|gear| gear.axis.along());
+        let normal = axes[0].cross(&axes[1]).normalize();
+        let [one, two] = gears.map(PlacedGear::centre);
+        let distance = (two - one).dot(&normal).abs();
+        let allowed = TOUCHING * gears[0].module;
+        if distance > allowed {
+            return Err(TrainError::SkewAxes {
+                gears: names(),
+                distance,
+            });
+        }
+        // The points of either pitch circle in the plane of the axes; the nearest two touch.
+        let points = [0, 1].map(|index| {
+            let outward = normal.cross(&axes[index]);
+            [1.0, -1.0].map(|side| (outward * side, gears[index]))
+        });
+        let at =
+            |(outward, gear): (Vector3<f64>, &PlacedGear)| gear.centre() + outward * gear.radius;
+        let pairs = points[0]
+            .iter()
+            .flat_map(|a| points[1].iter().map(move |b| (*a, *b)));
+        let miss = |(a, b): &(_, _)| (at(*a) - at(*b)).norm();
+        let nearest = pairs.min_by(|a, b| miss(a).total_cmp(&miss(b)));
+        let Some((a, b)) = nearest.filter(|pair| miss(pair) <= allowed) else {
+            return Err(TrainError::PitchCircles {
+                gears: names(),
+                apart: nearest.map_or(f64::NAN, |pair| miss(&pair)),
+            });
+        };
+        let point = (at(a) + at(b)) * 0.5;
+        // The apex: one + λ axes[0] = two + μ axes[1].
+        let cross = axes[0].cross(&axes[1]);
+        let apex = one + axes[0] * ((two - one).cross(&axes[1]).dot(&cross) / cross.norm_squared());
+        let generator = (point - apex).normalize();
+        let across = (a.0 - generator * a.0.dot(&generator)).normalize();
+        let [forward, second] = [axes[0].cross(&a.0), axes[1].cross(&b.0)];
+        Ok(Self {
+            point,
+            generator,
+            across,
+            forward,
+            sense: if forward.dot(&second) > 0.0 { 1 } else { -1 },
+            centre_distance: None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+
+    fn gear(origin: [f64; 3], direction: [f64; 3], teeth: u32) -> PlacedGear {
+        PlacedGear {
+            name: format!("z{teeth}"),
+            axis: Axis::new(origin, direction),
+            at: 0.0,
+            teeth,
+            radius: 0.5 * 2e-3 * f64::from(teeth),
+            module: 2e-3,
+            width: 10e-3,
+        }
+    }
+
+    #[test]
+    fn spur_gears_roll_the_other_way_round() {
+        let [a, b] = [
+            gear([0.0; 3], [0.0, 0.0, 1.0], 20),
+            gear([0.0, 0.05, 0.002], [0.0, 0.0, 2.0], 30),
+        ];
+        let met = PitchPoint::of([&a, &b]).unwrap();
+        assert!((met.point - Vector3::new(0.0, 0.02, 0.001)).norm() < 1e-15);
+        assert!((met.across - Vector3::y()).norm() < 1e-15);
+        assert!((met.forward + Vector3::x()).norm() < 1e-15);
+        assert_eq!(met.sense, -1);
+        let turned = gear([0.0, 0.05, 0.002], [0.0, 0.0, -1.0], 30);
+        assert_eq!(PitchPoint::of([&a, &turned]).unwrap().sense, 1);
+    }
+
+    #[test]
+    fn bevel_gears_touch_along_a_line_through_the_apex() {
+        // Axes at right angles through the origin: pitch radii 20 and 30 mm.
+        let a = gear([0.0, 0.0, -0.03], [0.0, 0.0, 1.0], 20);
+        let b = gear([0.02, 0.0, 0.0], [1.0, 0.0, 0.0], 30);
+        let met = PitchPoint::of([&a, &b]).unwrap();
+        assert!((met.point - Vector3::new(0.02, 0.0, -0.03)).norm() < 1e-15);
+        assert!((met.generator - Vector3::new(2.0, 0.0, -3.0).normalize()).norm() < 1e-12);
+        assert!(met.across.dot(&met.generator).abs() < 1e-15);
+        assert!(met.across.x > 0.0 && met.across.z > 0.0);
+        // At P the first gear moves along +y; so does the second turning left-handed about x:
+        // ω (−x) × (−0.03 z) = −0.03 ω (−y) is +y only for positive ω about +x: x × (−z) = y.
+        assert!((met.forward - Vector3::y()).norm() < 1e-12);
+        assert_eq!(met.sense, 1);
+    }
+
+    #[test]
+    fn gears_that_cannot_mesh_are_told() {
+        let a = gear([0.0; 3], [0.0, 0.0, 1.0], 20);
+        let far = gear([0.05, 0.0, 0.02], [0.0, 0.0, 1.0], 30);
+        let told = PitchPoint::of([&a, &far]).unwrap_err();
+        assert!(matches!(told, TrainError::FacesApart { gap, .. } if (gap - 0.01).abs() < 1e-12));
+        let skew = gear([0.02, 0.01, 0.03], [1.0, 0.0, 0.0], 30);
+        let told = PitchPoint::of([&a, &skew]).unwrap_err();
+        assert!(
+            matches!(told, TrainError::SkewAxes { distance, .. } if (distance - 0.01).abs() < 1e-12)
+        );
+        let off = gear([0.02, 0.0, 0.035], [1.0, 0.0, 0.0], 30);
+        let told = PitchPoint::of([&a, &off]).unwrap_err();
+        assert!(
+            matches!(told, TrainError::PitchCircles { apart, .. } if (apart - 0.005).abs() < 1e-12)
+        );
+        let same = gear([0.0, 0.0, 0.001], [0.0, 0.0, 1.0], 30);
+        assert!(matches!(
+            PitchPoint::of([&a, &same]).unwrap_err(),
+            TrainError::OneAxis { .. }
+        ));
+    }
+}

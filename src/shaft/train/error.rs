@@ -1,0 +1,128 @@
+//! What can be wrong with a train beyond its single parts.
+
+/// Why shafts, gears and couplings make no train.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TrainError {
+    /// Two axes that neither run side by side nor meet.
+    #[error(
+        "gears `{}` and `{}` cannot mesh: their axes pass each other at {distance:.3e} m; axes must be parallel (spur gears) or meet (bevel gears)",
+        gears[0], gears[1]
+    )]
+    SkewAxes {
+        /// The gears.
+        gears: [String; 2],
+        /// Distance of the axes \[m\].
+        distance: f64,
+    },
+    /// Two gears on one axis.
+    #[error("gears `{}` and `{}` cannot mesh: they have one axis", gears[0], gears[1])]
+    OneAxis {
+        /// The gears.
+        gears: [String; 2],
+    },
+    /// Bevel gears whose pitch circles do not touch.
+    #[error(
+        "gears `{}` and `{}` cannot mesh: their pitch circles come no nearer than {apart:.3e} m; move one along its axis, or change a number of teeth",
+        gears[0], gears[1]
+    )]
+    PitchCircles {
+        /// The gears.
+        gears: [String; 2],
+        /// How far they are apart \[m\].
+        apart: f64,
+    },
+    /// Spur gears side by side whose faces do not overlap.
+    #[error(
+        "gears `{}` and `{}` cannot mesh: their faces are {gap:.3e} m apart along the axis; move one along its shaft",
+        gears[0], gears[1]
+    )]
+    FacesApart {
+        /// The gears.
+        gears: [String; 2],
+        /// What is between them \[m\].
+        gap: f64,
+    },
+    /// Two ways through the train that give a shaft different speeds.
+    #[error(
+        "`{body}` would have to turn at {} and at {} times the speed of the first gear: the train locks; check the numbers of teeth",
+        speeds[0], speeds[1]
+    )]
+    Locked {
+        /// What turns.
+        body: String,
+        /// Both speeds.
+        speeds: [f64; 2],
+    },
+    /// A mesh drives a shaft whose rotation is held.
+    #[error("`{body}` is driven, but its motion does not let it turn")]
+    Held {
+        /// The shaft.
+        body: String,
+    },
+    /// A mesh that nothing connects with the first one.
+    #[error(
+        "nothing says how fast `{body}` turns: no mesh and no coupling connects it with the first mesh"
+    )]
+    Apart {
+        /// The gear or shaft.
+        body: String,
+    },
+    /// The motor is not on the shaft of the first gear.
+    #[error(
+        "the driving shaft `{driver}` does not turn with the first gear of `train.gears`: name first the mesh nearest to the motor"
+    )]
+    Driver {
+        /// The driving shaft.
+        driver: String,
+    },
+    /// A mesh whose cycles have no short common period with the first one's.
+    #[error(
+        "the mesh of `{}` and `{}` has {p} cycles in {q} of the first mesh: more than 1000 make the base period too long; choose other numbers of teeth",
+        gears[0], gears[1]
+    )]
+    LongPeriod {
+        /// The gears.
+        gears: [String; 2],
+        /// Its cycles,
+        p: u64,
+        /// in so many of the first mesh.
+        q: u64,
+    },
+    /// Something stands beside its shaft.
+    #[error("{what} of shaft `{shaft}` stands at {at} m: the shaft reaches from 0 to {length} m")]
+    OffShaft {
+        /// The shaft.
+        shaft: String,
+        /// What stands there.
+        what: &'static str,
+        /// Its place \[m\].
+        at: f64,
+        /// Length of the shaft \[m\].
+        length: f64,
+    },
+    /// A rigid shaft on which nothing has inertia.
+    #[error("shaft `{shaft}` has no sections and carries no inertia: give it a disc or sections")]
+    NoInertia {
+        /// The shaft.
+        shaft: String,
+    },
+    /// A shaft is free to move other than by rotating about its axis.
+    #[error(
+        "shaft `{shaft}` is not held {direction}: give a bearing a stiffness there, or set its motion to \"rotation\""
+    )]
+    NotHeld {
+        /// The shaft.
+        shaft: String,
+        /// The free motion.
+        direction: &'static str,
+    },
+    /// A coupling between shafts that are not on one axis.
+    #[error(
+        "the coupling joins shafts `{}` and `{}`, whose axes do not point the same way",
+        shafts[0], shafts[1]
+    )]
+    CouplingAxes {
+        /// The shafts.
+        shafts: [String; 2],
+    },
+}

@@ -1,0 +1,306 @@
+//! From the description of a train to an assembly, and which node is what.
+
+use super::speeds::Layout;
+use super::{GearPlace, Motion, TrainDrive, TrainError, TrainShaft};
+use crate::shaft::assembly::{Assembly, Freedom};
+use crate::shaft::beam::{Material, Section};
+use crate::shaft::error::ShaftError;
+use crate::shaft::pair::Support;
+
+/// A train in an assembly.
+#[derive(Debug)]
+pub(super) struct Assembled {
+    pub assembly: Assembly,
+    shafts: Vec<ShaftNodes>,
+    /// Node of each loose gear.
+    pub loose: Vec<usize>,
+    /// Bearings by their names.
+    pub supports: Vec<(String, Support)>,
+}
+
+/// The nodes of one shaft.
+#[derive(Debug)]
+struct ShaftNodes {
+    /// By place \[m\], ascending; of a rigid shaft its carried nodes.
+    places: Vec<(f64, usize)>,
+    /// The nodes that have freedoms of their own.
+    own: std::ops::Range<usize>,
+}
+
+/// What stands on a shaft, for its message.
+const STANDING: [&str; 5] = [
+    "a gear",
+    "a disc",
+    "a bearing",
+    "the torque",
+    "a coupling or stop",
+];
+
+impl TrainDrive {
+    /// Adds everything to an assembly.
+    pub(super) fn assembled(&self, layout: &Layout) -> Result<Assembled, ShaftError> {
+        let mut assembly = Assembly::new();
+        let mut shafts = Vec::with_capacity(self.shafts.len());
+        let mut supports = Vec::new();
+        for (index, shaft) in self.shafts.iter().enumerate() {
+            let places = self.places(index)?;
+            assembly.turn(if self.gyroscopic {
+                layout.speeds[index]
+            } else {
+                0.0
+            });
+            let nodes = match shaft.sections.is_empty() {
+                true => rigid(&mut assembly, shaft, &places)?,
+                false => self.flexible(&mut assembly, shaft, &places)?,
+            };
+            nodes.fix(&mut assembly, shaft)?;
+            for (at, disc) in &shaft.discs {
+                // An inertia about the axis alone stands behind a coupling that lets the shaft tilt.
+                match disc.mass == 0.0 && disc.transverse_inertia == 0.0 {
+                    true => assembly.add_polar_inertia(nodes.at(*at), disc.polar_inertia)?,
+                    false => assembly.add_disc(nodes.at(*at), *disc)?,
+                }
+            }
+            for gear in shaft.gears.iter().filter(|gear| gear.loose.is_none()) {
+                assembly.add_disc(nodes.at(gear.at), gear.body)?;
+            }
+            for (number, (at, bearing)) in (1..).zip(&shaft.bearings) {
+                let support = Support {
+                    node: nodes.at(*at),
+                    base: None,
+                    stiffness: *bearing,
+                };
+                assembly.add_spring(support.node, bearing.stiffness())?;
+                bearing.couple(&mut assembly, support.node, None)?;
+                supports.push((format!("{} {number}", shaft.name), support));
+            }
+            assembly.add_drag(nodes.at(shaft.torque_at), None, shaft.drag.viscous)?;
+            shafts.push(nodes);
+        }
+        let mut loose = Vec::new();
+        for (number, place) in self.loose_gears().enumerate() {
+            let speed = layout.speeds[self.shafts.len() + number];
+            assembly.turn(if self.gyroscopic { speed } else { 0.0 });
+            let on = shafts[place.shaft].at(self.gear(place).at);
+            let (node, support) = self.loose(&mut assembly, place, on)?;
+            supports.extend(support.map(|support| (self.gear(place).name.clone(), support)));
+            loose.push(node);
+        }
+        for coupling in &self.couplings {
+            let ends = [0, 1].map(|end| shafts[coupling.shafts[end]].at(coupling.at[end]));
+            let [across, along, tilt, twist] = coupling.stiffness;
+            let springs = [across, across, along, tilt, tilt, twist];
+            assembly.add_spring_between(ends[0], ends[1], springs)?;
+            assembly.add_drag(ends[0], Some(ends[1]), coupling.damping)?;
+        }
+        Ok(Assembled {
+            assembly,
+            shafts,
+            loose,
+            supports,
+        })
+    }
+
+    /// Everything that stands on a shaft needs a node: the places, ascending.
+    pub(super) fn places(&self, index: usize) -> Result<Vec<f64>, TrainError> {
+        let shaft = &self.shafts[index];
+        let ends = (self.couplings.iter())
+            .flat_map(|coupling| coupling.shafts.into_iter().zip(coupling.at))
+            .chain(self.stops.iter().map(|stop| (stop.shaft, stop.at)))
+            .filter(|&(of, _)| of == index);
+        let standing: [Vec<f64>; 5] = [
+            shaft.gears.iter().map(|gear| gear.at).collect(),
+            shaft.discs.iter().map(|disc| disc.0).collect(),
+            shaft.bearings.iter().map(|bearing| bearing.0).collect(),
+            vec![shaft.torque_at],
+            ends.map(|(_, at)| at).collect(),
+        ];
+        let length = shaft.length();
+        let mut places = Vec::new();
+        for (what, all) in STANDING.into_iter().zip(standing) {
+            for at in all {
+                let inside = (-1e-9 * length..=length * (1.0 + 1e-9)).contains(&at);
+                if !(inside || shaft.sections.is_empty()) {
+                    return Err(TrainError::OffShaft {
+                        shaft: shaft.name.clone(),
+                        what,
+                        at,
+                        length,
+                    });
+                }
+                places.push(at);
+            }
+        }
+        places.sort_by(f64::total_cmp);
+        Ok(places)
+    }
+
+    /// A shaft of beams, no longer than its elements may be.
+    fn flexible(
+        &self,
+        assembly: &mut Assembly,
+        shaft: &TrainShaft,
+        places: &[f64],
+    ) -> Result<ShaftNodes, ShaftError> {
+        let material = Material {
+            young_modulus: self.young_modulus,
+            shear_modulus: self.shear_modulus,
+            density: self.density,
+        };
+        let near = 1e-9 * shaft.length();
+        let mut nodes = vec![(0.0, assembly.add_node())];
+        let own = nodes[0].1;
+        let mut end = 0.0;
+        for section in &shaft.sections {
+            let start = end;
+            end = start + section.length;
+            let inside = |at: &&f64| start + near < **at && **at < end - near;
+            let mut stations: Vec<f64> = places.iter().filter(inside).copied().collect();
+            stations.push(end);
+            stations.dedup_by(|a, b| (*a - *b).abs() <= near);
+            let longest = shaft.element.unwrap_or(section.outer);
+            let kind = Section::hollow(section.outer, section.inner)?;
+            let mut from = start;
+            for to in stations {
+                let count = ((to - from) / longest * (1.0 - 1e-9)).ceil().max(1.0);
+                let fresh: Vec<f64> = (0..=count as usize)
+                    .map(|step| from + (to - from) * step as f64 / count)
+                    .collect();
+                for pair in fresh.windows(2) {
+                    let length = pair[1] - pair[0];
+                    let element = crate::shaft::beam::BeamElement::new(
+                        kind,
+                        material,
+                        self.shear_coefficient,
+                        length,
+                    )?;
+                    let node = assembly.add_node();
+                    assembly.add_beam(node - 1, node, &element)?;
+                    nodes.push((pair[1], node));
+                }
+                from = to;
+            }
+        }
+        let last = nodes[nodes.len() - 1].1;
+        Ok(ShaftNodes {
+            places: nodes,
+            own: own..last + 1,
+        })
+    }
+
+    /// A gear that runs loose at a node of its shaft, and its bearing.
+    fn loose(
+        &self,
+        assembly: &mut Assembly,
+        place: GearPlace,
+        on: usize,
+    ) -> Result<(usize, Option<Support>), ShaftError> {
+        let gear = self.gear(place);
+        let node = assembly.add_node();
+        assembly.add_disc(node, gear.body)?;
+        let Some(loose) = &gear.loose else {
+            return Ok((node, None));
+        };
+        // Its bearing is as rigid as the mounts of the shaft.
+        if !self.shafts[place.shaft].motion.yields() {
+            for freedom in &Freedom::ALL[..5] {
+                assembly.fix(node, *freedom)?;
+            }
+        }
+        assembly.add_spring_between(node, on, loose.bearing.stiffness())?;
+        loose.bearing.couple(assembly, node, Some(on))?;
+        assembly.add_drag(node, Some(on), loose.drag.viscous)?;
+        let support = Support {
+            node,
+            base: Some(on),
+            stiffness: loose.bearing,
+        };
+        Ok((node, Some(support)))
+    }
+}
+
+/// A shaft without sections: one body, everything carried by it.
+fn rigid(
+    assembly: &mut Assembly,
+    shaft: &TrainShaft,
+    places: &[f64],
+) -> Result<ShaftNodes, ShaftError> {
+    let bodies = shaft.discs.iter().map(|disc| &disc.1);
+    let gears = shaft.gears.iter().filter(|gear| gear.loose.is_none());
+    let mut inertia = 0.0;
+    for disc in bodies.chain(gears.map(|gear| &gear.body)) {
+        inertia += match shaft.motion {
+            Motion::Rotation => disc.polar_inertia,
+            Motion::All | Motion::Lateral | Motion::None => disc.mass,
+        };
+    }
+    if inertia == 0.0 && shaft.motion != Motion::None {
+        return Err(ShaftError::Train(TrainError::NoInertia {
+            shaft: shaft.name.clone(),
+        }));
+    }
+    let body = assembly.add_node();
+    let mut nodes = Vec::with_capacity(places.len());
+    for &at in places {
+        nodes.push((at, assembly.add_carried_node(body, at)?));
+    }
+    Ok(ShaftNodes {
+        places: nodes,
+        own: body..body + 1,
+    })
+}
+
+impl ShaftNodes {
+    /// The node nearest to a place.
+    fn at(&self, place: f64) -> usize {
+        let away = |node: &&(f64, usize)| (node.0 - place).abs();
+        (self.places.iter())
+            .min_by(|a, b| away(a).total_cmp(&away(b)))
+            .map_or(self.own.start, |node| node.1)
+    }
+
+    /// Fixes what may not move.
+    fn fix(&self, assembly: &mut Assembly, shaft: &TrainShaft) -> Result<(), ShaftError> {
+        if !shaft.motion.yields() {
+            for node in self.own.clone() {
+                for freedom in &Freedom::ALL[..5] {
+                    assembly.fix(node, *freedom)?;
+                }
+            }
+        }
+        let held = match shaft.motion {
+            Motion::All | Motion::Rotation => return Ok(()),
+            Motion::None => self.own.clone(),
+            Motion::Lateral if self.own.len() > 1 => {
+                let node = self.at(shaft.torque_at);
+                node..node + 1
+            }
+            Motion::Lateral => self.own.clone(),
+        };
+        for node in held {
+            assembly.fix(node, Freedom::RotationZ)?;
+        }
+        Ok(())
+    }
+}
+
+impl Assembled {
+    /// The node at a place of a shaft.
+    pub fn at(&self, shaft: usize, place: f64) -> usize {
+        self.shafts[shaft].at(place)
+    }
+
+    /// The node of a gear.
+    pub fn gear(&self, train: &TrainDrive, place: GearPlace) -> usize {
+        let loose = train.loose_gears().position(|other| other == place);
+        loose.map_or_else(
+            || self.at(place.shaft, train.gear(place).at),
+            |number| self.loose[number],
+        )
+    }
+
+    /// The nodes of a shaft that have freedoms of their own.
+    pub fn own(&self, shaft: usize) -> std::ops::Range<usize> {
+        self.shafts[shaft].own.clone()
+    }
+}
