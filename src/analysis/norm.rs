@@ -175,7 +175,8 @@ fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
     let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
     for mut vector in vectors {
         for (index, other) in &out {
-            subtract(&mut vector, vector[*index], other);
+            let part = vector[*index];
+            subtract(&mut vector, part, other);
         }
         let largest = (vector.iter().enumerate()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         let Some((index, &value)) = largest else {
@@ -183,7 +184,8 @@ fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
         };
         vector.iter_mut().for_each(|v| *v /= value);
         for (_, other) in &mut out {
-            subtract(other, other[index], &vector);
+            let part = other[index];
+            subtract(other, part, &vector);
         }
         out.push((index, vector));
     }

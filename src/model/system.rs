@@ -15,6 +15,9 @@ use std::f64::consts::TAU;
 /// A component this small, relative to the largest, is round-off.
 const UNFELT: f64 = 1e-12;
 
+/// Part of the fastest that a displacement could move, below which it rests.
+const AT_REST: f64 = 1e-9;
+
 /// Tilt of a rotation about the shafts this small, relative to the largest of any mode, is
 /// round-off.
 const TILT_NOISE: f64 = 1e-9;
@@ -379,14 +382,14 @@ impl Model {
     /// Whether no block moves in a state that no force acts on, but for round-off.
     fn is_at_rest(&self, state: &[f64]) -> bool {
         let n = self.modes();
+        let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         self.blocks.iter().enumerate().all(|(i, block)| {
             let (x, y) = (state[i], state[n + i]);
-            let of = |row: [f64; 2]| {
-                let terms = [row[0] * x, row[1] * y];
-                let size = (row[0].abs() + row[1].abs()) * x.abs().max(y.abs());
-                (terms[0] + terms[1]).abs() <= UNFELT * size
+            let rests = |row: [f64; 2]| {
+                let rate = (row[0] * x + row[1] * y).abs();
+                rate <= AT_REST * (row[0].abs() + row[1].abs()) * largest
             };
-            block.generator.into_iter().all(of)
+            block.generator.into_iter().all(rests)
         })
     }
 
