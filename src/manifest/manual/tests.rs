@@ -296,7 +296,13 @@ fn faults(text: &str, key: &Key, value: &str) -> Option<String> {
     let with = |value: &str| hash(&with(text, key, &format!("{name} = {value}")));
     let (absent, written) = (hash(&self::with(text, key, "")), with(value));
     // Of these another value takes more than the key itself.
-    let alone = !matches!(key.path, "analyses.poincare.refine" | "gear.thinning");
+    let alone = !matches!(
+        key.path,
+        "analyses.poincare.refine"
+            | "gear.thinning"
+            | "train.shaft.*.gears.*.thinning"
+            | "train.shaft.*.gears.*.profile_shift"
+    );
     let valid = absent.len() == 64 && absent == written && (!alone || with(key.example) != absent);
     (!valid).then(|| format!("{}\nabsent: {absent}\nwritten: {written}", key.path))
 }

@@ -24,11 +24,11 @@ pub(super) const KEYS: &[Key] = &[
         .about("Torque of the motor at load 1."),
     key("train.driver", Kind::Text, ANY, r#""engine""#).otherwise("the shaft of the first gear of `train.gears`")
         .about("The shaft that the motor drives. It turns with the first gear. Ripple on the `pinion` acts on it."),
-    quantity("train.young_modulus", Pressure, POSITIVE, r#""206 GPa""#).or(r#""206 GPa""#)
+    quantity("train.young_modulus", Pressure, POSITIVE, r#""210 GPa""#).or(r#""206 GPa""#)
         .about("Young's modulus of the shafts."),
-    quantity("train.shear_modulus", Pressure, POSITIVE, r#""79 GPa""#).or(r#""79 GPa""#)
+    quantity("train.shear_modulus", Pressure, POSITIVE, r#""80 GPa""#).or(r#""79 GPa""#)
         .about("Shear modulus of the shafts."),
-    quantity("train.density", Density, POSITIVE, r#""7850 kg/m^3""#).or(r#""7850 kg/m^3""#)
+    quantity("train.density", Density, POSITIVE, r#""7800 kg/m^3""#).or(r#""7850 kg/m^3""#)
         .about("Density of shafts and gear bodies."),
     quantity("train.shear_coefficient", Ratio, bounds(0.0, true, 1.0, false), "0.886").or("0.9")
         .about("Timoshenko's shear coefficient of the shafts' sections."),
@@ -41,7 +41,7 @@ pub(super) const KEYS: &[Key] = &[
     key("train.shaft.*.origin", Kind::List("3 lengths"), ANY, r#"["100 mm", 0, 0]"#).of_length(3).or("[0, 0, 0]")
         .about("Where in space its first section begins."),
     quantity("train.shaft.*.origin.*", Length, ANY, r#""100 mm""#),
-    key("train.shaft.*.direction", Kind::List("3 numbers"), ANY, "[0, 0, 1]").of_length(3).or("[0, 0, 1]")
+    key("train.shaft.*.direction", Kind::List("3 numbers"), ANY, "[1, 0, 0]").of_length(3).or("[0, 0, 1]")
         .about("Along its axis, of any length. Spur gears run on parallel axes, bevel gears on axes that meet. The \
                 shaft's own x and y axes are those of space, turned with z into its axis the shortest way."),
     quantity("train.shaft.*.direction.*", Ratio, ANY, "1"),
@@ -123,7 +123,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Module; of a bevel gear that in the middle of its face."),
     quantity("train.shaft.*.gears.*.width", Length, POSITIVE, r#""20 mm""#)
         .about("Face width, and the length of the body."),
-    quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, 0.7853981633974483, true), r#""20 deg""#).or(r#""20 deg""#)
+    quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, 0.7853981633974483, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
     quantity("train.shaft.*.gears.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
         .about("Profile shift coefficient."),
