@@ -309,13 +309,7 @@ fn energy_closes_to_round_off() {
         let (end, _) = advance_with(&volterra(&model), &start, 50, &mut audit);
         let residual = audit.residual(&end).unwrap();
         println!("{name}: {residual:.1e}");
-        // The thirty pieces of the series leave some of what their steps do.
-        let most = if name.contains("Fourier") {
-            1e-10
-        } else {
-            1e-12
-        };
-        assert!(residual < most, "{name}: {residual:e}");
+        assert!(residual < 1e-12, "{name}: {residual:e}");
     }
 }
 
