@@ -130,9 +130,13 @@ fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         .map(|table| {
             let name = table.text(issues, "name");
             let gain = column(table, issues, "gain", modes);
+            let rate_gain = optional(table, issues, "rate_gain", modes);
             Some(BearingGain {
                 name: name?.to_owned(),
                 gain: gain?,
+                rate_gain: rate_gain?
+                    .filter(|column| acting(column))
+                    .unwrap_or_default(),
             })
         })
         .collect();

@@ -46,13 +46,13 @@ pub struct Model {
     pub half_gap: f64,
     /// Harmonics of the torques.
     pub ripple: Vec<Ripple>,
-    /// What the bearings feel: forces per unit first component of each block.
+    /// What the bearings feel: forces per unit of the blocks' components.
     pub bearings: Vec<BearingOutput>,
     /// From the structure's modes to the blocks.
     pub basis: Basis,
 }
 
-/// The force on a bearing in one direction, `Σ gain·x` \[N\].
+/// The force on a bearing in one direction, springs and dampers, `Σ gain·x` \[N\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct BearingOutput {
     /// Shaft, bearing and direction.
@@ -183,9 +183,18 @@ impl Model {
             .map(|r| ripple(structure, r, period, &basis))
             .collect::<Result<_, _>>()?;
         let bearings = (structure.bearings.iter())
-            .map(|bearing| BearingOutput {
-                name: bearing.name.clone(),
-                gain: basis.output(&rotate(&bearing.gain))[0].clone(),
+            .map(|bearing| {
+                let [mut gain, _] = basis.output(&rotate(&bearing.gain));
+                if !bearing.rate_gain.is_empty() {
+                    let [_, by_velocity] = basis.output(&rotate(&bearing.rate_gain));
+                    for (gain, own) in gain.iter_mut().zip(by_velocity) {
+                        *gain = [gain[0] + own[0], gain[1] + own[1]];
+                    }
+                }
+                BearingOutput {
+                    name: bearing.name.clone(),
+                    gain,
+                }
             })
             .collect();
         Ok(Self {

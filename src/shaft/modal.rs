@@ -146,15 +146,16 @@ impl FlankParticipation {
     }
 }
 
-/// The force that a shaft exerts on one bearing in one direction, `Σ gain·q` \[N\]: stiffness
-/// times displacement. Modal damping has no place of its own, and what dampers of the bearing
-/// bear is not in it.
+/// The force that a shaft exerts on one bearing in one direction, `Σ gain·q + Σ rate_gain·q'` \[N\]:
+/// that of its springs and of its dampers. Modal damping has no place of its own and is not in it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BearingGain {
     /// Shaft, bearing and direction, such as `pinion 1 x`.
     pub name: String,
     /// Force per unit modal displacement \[N/(m √kg)\], one entry a mode.
     pub gain: Vec<f64>,
+    /// Force per unit modal velocity \[N s/(m √kg)\], one entry a mode; empty for none.
+    pub rate_gain: Vec<f64>,
 }
 
 impl ModalStructure {
@@ -271,6 +272,7 @@ impl ModalStructure {
                 .map(|bearing| BearingGain {
                     name: bearing.name.clone(),
                     gain: keep(&bearing.gain),
+                    rate_gain: keep_any(&bearing.rate_gain),
                 })
                 .collect(),
             coupling: (self.coupling.as_ref())

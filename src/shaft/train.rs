@@ -205,7 +205,9 @@ impl Train<'_> {
         torque[0] = 0.0;
         // Shafts turn in their bearings; the neutral rotation grows without bound.
         for bearing in &mut bearings {
-            bearing.gain[..RIGID_MODES].fill(0.0);
+            for gain in [&mut bearing.gain, &mut bearing.rate_gain] {
+                gain.iter_mut().take(RIGID_MODES).for_each(|g| *g = 0.0);
+            }
         }
         let coupling = projection::coupling(matrices, solution, settle);
         let [constant_load, load_by_speed] = self.mean_drag(&torque);
@@ -247,35 +249,44 @@ impl Train<'_> {
         })
     }
 
-    /// Gains of every bearing that the assembly can load: along the line of centres, across
-    /// it, axially.
+    /// Gains of every bearing that the assembly can load, springs and dampers: along the line of
+    /// centres, across it, axially.
     fn bearing_gains(&self, matrices: &AssembledMatrices, solution: &Modes) -> Vec<BearingGain> {
         let mut gains = Vec::new();
         for (name, shaft) in ["pinion", "wheel"].iter().zip(&self.shafts) {
             for (number, support) in (1..).zip(&shaft.supports) {
                 let bearing = support.stiffness;
                 let [xy, yx] = bearing.cross;
-                for (direction, freedom, stiffness, across) in [
-                    ("x", Freedom::X, bearing.x, Some((Freedom::Y, xy))),
-                    ("y", Freedom::Y, bearing.y, Some((Freedom::X, yx))),
-                    ("axial", Freedom::Z, bearing.axial, None),
+                let [damper_x, damper_y] = bearing.damping;
+                let plane = |[x, y]: [f64; 2]| vec![(Freedom::X, x), (Freedom::Y, y)];
+                for (direction, springs, dampers) in [
+                    ("x", plane([bearing.x, xy]), plane(damper_x)),
+                    ("y", plane([yx, bearing.y]), plane(damper_y)),
+                    ("axial", vec![(Freedom::Z, bearing.axial)], Vec::new()),
                 ] {
-                    let springs = std::iter::once((freedom, stiffness)).chain(across);
-                    let terms: Vec<_> = springs
-                        .filter(|&(_, spring)| spring != 0.0)
-                        .flat_map(|(freedom, spring)| {
-                            let pedestal = support.pedestal.map(|node| (node, freedom, -spring));
-                            std::iter::once((support.node, freedom, spring)).chain(pedestal)
-                        })
-                        .collect();
-                    let force = matrices.functional(&terms);
-                    // No spring, or nothing that could load it.
-                    if force.iter().any(|&coefficient| coefficient != 0.0) {
-                        gains.push(BearingGain {
-                            name: format!("{name} {number} {direction}"),
-                            gain: solution.participation(&force),
-                        });
+                    let [springs, dampers] = [springs, dampers].map(|parts| {
+                        let terms: Vec<_> = (parts.into_iter())
+                            .filter(|&(_, value)| value != 0.0)
+                            .flat_map(|(freedom, value)| {
+                                let pedestal = support.pedestal.map(|node| (node, freedom, -value));
+                                std::iter::once((support.node, freedom, value)).chain(pedestal)
+                            })
+                            .collect();
+                        matrices.functional(&terms)
+                    });
+                    let acts = |force: &[f64]| force.iter().any(|&coefficient| coefficient != 0.0);
+                    // Nothing there, or nothing that could load it.
+                    if !acts(&springs) && !acts(&dampers) {
+                        continue;
                     }
+                    gains.push(BearingGain {
+                        name: format!("{name} {number} {direction}"),
+                        gain: solution.participation(&springs),
+                        rate_gain: match acts(&dampers) {
+                            true => solution.participation(&dampers),
+                            false => Vec::new(),
+                        },
+                    });
                 }
             }
         }

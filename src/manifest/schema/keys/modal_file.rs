@@ -4,7 +4,7 @@ use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, integer, key, quantity, table,
 };
 use crate::units::Dimension::{
-    Angle, AngularSpeed, Damping, Force, ForceByDisplacement, Length, ModalDamping, ModalForce,
+    Angle, AngularSpeed, Damping, Force, ForceByDisplacement, ForceByVelocity, Length, ModalDamping, ModalForce,
     ModalForceBySpeed, ModalStiffness, Participation, ParticipationByLength, Ratio, Stiffness,
 };
 
@@ -138,4 +138,7 @@ pub(super) const KEYS: &[Key] = &[
     key("bearing.*.gain", Kind::List("numbers in N/(m sqrt(kg)), one a mode"), ANY, "[0.0, 2.1e7, -4.4e6]")
         .about("Force on the bearing per unit of each modal displacement."),
     quantity("bearing.*.gain.*", ForceByDisplacement, ANY, "2.1e7"),
+    key("bearing.*.rate_gain", Kind::List("numbers in N s/(m sqrt(kg)), one a mode"), ANY, "[0.0, 110.0, -23.0]").otherwise("0: no dampers")
+        .about("Force of the bearing's dampers per unit of each modal velocity."),
+    quantity("bearing.*.rate_gain.*", ForceByVelocity, ANY, "110.0"),
 ];
