@@ -6,14 +6,14 @@
 
 mod common;
 
-use atlas::analysis::EnergyAudit;
+use atlas::analysis::{EnergyAudit, excitation_period};
 use atlas::model::{
     CoastFlank, Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint,
     StiffnessHarmonic, TorqueRipple, TrajectoryState,
 };
 use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use atlas::reference::{Extended, Reference};
-use atlas::shaft::{Coupling, FlankParticipation, ModalStructure, StructureContact};
+use atlas::shaft::{Coupling, FlankParticipation, HarmonicLoad, ModalStructure, StructureContact};
 use common::advance::{Events, advance, advance_with, volterra};
 use common::relative_difference;
 
@@ -71,6 +71,15 @@ fn contact(name: &str, participation: Vec<f64>, gap: f64, levels: &[f64]) -> Str
         cycles: [1, 1],
         phase: 0.0,
         error: Vec::new(),
+    }
+}
+
+fn load(force: Vec<f64>, turns_per_cycle: f64, phase: f64) -> HarmonicLoad {
+    HarmonicLoad {
+        name: "load".to_owned(),
+        force,
+        turns_per_cycle,
+        phase,
     }
 }
 
@@ -192,6 +201,13 @@ fn cases() -> Vec<Case> {
     );
     add("stiffness as a Fourier series", (structure, drive, point));
 
+    let (mut structure, drive, point) = loaded();
+    structure.harmonic_loads = vec![
+        load(vec![0.0, 8.0, 30.0, -20.0, 10.0, 5.0], 0.6, 0.7),
+        load(vec![0.0, -5.0, 0.0, 40.0, 0.0, 10.0], 2f64.sqrt(), -1.0),
+    ];
+    add("loads of any frequency", (structure, drive, point));
+
     let (structure, drive, point) = two_lines();
     let model = Model::new(&structure, &drive, point).unwrap();
     let start = with_closed(&model, 2);
@@ -242,6 +258,31 @@ fn contacts_of_another_mesh_set_the_base_period() {
         .find(|(name, ..)| name.contains("3/5"))
         .unwrap();
     assert_eq!(model.base_cycles(), 5);
+}
+
+/// So do loads, together with contacts; one whose turns are irrational has none.
+#[test]
+fn harmonic_loads_count_in_the_base_period() {
+    let period = |turns: &[f64], cycles: [u32; 2]| {
+        let structure = ModalStructure {
+            harmonic_loads: turns.iter().map(|&t| load(vec![1.0], t, 0.0)).collect(),
+            contacts: vec![StructureContact {
+                cycles,
+                ..contact("stop", vec![1.0], 3.0, &[2.0, 1.0])
+            }],
+            ..ModalStructure::of_modes(&[1.0], 0.1, &[1.0], &[1.0])
+        };
+        let point = OperatingPoint {
+            load: 0.1,
+            speed: 1.0,
+        };
+        let model = Model::new(&structure, &common::constant_mesh(1.0, 1.0), point).unwrap();
+        excitation_period(&model)
+    };
+    assert_eq!(period(&[2.0], [1, 1]), Some(1));
+    assert_eq!(period(&[3.0 / 5.0], [1, 1]), Some(5));
+    assert_eq!(period(&[3.0 / 5.0, 1.5], [2, 3]), Some(30));
+    assert_eq!(period(&[2f64.sqrt()], [1, 1]), None);
 }
 
 #[test]

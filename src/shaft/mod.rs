@@ -17,6 +17,8 @@ pub use beam::{BeamElement, ELEMENT_FREEDOMS, ElementMatrix, Material, Section};
 pub use disc::Disc;
 pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
-pub use modal::{BearingGain, Coupling, FlankParticipation, ModalStructure, StructureContact};
+pub use modal::{
+    BearingGain, Coupling, FlankParticipation, HarmonicLoad, ModalStructure, StructureContact,
+};
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};

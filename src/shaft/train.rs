@@ -232,6 +232,7 @@ impl Train<'_> {
             coupling,
             constant_load,
             load_by_speed,
+            harmonic_loads: Vec::new(),
         })
     }
 

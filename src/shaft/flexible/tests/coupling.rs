@@ -144,8 +144,8 @@ fn bearing_forces_balance_the_accelerations() {
                     - structure.mesh[i] * mesh_force
             })
             .collect();
-        let forces = (pinion.iter())
-            .map(|b| sum(&b.gain, &position) + sum(&b.rate_gain, &velocity));
+        let forces =
+            (pinion.iter()).map(|b| sum(&b.gain, &position) + sum(&b.rate_gain, &velocity));
         let forces: f64 = forces.sum();
         let dampers: f64 = pinion.iter().map(|b| sum(&b.rate_gain, &velocity)).sum();
         let inertia = mass * sum(&shape, &acceleration);
