@@ -45,7 +45,7 @@ mean_stiffness = "4e8 N/m"
 contact_damping = 0.05
 
 [grid]
-"model.retained" = [4, 3]
+"model.retained" = { values = [4, 3] }
 load = 0.1
 speed = { from = 200, to = 700, count = 10 }
 "#;

@@ -50,13 +50,13 @@ fn means_of_a_geared_pair_from_rest() {
     let job = manifest::load(&folder.join("geared-pair.toml")).unwrap();
     let point = job.points.first().unwrap();
     let model = common::parts().model(&point).unwrap();
-    let cycles = 100;
+    let cycles = 100u32;
     let time = f64::from(cycles) * model.period();
     assert!((time - 0.3).abs() < 1e-12);
     let mut means = Means::default();
     let start = model.start(&point.run.initial);
     let (end, counters) = advance_with(&volterra(&model), &start, cycles.into(), &mut means);
-    assert!(counters.events > 10, "{} events", counters.events);
+    assert!(counters.events > 2, "{} events", counters.events);
 
     // The mean of q'' + 2 zeta omega q' + omega^2 q = -sum of g F from rest, of the x of both gears.
     let [position, velocity] = model.basis.modes(&end.state);

@@ -1,5 +1,6 @@
 //! What excites the drive of a manifest, for `atlas check`.
 
+use super::point::number;
 use crate::manifest::{PointSpec, StiffnessSpec, StructureSource};
 use crate::model::DriveShaft;
 use crate::sweep::flank_error;
@@ -102,7 +103,8 @@ pub fn causes(point: &PointSpec) -> Vec<Cause> {
             push(
                 format!(
                     "harmonic load {} ({} turns a mesh cycle)",
-                    load.name, load.turns_per_cycle
+                    load.name,
+                    number(load.turns_per_cycle)
                 ),
                 json!({
                     "cause": "harmonic_load",

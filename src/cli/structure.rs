@@ -1,6 +1,7 @@
 //! What the structure of a manifest vibrates like, for `atlas check`: natural frequencies, mesh
 //! resonances, base period.
 
+use super::point::number;
 use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
 use crate::manifest::{AxisKey, Job, PointSpec, StructureSource};
 use crate::sweep::{build, structures};
@@ -87,9 +88,15 @@ impl Structure {
             (
                 "modes".to_owned(),
                 format!(
-                    "at {} rad/s{which}, contacts open and drive flanks closed ({:.4e} N/m); pinion speeds where harmonics of the mesh meet a closed mode, * in the grid",
-                    self.speed, self.frequencies.mesh_stiffness
+                    "at {} rad/s{which}: contacts open, and drive flanks closed by {} N/m",
+                    number(self.speed),
+                    number(self.frequencies.mesh_stiffness)
                 ),
+            ),
+            (
+                String::new(),
+                "n x rpm: the pinion speed at which harmonic n of the mesh meets a closed mode, * in the grid"
+                    .to_owned(),
             ),
         ];
         let mut row = |text: String| lines.push((String::new(), text));

@@ -68,6 +68,11 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// The largest modulus.
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| value.abs().max(most))
+}
+
 /// The rigid motions that closed contacts hold.
 struct Held {
     /// Orthonormal, each over the rigid modes.
@@ -126,7 +131,10 @@ impl Equilibrium {
             let speed: f64 = (rigid.iter().zip(&self.drift))
                 .map(|(&r, drift)| own.side * own.deflection[r] * drift)
                 .sum();
-            (speed > 0.0).then(|| (contact, -own.side * own.stretch(&self.modes) / speed))
+            let [size, fastest] = [&own.deflection, &self.drift].map(|values| largest(values));
+            // A motion that a contact does not feel is felt by round-off.
+            (speed > ROUND_OFF * size * fastest)
+                .then(|| (contact, -own.side * own.stretch(&self.modes) / speed))
         };
         (0..all.len())
             .filter(|contact| !active.holds(*contact))
@@ -234,10 +242,14 @@ impl Model {
             .map(|own| own.shut - dot(&own.deflection, at_load))
             .chain(held.basis.iter().map(|basis| along(load, basis)))
             .collect();
-        let solution = linalg::solve(matrix.as_ref(), &right);
+        let solution = match order {
+            0 => Vec::new(),
+            _ => linalg::solve(matrix.as_ref(), &right),
+        };
         let (forces, shifts) = solution.split_at(count);
         let mut modes = at_load.to_vec();
-        let mut unbalanced: Vec<f64> = rigid.iter().map(|&r| load[r]).collect();
+        let loads: Vec<f64> = rigid.iter().map(|&r| load[r]).collect();
+        let mut unbalanced = loads.clone();
         for (own, force) in closed.iter().zip(forces) {
             for (mode, yielding) in modes.iter_mut().zip(&own.yielding) {
                 *mode -= force * yielding;
@@ -255,8 +267,7 @@ impl Model {
                 *left -= along * h;
             }
         }
-        let loaded = rigid.iter().map(|&r| load[r].abs()).fold(0.0, f64::max);
-        let round_off = ROUND_OFF * loaded;
+        let round_off = ROUND_OFF * largest(&loads);
         Equilibrium {
             forces: forces.to_vec(),
             modes,
@@ -345,7 +356,7 @@ impl Model {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{InitialState, OperatingPoint, fixtures};
+    use crate::model::{Drive, InitialState, OperatingPoint, fixtures};
     use crate::shaft::{ModalStructure, StructureContact};
 
     fn contact(participation: &[f64], gap: f64, stiffness: f64) -> StructureContact {
@@ -427,6 +438,39 @@ mod tests {
         let mut structure = elastic();
         structure.contacts = vec![contact(&[0.6, 0.5, -0.3], 1e-6, 1e10)];
         assert_eq!(closed(&structure, 1.0), [2]);
+    }
+
+    /// Friction turns the whole drive, which no contact feels beyond round-off: it does not drift into one.
+    #[test]
+    fn what_no_contact_feels_stays() {
+        let mut structure = ModalStructure {
+            rated_force: 1000.0,
+            friction: vec![0.3, 0.1, 0.0],
+            ..ModalStructure::of_modes(
+                &[0.0, 0.0, 3000.0],
+                0.01,
+                &[0.61, -0.49, 0.2],
+                &[0.61, -0.49, 0.2],
+            )
+        };
+        let stop = [-0.2 * 0.61, 0.2 * 0.49, -0.3];
+        structure.contacts = vec![contact(&stop, 40e-6, 1e8)];
+        let drive = Drive {
+            friction: 0.1,
+            ..fixtures::constant_mesh(10e-6, 4e8)
+        };
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 100.0,
+        };
+        let model = Model::new(&structure, &drive, point).unwrap();
+        let start = model.start(&InitialState::Static);
+        assert_eq!(start.contact, ActiveSet::DRIVE);
+        let (alone, _) = model.equilibrium_on(DRIVE_FLANK);
+        let size = largest(&alone);
+        for (shared, alone) in start.state.iter().zip(&alone) {
+            assert!((shared - alone).abs() < 1e-13 * size, "{shared} {alone}");
+        }
     }
 
     /// Two rotations, the second held by a further mesh only, which a drag presses together.
