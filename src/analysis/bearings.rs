@@ -1,6 +1,6 @@
 //! What forces do the shafts exert on their bearings?
 //!
-//! `Σ gain·q(t)` over the modes, each rebuilt as a series on every window. Mean and mean
+//! `Σ gain·x(t)` over the blocks, springs and dampers, each rebuilt as a series on every window. Mean and mean
 //! square are exact integrals, `∫ f² dt = Δ Σ a_n²/(2n+1)`, taken about the first window's mean.
 
 use super::modal_series::{ModalMotion, Series, TERMS};
@@ -155,6 +155,7 @@ mod tests {
         let gain = |name: &str, gain: [f64; 3]| BearingGain {
             name: name.to_owned(),
             gain: gain.to_vec(),
+            rate_gain: gain.iter().map(|g| 1e-4 * g).collect(),
         };
         let structure = ModalStructure {
             damping: vec![0.0, 0.01, 0.02],
@@ -199,7 +200,9 @@ mod tests {
             self.time += window.duration;
             for (i, series) in self.forces.series().iter().enumerate() {
                 let states = self.gains[i].iter().zip(window.first);
-                let exact: f64 = states.map(|(g, q)| g[0] * q).sum();
+                let exact: f64 = (states.zip(window.second))
+                    .map(|((g, q), v)| g[0] * q + g[1] * v)
+                    .sum();
                 self.worst = self.worst.max((at_start(series) - exact).abs());
                 for (x, w) in self.gauss.nodes.iter().zip(&self.gauss.weights) {
                     let (force, weight) = (evaluate(series, *x), 0.5 * w * window.duration);

@@ -7,6 +7,7 @@ mod called_off;
 mod classify;
 mod coupled_modes;
 mod energy;
+mod frequencies;
 mod horizon;
 mod lyapunov;
 mod modal_series;
@@ -27,6 +28,7 @@ mod twin;
 pub use analyses::Analyses;
 pub use called_off::CalledOff;
 pub use energy::EnergyAudit;
+pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
     HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
 };
@@ -43,5 +45,6 @@ pub use outcome::*;
 pub use poincare::{PoincareQuestion, Section};
 pub use point::{investigate, investigate_onward};
 pub use questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
+pub use recurrence::excitation_period;
 pub use spectrum::{Lines, Welch};
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

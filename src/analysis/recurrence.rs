@@ -155,9 +155,9 @@ impl Recurrence {
     }
 }
 
-/// Mesh cycles after which all torque ripple, all errors and all contacts start anew; none where
-/// that takes too long or never happens.
-pub(super) fn excitation_period(model: &Model) -> Option<usize> {
+/// The base period: mesh cycles after which all torque ripple, all errors and all contacts start
+/// anew; none where that takes more than 1024 or never happens.
+pub fn excitation_period(model: &Model) -> Option<usize> {
     let ripples = model.ripple.iter().map(|ripple| ripple.turns_per_cycle);
     let errors = model.transmission_errors().map(|h| h.turns_per_cycle);
     let turns: Vec<f64> = ripples.chain(errors).collect();

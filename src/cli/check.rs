@@ -1,6 +1,7 @@
 //! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
 
 use super::excitation::{self, Cause};
+use super::structure::Structure;
 use super::{BAD_INPUT, answer, fail, portable};
 use crate::analysis::{GrowthNorm, Section};
 use crate::input::{clipped, printable};
@@ -170,6 +171,10 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         ),
     ));
     lines.push(("analyses".to_owned(), analyses(first)));
+    match Structure::of(job, first) {
+        Ok(structure) => lines.extend(structure.lines()),
+        Err(reason) => lines.push(("modes".to_owned(), reason)),
+    }
     lines
 }
 
@@ -450,6 +455,9 @@ fn job_json(name: &str, job: &Job) -> Value {
         }),
         "retained_min": retained.0,
         "retained_max": retained.1,
+        "structure": (first.as_ref())
+            .and_then(|p| Structure::of(job, p).ok())
+            .map(|structure| structure.json()),
         "kernel": first.as_ref().map(|p| p.run.kernel.name()),
         "analyses": first.as_ref().map(|p| {
             let names = [

@@ -1,6 +1,7 @@
 //! What excites the drive of a manifest, for `atlas check`.
 
-use crate::manifest::{PointSpec, StiffnessSpec};
+use super::point::number;
+use crate::manifest::{PointSpec, StiffnessSpec, StructureSource};
 use crate::model::DriveShaft;
 use crate::sweep::flank_error;
 use serde_json::{Value, json};
@@ -96,6 +97,22 @@ pub fn causes(point: &PointSpec) -> Vec<Cause> {
                 "amplitude": ripple.amplitude,
             }),
         );
+    }
+    if let StructureSource::Modal(structure) = &point.model.source {
+        for load in &structure.harmonic_loads {
+            push(
+                format!(
+                    "harmonic load {} ({} turns a mesh cycle)",
+                    load.name,
+                    number(load.turns_per_cycle)
+                ),
+                json!({
+                    "cause": "harmonic_load",
+                    "name": load.name,
+                    "turns_per_cycle": load.turns_per_cycle,
+                }),
+            );
+        }
     }
     causes
 }

@@ -21,6 +21,7 @@ pub mod run;
 mod run_args;
 pub mod show;
 mod status;
+mod structure;
 pub mod table;
 pub mod trace;
 pub mod verify;

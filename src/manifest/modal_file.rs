@@ -4,6 +4,7 @@
 mod coast;
 mod contacts;
 mod coupling;
+mod loads;
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::{Section, entries};
@@ -86,6 +87,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
     let coast = coast::read(root, issues, mesh.as_deref(), frequency.as_deref());
     let constant_load = optional(root, issues, "constant_load", modes);
     let load_by_speed = optional(root, issues, "load_by_speed", modes);
+    let harmonic_loads = loads::read(root, issues, modes, teeth);
     let frequency = frequency?;
     check_frequencies(root, issues, &frequency)?;
     check_rigid(root, issues, &frequency)?;
@@ -117,6 +119,7 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         load_by_speed: load_by_speed?
             .filter(|column| acting(column))
             .unwrap_or_default(),
+        harmonic_loads: harmonic_loads?,
     })
 }
 
@@ -130,9 +133,13 @@ fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
         .map(|table| {
             let name = table.text(issues, "name");
             let gain = column(table, issues, "gain", modes);
+            let rate_gain = optional(table, issues, "rate_gain", modes);
             Some(BearingGain {
                 name: name?.to_owned(),
                 gain: gain?,
+                rate_gain: rate_gain?
+                    .filter(|column| acting(column))
+                    .unwrap_or_default(),
             })
         })
         .collect();

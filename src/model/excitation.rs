@@ -1,5 +1,9 @@
-//! Transmission error and torque ripple as functions of time.
+//! Transmission error, torque ripple and other harmonic loads as functions of time.
 
+use super::basis::Basis;
+use super::error::{ModelError, positive};
+use super::{DriveShaft, TorqueRipple};
+use crate::shaft::{HarmonicLoad, ModalStructure};
 use std::f64::consts::TAU;
 
 /// One harmonic of a transmission error, `amplitude cos(ω t + phase)`.
@@ -28,7 +32,7 @@ pub fn turned(angular_frequency: f64, turns_per_cycle: f64, cycle: u64, time: f6
     TAU * (cycle as f64 * turns_per_cycle).fract() + angular_frequency * time
 }
 
-/// One harmonic of a torque, as the input it gives to every block.
+/// One harmonic of a torque or another load, as the input it gives to every block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ripple {
     /// Angular frequency \[rad/s\].
@@ -42,6 +46,52 @@ pub struct Ripple {
 }
 
 impl Ripple {
+    /// That of a torque on one of the shafts; `period` is that of the mesh \[s\].
+    pub(super) fn of_torque(
+        structure: &ModalStructure,
+        torque: &TorqueRipple,
+        period: f64,
+        basis: &Basis,
+    ) -> Result<Self, ModelError> {
+        let (name, participation, teeth) = match torque.shaft {
+            DriveShaft::Pinion => ("pinion", &structure.pinion_torque, Some(structure.teeth)),
+            DriveShaft::Wheel => ("wheel", &structure.wheel_torque, structure.wheel_teeth),
+        };
+        let (Some(participation), Some(teeth)) = (participation, teeth) else {
+            return Err(ModelError::UnknownShaft { shaft: name });
+        };
+        let turns_per_cycle = torque.order / f64::from(teeth);
+        let scaled = |p: &f64| p * torque.amplitude;
+        let force: Vec<f64> = basis.turn(participation).iter().map(scaled).collect();
+        Ok(Self {
+            angular_frequency: TAU * turns_per_cycle / period,
+            turns_per_cycle,
+            phase: torque.phase,
+            input: basis.input(&force),
+        })
+    }
+
+    /// That of a load of the structure.
+    pub(super) fn of_load(
+        load: &HarmonicLoad,
+        period: f64,
+        basis: &Basis,
+    ) -> Result<Self, ModelError> {
+        let turns = load.turns_per_cycle;
+        positive(
+            "turns of a harmonic load a mesh cycle",
+            turns,
+            turns > 0.0,
+            "above 0",
+        )?;
+        Ok(Self {
+            angular_frequency: TAU * turns / period,
+            turns_per_cycle: turns,
+            phase: load.phase,
+            input: basis.input(&basis.turn(&load.force)),
+        })
+    }
+
     /// Phase \[rad\] at a time \[s\] within a mesh cycle.
     pub fn phase_at(&self, cycle: u64, time: f64) -> f64 {
         // The whole turns are dropped before the product can lose digits.

@@ -1,8 +1,6 @@
 //! Where a trajectory starts, and the state it carries.
 
-use super::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Model};
-use crate::numerics::linalg;
-use faer::Mat;
+use super::{ActiveSet, Model};
 use serde::Serialize;
 
 /// Where a trajectory starts.
@@ -62,65 +60,6 @@ impl Model {
         TrajectoryState::new(self, state, 0)
     }
 
-    /// Static equilibrium under the mean torques with the mesh at the start of its cycle: on the
-    /// drive flank where that pushes, else on the coast flank.
-    fn static_equilibrium(&self) -> Vec<f64> {
-        let (state, force) = self.equilibrium_on(DRIVE_FLANK);
-        match force < 0.0 && COAST_FLANK < self.contacts.len() {
-            true => self.equilibrium_on(COAST_FLANK).0,
-            false => state,
-        }
-    }
-
-    /// Static equilibrium with no more than one contact closed, and the force that it would have
-    /// to bear along its direction \[N\]. That is the one that the rigid relative rotation asks for,
-    /// where there is one; otherwise the one that stiffness and gap settle on.
-    fn equilibrium_on(&self, contact: usize) -> (Vec<f64>, f64) {
-        let n = self.blocks.len();
-        let contact = &self.contacts[contact];
-        let segment = &contact.cycle(0).segments[0];
-        let k = segment.stiffness_at(0.0);
-        let [b, opening] = contact.gap(segment, 0.0);
-        let side = contact.side;
-        let (error, error_rate) = self.lines[self.line(segment)].transmission_error_at(0, 0.0);
-        let rigid = self.relative_rotation();
-        let [w, g] = self.participations(segment.direction);
-        let load = self.load_on_modes();
-        let along = |first: f64, x: &[f64]| w.iter().zip(x).fold(first, |sum, (w, x)| sum + w * x);
-        // Deflection of the elastic modes: δ = free − flexibility F.
-        let [at_load, at_unit] = [&load, &g].map(|force| self.elastic_response(force));
-        let free = along(-error, &at_load);
-        let flexibility = along(0.0, &at_unit);
-        let asked = match rigid {
-            Some(r) => load[r] / g[r],
-            None => k * (free - side * b) / (1.0 + k * flexibility),
-        };
-        // A contact does not pull.
-        let force = match rigid.is_some() || side * asked > 0.0 {
-            true => asked,
-            false => 0.0,
-        };
-        let left: Vec<f64> = load
-            .iter()
-            .zip(&g)
-            .map(|(load, g)| load - g * force)
-            .collect();
-        let mut modes = self.elastic_response(&left);
-        modes.resize(2 * n, 0.0);
-        if let Some(r) = rigid {
-            let deflection = force / k + side * b;
-            modes[r] = (deflection - (free - flexibility * force)) / w[r];
-            modes[n + r] = (error_rate + side * opening) / w[r];
-        }
-        // The flank that is in the way of the load, where none is reached, is the other one.
-        let asked = if rigid.is_none() && force == 0.0 {
-            free
-        } else {
-            asked
-        };
-        (self.basis.state_of_turned(&modes), asked)
-    }
-
     /// The mean load on the turned modes.
     pub fn load_on_modes(&self) -> Vec<f64> {
         let inputs: Vec<_> = self.blocks.iter().map(|block| block.static_input).collect();
@@ -146,29 +85,5 @@ impl Model {
         };
         let inputs: Vec<_> = gains.iter().map(|gain| gain.mesh_input).collect();
         [w, self.basis.force(&inputs)]
-    }
-
-    /// Displacements of the turned modes under a constant force; those of rigid ones are left zero.
-    fn elastic_response(&self, force: &[f64]) -> Vec<f64> {
-        let n = force.len();
-        let mut out = vec![0.0; n];
-        let elastic: Vec<usize> = (0..n).filter(|i| !self.basis.rigid().contains(i)).collect();
-        match self.basis.coupled() {
-            None => {
-                for &i in &elastic {
-                    out[i] = force[i] / -self.blocks[i].generator[1][0];
-                }
-            }
-            Some(coupled) if !elastic.is_empty() => {
-                let entry = |i: usize, j: usize| coupled.stiffness[n * elastic[i] + elastic[j]];
-                let matrix = Mat::from_fn(elastic.len(), elastic.len(), entry);
-                let right: Vec<f64> = elastic.iter().map(|&i| force[i]).collect();
-                for (&i, x) in elastic.iter().zip(linalg::solve(matrix.as_ref(), &right)) {
-                    out[i] = x;
-                }
-            }
-            Some(_) => {}
-        }
-        out
     }
 }

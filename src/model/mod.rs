@@ -23,6 +23,7 @@ mod breakpoints;
 mod contact;
 mod direction;
 mod drive;
+mod equilibrium;
 mod error;
 mod excitation;
 mod flank_error;

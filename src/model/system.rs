@@ -5,9 +5,8 @@ use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::further;
 use super::{
-    ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, DriveShaft, Line,
-    MOST_CONTACTS, MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment,
-    TorqueRipple, TransmissionErrorHarmonic,
+    ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
+    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment, TransmissionErrorHarmonic,
 };
 use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
@@ -47,15 +46,15 @@ pub struct Model {
     pub rated_input: Vec<[f64; 2]>,
     /// Half gap b \[m\] of the first contact: the scale of lengths.
     pub half_gap: f64,
-    /// Harmonics of the torques.
+    /// Harmonics of the torques, then those of other loads.
     pub ripple: Vec<Ripple>,
-    /// What the bearings feel: forces per unit first component of each block.
+    /// What the bearings feel: forces per unit of the blocks' components.
     pub bearings: Vec<BearingOutput>,
     /// From the structure's modes to the blocks.
     pub basis: Basis,
 }
 
-/// The force on a bearing in one direction, `Σ gain·x` \[N\].
+/// The force on a bearing in one direction, springs and dampers, `Σ gain·x` \[N\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct BearingOutput {
     /// Shaft, bearing and direction.
@@ -180,15 +179,24 @@ impl Model {
             .filter(|&i| unfelt(i) && blocks[i].generator == Block::mode(0.0, 0.0, 0.0).generator)
             .collect();
 
-        let ripple = drive
-            .torque_ripple
-            .iter()
-            .map(|r| ripple(structure, r, period, &basis))
-            .collect::<Result<_, _>>()?;
+        let torques = (drive.torque_ripple.iter())
+            .map(|torque| Ripple::of_torque(structure, torque, period, &basis));
+        let loads =
+            (structure.harmonic_loads.iter()).map(|load| Ripple::of_load(load, period, &basis));
+        let ripple = torques.chain(loads).collect::<Result<_, _>>()?;
         let bearings = (structure.bearings.iter())
-            .map(|bearing| BearingOutput {
-                name: bearing.name.clone(),
-                gain: basis.output(&rotate(&bearing.gain))[0].clone(),
+            .map(|bearing| {
+                let [mut gain, _] = basis.output(&rotate(&bearing.gain));
+                if !bearing.rate_gain.is_empty() {
+                    let [_, by_velocity] = basis.output(&rotate(&bearing.rate_gain));
+                    for (gain, own) in gain.iter_mut().zip(by_velocity) {
+                        *gain = [gain[0] + own[0], gain[1] + own[1]];
+                    }
+                }
+                BearingOutput {
+                    name: bearing.name.clone(),
+                    gain,
+                }
             })
             .collect();
         Ok(Self {
@@ -457,33 +465,6 @@ fn rotate_any(basis: &Basis, values: &[f64]) -> Vec<f64> {
         true => Vec::new(),
         false => basis.turn(values),
     }
-}
-
-/// The block inputs of one torque ripple.
-fn ripple(
-    structure: &ModalStructure,
-    input: &TorqueRipple,
-    period: f64,
-    basis: &Basis,
-) -> Result<Ripple, ModelError> {
-    let (name, participation, teeth) = match input.shaft {
-        DriveShaft::Pinion => ("pinion", &structure.pinion_torque, Some(structure.teeth)),
-        DriveShaft::Wheel => ("wheel", &structure.wheel_torque, structure.wheel_teeth),
-    };
-    let (Some(participation), Some(teeth)) = (participation, teeth) else {
-        return Err(ModelError::UnknownShaft { shaft: name });
-    };
-    let turns_per_cycle = input.order / f64::from(teeth);
-    Ok(Ripple {
-        angular_frequency: TAU * turns_per_cycle / period,
-        turns_per_cycle,
-        phase: input.phase,
-        input: basis.input(
-            &(basis.turn(participation).iter())
-                .map(|p| p * input.amplitude)
-                .collect::<Vec<_>>(),
-        ),
-    })
 }
 
 #[cfg(test)]

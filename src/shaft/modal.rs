@@ -58,6 +58,21 @@ pub struct ModalStructure {
     /// Modal force per pinion speed \[N s/(rad √kg)\], the mean of a viscous drag; empty for
     /// none.
     pub load_by_speed: Vec<f64>,
+    /// Loads that vary with time.
+    pub harmonic_loads: Vec<HarmonicLoad>,
+}
+
+/// A load `force cos(2π turns_per_cycle t/T + phase)`, T the mesh period.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct HarmonicLoad {
+    /// Its name.
+    pub name: String,
+    /// Amplitude of the modal force, one entry a mode \[N/√kg\].
+    pub force: Vec<f64>,
+    /// Turns of its phase per mesh cycle, > 0; need not be rational.
+    pub turns_per_cycle: f64,
+    /// Phase at time 0 \[rad\].
+    pub phase: f64,
 }
 
 /// What couples the modes, or damps them beside their own ratio:
@@ -156,15 +171,16 @@ impl FlankParticipation {
     }
 }
 
-/// The force that a shaft exerts on one bearing in one direction, `Σ gain·q` \[N\]: stiffness
-/// times displacement. Modal damping has no place of its own, and what dampers of the bearing
-/// bear is not in it.
+/// The force that a shaft exerts on one bearing in one direction, `Σ gain·q + Σ rate_gain·q'` \[N\]:
+/// that of its springs and of its dampers. Modal damping has no place of its own and is not in it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BearingGain {
     /// Shaft, bearing and direction, such as `pinion 1 x`.
     pub name: String,
     /// Force per unit modal displacement \[N/(m √kg)\], one entry a mode.
     pub gain: Vec<f64>,
+    /// Force per unit modal velocity \[N s/(m √kg)\], one entry a mode; empty for none.
+    pub rate_gain: Vec<f64>,
 }
 
 impl ModalStructure {
@@ -193,6 +209,7 @@ impl ModalStructure {
             coupling: None,
             constant_load: Vec::new(),
             load_by_speed: Vec::new(),
+            harmonic_loads: Vec::new(),
         }
     }
 
@@ -307,12 +324,19 @@ impl ModalStructure {
                 .map(|bearing| BearingGain {
                     name: bearing.name.clone(),
                     gain: keep(&bearing.gain),
+                    rate_gain: keep_any(&bearing.rate_gain),
                 })
                 .collect(),
             coupling: (self.coupling.as_ref())
                 .map(|coupling| coupling.leading(self.modes(), retained)),
             constant_load: keep_any(&self.constant_load),
             load_by_speed: keep_any(&self.load_by_speed),
+            harmonic_loads: (self.harmonic_loads.iter())
+                .map(|load| HarmonicLoad {
+                    force: keep(&load.force),
+                    ..load.clone()
+                })
+                .collect(),
         })
     }
 }
@@ -347,6 +371,12 @@ mod tests {
             }),
             constant_load: column(7.0),
             load_by_speed: Vec::new(),
+            harmonic_loads: vec![HarmonicLoad {
+                name: "shaker".to_owned(),
+                force: column(8.0),
+                turns_per_cycle: 0.5,
+                phase: 0.0,
+            }],
         }
     }
 
@@ -359,6 +389,7 @@ mod tests {
         assert_eq!(coupling.stiffness, [16.0, 17.0, 20.0, 21.0]);
         assert_eq!(reduced.constant_load, [7.0, 14.0]);
         assert!(reduced.load_by_speed.is_empty());
+        assert_eq!(reduced.harmonic_loads[0].force, [8.0, 16.0]);
     }
 
     #[test]

@@ -179,7 +179,10 @@ impl PairedShafts<'_> {
                     &mut flank.lever,
                 ]
             }))
-            .chain(bearings.iter_mut().map(|bearing| &mut bearing.gain))
+            .chain(bearings.iter_mut().flat_map(|bearing| {
+                let gains = [&mut bearing.gain, &mut bearing.rate_gain];
+                gains.into_iter().filter(|gain| !gain.is_empty())
+            }))
         {
             settle(column);
         }
@@ -192,7 +195,9 @@ impl PairedShafts<'_> {
         torque[0] = 0.0;
         // Shafts turn in their bearings; the neutral rotation grows without bound.
         for bearing in &mut bearings {
-            bearing.gain[..RIGID_MODES].fill(0.0);
+            for gain in [&mut bearing.gain, &mut bearing.rate_gain] {
+                gain.iter_mut().take(RIGID_MODES).for_each(|g| *g = 0.0);
+            }
         }
         let coupling = projection::coupling(matrices, solution, settle);
         let [constant_load, load_by_speed] = self.mean_drag(&torque);
@@ -217,6 +222,7 @@ impl PairedShafts<'_> {
             coupling,
             constant_load,
             load_by_speed,
+            harmonic_loads: Vec::new(),
         })
     }
 
@@ -235,8 +241,8 @@ impl PairedShafts<'_> {
     }
 }
 
-/// Gains of every bearing, by its name, that the assembly can load: along the line of centres,
-/// across it, axially.
+/// Gains of every bearing, by its name, that the assembly can load, springs and dampers: along the
+/// line of centres, across it, axially.
 pub(super) fn bearing_gains(
     matrices: &AssembledMatrices,
     solution: &Modes,
@@ -246,27 +252,36 @@ pub(super) fn bearing_gains(
     for (name, support) in supports {
         let bearing = support.stiffness;
         let [xy, yx] = bearing.cross;
-        for (direction, freedom, stiffness, across) in [
-            ("x", Freedom::X, bearing.x, Some((Freedom::Y, xy))),
-            ("y", Freedom::Y, bearing.y, Some((Freedom::X, yx))),
-            ("axial", Freedom::Z, bearing.axial, None),
+        let [damper_x, damper_y] = bearing.damping;
+        let plane = |[x, y]: [f64; 2]| vec![(Freedom::X, x), (Freedom::Y, y)];
+        for (direction, springs, dampers) in [
+            ("x", plane([bearing.x, xy]), plane(damper_x)),
+            ("y", plane([yx, bearing.y]), plane(damper_y)),
+            ("axial", vec![(Freedom::Z, bearing.axial)], Vec::new()),
         ] {
-            let springs = std::iter::once((freedom, stiffness)).chain(across);
-            let terms: Vec<_> = springs
-                .filter(|&(_, spring)| spring != 0.0)
-                .flat_map(|(freedom, spring)| {
-                    let base = support.base.map(|node| (node, freedom, -spring));
-                    std::iter::once((support.node, freedom, spring)).chain(base)
-                })
-                .collect();
-            let force = matrices.functional(&terms);
-            // No spring, or nothing that could load it.
-            if force.iter().any(|&coefficient| coefficient != 0.0) {
-                gains.push(BearingGain {
-                    name: format!("{name} {direction}"),
-                    gain: solution.participation(&force),
-                });
+            let [springs, dampers] = [springs, dampers].map(|parts| {
+                let terms: Vec<_> = (parts.into_iter())
+                    .filter(|&(_, value)| value != 0.0)
+                    .flat_map(|(freedom, value)| {
+                        let base = support.base.map(|node| (node, freedom, -value));
+                        std::iter::once((support.node, freedom, value)).chain(base)
+                    })
+                    .collect();
+                matrices.functional(&terms)
+            });
+            let acts = |force: &[f64]| force.iter().any(|&coefficient| coefficient != 0.0);
+            // Nothing there, or nothing that could load it.
+            if !acts(&springs) && !acts(&dampers) {
+                continue;
             }
+            gains.push(BearingGain {
+                name: format!("{name} {direction}"),
+                gain: solution.participation(&springs),
+                rate_gain: match acts(&dampers) {
+                    true => solution.participation(&dampers),
+                    false => Vec::new(),
+                },
+            });
         }
     }
     gains

@@ -8,7 +8,7 @@ use crate::analysis::{NvhErrors, NvhOutcome};
 const SEEN: &str = "largest seen: of a motion that does not repeat it grows with the record";
 
 /// The order of bearing forces.
-const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (x, y, axial) that have a stiffness, or of the modal file";
+const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (x, y, axial) that have a spring or a damper, or of the modal file";
 
 impl PointRow {
     fn nvh(&self) -> Option<&NvhOutcome> {

@@ -1,6 +1,6 @@
 //! From a point's specification to the system that kernels integrate.
 
-use super::mesh_tables::{MeshError, MeshTables};
+use super::mesh_tables::{MeshError, MeshTables, mean_stiffness};
 use crate::analysis::{Questions, SliceError};
 use crate::manifest::{
     CoastSpec, DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource,
@@ -124,12 +124,14 @@ pub(super) fn model(
     point: &PointSpec,
     meshes: &MeshTables,
 ) -> Result<Model, BuildError> {
-    let average = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     // Harmonics that stand for what loaded flanks lack.
     let mut lacking = Vec::new();
     let (mesh, mean) = match &point.mesh.stiffness {
         StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
-        StiffnessSpec::Piecewise(values) => (Division::levels(values, &[]), average(values)),
+        StiffnessSpec::Piecewise(values) => (
+            Division::levels(values, &[]),
+            values.iter().sum::<f64>() / values.len() as f64,
+        ),
         StiffnessSpec::Continuous(levels) => {
             let (stiffness, transitions) = levels.divisions();
             (Division::levels(&stiffness, &transitions), levels.mean())
@@ -141,6 +143,35 @@ pub(super) fn model(
             (mesh.divisions, mesh.mean_stiffness)
         }
     };
+    with_mesh(structure, point, (mesh, mean), lacking)
+}
+
+/// The system of a point with the mean of its mesh stiffness throughout: what it vibrates like in
+/// contact. Nothing is kept of a mesh table that this takes, nor do the shafts tilt.
+///
+/// # Errors
+/// A structure, a mesh or a value that is refused.
+pub fn mean_model(structure: &ModalStructure, point: &PointSpec) -> Result<Model, BuildError> {
+    let mean = match &point.mesh.stiffness {
+        StiffnessSpec::Table(spec) => mean_stiffness(point, spec)?,
+        known => known.mean().unwrap_or_default(),
+    };
+    with_mesh(
+        structure,
+        point,
+        (Division::levels(&[mean], &[]), mean),
+        Vec::new(),
+    )
+}
+
+/// The system of a point on a mesh, the divisions of its cycle and their mean stiffness \[N/m\];
+/// `lacking` is what stands for the error of loaded flanks.
+fn with_mesh(
+    structure: &ModalStructure,
+    point: &PointSpec,
+    (mesh, mean): (Vec<Division>, f64),
+    lacking: Vec<MeshHarmonic>,
+) -> Result<Model, BuildError> {
     let coast = match point.mesh.coast {
         CoastSpec::SameLine => None,
         CoastSpec::Mirrored { symmetry } => Some(coast_flank(point, &mesh, &lacking, symmetry)),

@@ -276,15 +276,28 @@ fn bearing(force: f64) -> Result<f64, MeshError> {
 /// # Errors
 /// Gears that do not mesh, or a load that cannot be shared.
 pub fn flank_error(point: &PointSpec, spec: &MeshTableSpec) -> Result<f64, MeshError> {
-    let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
-    let force = bearing(point.load * rated)?;
-    let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
-    let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
-    let cycle = table.cycle(0, 0);
+    let cycle = passing(point, spec)?;
     Ok(match cycle.has_error() {
         true => cycle.range(&cycle.tangent_error()),
         false => 0.0,
     })
+}
+
+/// Mean stiffness over the mesh cycle \[N/m\], likewise.
+///
+/// # Errors
+/// As there.
+pub(super) fn mean_stiffness(point: &PointSpec, spec: &MeshTableSpec) -> Result<f64, MeshError> {
+    Ok(passing(point, spec)?.mean_stiffness())
+}
+
+/// The cycle of a point that takes its stiffness from the table of `spec`, before the shafts tilt.
+fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, MeshError> {
+    let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
+    let force = bearing(point.load * rated)?;
+    let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
+    let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
+    Ok(table.cycle(0, 0))
 }
 
 impl Common {

@@ -31,7 +31,7 @@ pub use forecast::{Forecast, forecast};
 pub use kernel_tables::KernelTables;
 pub use memory::Memory;
 pub use mesh_tables::{MeshError, MeshTables, TabledMesh, flank_error};
-pub use parts::Parts;
+pub use parts::{Parts, structures};
 pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};

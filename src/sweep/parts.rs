@@ -61,6 +61,13 @@ fn place(spec: &ModelSpec) -> Place {
     (address, spec.modes, spec.retained, spec.mta)
 }
 
+/// Different structures of a job; of a grid with very many combinations of model keys, of those
+/// that were judged.
+pub fn structures(job: &Job) -> usize {
+    let places = (job.points.variants().iter()).map(|variant| place(&variant.model));
+    places.collect::<HashSet<_>>().len()
+}
+
 /// Structures of all nodes.
 #[derive(Debug, Default)]
 struct Structures {

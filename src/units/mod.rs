@@ -51,6 +51,8 @@ pub enum Dimension {
     ParticipationByLength,
     /// Force per unit modal displacement \[N/(m √kg)\]; bare numbers only.
     ForceByDisplacement,
+    /// Force per unit modal velocity \[N s/(m √kg)\]; bare numbers only.
+    ForceByVelocity,
     /// Modal damping \[1/s\]; bare numbers only.
     ModalDamping,
     /// Modal stiffness \[1/s²\]; bare numbers only.
@@ -136,6 +138,7 @@ impl Dimension {
                 ["a modal participation by length", "1/(m sqrt(kg))", ""]
             }
             Self::ForceByDisplacement => ["a force by modal displacement", "N/(m sqrt(kg))", ""],
+            Self::ForceByVelocity => ["a force by modal velocity", "N s/(m sqrt(kg))", ""],
             Self::ModalDamping => ["a modal damping", "1/s", ""],
             Self::ModalStiffness => ["a modal stiffness", "1/s^2", ""],
             Self::ModalForce => ["a modal force", "N/sqrt(kg)", ""],

@@ -182,6 +182,7 @@ impl Drawn {
                 coupling: None,
                 constant_load: Vec::new(),
                 load_by_speed: Vec::new(),
+                harmonic_loads: Vec::new(),
             },
             drive: Drive {
                 coast: None,

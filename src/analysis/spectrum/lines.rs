@@ -110,6 +110,7 @@ mod tests {
             bearings: vec![BearingGain {
                 name: "pinion 1 y".into(),
                 gain: vec![1.0],
+                rate_gain: Vec::new(),
             }],
             ..one_mode(1.0)
         };

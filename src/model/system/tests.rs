@@ -1,4 +1,5 @@
 use super::*;
+use crate::model::{DriveShaft, TorqueRipple};
 use crate::model::{InitialState, MeshHarmonic, fixtures};
 
 fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {

@@ -24,6 +24,9 @@ use crate::numerics::legendre;
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
 
+/// Part of a mesh period that sums of times are rounded by.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 impl Kernel for Volterra<'_> {
     type Workspace = Workspace;
 
@@ -119,10 +122,17 @@ impl Volterra<'_> {
         }
         let table = &self.tables.windows[track.sights()[0].window];
         let aligned = position.aligned.is_some() && !track.is_joint();
-        let fits = aligned || position.time + table.delta <= stop;
+        let end = position.time + table.delta;
+        let fits = aligned
+            || match track.is_joint() {
+                // Where it reaches the breakpoint to rounding it ends there: no window is left between
+                // them, whose slopes would be the round-off of its values.
+                true => end < stop - ROUNDING * self.model.period(),
+                false => end <= stop,
+            };
         let limit = match fits {
             true => 1.0,
-            false => 2.0 * (stop - position.time) / table.delta - 1.0,
+            false => (2.0 * (stop - position.time) / table.delta - 1.0).min(1.0),
         };
         self.set_segments(position, track, *active, O::WINDOWS, workspace);
         self.set_inputs(position, track, &mut workspace.inputs);

@@ -174,9 +174,12 @@ impl TrainDrive {
         let supports = assembled.supports.iter().cloned();
         let mut bearings = bearing_gains(solved.matrices, solved.modes, supports);
         for bearing in &mut bearings {
-            solved.settle(&mut bearing.gain);
-            // Shafts turn in their bearings.
-            bearing.gain[..solved.neutral.len()].fill(0.0);
+            let gains = [&mut bearing.gain, &mut bearing.rate_gain];
+            for gain in gains.into_iter().filter(|gain| !gain.is_empty()) {
+                solved.settle(gain);
+                // Shafts turn in their bearings.
+                gain[..solved.neutral.len()].fill(0.0);
+            }
         }
         let settle = |column: &mut [f64]| solved.settle(column);
         Ok(ModalStructure {
@@ -199,6 +202,7 @@ impl TrainDrive {
             coupling: projection::coupling(solved.matrices, solved.modes, settle),
             constant_load,
             load_by_speed,
+            harmonic_loads: Vec::new(),
         })
     }
 

@@ -170,6 +170,7 @@ fn a_drive_of_two_shafts_is_the_flexible_drive() {
     for (a, b) in found.bearings.iter().zip(&expected.bearings) {
         assert_eq!(a.name, b.name);
         assert_close(&a.name, &a.gain, &b.gain);
+        assert_close(&a.name, &a.rate_gain, &b.rate_gain);
     }
     assert_eq!(found.bearings.len(), expected.bearings.len());
 }

@@ -4,8 +4,9 @@ use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, integer, key, quantity, table,
 };
 use crate::units::Dimension::{
-    Angle, AngularSpeed, Damping, Force, ForceByDisplacement, Length, ModalDamping, ModalForce,
-    ModalForceBySpeed, ModalStiffness, Participation, ParticipationByLength, Ratio, Stiffness,
+    Angle, AngularSpeed, Damping, Force, ForceByDisplacement, ForceByVelocity, Length,
+    ModalDamping, ModalForce, ModalForceBySpeed, ModalStiffness, Participation,
+    ParticipationByLength, Ratio, Stiffness,
 };
 
 #[rustfmt::skip]
@@ -82,6 +83,25 @@ pub(super) const KEYS: &[Key] = &[
     key("load_by_speed", Kind::List("numbers in N s/(rad sqrt(kg)), one a mode"), ANY, "[0.0, 0.02, 0.01]").otherwise("0")
         .about("Modal force per rad/s of the pinion's speed: the mean of a viscous drag."),
     quantity("load_by_speed.*", ModalForceBySpeed, ANY, "0.02"),
+    key("harmonic_load", Kind::List("tables"), ANY, r#"[{ name = "shaker", force = [0.0, 0.4, 0.2], amplitude = 30, cycles = [3, 5] }]"#).or("[]")
+        .about("Loads that vary with time, a table `[[harmonic_load]]` for each harmonic: \
+                F = force amplitude cos(2 pi turns + phase), at any frequency that goes with the speed."),
+    table("harmonic_load.*"),
+    key("harmonic_load.*.name", Kind::Text, ANY, r#""shaker""#)
+        .about("Name of the load."),
+    key("harmonic_load.*.force", Kind::List("numbers in N/sqrt(kg), one a mode"), ANY, "[0.0, 0.4, 0.2]")
+        .about("Modal force at amplitude 1."),
+    quantity("harmonic_load.*.force.*", ModalForce, ANY, "0.4"),
+    quantity("harmonic_load.*.amplitude", Ratio, NON_NEGATIVE, "30").or("1")
+        .about("What `force` is multiplied by: where that is the modal force of 1 N or 1 N*m, the amplitude in these."),
+    key("harmonic_load.*.cycles", Kind::List("2 whole numbers"), ANY, "[3, 5]").of_length(2)
+        .otherwise("none: `order` gives the frequency")
+        .about("`[p, q]` for p turns of the load in q mesh cycles."),
+    integer("harmonic_load.*.cycles.*", 1.0, 1000.0, "3"),
+    quantity("harmonic_load.*.order", Ratio, POSITIVE, "1.5").otherwise("none; required unless `cycles` stands")
+        .about("Turns of the load in a revolution of the pinion; it need not be a whole number."),
+    quantity("harmonic_load.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at time 0."),
     key("contact", Kind::List("tables"), ANY, r#"[{ name = "stop", participation = [0.0, 0.4], gap = "50 um", stiffness = "1e8 N/m" }]"#).or("[]")
         .about("Contacts beside the two flanks of the mesh, a table `[[contact]]` for each: flanks of further \
                 meshes, stops, splines, stages of a spring. One closes where d = sum of participation q - error \
@@ -138,4 +158,7 @@ pub(super) const KEYS: &[Key] = &[
     key("bearing.*.gain", Kind::List("numbers in N/(m sqrt(kg)), one a mode"), ANY, "[0.0, 2.1e7, -4.4e6]")
         .about("Force on the bearing per unit of each modal displacement."),
     quantity("bearing.*.gain.*", ForceByDisplacement, ANY, "2.1e7"),
+    key("bearing.*.rate_gain", Kind::List("numbers in N s/(m sqrt(kg)), one a mode"), ANY, "[0.0, 110.0, -23.0]").otherwise("0: no dampers")
+        .about("Force of the bearing's dampers per unit of each modal velocity."),
+    quantity("bearing.*.rate_gain.*", ForceByVelocity, ANY, "110.0"),
 ];

@@ -13,7 +13,10 @@ fn structure(drive: &FlexibleDrive) -> ModalStructure {
 }
 
 /// The structure without what couples its modes or loads them beside the rated load.
-fn bare(structure: ModalStructure) -> ModalStructure {
+fn bare(mut structure: ModalStructure) -> ModalStructure {
+    for bearing in &mut structure.bearings {
+        bearing.rate_gain.clear();
+    }
     ModalStructure {
         coupling: None,
         constant_load: Vec::new(),
@@ -99,6 +102,56 @@ fn dampers_take_the_power_of_their_velocities() {
             }
         }
         assert!((form(damping, &velocity) / power - 1.0).abs() < 1e-10);
+    }
+}
+
+/// `Σ f_b + m a + F sin α = 0` along the line of centres of a shaft that only moves in the plane: springs
+/// and dampers of its bearings, its inertia and the mesh force. Its mass m follows from `Σ φ² = 1/m`,
+/// φ the displacement of the modes.
+#[test]
+fn bearing_forces_balance_the_accelerations() {
+    let mut drive = damped();
+    drive.shafts[0].bearings[1].x = 6e7;
+    let rigid = RigidDrive {
+        tier: Tier::Translational,
+        gears: drive.gears.clone(),
+        shafts: drive.shafts.clone(),
+        pedestals: None,
+        density: drive.density,
+        damping: 0.0,
+        damping_overrides: Vec::new(),
+        gyroscopic: false,
+    };
+    let structure = rigid.modes(6, 6, false).unwrap();
+    let damping = &structure.coupling.as_ref().unwrap().damping;
+    let sin = drive.gears.operating_pressure_angle().unwrap().sin();
+    let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let pinion: Vec<_> = (structure.bearings.iter())
+        .filter(|b| b.name.starts_with("pinion") && b.name.ends_with(" x"))
+        .collect();
+    assert_eq!(pinion.len(), 2);
+    let shape: Vec<f64> = pinion[0].gain.iter().map(|g| g / 2e8).collect();
+    let mass = 1.0 / sum(&shape, &shape);
+    for seed in 1..6 {
+        let wave = |i: usize, turn: f64| (f64::from(seed) * (i as f64 + turn)).sin();
+        let position: Vec<f64> = (0..6).map(|i| 1e-5 * wave(i, 0.3)).collect();
+        let velocity: Vec<f64> = (0..6).map(|i| 5e-2 * wave(i, 1.7)).collect();
+        let mesh_force = 500.0 * wave(7, 0.1);
+        let acceleration: Vec<f64> = (0..6)
+            .map(|i| {
+                -structure.frequency[i].powi(2) * position[i]
+                    - sum(&damping[6 * i..][..6], &velocity)
+                    - structure.mesh[i] * mesh_force
+            })
+            .collect();
+        let forces =
+            (pinion.iter()).map(|b| sum(&b.gain, &position) + sum(&b.rate_gain, &velocity));
+        let forces: f64 = forces.sum();
+        let dampers: f64 = pinion.iter().map(|b| sum(&b.rate_gain, &velocity)).sum();
+        let inertia = mass * sum(&shape, &acceleration);
+        let left = forces + inertia + sin * mesh_force;
+        assert!(left.abs() < 1e-9 * inertia.abs(), "{left} {inertia}");
+        assert!(dampers.abs() > 0.1, "{dampers}");
     }
 }
 
@@ -241,4 +294,35 @@ fn rigid_tiers_feel_what_they_release() {
         assert_eq!(of_bearings, moves, "{tier:?}");
         assert!(coupling.damping[0] > 0.0);
     }
+}
+
+/// What a damper beside a spring bears is to its velocity what the spring bears to its
+/// displacement, mode by mode.
+#[test]
+fn dampers_of_a_bearing_bear_in_proportion_to_its_springs() {
+    let mut drive = drive();
+    for shaft in &mut drive.shafts {
+        shaft.bearings[0].damping = [[400.0, 0.0], [0.0, 300.0]];
+    }
+    let structure = structure(&drive);
+    let mut compared = 0;
+    for bearing in structure
+        .bearings
+        .iter()
+        .filter(|b| !b.rate_gain.is_empty())
+    {
+        let ratio = match &bearing.name[bearing.name.len() - 1..] {
+            "x" => 400.0 / 2e8,
+            _ => 300.0 / 1e8,
+        };
+        for (rate, gain) in bearing.rate_gain.iter().zip(&bearing.gain) {
+            assert!(
+                (rate - ratio * gain).abs() <= 1e-12 * gain.abs(),
+                "{}",
+                bearing.name
+            );
+        }
+        compared += 1;
+    }
+    assert_eq!(compared, 4);
 }

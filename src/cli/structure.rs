@@ -1,0 +1,188 @@
+//! What the structure of a manifest vibrates like, for `atlas check`: natural frequencies, mesh
+//! resonances, base period.
+
+use super::point::number;
+use crate::analysis::{ClosedMode, Frequencies, NaturalMode, excitation_period};
+use crate::manifest::{AxisKey, Job, PointSpec, StructureSource};
+use crate::sweep::{build, structures};
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+/// Harmonics of the mesh frequency whose resonances are told.
+const HARMONICS: u32 = 3;
+
+/// Rows of the table of modes.
+const MOST_ROWS: usize = 100;
+
+/// Freedoms up to which modes take a second or two; those of the default drive are 192.
+const MOST_FREEDOMS: usize = 1500;
+
+/// Damping ratio below which growth is the round-off of none.
+const ROUND_OFF: f64 = 1e-9;
+
+/// The structure of a grid's first point.
+pub struct Structure {
+    frequencies: Frequencies,
+    teeth: u32,
+    /// Pinion speed at which it was looked at \[rad/s\].
+    speed: f64,
+    /// Lowest and highest speed of the grid \[rad/s\].
+    speeds: (f64, f64),
+    /// How many the grid has.
+    count: usize,
+    base_period: Option<usize>,
+}
+
+impl Structure {
+    /// That of a job's first point.
+    ///
+    /// # Errors
+    /// Why there is none, in a sentence.
+    pub fn of(job: &Job, first: &PointSpec) -> Result<Self, String> {
+        if let StructureSource::Flexible(drive) = &first.model.source {
+            let nodes = 2 * (1 + drive.elements.iter().sum::<usize>());
+            let freedoms = 6 * nodes;
+            if freedoms > MOST_FREEDOMS {
+                return Err(format!(
+                    "not computed here: {freedoms} freedoms take long (at most {MOST_FREEDOMS})"
+                ));
+            }
+        }
+        let structure = build::structure(&first.model).map_err(|error| error.to_string())?;
+        let model = build::mean_model(&structure, first).map_err(|error| error.to_string())?;
+        let axis = job.axes.iter().find(|axis| axis.key == AxisKey::Speed);
+        Ok(Self {
+            frequencies: Frequencies::of(&model),
+            teeth: structure.teeth,
+            speed: first.speed,
+            speeds: axis.map_or((first.speed, first.speed), |axis| axis.values.ends()),
+            count: structures(job),
+            base_period: excitation_period(&model),
+        })
+    }
+
+    /// Pinion speed \[rad/s\] at which a harmonic of the mesh frequency meets a mode; none of a
+    /// rigid motion.
+    fn resonance(&self, mode: &NaturalMode, harmonic: u32) -> Option<f64> {
+        let order = f64::from(self.teeth * harmonic);
+        (mode.frequency > 0.0).then(|| mode.frequency / order)
+    }
+
+    fn is_in_grid(&self, speed: f64) -> bool {
+        (self.speeds.0..=self.speeds.1).contains(&speed)
+    }
+
+    /// Head and text of its lines.
+    pub fn lines(&self) -> Vec<(String, String)> {
+        let base = match self.base_period {
+            Some(1) => "1 mesh cycle".to_owned(),
+            Some(cycles) => format!("{cycles} mesh cycles"),
+            None => "none within 1024 mesh cycles".to_owned(),
+        };
+        let which = match self.count {
+            1 => String::new(),
+            count => format!(", the first of {count} structures"),
+        };
+        let mut lines = vec![
+            ("base period".to_owned(), base),
+            (
+                "modes".to_owned(),
+                format!(
+                    "at {} rad/s{which}: contacts open, and drive flanks closed by {} N/m",
+                    number(self.speed),
+                    number(self.frequencies.mesh_stiffness)
+                ),
+            ),
+            (
+                String::new(),
+                "n x rpm: the pinion speed at which harmonic n of the mesh meets a closed mode, * in the grid"
+                    .to_owned(),
+            ),
+        ];
+        let mut row = |text: String| lines.push((String::new(), text));
+        row(format!(
+            "{:>4} {:>10} {:>8} {:>11} {:>8} {:>7} {}",
+            "mode",
+            "open Hz",
+            "ratio",
+            "closed Hz",
+            "ratio",
+            "in mesh",
+            (1..=HARMONICS)
+                .map(|harmonic| format!("{:>10}", format!("{harmonic} x rpm")))
+                .collect::<String>()
+        ));
+        for (index, mode) in self.frequencies.open.iter().take(MOST_ROWS).enumerate() {
+            row(self.row(index, mode));
+        }
+        let hidden = self.frequencies.open.len().saturating_sub(MOST_ROWS);
+        if hidden > 0 {
+            row(format!("… and {hidden} more modes"));
+        }
+        lines
+    }
+
+    fn row(&self, index: usize, open: &NaturalMode) -> String {
+        let mut text = format!("{:>4} {}", index + 1, columns(open, [10, 8]));
+        if let Some(ClosedMode { mode, mesh_share }) = self.frequencies.closed.get(index) {
+            let share = match mode.frequency > 0.0 {
+                true => format!("{:.1} %", 100.0 * mesh_share),
+                false => "-".to_owned(),
+            };
+            text += &format!(" {} {share:>7} ", columns(mode, [11, 8]));
+            for harmonic in 1..=HARMONICS {
+                let speed = self.resonance(mode, harmonic);
+                text += &match speed {
+                    None => format!("{:>9} ", "-"),
+                    Some(speed) => {
+                        let mark = if self.is_in_grid(speed) { '*' } else { ' ' };
+                        format!("{:>9.0}{mark}", speed * 60.0 / TAU)
+                    }
+                };
+            }
+        }
+        let note = match open.ratio() {
+            Some(ratio) if ratio > 1.0 => "  overdamped when open",
+            _ if open.decay < -ROUND_OFF * open.frequency => "  grows when open",
+            _ => "",
+        };
+        text.trim_end().to_owned() + note
+    }
+
+    /// The same for programs.
+    pub fn json(&self) -> Value {
+        let mode = |mode: &NaturalMode| {
+            json!({
+                "frequency_hz": mode.frequency / TAU,
+                "damping_ratio": mode.ratio(),
+                "decay": mode.decay,
+            })
+        };
+        let closed = |ClosedMode {
+                          mode: own,
+                          mesh_share,
+                      }: &ClosedMode| {
+            let speeds = (1..=HARMONICS).map(|harmonic| self.resonance(own, harmonic));
+            let mut value = mode(own);
+            value["mesh_share"] = json!(mesh_share);
+            value["resonant_speeds"] = json!(speeds.collect::<Vec<_>>());
+            value
+        };
+        json!({
+            "count": self.count,
+            "speed": self.speed,
+            "base_period": self.base_period,
+            "mesh_stiffness": self.frequencies.mesh_stiffness,
+            "open": self.frequencies.open.iter().map(mode).collect::<Vec<_>>(),
+            "closed": self.frequencies.closed.iter().map(closed).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// Frequency \[Hz\] and damping ratio of a mode, in columns of these widths.
+fn columns(mode: &NaturalMode, [frequency, ratio]: [usize; 2]) -> String {
+    match mode.ratio() {
+        None => format!("{:>frequency$} {:>ratio$}", "rigid", "-"),
+        Some(value) => format!("{:>frequency$.1} {value:>ratio$.4}", mode.frequency / TAU),
+    }
+}
