@@ -6,7 +6,7 @@ use super::error::{ModelError, positive};
 use super::further;
 use super::{
     ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, DriveShaft, Line,
-    MOST_CONTACTS, MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment,
+    MOST_CONTACTS, MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Segment,
     TorqueRipple, TransmissionErrorHarmonic,
 };
 use crate::shaft::{FlankParticipation, ModalStructure};
@@ -158,9 +158,13 @@ impl Model {
             side,
             half_gap: drive.half_gap,
             cycles: vec![cycle],
+            release: release(drive.release, drive.damping),
         });
         let further = (structure.contacts.iter())
-            .map(|own| further::contact(own, period, &mut directions, (&basis, &blocks)))
+            .map(|own| {
+                let release = release(drive.release, own.damping);
+                further::contact(own, release, period, &mut directions, (&basis, &blocks))
+            })
             .collect::<Result<Vec<_>, _>>()?;
         let contacts: Vec<Contact> = contacts.into_iter().chain(further).collect();
         let most = MOST_CONTACTS as f64;
@@ -310,7 +314,7 @@ impl Model {
         let mut active = ActiveSet::FREE;
         for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
-            if contact.closes(deflection, rate, contact.gap(segment, time)) {
+            if contact.closes(segment, time, deflection, rate) {
                 active = active.toggled(j);
             }
         }
@@ -367,6 +371,15 @@ impl Model {
     /// The rigid relative rotation: the turned rigid mode that the mesh feels.
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
+    }
+}
+
+/// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
+/// the gap.
+fn release(asked: Release, damping: f64) -> Release {
+    match damping > 0.0 {
+        true => asked,
+        false => Release::Deflection,
     }
 }
 

@@ -154,6 +154,7 @@ pub(super) fn model(
         },
         mesh,
         friction: point.mesh.friction,
+        release: point.mesh.release,
         coast,
         transmission_error: error,
         torque_ripple: point.excitation.torque_ripple.clone(),
