@@ -10,7 +10,7 @@ use atlas::numerics::legendre::evaluate;
 use atlas::propagate::{DenseError, Dyadic, Event, Observer, Stepping, Window};
 use atlas::reference::{Extended, Reference};
 use common::advance::{Events, advance, advance_with, volterra};
-use common::{constant_mesh, drives, one_mode};
+use common::{constant_mesh, drives, one_mode, relative_difference};
 
 /// A free mass of 1 kg between two walls of 1 N/m and of damping ratio ζ, one metre from the middle.
 fn bouncing(ratio: f64, release: Release) -> Model {
@@ -164,6 +164,47 @@ fn a_contact_never_pulls() {
         }
     }
     assert!(retaken > 0);
+}
+
+/// Dampers so strong that contacts take hold again before they have come free, cycle by cycle against
+/// the trajectory to 30 digits.
+#[test]
+fn cycles_of_strong_dampers_to_thirty_digits() {
+    let mut retaken = 0;
+    for (name, (structure, drive, point)) in drives().into_iter().take(4) {
+        for stronger in [3.0, 8.0, 20.0] {
+            let drive = Drive {
+                damping: stronger * drive.damping,
+                release: Release::Force,
+                ..drive.clone()
+            };
+            let model = Model::new(&structure, &drive, point).unwrap();
+            let (kernel, exact) = (volterra(&model), Extended::new(&model));
+            let mut state = model.start(&InitialState::Static);
+            let (mut worst, mut late) = (0.0f64, 0.0f64);
+            for _ in 0..60 {
+                let mut seen = Events::default();
+                let (end, _) = advance_with(&kernel, &state, 1, &mut seen);
+                let passage = exact.advance(&state, 1).unwrap();
+                worst = worst.max(relative_difference(&end.state, &passage.end().state));
+                assert_eq!(seen.0.len(), passage.crossings.len(), "{name}");
+                for (event, crossing) in seen.0.iter().zip(&passage.crossings) {
+                    assert_eq!(
+                        (event.from, event.to),
+                        (crossing.from, crossing.to),
+                        "{name}"
+                    );
+                    late = late.max((event.time - crossing.time.value()).abs() / model.period());
+                    let side = model.contacts[event.contact].side;
+                    retaken += usize::from(event.closes() && side * event.rate < 0.0);
+                }
+                state = end;
+            }
+            println!("{name}, damping × {stronger}: states {worst:.1e}, times {late:.1e}");
+            assert!(worst < 1e-12 && late < 1e-13, "{name}: {worst:e} {late:e}");
+        }
+    }
+    assert!(retaken > 10, "{retaken}");
 }
 
 #[test]
