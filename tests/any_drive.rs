@@ -1,6 +1,6 @@
 //! Drives beyond two flanks on one line with modal damping: every exact kernel against the
 //! trajectory to 30 digits, small steps against their order, tangents against differences, the
-//! energy balance.
+//! energy balance. All of it with contacts that let go by their deflection, and by their force.
 
 #![allow(clippy::unwrap_used)]
 
@@ -8,8 +8,8 @@ mod common;
 
 use atlas::analysis::{EnergyAudit, excitation_period};
 use atlas::model::{
-    CoastFlank, Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint,
-    StiffnessHarmonic, TorqueRipple, TrajectoryState,
+    CoastFlank, Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model,
+    OperatingPoint, Release, StiffnessHarmonic, TorqueRipple, TrajectoryState,
 };
 use atlas::propagate::{Counters, Kernel, Stepping, Tangents};
 use atlas::reference::{Extended, Reference};
@@ -20,7 +20,7 @@ use common::advance::{Events, advance, advance_with, volterra};
 use common::relative_difference;
 
 /// A case: its name, its model and where it starts.
-type Case = (&'static str, Model, TrajectoryState);
+type Case = (String, Model, TrajectoryState);
 
 fn zeros(n: usize) -> Vec<f64> {
     vec![0.0; n * n]
@@ -126,13 +126,31 @@ fn loaded() -> (ModalStructure, Drive, OperatingPoint) {
 }
 
 fn cases() -> Vec<Case> {
+    [Release::Deflection, Release::Force]
+        .into_iter()
+        .flat_map(cases_of)
+        .collect()
+}
+
+fn cases_of(release: Release) -> Vec<Case> {
     let mut out: Vec<Case> = Vec::new();
+    let named = |name: &str| format!("{name} ({release:?})");
     let mut add = |name, (structure, drive, point): (ModalStructure, Drive, OperatingPoint)| {
+        let drive = Drive { release, ..drive };
         let model = Model::new(&structure, &drive, point).unwrap();
         let start = advance(&volterra(&model), &model.start(&InitialState::Static), 20);
-        out.push((name, model, start));
+        out.push((named(name), model, start));
     };
     add("mirrored flanks", two_lines());
+    add("flanks on one line", loaded());
+
+    // Gaps that step and open, stiffness that steps with them.
+    let (structure, mut drive, point) = two_lines();
+    let lacks = [[0.0; 8], [3e-7, 2e-7, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]];
+    for (division, lack) in drive.mesh.iter_mut().zip(lacks) {
+        division.error = FlankError::series(lack);
+    }
+    add("flanks that lack something", (structure, drive, point));
 
     // A second mesh with three cycles in five, felt by other modes.
     let (mut structure, drive, point) = loaded();
@@ -223,10 +241,11 @@ fn cases() -> Vec<Case> {
     ];
     add("loads of any frequency", (structure, drive, point));
 
-    let (structure, drive, point) = two_lines();
+    let (structure, mut drive, point) = two_lines();
+    drive.release = release;
     let model = Model::new(&structure, &drive, point).unwrap();
     let start = with_closed(&model, 2);
-    out.push(("tight mesh", model, start));
+    out.push((named("tight mesh"), model, start));
     out
 }
 

@@ -9,7 +9,7 @@ mod default_drive;
 use atlas::gear::{MeshTable, MeshTableInputs, friction_direction};
 use atlas::model::{
     COAST_FLANK, CoastFlank, DRIVE_FLANK, Division, Drive, MeshHarmonic, Model, OperatingPoint,
-    Stiffness,
+    Release, Stiffness,
 };
 use atlas::shaft::{ModalStructure, RigidDrive, Tier};
 use default_drive::{DENSITY, gears, shafts};
@@ -64,6 +64,7 @@ fn drive(mesh: Vec<Division>, coast: Option<Vec<Division>>) -> Drive {
         mesh,
         damping: 0.0,
         friction: FRICTION,
+        release: Release::Deflection,
         coast: coast.map(|mesh| CoastFlank {
             mesh,
             transmission_error: Vec::new(),

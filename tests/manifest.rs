@@ -7,7 +7,7 @@ use atlas::manifest::{
     self, CoastSpec, DampingSpec, DiagnosticKind, Job, ManifestErrors, PointSpec, StiffnessSpec,
     StructureSource,
 };
-use atlas::model::{DriveShaft, InitialState, MeshHarmonic};
+use atlas::model::{DriveShaft, InitialState, MeshHarmonic, Release};
 use atlas::propagate::KernelChoice;
 use std::path::Path;
 use std::sync::Arc;
@@ -1066,6 +1066,20 @@ fn coast_flanks_have_their_own_line_unless_nothing_says_which() {
     assert_eq!(flank.mesh, [0.52, -0.43, 0.12]);
     assert_eq!(flank.friction, [0.0, 0.0, -0.1]);
     assert_eq!((&flank.tilt, &flank.lever), (&vec![0.0; 3], &vec![0.0; 3]));
+}
+
+#[test]
+fn contacts_let_go_as_asked() {
+    let of = |keys: &str| {
+        let job = job(&with(MODAL, "[mesh]", &format!("[mesh]\n{keys}")));
+        (job.points.at(0).mesh.release, job.hash)
+    };
+    let (release, hash) = of("");
+    assert_eq!(release, Release::Deflection);
+    assert_eq!(of("release = \"deflection\""), (release, hash.clone()));
+    let (release, other) = of("release = \"force\"");
+    assert_eq!(release, Release::Force);
+    assert_ne!(hash, other);
 }
 
 #[test]

@@ -355,7 +355,7 @@ fn small_steps_converge_to_it() {
 
 mod random_drives {
     use super::*;
-    use atlas::model::{Drive, DriveShaft, OperatingPoint, TorqueRipple};
+    use atlas::model::{Drive, DriveShaft, OperatingPoint, Release, TorqueRipple};
     use atlas::shaft::ModalStructure;
     use proptest::collection::vec;
     use proptest::prelude::*;
@@ -406,6 +406,7 @@ mod random_drives {
                     mesh: Division::levels(&stiffness, &[]),
                     damping,
                     friction,
+                    release: Release::Deflection,
                     transmission_error: (error.into_iter())
                         .map(|(harmonic, amplitude, phase)| {
                             MeshHarmonic::new(harmonic, amplitude, phase)

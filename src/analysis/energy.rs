@@ -8,7 +8,8 @@
 //!     − ∫ Σ 2ζω u² dt − ∫ c (δ' − s b')² dt                   damping, structure and contacts
 //!     − ∫ F (g − w)·u dt                                      friction
 //!     + ∫ ½ k' (δ − s b)² dt                                  stiffness that varies
-//!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, line, gap
+//!     + Σ Δ(½ k (δ − s b)²)                                   steps of stiffness, line, gap;
+//!                                                             contacts that let go compressed
 //! ```
 //!
 //! each summed over the closed contacts.
@@ -20,7 +21,7 @@
 
 use super::coupled_modes::CoupledModes;
 use super::modal_series::{ModalMotion, Series, TERMS, cosine_series, integral, padded};
-use crate::model::{Model, STIFFNESS_TERMS, Segment, TrajectoryState};
+use crate::model::{Model, Release, STIFFNESS_TERMS, Segment, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms8};
 use crate::numerics::quadrature::GaussLegendre;
 use crate::propagate::{ClosedContact, Event, Observer, Window};
@@ -239,19 +240,22 @@ impl<'m> EnergyAudit<'m> {
         let model = self.model;
         for contact in 0..model.contacts.len() {
             let (old, new) = (&last.segments[contact], &window.segments[contact]);
-            if old == new {
-                continue;
-            }
             let before = last.closed.iter().find(|(closed, _)| *closed == contact);
             let after = window
                 .closed
                 .iter()
                 .find(|closed| closed.contact == contact);
+            // What lets go while it is compressed loses what its spring holds.
+            let released = model.contacts[contact].release == Release::Force
+                && before.is_some() != after.is_some();
+            if old == new && !released {
+                continue;
+            }
             let turned =
                 model.line(old) != model.line(new) || !(old.error.is_none() && new.error.is_none());
             let at = after.map(|closed| at_start(&padded(closed.deflection)));
             // Where nothing turns the spring is as long on both sides, and an event finds no energy.
-            if turned || before.is_some() == after.is_some() {
+            if turned || released || before.is_some() == after.is_some() {
                 let spring = at.map_or(0.0, |at| self.spring(contact, new, phase, at));
                 let spent = before.map_or(0.0, |&(_, end)| {
                     let length = if turned { end } else { at.unwrap_or(end) };

@@ -57,6 +57,7 @@ impl DefaultDrive {
                 damping: *damping,
                 coast: None,
                 friction: point.mesh.friction,
+                release: point.mesh.release,
                 transmission_error: point.excitation.transmission_error.clone(),
                 torque_ripple: Vec::new(),
             },

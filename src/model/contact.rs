@@ -1,6 +1,7 @@
 //! One-sided contacts, and which of them are closed.
 
 use super::{MeshCycle, Segment};
+use serde::Serialize;
 
 /// Place of the drive flank among the contacts of a gear pair.
 pub const DRIVE_FLANK: usize = 0;
@@ -116,6 +117,28 @@ impl Flanks {
     }
 }
 
+/// When a closed contact lets go.
+///
+/// Its damper pulls on the way out: `k (δ − s b) + c (δ' − s b')` changes its sign while the contact
+/// is compressed still.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub enum Release {
+    /// Where δ falls back to the gap: the force of spring and damper acts whatever its sign.
+    #[default]
+    Deflection,
+    /// Where the force falls to zero: the contact never pulls. It takes hold where δ rises to the
+    /// gap, or before it has come free where the force of spring and damper rises to zero.
+    Force,
+}
+
+impl Release {
+    /// Whether a contact that closes is struck, its surfaces approaching one another at a speed
+    /// \[m/s\]: one that takes hold before it has come free meets no surface.
+    pub fn is_struck(self, approach: f64) -> bool {
+        self == Self::Deflection || approach > 0.0
+    }
+}
+
 /// A one-sided contact: a spring and a damper across a gap, along a direction that each segment
 /// of its cycle says.
 ///
@@ -130,6 +153,8 @@ pub struct Contact {
     pub half_gap: f64,
     /// What it is like in every mesh cycle of a base period: they recur in turn.
     pub cycles: Vec<MeshCycle>,
+    /// When it lets go. Without a damper both laws are one, and it is [`Release::Deflection`].
+    pub release: Release,
 }
 
 impl Contact {
@@ -157,9 +182,17 @@ impl Contact {
         }
     }
 
-    /// Whether a deflection and its rate close it, for its gap and the gap's rate; on the
-    /// surface the rates decide.
-    pub fn closes(&self, deflection: f64, rate: f64, [gap, opening]: [f64; 2]) -> bool {
+    /// Whether a deflection and its rate close it at a time \[s\] within its segment. Either law needs
+    /// no memory: what has let go without coming free is compressed, and its damper would pull.
+    pub fn closes(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> bool {
+        let pushes = || self.side * self.force(segment, time, deflection, rate) > 0.0;
+        self.is_reached(deflection, rate, self.gap(segment, time))
+            && (self.release == Release::Deflection || pushes())
+    }
+
+    /// Whether a deflection and its rate have reached its surface, for its gap and the gap's rate; on
+    /// the surface the rates decide.
+    pub fn is_reached(&self, deflection: f64, rate: f64, [gap, opening]: [f64; 2]) -> bool {
         let (reach, approach) = (self.side * deflection, self.side * rate);
         reach > gap || (reach == gap && approach > opening)
     }

@@ -1,6 +1,6 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
-use super::{FlankError, STIFFNESS_TERMS, Stiffness};
+use super::{FlankError, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -22,6 +22,8 @@ pub struct Drive {
     pub damping: f64,
     /// Coulomb friction coefficient μ.
     pub friction: f64,
+    /// When contacts let go, further ones included.
+    pub release: Release,
     /// The coast flank; none where it is the drive flank's own line, pushed from behind.
     pub coast: Option<CoastFlank>,
     /// Transmission error that is imposed, `e(φ) = Σ amplitude cos(2π harmonic φ + phase)`, φ the

@@ -2,7 +2,7 @@
 //! whole program (`tests/common`) compile the same file. What it needs it names through `super`,
 //! which is the model here and what the program offers there.
 
-use super::{Division, Drive, MeshHarmonic, ModalStructure, OperatingPoint};
+use super::{Division, Drive, MeshHarmonic, ModalStructure, OperatingPoint, Release};
 
 /// A structure with the given frequencies, damping ratio of the elastic modes, mesh and
 /// torque participations, and nothing else.
@@ -28,6 +28,7 @@ pub fn constant_mesh(half_gap: f64, stiffness: f64) -> Drive {
         mesh: Division::levels(&[stiffness], &[]),
         damping: 0.0,
         friction: 0.0,
+        release: Release::Deflection,
         coast: None,
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),

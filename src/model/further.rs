@@ -4,7 +4,7 @@ use super::basis::Basis;
 use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
-    Block, Contact, Division, FlankError, MeshCycle, SAME_PHASE, Stiffness,
+    Block, Contact, Division, FlankError, MeshCycle, Release, SAME_PHASE, Stiffness,
     TransmissionErrorHarmonic,
 };
 use crate::shaft::StructureContact;
@@ -20,6 +20,7 @@ const MOST_CYCLES: u32 = 1000;
 /// [`ModelError::OutOfRange`].
 pub(super) fn contact(
     own: &StructureContact,
+    release: Release,
     period: f64,
     directions: &mut Directions,
     (basis, blocks): (&Basis, &[Block]),
@@ -81,6 +82,7 @@ pub(super) fn contact(
         side: 1.0,
         half_gap: law.gap,
         cycles: if alike { cycles[..1].to_vec() } else { cycles },
+        release,
     })
 }
 

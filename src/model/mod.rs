@@ -35,7 +35,7 @@ mod system;
 
 pub use basis::{Basis, Coupled};
 pub use block::{Block, MeshGain};
-pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
+pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS, Release};
 pub use direction::{Direction, Line};
 pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, SAME_PHASE,

@@ -6,7 +6,8 @@ use super::error::{ModelError, positive};
 use super::further;
 use super::{
     ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
-    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Ripple, Segment, TransmissionErrorHarmonic,
+    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Segment,
+    TransmissionErrorHarmonic,
 };
 use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
@@ -160,9 +161,13 @@ impl Model {
             side,
             half_gap: drive.half_gap,
             cycles: vec![cycle],
+            release: release(drive.release, drive.damping),
         });
         let further = (structure.contacts.iter())
-            .map(|own| further::contact(own, period, &mut directions, (&basis, &blocks)))
+            .map(|own| {
+                let release = release(drive.release, own.law.damping);
+                further::contact(own, release, period, &mut directions, (&basis, &blocks))
+            })
             .collect::<Result<Vec<_>, _>>()?;
         let contacts: Vec<Contact> = contacts.into_iter().chain(further).collect();
         let most = MOST_CONTACTS as f64;
@@ -321,7 +326,7 @@ impl Model {
         let mut active = ActiveSet::FREE;
         for (j, (contact, segment)) in self.contacts.iter().zip(segments).enumerate() {
             let (deflection, rate) = self.deflection_on(segment, cycle, state, time);
-            if contact.closes(deflection, rate, contact.gap(segment, time)) {
+            if contact.closes(segment, time, deflection, rate) {
                 active = active.toggled(j);
             }
         }
@@ -404,6 +409,15 @@ impl Model {
     /// The rigid relative rotation: the turned rigid mode that the mesh feels.
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
+    }
+}
+
+/// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
+/// the gap.
+fn release(asked: Release, damping: f64) -> Release {
+    match damping > 0.0 {
+        true => asked,
+        false => Release::Deflection,
     }
 }
 

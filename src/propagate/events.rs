@@ -197,7 +197,7 @@ fn ahead<'g, 'a, const P: usize, A: Arithmetic<P>>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{COAST_FLANK, DRIVE_FLANK};
+    use crate::model::{COAST_FLANK, DRIVE_FLANK, Release};
     use crate::numerics::arithmetic::Portable;
     use crate::numerics::legendre::transforms24;
 
@@ -214,6 +214,7 @@ mod tests {
             side,
             half_gap: 1.0,
             cycles: Vec::new(),
+            release: Release::Deflection,
         });
         let guards: Vec<_> = Margin::of(&contacts, active)
             .map(|margin| Guard {

@@ -3,9 +3,9 @@
 /// Margin of a contact, positive while it stays what it is, and its rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Margin {
-    /// Margin \[m\].
+    /// Margin \[m\], of a force \[N\].
     pub value: f64,
-    /// Its rate \[m/s\].
+    /// Its rate \[m/s\], \[N/s\].
     pub rate: f64,
 }
 

@@ -2,7 +2,8 @@
 
 use super::crossing::{Margin, Sample, first_crossing};
 use super::gauss::{Compensated, GaussRule, StageWork};
-use crate::model::{ActiveSet, MeshCycle, MeshGain, Model, Segment, TrajectoryState};
+use super::push::push;
+use crate::model::{ActiveSet, MeshCycle, MeshGain, Model, Release, Segment, TrajectoryState};
 
 /// Stages of the rule: order 16.
 const STAGES: usize = 8;
@@ -96,6 +97,7 @@ impl<'m> Reference<'m> {
             reference: self,
             cycle: start.cycle,
             contact: start.contact,
+            unladen: ActiveSet::FREE,
             segments: self.model.segments_at(start.cycle, 0.0),
             state: Compensated::new(start.state.clone()),
             moved: Compensated::new(vec![0.0; n]),
@@ -157,11 +159,23 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
         .max(1.0 / model.period())
 }
 
+/// What may end a contact's state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Watched {
+    /// Its deflection, at its surface.
+    Deflection,
+    /// The push of its spring and damper, at zero.
+    Push,
+}
+
 /// An integration under way.
 struct Integration<'r> {
     reference: &'r Reference<'r>,
     cycle: u64,
     contact: ActiveSet,
+    /// Open contacts that are compressed: they let go where their force vanished and have not come
+    /// free since.
+    unladen: ActiveSet,
     /// The segment of every contact.
     segments: Vec<Segment>,
     state: Compensated,
@@ -194,15 +208,48 @@ impl Integration<'_> {
     /// Takes up new lines and gaps, where contacts may open and close.
     fn turn(&mut self, phase: f64, time: f64) {
         let model = self.reference.model;
-        for index in model.turning(self.cycle, phase) {
-            let contact = &model.contacts[index];
+        let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
+        for (index, contact) in model.contacts.iter().enumerate() {
+            // A force that vanishes steps with the stiffness too.
+            if contact.release == Release::Deflection && !turning.contains(&index) {
+                continue;
+            }
             let segment = &self.segments[index];
             let state = &self.state.value;
             let (deflection, rate) = model.deflection_on(segment, self.cycle, state, time);
-            let closes = contact.closes(deflection, rate, contact.gap(segment, time));
+            let closes = contact.closes(segment, time, deflection, rate);
             if closes != self.contact.holds(index) {
                 self.cross(index, time, rate);
             }
+        }
+        self.unladen = self.compressed(time);
+    }
+
+    /// The open contacts that a force keeps open while they are compressed.
+    fn compressed(&self, time: f64) -> ActiveSet {
+        let model = self.reference.model;
+        let mut found = ActiveSet::FREE;
+        for (index, contact) in model.contacts.iter().enumerate() {
+            if contact.release == Release::Force && !self.contact.holds(index) {
+                let state = &self.state.value;
+                let segment = &self.segments[index];
+                let (deflection, _) = model.deflection_on(segment, self.cycle, state, time);
+                let [gap, _] = contact.gap(segment, time);
+                if contact.margin(true, deflection, gap) > 0.0 {
+                    found = found.toggled(index);
+                }
+            }
+        }
+        found
+    }
+
+    /// What ends the present state of a contact, whichever comes first.
+    fn watched(&self, contact: usize) -> &'static [Watched] {
+        let by_force = self.reference.model.contacts[contact].release == Release::Force;
+        match (self.contact.holds(contact), self.unladen.holds(contact)) {
+            (true, _) if by_force => &[Watched::Push],
+            (false, true) => &[Watched::Push, Watched::Deflection],
+            _ => &[Watched::Deflection],
         }
     }
 
@@ -263,44 +310,54 @@ impl Integration<'_> {
         }
         // Half a unit in the last place of a mesh period.
         let resolution = model.period() * 2f64.powi(-54);
-        let mut first: Option<(f64, usize)> = None;
+        let mut first: Option<(f64, usize, Watched)> = None;
         let mut probed = false;
         for contact in 0..model.contacts.len() {
             if model.is_out_of_reach(contact, &self.segments, self.contact) {
                 continue;
             }
-            self.sample(contact, left, h);
-            let samples = std::mem::take(&mut self.samples);
-            let mut own = false;
-            let found = first_crossing(&samples, resolution, |tau| {
-                own = true;
-                self.advance(left, tau);
-                self.margin(contact, &self.moved.value, left + tau)
-            });
-            self.samples = samples;
-            if own {
-                probed = true;
-                // The stages are those of the whole step again.
-                self.advance(left, h);
-            }
-            if let Some(tau) = found
-                && first.is_none_or(|(earlier, _)| tau < earlier)
-            {
-                first = Some((tau, contact));
+            for &watched in self.watched(contact) {
+                self.sample(contact, watched, left, h);
+                let samples = std::mem::take(&mut self.samples);
+                let mut own = false;
+                let found = first_crossing(&samples, resolution, |tau| {
+                    own = true;
+                    self.advance(left, tau);
+                    self.margin(contact, watched, &self.moved.value, left + tau)
+                });
+                self.samples = samples;
+                if own {
+                    probed = true;
+                    // The stages are those of the whole step again.
+                    self.advance(left, h);
+                }
+                if let Some(tau) = found
+                    && first.is_none_or(|(earlier, ..)| tau < earlier)
+                {
+                    first = Some((tau, contact, watched));
+                }
             }
         }
         let reached = match first {
             // The crossing's time as it can be told: the state goes with the rounded one.
-            Some((tau, _)) => left + tau,
+            Some((tau, ..)) => left + tau,
             None => right,
         };
         if probed {
             self.advance(left, reached - left);
         }
         self.state.copy_from(&self.moved);
-        let Some((_, contact)) = first else {
+        let Some((_, contact, watched)) = first else {
             return Ok(None);
         };
+        let was_unladen = self.unladen.holds(contact);
+        if was_unladen || watched == Watched::Push {
+            self.unladen = self.unladen.toggled(contact);
+        }
+        if was_unladen && watched == Watched::Deflection {
+            // It has come free; no force changes.
+            return Ok(Some(reached));
+        }
         let segment = self.segments[contact];
         let state = &self.state.value;
         let (_, rate) = model.deflection_on(&segment, self.cycle, state, reached);
@@ -330,25 +387,44 @@ impl Integration<'_> {
     }
 
     /// The margin of a contact in a state at a time.
-    fn margin(&self, contact: usize, state: &[f64], time: f64) -> Margin {
+    fn margin(&self, contact: usize, watched: Watched, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
         let (own, segment) = (&model.contacts[contact], &self.segments[contact]);
-        let motion = model.deflection_on(segment, self.cycle, state, time);
         let closed = self.contact.holds(contact);
-        Margin::new(own.side, closed, motion, own.gap(segment, time))
+        match watched {
+            Watched::Deflection => {
+                let motion = model.deflection_on(segment, self.cycle, state, time);
+                let compressed = closed || self.unladen.holds(contact);
+                Margin::new(own.side, compressed, motion, own.gap(segment, time))
+            }
+            Watched::Push => {
+                let mut slope = vec![0.0; state.len()];
+                let active = self.contact;
+                model.derivative(&self.segments, active, self.cycle, time, state, &mut slope);
+                let push = push(model, contact, segment, (self.cycle, time), state, &slope);
+                let inside = if closed { 1.0 } else { -1.0 };
+                Margin {
+                    value: inside * push.value,
+                    rate: inside * push.rate,
+                }
+            }
+        }
     }
 
     /// Collects a contact's margin at the start, the stages and the end of the step just solved.
-    fn sample(&mut self, contact: usize, left: f64, h: f64) {
+    fn sample(&mut self, contact: usize, watched: Watched, left: f64, h: f64) {
         let n = self.state.value.len();
         let mut samples = std::mem::take(&mut self.samples);
         samples.clear();
-        samples.push((0.0, self.margin(contact, &self.state.value, left)));
+        samples.push((0.0, self.margin(contact, watched, &self.state.value, left)));
         for (i, c) in self.reference.rule.nodes.iter().enumerate() {
             let stage = &self.work.states[i * n..(i + 1) * n];
-            samples.push((c * h, self.margin(contact, stage, left + c * h)));
+            samples.push((c * h, self.margin(contact, watched, stage, left + c * h)));
         }
-        samples.push((h, self.margin(contact, &self.moved.value, left + h)));
+        samples.push((
+            h,
+            self.margin(contact, watched, &self.moved.value, left + h),
+        ));
         self.samples = samples;
     }
 }

@@ -19,6 +19,7 @@ mod crossing;
 mod extended;
 mod gauss;
 mod integrator;
+mod push;
 
 pub use extended::{DoubleDouble, Extended, ExtendedCrossing, ExtendedPassage};
 pub use integrator::{Crossing, Passage, Reference, ReferenceError};

@@ -186,6 +186,7 @@ fn with_mesh(
         },
         mesh,
         friction: point.mesh.friction,
+        release: point.mesh.release,
         coast,
         transmission_error: error,
         torque_ripple: point.excitation.torque_ripple.clone(),

@@ -5,7 +5,8 @@ use super::drives::{self, structure};
 use super::report::worse;
 use super::{Line, Subjects, Trouble};
 use crate::model::{
-    ActiveSet, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, TorqueRipple,
+    ActiveSet, Division, Drive, DriveShaft, InitialState, Model, OperatingPoint, Release,
+    TorqueRipple,
 };
 use crate::shaft::{RigidDrive, Tier};
 use nalgebra::{DMatrix, Schur};
@@ -147,6 +148,7 @@ impl Shaken {
             mesh: Division::levels(&[1.44e8], &[]),
             damping: 480.0,
             friction: 0.0,
+            release: Release::Deflection,
             transmission_error: Vec::new(),
             torque_ripple: vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
@@ -221,6 +223,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         mesh: Division::levels(&[stiffness], &[]),
         damping: 0.0,
         friction: 0.0,
+        release: Release::Deflection,
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
     };
@@ -303,6 +306,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         mesh: Division::levels(&[stiffness], &[]),
         damping: 0.0,
         friction: 0.0,
+        release: Release::Deflection,
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
     };

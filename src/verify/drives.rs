@@ -8,7 +8,7 @@ use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
     Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
-    Stiffness, TorqueRipple, TrajectoryState,
+    Release, Stiffness, TorqueRipple, TrajectoryState,
 };
 use crate::propagate::Stepping;
 use crate::shaft::{FlexibleDrive, ModalStructure};
@@ -154,6 +154,7 @@ fn two_level_mesh(half_gap: f64) -> Drive {
         mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),
         damping: 1483.0,
         friction: 0.0,
+        release: Release::Deflection,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
         torque_ripple: Vec::new(),
     }
@@ -270,6 +271,7 @@ fn default_drive() -> Result<Case, Trouble> {
             mesh: Division::levels(levels, &[]),
             damping: *damping,
             friction: point.mesh.friction,
+            release: point.mesh.release,
             transmission_error: point.excitation.transmission_error.clone(),
             torque_ripple: Vec::new(),
         },

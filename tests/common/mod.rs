@@ -18,7 +18,7 @@ pub mod skipped;
 pub use fixtures::*;
 
 use atlas::model::{
-    Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
+    Division, Drive, DriveShaft, MeshHarmonic, Model, OperatingPoint, Release, TorqueRipple,
 };
 use atlas::shaft::ModalStructure;
 use atlas::store::TableStore;

@@ -5,8 +5,8 @@ use super::advance::advance;
 use super::structure;
 use atlas::analysis::EnergyNorm;
 use atlas::model::{
-    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
-    TrajectoryState,
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Release,
+    TorqueRipple, TrajectoryState,
 };
 use atlas::numerics::random::Stream;
 use atlas::propagate::Volterra;
@@ -120,6 +120,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
             _ => 0.0,
         },
         friction: 0.0,
+        release: Release::Deflection,
         transmission_error: match kind {
             Kind::Linear => {
                 let amplitude = 0.1e-6 * between(0.0, 1.0);

@@ -1,7 +1,7 @@
 //! Random modal drives, and the manifests that describe them.
 
 use atlas::model::{
-    Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, TorqueRipple,
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, OperatingPoint, Release, TorqueRipple,
 };
 use atlas::numerics::random::Stream;
 use atlas::shaft::ModalStructure;
@@ -190,6 +190,7 @@ impl Drawn {
                 mesh: divisions,
                 damping: ratio * critical,
                 friction: if rubs { dice.between(0.0, 0.1) } else { 0.0 },
+                release: Release::Deflection,
                 transmission_error,
                 torque_ripple,
             },

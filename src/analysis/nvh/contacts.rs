@@ -1,7 +1,7 @@
 //! How hard do flanks meet, and how long do they touch and fly?
 
 use super::sums::Sums;
-use crate::model::{COAST_FLANK, Flanks, Model};
+use crate::model::{COAST_FLANK, Flanks, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
 
@@ -55,6 +55,8 @@ type Instant = (u64, f64);
 #[derive(Debug, Clone)]
 pub(super) struct Contacts {
     period: f64,
+    /// Side and release of both flanks.
+    flanks: Vec<(f64, Release)>,
     first: Option<Instant>,
     last: Option<(Instant, bool)>,
     speeds: Sample,
@@ -64,9 +66,11 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    pub(super) fn new(period: f64) -> Self {
+    pub(super) fn new(model: &Model) -> Self {
+        let flanks = model.contacts.iter().take(COAST_FLANK + 1);
         Self {
-            period,
+            period: model.period(),
+            flanks: flanks.map(|flank| (flank.side, flank.release)).collect(),
             first: None,
             last: None,
             speeds: Sample::new(),
@@ -96,7 +100,9 @@ impl Contacts {
             self.first.get_or_insert(now);
             self.last = Some((now, touching));
         }
-        if event.closes() && Model::of_mesh(event.contact) {
+        let flank = self.flanks.get(event.contact);
+        let struck = flank.is_some_and(|(side, release)| release.is_struck(side * event.rate));
+        if event.closes() && struck {
             let speed = event.rate.abs();
             sums.impacts[usize::from(event.contact == COAST_FLANK)] += 1.0;
             sums.impact_speed += speed;

@@ -69,7 +69,7 @@ impl Nvh {
             smallest: f64::INFINITY,
             largest: f64::NEG_INFINITY,
             force_peak: 0.0,
-            contacts: Contacts::new(model.period()),
+            contacts: Contacts::new(model),
             fourier: (harmonics > 0).then(|| Fourier::new(mesh_frequency, harmonics)),
             repeats: None,
         }

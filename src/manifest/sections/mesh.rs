@@ -3,6 +3,7 @@
 use super::backlash::{self, Surroundings};
 use super::coast;
 use super::excitation::stiffness_harmonics;
+use super::release;
 use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
@@ -64,6 +65,7 @@ pub(super) fn read(
     let damping = contact_damping(section, issues);
     let misalignment = section.quantity_or_default(issues, "misalignment");
     let coast = coast::read(section, issues, drive, stiffness.as_ref());
+    let release = release::read(section, issues);
     let (half_gap, stiffness) = (half_gap?, stiffness?);
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
@@ -73,6 +75,7 @@ pub(super) fn read(
         friction: friction?,
         misalignment: misalignment?,
         coast: coast?,
+        release: release?,
     })
 }
 

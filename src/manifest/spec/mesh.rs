@@ -1,7 +1,7 @@
 //! The resolved gear mesh.
 
 use crate::gear::GearPair;
-use crate::model::StiffnessHarmonic;
+use crate::model::{Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -22,6 +22,8 @@ pub struct MeshSpec {
     pub misalignment: f64,
     /// Where the coast flanks touch.
     pub coast: CoastSpec,
+    /// When contacts let go.
+    pub release: Release,
 }
 
 /// Along which line of action the coast flanks touch.

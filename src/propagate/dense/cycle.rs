@@ -331,7 +331,7 @@ impl CellModel<'_> {
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
         let changes = |index: &usize| {
             let own = &self.model.contacts[*index];
-            contact.holds(*index) != own.closes(deflection, rate, [own.half_gap, 0.0])
+            contact.holds(*index) != own.is_reached(deflection, rate, [own.half_gap, 0.0])
         };
         // One opens before the other closes.
         let mut changing = (0..self.model.contacts.len()).filter(changes);

@@ -1,7 +1,7 @@
 //! The mesh cycle in cells, the unit steps of the table kernels.
 
 use super::DenseError;
-use crate::model::Model;
+use crate::model::{Contact, Model, Release};
 use crate::propagate::Volterra;
 
 /// Lengths closer than this, relative, are one.
@@ -81,6 +81,10 @@ impl Grid {
         }
         if !one_line(model) {
             return Err(DenseError::Contacts);
+        }
+        let by_force = |contact: &Contact| contact.release == Release::Force;
+        if model.contacts.iter().any(by_force) {
+            return Err(DenseError::Release);
         }
         let cycle = model.first_cycle();
         if cycle.has_error() {

@@ -89,6 +89,12 @@ pub enum DenseError {
          mesh.coast_flank = \"same_line\", or a kernel without tables"
     )]
     Contacts,
+    /// Contacts let go where their force vanishes.
+    #[error(
+        "tables do not know contacts that let go where their force vanishes; set \
+         mesh.release = \"deflection\", or a kernel without tables"
+    )]
+    Release,
     /// Modes are coupled, or a load does not go with the rated one.
     #[error(
         "tables take modal damping and loads in proportion to the rated one; set \

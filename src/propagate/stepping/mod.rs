@@ -22,7 +22,7 @@ mod tables;
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
 use crate::model::{MOST_CONTACTS, Model, Segment, TrajectoryState, equal_parts};
-use mesh_state::{MeshState, MeshStates};
+use mesh_state::{Change, MeshState, MeshStates};
 use rotation::Rotation;
 use tables::{ContactTable, Middle, Rows, dot, middles};
 
@@ -149,6 +149,12 @@ impl Stepping {
         &self.contacts[contact].contact.cycle(cycle).segments[segment]
     }
 
+    /// Stiffness \[N/m\] and damping \[N s/m\] of a contact on step `j` of a mesh cycle.
+    fn law(&self, contact: usize, cycle: u64, j: usize) -> [f64; 2] {
+        let stiffness = self.middle(contact, cycle, j).stiffness;
+        [stiffness, self.segment(contact, cycle, j).damping]
+    }
+
     /// Direction of a contact on step `j` of a mesh cycle.
     fn direction(&self, contact: usize, cycle: u64, j: usize) -> &Rows {
         &self.directions[self.segment(contact, cycle, j).direction]
@@ -230,28 +236,24 @@ impl Stepping {
         counters: &mut Counters,
     ) -> Result<(), Stop> {
         loop {
-            let mut first: Option<(bool, f64, usize)> = None;
+            let mut first: Option<(Change, usize)> = None;
             for contact in 0..self.contacts.len() {
-                let [old, new] = [&before[contact], &after[contact]];
-                let own = &self.contacts[contact].contact;
-                let closes = own.closes(new.deflection, new.rate, new.gap);
-                if trajectory.contact.holds(contact) == closes {
-                    continue;
-                }
-                let [level, goal] = [old, new].map(|mesh| own.side * mesh.gap[0]);
-                let change = (new.deflection - old.deflection) - (goal - level);
-                let fraction = match change == 0.0 {
-                    true => 1.0,
-                    false => ((level - old.deflection) / change).clamp(0.0, 1.0),
-                };
-                let found = (closes, fraction, contact);
-                if first.is_none_or(|earlier| found < earlier) {
-                    first = Some(found);
+                let found = Change::between(
+                    [&before[contact], &after[contact]],
+                    &self.contacts[contact].contact,
+                    trajectory.contact.holds(contact),
+                    self.law(contact, trajectory.cycle, j),
+                );
+                let Some(found) = found else { continue };
+                let order = |change: &Change| (change.closes, change.fraction);
+                if first.is_none_or(|(earlier, _)| order(&found) < order(&earlier)) {
+                    first = Some((found, contact));
                 }
             }
-            let Some((closes, fraction, contact)) = first else {
+            let Some((change, contact)) = first else {
                 return Ok(());
             };
+            let fraction = change.fraction;
             let [old, new] = [&before[contact], &after[contact]];
             let side = self.contacts[contact].contact.side;
             let rate = |mesh: &MeshState| mesh.rate - side * mesh.gap[1];
@@ -264,10 +266,14 @@ impl Stepping {
                 rate: rate(old) + fraction * (rate(new) - rate(old)),
             };
             changes.meet(&event, observer, counters)?;
-            // I ∓ c g w: minus on entry, plus on release.
-            let damping = self.segment(contact, trajectory.cycle, j).damping;
+            // I ∓ c g w: minus on entry, plus on release; none where no force acts.
+            let [_, damping] = self.law(contact, trajectory.cycle, j);
             let direction = self.direction(contact, trajectory.cycle, j);
-            let jump = if closes { damping } else { -damping };
+            let jump = match (change.on_surface, change.closes) {
+                (false, _) => 0.0,
+                (true, true) => damping,
+                (true, false) => -damping,
+            };
             for index in 0..tangents.count() {
                 let tangent = tangents.vector_mut(index);
                 let push = jump * dot(&direction.deflection, tangent);
@@ -325,14 +331,9 @@ impl Stepping {
     ) {
         let direction = self.direction(contact, trajectory.cycle, j);
         let middle = self.middle(contact, trajectory.cycle, j);
-        let (k, c) = (
-            middle.stiffness,
-            self.segment(contact, trajectory.cycle, j).damping,
-        );
+        let [k, c] = self.law(contact, trajectory.cycle, j);
         let impulse = middle.impulse(time);
-        let side = self.contacts[contact].contact.side;
-        let [gap, opening] = mesh.gap.map(|value| side * value);
-        let force = k * (mesh.deflection - gap) + c * (mesh.rate - opening);
+        let force = mesh.force(self.contacts[contact].contact.side, [k, c]);
         add_scaled(
             &mut trajectory.state,
             -impulse * force,

@@ -13,6 +13,7 @@ use super::feedback::Closed;
 use super::joint::JointWindow;
 use super::lanes::{self, Solution};
 use super::position::{Position, SAME_TIME, Track, align};
+use super::release::Place;
 use super::search::View;
 use super::shapes::Row;
 use super::tables::{Course, JointStretch, Sight, lack, phases};
@@ -49,6 +50,7 @@ impl Kernel for Volterra<'_> {
             time: 0.0,
             aligned: Some(0),
             crossed: ActiveSet::FREE,
+            forceless: ActiveSet::FREE,
         };
         let mut changes = Changes::new(self.event_limit);
         while position.time < self.model.period() {
@@ -116,7 +118,7 @@ impl Volterra<'_> {
         counters: &mut Counters,
     ) -> Result<(), Stop> {
         let (track, stop, stop_cell) = self.track(position, *active);
-        if position.aligned.is_none() && position.time >= stop {
+        if position.aligned.is_none() && position.time >= stop - self.on_breakpoint {
             align(position, track, stop, stop_cell);
             return Ok(());
         }
@@ -152,9 +154,10 @@ impl Volterra<'_> {
         }
         counters.windows += 1;
         self.check_range(position, workspace)?;
-        let crossing = self.first_crossing(position, track, *active, limit, workspace, counters);
-        let Some(found) = crossing else {
+        let crossing = self.first_event(position, track, *active, limit, workspace, counters);
+        let Some((found, place)) = crossing else {
             position.crossed = ActiveSet::FREE;
+            position.forceless = ActiveSet::FREE;
             if fits && !track.is_joint() {
                 self.move_full(position, track, *active, workspace, observer, counters);
             } else {
@@ -175,7 +178,9 @@ impl Volterra<'_> {
             position.aligned = None;
             // What opened or closed at this very moment does so still, all else is past.
             position.crossed = ActiveSet::FREE;
+            position.forceless = ActiveSet::FREE;
         }
+        let on_surface = met.on_surface && place == Place::Surface;
         let to = active.toggled(found.contact);
         let event = Event {
             cycle: position.cycle,
@@ -186,8 +191,9 @@ impl Volterra<'_> {
             rate: met.rate,
         };
         changes.meet(&event, observer, counters)?;
-        // A step of δ at a prescribed time leaves tangents as they are.
-        if workspace.tangents() > 0 && met.on_surface {
+        // A step of δ at a prescribed time leaves tangents as they are, and so does a force that
+        // vanishes as it is let go.
+        if workspace.tangents() > 0 && on_surface {
             self.salt(&event, workspace);
         }
         let joint = to.count() > 1 || active.count() > 1;
@@ -195,8 +201,11 @@ impl Volterra<'_> {
             position.aligned = None;
         }
         *active = to;
-        if position.crossed.holds(found.contact) != met.on_surface {
+        if position.crossed.holds(found.contact) != on_surface {
             position.crossed = position.crossed.toggled(found.contact);
+        }
+        if position.forceless.holds(found.contact) != (place == Place::NoForce) {
+            position.forceless = position.forceless.toggled(found.contact);
         }
         Ok(())
     }

@@ -57,6 +57,7 @@ mod lanes;
 mod length;
 mod partial;
 mod position;
+mod release;
 mod search;
 mod shapes;
 mod tables;
@@ -66,9 +67,12 @@ mod workspace;
 
 pub use lanes::InstructionSet;
 
-use crate::model::Model;
+use crate::model::{ActiveSet, Model, Release};
 use tables::VolterraTables;
 use window_table::WindowTable;
+
+/// Rounding of a time within the cycle, in mesh periods.
+const ON_BREAKPOINT: f64 = 4e-15;
 
 /// The structured kernel for one model.
 #[derive(Debug)]
@@ -77,6 +81,10 @@ pub struct Volterra<'m> {
     tables: VolterraTables,
     event_limit: u32,
     instructions: InstructionSet,
+    /// Contacts that let go where their force vanishes.
+    never_pull: ActiveSet,
+    /// Times closer than this before a breakpoint are on it \[s\].
+    on_breakpoint: f64,
 }
 
 impl<'m> Volterra<'m> {
@@ -97,11 +105,20 @@ impl<'m> Volterra<'m> {
         event_limit: u32,
         instructions: InstructionSet,
     ) -> Self {
+        let never_pull = (model.contacts.iter().enumerate())
+            .filter(|(_, contact)| contact.release == Release::Force)
+            .fold(ActiveSet::FREE, |set, (index, _)| set.toggled(index));
         Self {
             model,
             tables: VolterraTables::new(model, tolerance, instructions),
             event_limit,
             instructions,
+            never_pull,
+            on_breakpoint: match never_pull.touching() {
+                // Where the stiffness steps a contact may take hold inside a window of free flight.
+                true => ON_BREAKPOINT * model.period(),
+                false => 0.0,
+            },
         }
     }
 

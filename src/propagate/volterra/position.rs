@@ -15,8 +15,10 @@ pub(super) struct Position {
     pub time: f64,
     /// The cell that starts here, when on the cell grid of the course.
     pub aligned: Option<usize>,
-    /// Contacts that opened or closed here.
+    /// Contacts that opened or closed here at their surface.
     pub crossed: ActiveSet,
+    /// Contacts that opened or closed here because their force vanished.
+    pub forceless: ActiveSet,
 }
 
 /// What a window is laid on.
@@ -54,6 +56,8 @@ impl<'t> Track<'t> {
 pub(super) fn align(position: &mut Position, track: Track<'_>, stop: f64, cell: Option<usize>) {
     position.time = stop;
     position.aligned = cell;
+    // Stiffness steps there, and the force with it.
+    position.forceless = ActiveSet::FREE;
     let turned = match track {
         Track::Course(course, _) => {
             let next = cell.and_then(|cell| course.grid.stretch_from(cell));

@@ -38,13 +38,14 @@ pub(super) struct View<'a> {
 }
 
 impl Volterra<'_> {
-    /// The first event on a window up to `limit`. Of two at the same moment the first in the order
-    /// of contacts counts.
+    /// The first event on a window up to `limit` at a surface, contacts `aside` left out. Of two at
+    /// the same moment the first in the order of contacts counts.
     pub(super) fn first_crossing(
         &self,
         position: &Position,
         track: Track<'_>,
         active: ActiveSet,
+        aside: ActiveSet,
         limit: f64,
         workspace: &Workspace,
         counters: &mut Counters,
@@ -58,7 +59,7 @@ impl Volterra<'_> {
                 let mut count = 0;
                 let mut settled = true;
                 for (&contact, widening) in group.iter().zip(&widenings) {
-                    if self.is_behind(contact, &sight.contacts, active) {
+                    if aside.holds(contact) || self.is_behind(contact, &sight.contacts, active) {
                         continue;
                     }
                     let closed = active.holds(contact);
@@ -113,7 +114,7 @@ impl Volterra<'_> {
     }
 
     /// What the flanks of contacts lack on a window, where they lack anything anywhere.
-    fn widenings(
+    pub(super) fn widenings(
         &self,
         position: &Position,
         contacts: &[usize],

@@ -21,7 +21,7 @@ pub use double_double::DoubleDouble;
 
 use super::ReferenceError;
 use super::integrator::{CROSSING_LIMIT, fastest_rate};
-use crate::model::{ActiveSet, Model, Segment, TrajectoryState};
+use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
 /// Terms of the series on a step: X₀ … X₃₀.
@@ -121,6 +121,7 @@ impl<'m> Extended<'m> {
             contact: start.contact,
             segments: self.model.segments_at(start.cycle, 0.0),
             crossed: ActiveSet::FREE,
+            forceless: ActiveSet::FREE,
             state: start
                 .state
                 .iter()
@@ -149,6 +150,8 @@ struct Integration<'e> {
     segments: Vec<Segment>,
     /// Contacts on whose surfaces the trajectory stands, right after an event.
     crossed: ActiveSet,
+    /// Contacts whose push has vanished there, right after they let go or took hold again.
+    forceless: ActiveSet,
     state: Vec<DoubleDouble>,
     crossings: Vec<ExtendedCrossing>,
 }
@@ -197,11 +200,15 @@ impl Integration<'_> {
         } = self.extended;
         for index in model.turning(self.cycle, phase) {
             let contact = &model.contacts[index];
+            if contact.release == Release::Force {
+                // The next step sees where it stands.
+                continue;
+            }
             let segment = &self.segments[index];
             let at = (self.cycle, time);
             let deflection = structure.deflection(model, segment, at, &self.state);
             let gap = contact.gap(segment, time.value());
-            if contact.closes(deflection.value(), 0.0, gap) != self.contact.holds(index) {
+            if contact.is_reached(deflection.value(), 0.0, gap) != self.contact.holds(index) {
                 self.cross(index, time);
                 // Nothing stands on a surface after a step over it.
                 self.crossed = ActiveSet::FREE;
@@ -245,55 +252,105 @@ impl Integration<'_> {
         if !terms.all(|d| d.value().is_finite()) {
             return Err(ReferenceError::NonFinite { cycle: self.cycle });
         }
-        let Some((place, contact)) = self.first_event(&series)? else {
+        let first = self.first_event(&series, length)?;
+        self.crossed = ActiveSet::FREE;
+        self.forceless = ActiveSet::FREE;
+        let Some((place, contact, met)) = first else {
             self.state = series.state_at(DoubleDouble::ONE);
-            self.crossed = ActiveSet::FREE;
             return Ok(None);
         };
         self.state = series.state_at(place);
         let reached = time + length * place;
-        self.cross(contact, reached);
-        self.crossed = ActiveSet::FREE.toggled(contact);
+        if met != Met::Freedom {
+            self.cross(contact, reached);
+        }
+        let own = ActiveSet::FREE.toggled(contact);
+        match met {
+            Met::Surface | Met::Freedom => self.crossed = own,
+            Met::NoForce => self.forceless = own,
+        }
         Ok(Some(reached))
     }
 
-    /// The first place of a step where a contact opens or closes, and which.
+    /// The first place of a step of some length \[s\] where a contact opens, closes or comes free, and
+    /// which.
     fn first_event(
         &self,
         series: &StepSeries,
-    ) -> Result<Option<(DoubleDouble, usize)>, ReferenceError> {
+        length: DoubleDouble,
+    ) -> Result<Option<(DoubleDouble, usize, Met)>, ReferenceError> {
         let model = self.extended.model;
-        let mut first: Option<(DoubleDouble, usize)> = None;
+        let mut first: Option<(DoubleDouble, usize, Met)> = None;
         for (index, contact) in model.contacts.iter().enumerate() {
-            let line = model.line(&self.segments[index]);
             let closed = self.contact.holds(index);
             if model.is_out_of_reach(index, &self.segments, self.contact) {
                 continue;
             }
-            // Margin: inside (side δ − b), positive while the contact stays what it is.
-            let inside = if closed { 1.0 } else { -1.0 };
-            let deflection = &series.deflections[line];
-            let mut margin: Vec<_> = (deflection.iter())
-                .map(|&d| d * (inside * contact.side))
-                .collect();
-            margin[0] += DoubleDouble::exact(-inside * contact.half_gap);
-            for (margin, &lack) in margin.iter_mut().zip(&series.lacks[index]) {
-                *margin += lack * -inside;
+            let indentation = self.indentation(index, series);
+            let by_force = contact.release == Release::Force;
+            // What was let go is compressed until it comes free.
+            let compressed = by_force && !self.crossed.holds(index) && indentation[0].value() > 0.0;
+            let mut margins: Vec<(Vec<DoubleDouble>, bool, Met)> = Vec::new();
+            let crossed = self.crossed.holds(index);
+            let outside = || indentation.iter().map(|&d| -d).collect();
+            if by_force && (closed || compressed) {
+                let push = series.push(index, &indentation, length);
+                let inside = if closed { 1.0 } else { -1.0 };
+                let push = push.iter().map(|&f| f * inside).collect();
+                margins.push((push, self.forceless.holds(index), Met::NoForce));
+                if !closed {
+                    margins.push((indentation, false, Met::Freedom));
+                } else if !crossed && indentation[0].value() < 0.0 {
+                    // Beyond a step of line or gap.
+                    margins.push((indentation, false, Met::Surface));
+                }
+            } else if closed {
+                margins.push((indentation, crossed, Met::Surface));
+            } else {
+                margins.push((outside(), crossed, Met::Surface));
             }
-            if self.crossed.holds(index) {
-                // The event's own zero is divided out.
-                margin.remove(0);
-            }
-            let zero = root::first_zero(&margin)
-                .map_err(|root::Undecided| ReferenceError::Touch { cycle: self.cycle })?;
-            if let Some(place) = zero
-                && first.is_none_or(|(earlier, _)| place < earlier)
-            {
-                first = Some((place, index));
+            for (mut margin, known, met) in margins {
+                if known {
+                    // The event's own zero is divided out.
+                    margin.remove(0);
+                }
+                let zero = root::first_zero(&margin)
+                    .map_err(|root::Undecided| ReferenceError::Touch { cycle: self.cycle })?;
+                if let Some(place) = zero
+                    && first.is_none_or(|(earlier, ..)| place < earlier)
+                {
+                    first = Some((place, index, met));
+                }
             }
         }
         Ok(first)
     }
+
+    /// Coefficients of `s δ − b` of a contact on a step \[m\].
+    fn indentation(&self, contact: usize, series: &StepSeries) -> Vec<DoubleDouble> {
+        let model = self.extended.model;
+        let own = &model.contacts[contact];
+        let line = model.line(&self.segments[contact]);
+        let mut out: Vec<_> = (series.deflections[line].iter())
+            .map(|&d| d * own.side)
+            .collect();
+        out[0] += DoubleDouble::exact(-own.half_gap);
+        for (value, &lack) in out.iter_mut().zip(&series.lacks[contact]) {
+            *value += lack * -1.0;
+        }
+        out
+    }
+}
+
+/// What a contact meets where its state ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Met {
+    /// Its surface: it opens or closes.
+    Surface,
+    /// The zero of the push of its spring and damper: it lets go or takes hold again.
+    NoForce,
+    /// Its surface, having let go before: it comes free, and nothing changes.
+    Freedom,
 }
 
 #[cfg(test)]

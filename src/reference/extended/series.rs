@@ -38,9 +38,30 @@ pub(super) struct StepSeries {
     pub deflections: Vec<Vec<DoubleDouble>>,
     /// Of what loaded flanks lack, of every contact \[m\]; only as long as it is not zero.
     pub lacks: Vec<Vec<DoubleDouble>>,
+    /// Stiffness \[N/m\] and damping \[N s/m\] of every contact.
+    laws: Vec<(Vec<DoubleDouble>, f64)>,
 }
 
 impl StepSeries {
+    /// Coefficients of the push of a contact \[N\], `k (s δ − b) + c (s δ' − b')`, from those of its
+    /// `s δ − b` over a step of some length \[s\]; one fewer.
+    pub fn push(
+        &self,
+        contact: usize,
+        indentation: &[DoubleDouble],
+        length: DoubleDouble,
+    ) -> Vec<DoubleDouble> {
+        let (stiffness, damping) = &self.laws[contact];
+        (1..indentation.len())
+            .map(|next| {
+                let rate = indentation[next] * next as f64 / length;
+                let compressions = indentation[..next].iter().rev();
+                (stiffness.iter().zip(compressions))
+                    .fold(rate * *damping, |sum, (&k, &d)| sum + k * d)
+            })
+            .collect()
+    }
+
     /// State at a fraction of the step.
     pub fn state_at(&self, fraction: DoubleDouble) -> Vec<DoubleDouble> {
         let at = |power: &Vec<DoubleDouble>| evaluate(power, fraction).0;
@@ -198,10 +219,17 @@ impl Structure {
                 }
             }
         }
+        let laws = (instant.segments.iter())
+            .map(|segment| {
+                let stiffness = on_step(segment, segment.stiffness.coefficients());
+                (stiffness, segment.damping)
+            })
+            .collect();
         StepSeries {
             states,
             deflections,
             lacks,
+            laws,
         }
     }
 }

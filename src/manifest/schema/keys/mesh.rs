@@ -68,6 +68,11 @@ pub(super) const KEYS: &[Key] = &[
         .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))` \
                 with the mean stiffness and the mass that the mesh feels of the rigid rotations; a text such as \
                 \"1483 N*s/m\" is the coefficient c itself."),
+    choice("mesh.release", &["deflection", "force"], r#""force""#).or(r#""deflection""#)
+        .about("Where a closed contact lets go, further contacts of a modal file included. `deflection`: where the \
+                deflection is back at the gap; just before that the damper pulls. `force`: where the force of \
+                spring and damper falls to zero, so that it never pulls; a contact that has not come free since \
+                takes hold again where that force rises to zero. Kernels of tables need `deflection`."),
     choice("mesh.coast_flank", &["mirrored", "same_line"], r#""same_line""#)
         .otherwise(r#""mirrored", or "same_line" where a modal file has no participations of the coast flanks"#)
         .about("Where the coast flanks touch. `mirrored`: along their own line of action, the mirror image of that of \

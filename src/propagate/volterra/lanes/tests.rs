@@ -2,7 +2,7 @@
 //! sizes that straddle a chunk's edge; outputs hold NaN beforehand.
 
 use super::*;
-use crate::model::{ActiveSet, Block, Contact, DRIVE_FLANK, MeshGain, STIFFNESS_TERMS};
+use crate::model::{ActiveSet, Block, Contact, DRIVE_FLANK, MeshGain, Release, STIFFNESS_TERMS};
 use crate::numerics::legendre::{evaluate, polynomials, transforms24};
 use crate::numerics::random::Stream;
 use crate::propagate::events::Margin;
@@ -516,6 +516,7 @@ fn every_set_finds_the_same_crossing() {
         side,
         half_gap: 1.0,
         cycles: Vec::new(),
+        release: Release::Deflection,
     });
     let guards: Vec<_> = Margin::of(&contacts, ActiveSet::FREE)
         .map(|margin| Guard {

@@ -1,0 +1,288 @@
+//! When does a contact that never pulls let go, and when does it take hold again?
+//!
+//! Its push is `s F = k (s δ − b) + c (s δ' − b')`. Closed, it lets go where that falls to zero, still
+//! compressed; δ cannot fall back to the gap before, since there only the damper acts, and pulls.
+//! Open and compressed (*unladen*), it takes hold where the push it would have rises to zero. From
+//! where it comes free, δ back at the gap, it is as any other: it closes where δ rises to the gap.
+//! No force changes where a contact comes free, and no window is cut there.
+//!
+//! The push of a closed contact is its force, which its window was solved for. That of an unladen
+//! one is formed segment by segment: free flight does not stop at their ends, where k steps.
+
+use super::Volterra;
+use super::lanes;
+use super::position::{Position, SAME_TIME, Track};
+use super::shapes::{Series, TERMS};
+use super::workspace::Workspace;
+use crate::model::{ActiveSet, Segment};
+use crate::numerics::legendre::{self, transforms24};
+use crate::propagate::Counters;
+use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
+
+/// Where a contact stands as it opens or closes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// At its surface.
+    Surface,
+    /// Where its push vanishes.
+    NoForce,
+    /// At neither: its push has stepped over zero, or its start was given so.
+    Elsewhere,
+}
+
+/// A contact's indentation over a window.
+struct Indentation {
+    /// Series of `s δ − b` \[m\].
+    series: Series,
+    /// Series of its derivative by time \[m/s\].
+    rate: Series,
+    /// Round-off of the first \[m\].
+    noise: f64,
+    /// Length of the window \[s\].
+    delta: f64,
+}
+
+impl Indentation {
+    /// Round-off of the push \[N\] of a segment's spring and damper.
+    fn noise_of_push(&self, segment: &Segment) -> f64 {
+        let rate = 2.0 / self.delta * TERMS as f64;
+        (segment.stiffness.bound() + segment.damping * rate) * self.noise
+    }
+
+    /// Series of the push between two places, a segment of the contact, of a window that starts at
+    /// a time \[s\] of a cycle of some period \[s\].
+    fn push(&self, segment: &Segment, [from, to]: [f64; 2], time: f64, period: f64) -> Series {
+        let transforms = transforms24();
+        let part = transforms.restrict(&self.series, from, to);
+        let rate = transforms.restrict(&self.rate, from, to);
+        let sprung: Series = match segment.stiffness.is_constant() {
+            true => part.map(|a| segment.stiffness.mean() * a),
+            false => {
+                let values = transforms.nodes().map(|x| {
+                    let place = 0.5 * ((to - from) * x + (to + from));
+                    let phase = (time + 0.5 * (place + 1.0) * self.delta) / period;
+                    segment.stiffness_at(phase) * legendre::evaluate(&part, x)
+                });
+                transforms.interpolate(&values)
+            }
+        };
+        std::array::from_fn(|n| sprung[n] + segment.damping * rate[n])
+    }
+}
+
+impl Volterra<'_> {
+    /// The first event on a window up to `limit`, and where its contact then stands; of two at the
+    /// same moment the first in the order of contacts.
+    pub(super) fn first_event(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        limit: f64,
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<(Crossing, Place)> {
+        let at_surface = |crossing| (crossing, Place::Surface);
+        if !self.never_pull.touching() {
+            let none = ActiveSet::FREE;
+            return self
+                .first_crossing(position, track, active, none, limit, workspace, counters)
+                .map(at_surface);
+        }
+        let pushed = self.watched_by_push(position, track, active, workspace);
+        let mut first = self
+            .first_crossing(position, track, active, pushed, limit, workspace, counters)
+            .map(at_surface);
+        for contact in pushed.iter() {
+            let limit = first.map_or(limit, |(found, _)| found.x);
+            let indentation = self.indentation(contact, position, track, workspace);
+            let found = match active.holds(contact) {
+                true => self.lets_go(
+                    contact,
+                    &indentation,
+                    position,
+                    active,
+                    limit,
+                    workspace,
+                    counters,
+                ),
+                false => self.takes_hold(contact, &indentation, position, limit, counters),
+            };
+            let earlier = |(x, _): &(f64, Place)| {
+                first.is_none_or(|(first, _)| {
+                    *x < first.x || (*x == first.x && contact < first.contact)
+                })
+            };
+            first = found
+                .filter(earlier)
+                .map(|(x, place)| (Crossing { x, contact }, place))
+                .or(first);
+        }
+        first
+    }
+
+    /// The contacts whose push is to be watched: of those that never pull the closed ones, and open
+    /// ones that are compressed where the window starts.
+    fn watched_by_push(
+        &self,
+        position: &Position,
+        track: Track<'_>,
+        active: ActiveSet,
+        workspace: &Workspace,
+    ) -> ActiveSet {
+        let mut watched = ActiveSet::FREE;
+        for contact in self.never_pull.iter() {
+            let unladen = || {
+                !position.crossed.holds(contact) && {
+                    let solution = &workspace.solutions[track.place_of(contact)];
+                    let own = &self.model.contacts[contact];
+                    let start = legendre::at_start(&solution.deflection);
+                    let [widening, ..] = self.widenings(position, &[contact], track, workspace);
+                    let widening = widening.map_or(0.0, |series| legendre::at_start(&series));
+                    own.side * start - own.half_gap - widening > 0.0
+                }
+            };
+            if active.holds(contact) || unladen() {
+                watched = watched.toggled(contact);
+            }
+        }
+        watched
+    }
+
+    /// Indentation of a contact over a window.
+    fn indentation(
+        &self,
+        contact: usize,
+        position: &Position,
+        track: Track<'_>,
+        workspace: &Workspace,
+    ) -> Indentation {
+        let solution = &workspace.solutions[track.place_of(contact)];
+        let own = &self.model.contacts[contact];
+        let mut series = solution.deflection.map(|a| own.side * a);
+        series[0] -= own.half_gap;
+        let [widening, ..] = self.widenings(position, &[contact], track, workspace);
+        for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
+            *term -= a;
+        }
+        let delta = self.tables.windows[track.sights()[0].window].delta;
+        Indentation {
+            rate: legendre::derivative(&series).map(|a| 2.0 / delta * a),
+            series,
+            noise: ROUND_OFF * (solution.size + self.model.half_gap),
+            delta,
+        }
+    }
+
+    /// Where a closed contact lets go.
+    fn lets_go(
+        &self,
+        contact: usize,
+        indentation: &Indentation,
+        position: &Position,
+        active: ActiveSet,
+        limit: f64,
+        workspace: &Workspace,
+        counters: &mut Counters,
+    ) -> Option<(f64, Place)> {
+        let beyond = legendre::at_start(&indentation.series) < -indentation.noise;
+        if beyond && !position.crossed.holds(contact) {
+            // A step of line or gap has freed it.
+            return Some((-1.0, Place::Elsewhere));
+        }
+        let own = &self.model.contacts[contact];
+        let force = match active.only() {
+            Some(_) => &workspace.forces[0].0,
+            None => {
+                let index = active.iter().position(|closed| closed == contact);
+                let columns = workspace.tangents() + 1;
+                &workspace.joint.forces[index.unwrap_or(0) * columns].0
+            }
+        };
+        let noise = indentation.noise_of_push(&workspace.segments[contact]);
+        let known = position.forceless.holds(contact);
+        let x = self.exit(force, own.side, noise, known, limit, counters)?;
+        let vanished = x > -1.0 || legendre::at_start(force).abs() <= noise;
+        Some((
+            x,
+            if vanished {
+                Place::NoForce
+            } else {
+                Place::Elsewhere
+            },
+        ))
+    }
+
+    /// Where an unladen contact takes hold again.
+    fn takes_hold(
+        &self,
+        contact: usize,
+        indentation: &Indentation,
+        position: &Position,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<(f64, Place)> {
+        let Indentation {
+            series,
+            noise,
+            delta,
+            ..
+        } = indentation;
+        let free = self.exit(series, 1.0, *noise, false, limit, counters);
+        let until = free.unwrap_or(limit);
+        let cycle = self.model.contacts[contact].cycle(position.cycle);
+        let period = cycle.period;
+        let begin = position.time + SAME_TIME * period;
+        let ahead = |segment: &&Segment| segment.end * period > begin;
+        let mut from = -1.0;
+        for segment in cycle.segments.iter().filter(ahead) {
+            let end = 2.0 * (segment.end * period - position.time) / delta - 1.0;
+            let to = end.min(until);
+            if to <= from {
+                break;
+            }
+            let push = indentation.push(segment, [from, to], position.time, period);
+            let noise = indentation.noise_of_push(segment);
+            let known = position.forceless.holds(contact) && from == -1.0;
+            if let Some(x) = self.exit(&push, -1.0, noise, known, 1.0, counters) {
+                let vanished = x > -1.0 || legendre::at_start(&push).abs() <= noise;
+                let place = if vanished {
+                    Place::NoForce
+                } else {
+                    Place::Elsewhere
+                };
+                return Some((from + 0.5 * (to - from) * (x + 1.0), place));
+            }
+            from = to;
+        }
+        let free = free.filter(|free| *free < limit)?;
+        let rest = transforms24().restrict(series, free, limit);
+        let x = self.exit(&rest, -1.0, *noise, true, 1.0, counters)?;
+        Some((free + 0.5 * (limit - free) * (x + 1.0), Place::Surface))
+    }
+
+    /// Where `sign` times a series of some round-off turns negative, up to `limit`; `known` says
+    /// that it is zero where it starts.
+    fn exit(
+        &self,
+        series: &Series,
+        sign: f64,
+        noise: f64,
+        known: bool,
+        limit: f64,
+        counters: &mut Counters,
+    ) -> Option<f64> {
+        let guard = Guard {
+            margin: Margin {
+                contact: 0,
+                closed: true,
+                scale: sign,
+                shift: 0.0,
+            },
+            crossed: known,
+            widening: None,
+        };
+        let set = self.instructions;
+        lanes::first_crossing(set, series, noise, &[guard], limit, counters).map(|found| found.x)
+    }
+}

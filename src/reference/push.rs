@@ -1,0 +1,45 @@
+//! With what force do spring and damper of a contact push, and how fast does that change?
+
+use super::crossing::Margin;
+use crate::model::{Model, Segment};
+use crate::numerics::legendre;
+
+/// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] that a contact on a segment has or, being open,
+/// would have, and its rate \[N/s\], in a state whose derivative by time is `slope`.
+pub(super) fn push(
+    model: &Model,
+    contact: usize,
+    segment: &Segment,
+    (cycle, time): (u64, f64),
+    state: &[f64],
+    slope: &[f64],
+) -> Margin {
+    let (own, period) = (&model.contacts[contact], model.period());
+    let (deflection, rate) = model.deflection_on(segment, cycle, state, time);
+    let n = model.modes();
+    let mut acceleration = 0.0;
+    for (i, gain) in model.gains(segment).iter().enumerate() {
+        acceleration += gain.rate[0] * slope[i] + gain.rate[1] * slope[n + i];
+    }
+    for h in &model.lines[model.line(segment)].transmission_error {
+        let turned = h.turned(cycle, time) + h.phase;
+        acceleration += h.amplitude * h.angular_frequency.powi(2) * turned.cos();
+    }
+    let x = segment.place(time / period);
+    // Places of the segment passed in a second.
+    let places = 2.0 / ((segment.end - segment.start) * period);
+    let [gap, opening] = own.gap(segment, time);
+    let bend = legendre::evaluate(&legendre::derivative(&segment.error.slope()), x);
+    let [indentation, approach, quickening] = [
+        own.side * deflection - gap,
+        own.side * rate - opening,
+        own.side * acceleration - places * places * bend,
+    ];
+    let stiffening = places * legendre::evaluate(&segment.stiffness.slope(), x);
+    Margin {
+        value: own.side * own.force(segment, time, deflection, rate),
+        rate: stiffening * indentation
+            + segment.stiffness_at(time / period) * approach
+            + segment.damping * quickening,
+    }
+}
