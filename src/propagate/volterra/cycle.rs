@@ -297,7 +297,7 @@ impl Volterra<'_> {
             if active.touching()
                 && let Some(felt) = table.felt_on(sight.line)
             {
-                lanes::yielded(set, &felt.deflection, force, &mut deflection[0]);
+                lanes::yielded(set, &felt.deflection, &[*force], &mut deflection);
             }
             solutions[index] = Solution::of(&deflection[0], size);
         }

@@ -130,8 +130,14 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `out − B f`: what a force leaves of a deflection.
-    fn yielded(response: &[Row; TERMS], force: &Row, out: &mut Row) = yielded_body
+    /// `out − B f` for every column: what forces leave of deflections.
+    fn yielded(response: &[Row; TERMS], forces: &[Row], out: &mut [Row]) = yielded_body
+}
+
+for_each_set! {
+    /// The force of every column, whose deflections are `free` without it; the first has the side's
+    /// gap s b \[m\].
+    fn close(closed: Closed<'_>, gap: f64, free: &[Row], forces: &mut [Row]) = close_body
 }
 
 for_each_set! {
@@ -230,7 +236,7 @@ use varying::{deflection_body, factorise_body, force_body};
 use vector::Packed;
 #[cfg(target_arch = "x86_64")]
 use wide::Wide;
-use window::{advance_body, free_body, solve_body, yielded_body};
+use window::{advance_body, close_body, free_body, solve_body, yielded_body};
 
 #[cfg(test)]
 mod tests;

@@ -52,7 +52,8 @@ pub struct Response {
 
 impl WindowTable {
     /// Tables of windows of a length \[s\] and a direction for a model, which contacts have the
-    /// `closures` on such windows and whose force is `felt` on some lines besides its own.
+    /// `closures` on such windows, some with a stiffness that varies besides, and whose force is
+    /// `felt` on some lines.
     /// `exponentials` are those of the blocks on a window of this length, `frequencies` those of
     /// the transmission errors.
     pub fn new(
@@ -60,7 +61,7 @@ impl WindowTable {
         layout: Layout,
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
-        closures: &[Closure],
+        closures: (&[Closure], bool),
         felt: &[usize],
         frequencies: &[[f64; 2]],
         set: InstructionSet,
@@ -146,7 +147,7 @@ impl WindowTable {
         &mut self,
         model: &Model,
         layout: Layout,
-        closures: &[Closure],
+        (closures, varying): (&[Closure], bool),
         exponentials: &[BlockExponential],
         set: InstructionSet,
     ) {
@@ -161,7 +162,7 @@ impl WindowTable {
         let response = convolution.operator(&impulse.deflection, self.delta);
         let response_rate = convolution.operator(&impulse.rate, self.delta);
         self.rows[2 * layout.padded].0 = convolution.step(&torque.deflection, self.delta);
-        if closures.iter().any(|closure| closure.varies()) {
+        if varying || closures.iter().any(|closure| closure.varies()) {
             self.nodal = Some(Nodal::new(&response, &response_rate, self.delta));
         }
         let mut factors = Factors::NONE;
