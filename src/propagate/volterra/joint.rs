@@ -128,26 +128,18 @@ impl JointWindow<'_> {
                         lanes::yielded(self.set, &felt.deflection, forces, next);
                     }
                 }
-                let free = joint.free[own.clone()].iter();
-                let mut columns = free.zip(&joint.seen[own.clone()]).zip(&*next);
-                settled = settled && columns.all(|((free, seen), next)| self.same(free, seen, next));
-                joint.seen[own.clone()].copy_from_slice(next);
                 let closed = self.closed(i, contact, &joint.factors);
                 let gap = self.model.contacts[contact].side * self.model.contacts[contact].half_gap;
-                lanes::close(self.set, closed, gap, next, &mut joint.forces[own]);
+                let (free, seen) = (&joint.free[own.clone()], &mut joint.seen[own.clone()]);
+                let forces = &mut joint.forces[own];
+                let moved = lanes::close(self.set, closed, gap, free, next, seen, forces);
+                settled &= moved <= ROUND_OFF;
             }
             if settled {
                 return true;
             }
         }
         false
-    }
-
-    /// Whether a deflection is where it was, within round-off.
-    fn same(&self, free: &Row, seen: &Row, next: &Row) -> bool {
-        let moved: Series = std::array::from_fn(|n| next.0[n] - seen.0[n]);
-        let scale = lanes::size(&free.0) + lanes::size(&next.0);
-        lanes::size(&moved) <= ROUND_OFF * scale
     }
 
     /// Factorises the systems of contacts whose stiffness varies.
@@ -324,6 +316,79 @@ fn eliminate(system: &mut [f64], order: usize, width: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::fixtures::{strong_rattle, structure, two_level_mesh};
+    use crate::model::{CoastFlank, Division, Stiffness};
+    use crate::numerics::random::Stream;
+    use crate::shaft::FlankParticipation;
+
+    /// Two flanks of which one elastic mode takes the one along, the other against its motion.
+    fn model(mesh: Vec<Division>) -> Model {
+        let own = [0.9, 0.4, 0.3];
+        let mut structure = structure(&[0.0, 9e3, 3e4], 0.01, &own, &own);
+        structure.coast = Some(FlankParticipation {
+            mesh: vec![own[0], -own[1], own[2]],
+            tilt: vec![0.0; 3],
+            friction: vec![0.0; 3],
+            lever: vec![0.0; 3],
+            residual_flexibility: 0.0,
+        });
+        let mut drive = two_level_mesh(10e-6);
+        drive.coast = Some(CoastFlank {
+            mesh: Division::mirrored(&mesh, 0.17),
+            transmission_error: drive.transmission_error.clone(),
+        });
+        drive.mesh = mesh;
+        Model::new(&structure, &drive, strong_rattle()).unwrap()
+    }
+
+    #[test]
+    fn in_turn_or_at_once_forces_are_the_same() {
+        let set = InstructionSet::best();
+        let varying = Stiffness::series([4e8, 3e7, -1e7, 2e6, 0.0, 0.0, 0.0, 0.0]);
+        let curved = Division {
+            stiffness: varying,
+            ..Division::level(1.0, 4e8)
+        };
+        let levels = Division::levels(&[4.444e8, 3.333e8], &[0.6]);
+        for mesh in [levels, vec![curved]] {
+            let model = model(mesh);
+            let tables = VolterraTables::new(&model, f64::EPSILON, set);
+            let mut random = Stream::new(3, 0, 0);
+            let length = 2 * tables.layout.padded;
+            let count = 3;
+            let columns: Vec<f64> = (0..count * length)
+                .map(|_| 1e-5 * random.normal())
+                .collect();
+            let mut inputs = vec![0.0; tables.layout.inputs];
+            inputs[..3].copy_from_slice(&[1.0, 0.6, 0.8]);
+            for (index, stretch) in tables.joint[0].iter().enumerate() {
+                let segments: Vec<Segment> = (model.contacts.iter().zip(&stretch.segments))
+                    .map(|(contact, &segment)| contact.cycles[0].segments[segment])
+                    .collect();
+                let window = JointWindow {
+                    model: &model,
+                    tables: &tables,
+                    set,
+                    stretch,
+                    segments: &segments,
+                    active: ActiveSet::DRIVE.toggled(crate::model::COAST_FLANK),
+                    time: segments[0].start.max(segments[1].start) * model.period(),
+                    delta: tables.windows[stretch.windows[0]].delta,
+                };
+                let mut solutions = vec![Solution::ZERO; 2];
+                let mut joint = Joint::default();
+                window.solve(&inputs, &columns, count, &mut joint, &mut solutions);
+                assert!(window.take_turns(count, &mut joint), "stretch {index}");
+                let in_turn = joint.forces.clone();
+                window.eliminate(count, &mut joint);
+                for (one, other) in in_turn.iter().zip(&joint.forces) {
+                    let apart: Series = std::array::from_fn(|n| one.0[n] - other.0[n]);
+                    let share = lanes::size(&apart) / lanes::size(&other.0);
+                    assert!(share < 1e-12, "stretch {index}: {share:e}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn elimination_exchanges_rows_and_solves_all_columns() {

@@ -206,7 +206,7 @@ impl VolterraTables {
             })
             .collect();
         let closures = needs.closures.iter().zip(&needs.varying);
-        let windows = (needs.kinds.iter().zip(closures).zip(&needs.felt))
+        let mut windows: Vec<WindowTable> = (needs.kinds.iter().zip(closures).zip(&needs.felt))
             .map(|((&(length, direction), (closures, &varying)), felt)| {
                 let exponentials = &exponentials[length];
                 let kind = (lengths[length], direction);
@@ -222,6 +222,12 @@ impl VolterraTables {
                 )
             })
             .collect();
+        for own in 1..windows.len() {
+            let (known, others) = windows.split_at_mut(own);
+            for known in known.iter().rev() {
+                others[0].share(model, known);
+            }
+        }
         let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
             .map(|direction| block_chunks(model, &direction.gains))
             .collect();
@@ -320,8 +326,8 @@ impl Course {
             Some(cell) => self.grid.stretch_of_cell[cell],
             None => {
                 let ends = &self.grid.stretch_end_cell;
-                let inside = |end: &usize| time < self.grid.time[*end];
-                ends.iter().position(inside).unwrap_or(ends.len() - 1)
+                let stretch = ends.partition_point(|end| self.grid.time[*end] <= time);
+                stretch.min(ends.len() - 1)
             }
         }
     }

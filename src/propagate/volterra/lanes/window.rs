@@ -1,6 +1,6 @@
 //! Loops of a full window.
 
-use super::columns::{add_terms, combine, in_batches, load, series, store};
+use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use super::varying::{deflection_columns, force_columns};
 use super::vector::Vector;
 use crate::propagate::volterra::feedback::{Closed, Feedback};
@@ -195,11 +195,7 @@ fn free_batch<V: Vector, const COLUMNS: usize>(rows: &[Row], columns: &[f64], ou
 }
 
 #[inline(always)]
-pub(super) fn yielded_body<V: Vector>(
-    response: &[Row; TERMS],
-    forces: &[Row],
-    out: &mut [Row],
-) {
+pub(super) fn yielded_body<V: Vector>(response: &[Row; TERMS], forces: &[Row], out: &mut [Row]) {
     in_batches!(V, forces.len(), |first| yielded_batch(
         response,
         &forces[first..],
@@ -226,25 +222,47 @@ pub(super) fn close_body<V: Vector>(
     closed: Closed<'_>,
     gap: f64,
     free: &[Row],
+    next: &[Row],
+    seen: &mut [Row],
     forces: &mut [Row],
-) {
-    in_batches!(V, free.len(), |first| close_batch(
+) -> f64 {
+    let mut farthest = 0.0_f64;
+    for ((free, next), seen) in free.iter().zip(next).zip(&mut *seen) {
+        let (mut moved, mut scale) = (V::zero(), V::zero());
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            let (from, to) = (V::read(&seen.0[at..]), V::read(&next.0[at..]));
+            moved = from.multiply_add(V::splat(-1.0), to).size().plus(moved);
+            scale = V::read(&free.0[at..]).size().plus(to.size()).plus(scale);
+        }
+        let (moved, scale) = (moved.sum(), scale.sum());
+        // Where nothing acts nothing moves. What is no number any more never settles.
+        if moved > 0.0 || moved.is_nan() {
+            let share = moved / scale;
+            if share > farthest || share.is_nan() {
+                farthest = share;
+            }
+        }
+        *seen = *next;
+    }
+    in_batches!(V, next.len(), |first| close_batch(
         closed,
         if first == 0 { gap } else { 0.0 },
-        &free[first..],
+        &next[first..],
         &mut forces[first..],
     ));
+    farthest
 }
 
 #[inline(always)]
 fn close_batch<V: Vector, const COLUMNS: usize>(
     closed: Closed<'_>,
     gap: f64,
-    free: &[Row],
+    next: &[Row],
     forces: &mut [Row],
 ) {
-    if let Some(free) = free.first_chunk::<COLUMNS>() {
-        let force = in_contact::<V, COLUMNS>(closed, free, gap);
+    if let Some(next) = next.first_chunk::<COLUMNS>() {
+        let force = in_contact::<V, COLUMNS>(closed, next, gap);
         forces[..COLUMNS].copy_from_slice(&force);
     }
 }
