@@ -302,11 +302,10 @@ impl Volterra<'_> {
                 |contact: &usize| !position.crossed.holds(*contact) && !self.tables.lacks[*contact];
             if !shown && sight.contacts.iter().all(known) {
                 let felt = felt.map(|felt| (&felt.deflection, &felt.tails, force));
-                let seen = lanes::glimpse(set, &own.rows, &own.tails, inputs, trajectory, felt);
+                let (rows, tails, seen) = (&own.rows, &own.tails, &mut solutions[index]);
+                lanes::glimpse(set, rows, tails, inputs, trajectory, felt, seen);
                 let mut contacts = sight.contacts.iter();
-                let out_of_reach = contacts.all(|&contact| self.stays(contact, false, &seen));
-                solutions[index] = seen;
-                if out_of_reach {
+                if contacts.all(|&contact| self.stays(contact, false, seen)) {
                     continue;
                 }
             }

@@ -8,9 +8,10 @@
 //! ```
 //!
 //! in series, P unknowns a contact. The contacts are closed in turn, each under the forces that the
-//! others have so far, until a round moves no deflection beyond its round-off. A force acts on what
-//! comes after it only: what n rounds leave falls like `(ω Δ)^{4n} / (4n)!`, ω being the rate of a
-//! closed contact, so that few rounds do. Where they are not enough the system of all contacts,
+//! others have so far. A force acts on what comes after it only: what n rounds leave falls like
+//! `(ω Δ)^{4n} / (4n)!`, ω being the rate of a closed contact, each round by more than the one before.
+//! The rounds end where even as much as in the last one would leave a movement within round-off.
+//! Where they are too many the system of all contacts,
 //!
 //! ```text
 //! f_i + Σ_j (k_i B_ij + c_i B'_ij) f_j = k_i (d_i − s_i b_i) + c_i 𝒟 (d_i − s_i b_i)
@@ -26,7 +27,7 @@ use super::shapes::{Lack, Row, Series, TERMS};
 use super::tables::{JointStretch, VolterraTables, lack};
 use super::varying::Factors;
 use super::window_table::{Response, WindowTable};
-use crate::model::{ActiveSet, Model, Segment};
+use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};
 use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::ROUND_OFF;
 
@@ -114,6 +115,7 @@ impl JointWindow<'_> {
     /// Closes the contacts in turn; whether that settles.
     fn take_turns(&self, count: usize, joint: &mut Joint) -> bool {
         self.factorise(&mut joint.factors);
+        let mut before = [1.0; MOST_CONTACTS];
         for round in 0..MOST_ROUNDS {
             let mut settled = round > 0;
             for (i, contact) in self.active.iter().enumerate() {
@@ -133,7 +135,8 @@ impl JointWindow<'_> {
                 let (free, seen) = (&joint.free[own.clone()], &mut joint.seen[own.clone()]);
                 let forces = &mut joint.forces[own];
                 let moved = lanes::close(self.set, closed, gap, free, next, seen, forces);
-                settled &= moved <= ROUND_OFF;
+                settled &= moved * moved <= ROUND_OFF * before[i];
+                before[i] = if round > 0 { moved } else { 1.0 };
             }
             if settled {
                 return true;

@@ -140,7 +140,8 @@ for_each_set! {
         inputs: &[f64],
         trajectory: &[f64],
         felt: Option<(&[Row; TERMS], &Row, &Row)>,
-    ) -> Solution = glimpse_body
+        out: &mut Solution,
+    ) = glimpse_body
 }
 
 for_each_set! {

@@ -7,7 +7,7 @@ use super::position::{Position, Track};
 use super::shapes::{Lack, Series, TERMS};
 use super::tables::lack;
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, MOST_CONTACTS};
+use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::legendre;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
 use crate::propagate::observer::ShownContacts;
@@ -53,6 +53,7 @@ impl Volterra<'_> {
         for (sight, solution) in track.sights().iter().zip(&workspace.solutions) {
             let noise = ROUND_OFF * (solution.size + self.model.half_gap);
             for group in sight.contacts.chunks(MOST_GUARDS) {
+                // Most windows are settled without a search being made ready.
                 let lacking = group.iter().any(|&contact| self.tables.lacks[contact]);
                 let mut looked_at = (group.iter().copied())
                     .filter(|&contact| !self.is_behind(contact, &sight.contacts, active))
@@ -215,8 +216,13 @@ impl Volterra<'_> {
             Some(cut) => self.cut_series(cut, series),
             None => *series,
         };
-        let along = |contact: usize| seen(&workspace.solutions[track.place_of(contact)].deflection);
-        let mut shown = ShownContacts::<TERMS, M>::new(along(0));
+        let place = track.place_of(DRIVE_FLANK);
+        let mesh = seen(&workspace.solutions[place].deflection);
+        let along = |contact: usize| match track.place_of(contact) {
+            own if own == place => mesh,
+            own => seen(&workspace.solutions[own].deflection),
+        };
+        let mut shown = ShownContacts::<TERMS, M>::new(mesh);
         let columns = workspace.tangents() + 1;
         for (index, contact) in active.iter().enumerate() {
             let force = match track {

@@ -39,7 +39,8 @@ pub(super) fn glimpse_body<V: Vector>(
     inputs: &[f64],
     trajectory: &[f64],
     felt: Option<(&[Row; TERMS], &Row, &Row)>,
-) -> Solution {
+    out: &mut Solution,
+) {
     let (mut heads, mut beyond) = ([V::zero(); WAYS], [0.0; WAYS]);
     let blocks = rows.len() - inputs.len();
     let (of_blocks, of_inputs) = rows.split_at(blocks);
@@ -60,11 +61,8 @@ pub(super) fn glimpse_body<V: Vector>(
         add(response, &tails.0, &force.0, -1.0, &mut heads, &mut beyond);
     }
     let head = head(&heads);
-    let mut deflection = [0.0; TERMS];
-    head.write(&mut deflection);
-    Solution {
-        deflection,
-        variation: head.size().sum() - deflection[0].abs() + total(&beyond),
-        size,
-    }
+    out.deflection = [0.0; TERMS];
+    head.write(&mut out.deflection);
+    out.variation = head.size().sum() - out.deflection[0].abs() + total(&beyond);
+    out.size = size;
 }
