@@ -321,6 +321,7 @@ impl Course {
     }
 
     /// The stretch that a cell or a time \[s\] is in.
+    #[inline]
     pub fn stretch(&self, aligned: Option<usize>, time: f64) -> usize {
         match aligned {
             Some(cell) => self.grid.stretch_of_cell[cell],
