@@ -31,7 +31,7 @@ use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};
 use crate::numerics::legendre::{self, evaluate, transforms24};
 use crate::propagate::events::ROUND_OFF;
 
-/// Most rounds before the system is eliminated, which takes as long as a hundred.
+/// Most rounds before the system is eliminated instead.
 const MOST_ROUNDS: usize = 40;
 
 /// What a window with several closed contacts is solved with; what one window made room for, later
