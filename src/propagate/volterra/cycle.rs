@@ -16,11 +16,11 @@ use super::position::{Position, SAME_TIME, Track, align};
 use super::release::Place;
 use super::search::View;
 use super::shapes::Row;
-use super::tables::{Course, JointStretch, Sight, lack, phases};
+use super::tables::{Course, JointStretch, lack, phases};
 use super::varying::{Factors, Nodal};
 use super::window_table::WindowTable;
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, TrajectoryState};
+use crate::model::{ActiveSet, DRIVE_FLANK, TrajectoryState};
 use crate::numerics::legendre;
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents};
@@ -103,8 +103,8 @@ impl Volterra<'_> {
     fn joint_stretch(&self, position: &Position) -> &JointStretch {
         let stretches = &self.tables.joint;
         let stretches = &stretches[(position.cycle % stretches.len() as u64) as usize];
-        let inside = |stretch: &&JointStretch| position.time < stretch.end;
-        (stretches.iter().find(inside)).unwrap_or(&stretches[stretches.len() - 1])
+        let found = stretches.partition_point(|stretch| stretch.end <= position.time);
+        &stretches[found.min(stretches.len() - 1)]
     }
 
     /// Solves one window and moves to its end, to the next event or to a breakpoint.
@@ -148,7 +148,9 @@ impl Volterra<'_> {
                     workspace,
                     counters,
                 );
-                self.look_aside(track.sights(), table, *active, workspace);
+                if track.sights().len() > 1 {
+                    self.look_aside(position, track, table, *active, O::WINDOWS, workspace);
+                }
             }
             Track::Joint(stretch) => self.solve_jointly(position, stretch, *active, workspace),
         }
@@ -298,25 +300,39 @@ impl Volterra<'_> {
         workspace.segments = segments;
     }
 
-    /// The motion along all other lines than that of the force.
+    /// The motion along all other lines than that of the force: where a glimpse shows that no
+    /// contact is in reach, and nothing else is to be seen (`watched`), no more than that.
     fn look_aside(
         &self,
-        sights: &[Sight],
+        position: &Position,
+        track: Track<'_>,
         table: &WindowTable,
         active: ActiveSet,
+        watched: bool,
         workspace: &mut Workspace,
     ) {
         let set = self.instructions;
-        for (index, sight) in sights.iter().enumerate().skip(1) {
-            let rows = &self.tables.windows[sight.window].rows;
+        for (index, sight) in track.sights().iter().enumerate().skip(1) {
+            let own = &self.tables.windows[sight.window];
+            let felt = table.felt_on(sight.line).filter(|_| active.touching());
             let (inputs, trajectory, force, solutions) = workspace.trajectory();
+            let shown = watched && sight.contacts.contains(&DRIVE_FLANK);
+            let known =
+                |contact: &usize| !position.crossed.holds(*contact) && !self.tables.lacks[*contact];
+            if !shown && sight.contacts.iter().all(known) {
+                let felt = felt.map(|felt| (&felt.deflection, &felt.tails, force));
+                let (rows, tails, seen) = (&own.rows, &own.tails, &mut solutions[index]);
+                lanes::glimpse(set, rows, tails, inputs, trajectory, felt, seen);
+                let mut contacts = sight.contacts.iter();
+                if contacts.all(|&contact| self.stays(contact, false, seen)) {
+                    continue;
+                }
+            }
             let mut deflection = [Row::ZERO];
-            lanes::free(set, rows, inputs, trajectory, &mut deflection);
+            lanes::free(set, &own.rows, inputs, trajectory, &mut deflection);
             let size = lanes::size(&deflection[0].0);
-            if active.touching()
-                && let Some(felt) = table.felt_on(sight.line)
-            {
-                lanes::yielded(set, &felt.deflection, force, &mut deflection[0]);
+            if let Some(felt) = felt {
+                lanes::yielded(set, &felt.deflection, &[*force], &mut deflection);
             }
             solutions[index] = Solution::of(&deflection[0], size);
         }

@@ -1,21 +1,38 @@
 //! Windows with several contacts closed.
 //!
-//! With `B_ij` what the force of contact j does to the deflection of contact i and d the free
-//! deflections,
+//! With `B_ij` what the force of contact j does to the deflection of contact i, d the free
+//! deflections, and S̃ what closes one contact alone ([`super::feedback`]),
+//!
+//! ```text
+//! f_i = S̃_i (d_i − Σ_{j≠i} B_ij f_j − s_i b_i)
+//! ```
+//!
+//! in series, P unknowns a contact. The contacts are closed in turn, each under the forces that the
+//! others have so far. A force acts on what comes after it only: what n rounds leave falls like
+//! `(ω Δ)^{4n} / (4n)!`, ω being the rate of a closed contact, each round by more than the one before.
+//! The rounds end where even as much as in the last one would leave a movement within round-off.
+//! Where they are too many the system of all contacts,
 //!
 //! ```text
 //! f_i + Σ_j (k_i B_ij + c_i B'_ij) f_j = k_i (d_i − s_i b_i) + c_i 𝒟 (d_i − s_i b_i)
 //! ```
 //!
-//! in series, P unknowns a contact. A stiffness that varies multiplies values at the Gauss nodes:
-//! between series it is a matrix. The system is solved where it is met, once for all columns: few
-//! windows have more than one contact closed.
+//! is eliminated. A stiffness that varies multiplies values at the Gauss nodes: between series it is
+//! a matrix.
 
+use super::closure::Closure;
+use super::feedback::Closed;
 use super::lanes::{self, InstructionSet, Solution};
-use super::shapes::{Row, Series, TERMS};
-use super::tables::{JointStretch, VolterraTables};
-use crate::model::{ActiveSet, Model, STIFFNESS_TERMS, Segment};
+use super::shapes::{Lack, Row, Series, TERMS};
+use super::tables::{JointStretch, VolterraTables, lack};
+use super::varying::Factors;
+use super::window_table::{Response, WindowTable};
+use crate::model::{ActiveSet, MOST_CONTACTS, Model, Segment};
 use crate::numerics::legendre::{self, evaluate, transforms24};
+use crate::propagate::events::ROUND_OFF;
+
+/// Most rounds before the system is eliminated instead.
+const MOST_ROUNDS: usize = 40;
 
 /// What a window with several closed contacts is solved with; what one window made room for, later
 /// ones use.
@@ -23,8 +40,14 @@ use crate::numerics::legendre::{self, evaluate, transforms24};
 pub struct Joint {
     /// The system, row by row, with its right sides behind.
     system: Vec<f64>,
-    /// Free deflections of all columns, contact after contact.
+    /// Free deflections of all columns less what the flanks lack, contact after contact.
     free: Vec<Row>,
+    /// As `free`, under the forces of the other contacts.
+    seen: Vec<Row>,
+    /// The like of one contact, from the round in progress.
+    next: Vec<Row>,
+    /// Of every contact whose stiffness varies.
+    factors: Vec<Factors>,
     /// Forces of all columns, contact after contact.
     pub forces: Vec<Row>,
 }
@@ -53,22 +76,122 @@ impl JointWindow<'_> {
         joint: &mut Joint,
         solutions: &mut [Solution],
     ) {
-        let windows = &self.tables.windows;
+        let size = self.active.count() * count;
+        for rows in [&mut joint.free, &mut joint.seen, &mut joint.forces] {
+            rows.resize(size, Row::ZERO);
+        }
+        joint.next.resize(count, Row::ZERO);
+        for (contact, free) in self.active.iter().zip(joint.free.chunks_exact_mut(count)) {
+            lanes::free(self.set, &self.table(contact).rows, inputs, columns, free);
+            self.add_lack(contact, -1.0, &mut free[0]);
+        }
+        if !self.take_turns(count, joint) {
+            self.eliminate(count, joint);
+        }
+        for (sight, solution) in self.stretch.sights.iter().zip(solutions) {
+            let mut deflection = [Row::ZERO];
+            let mut own = self.active.iter().enumerate();
+            match own.find(|(_, contact)| sight.contacts.contains(contact)) {
+                Some((i, contact)) => {
+                    deflection[0] = joint.free[i * count];
+                    self.add_lack(contact, 1.0, &mut deflection[0]);
+                }
+                None => {
+                    let rows = &self.tables.windows[sight.window].rows;
+                    lanes::free(self.set, rows, inputs, columns, &mut deflection);
+                }
+            }
+            let size = lanes::size(&deflection[0].0);
+            for (i, contact) in self.active.iter().enumerate() {
+                if let Some(felt) = self.table(contact).felt_on(sight.line) {
+                    let force = &joint.forces[i * count..][..1];
+                    lanes::yielded(self.set, &felt.deflection, force, &mut deflection);
+                }
+            }
+            *solution = Solution::of(&deflection[0], size);
+        }
+    }
+
+    /// Closes the contacts in turn; whether that settles.
+    fn take_turns(&self, count: usize, joint: &mut Joint) -> bool {
+        self.factorise(&mut joint.factors);
+        let mut before = [1.0; MOST_CONTACTS];
+        for round in 0..MOST_ROUNDS {
+            let mut settled = round > 0;
+            for (i, contact) in self.active.iter().enumerate() {
+                let own = i * count..(i + 1) * count;
+                let next = &mut joint.next[..count];
+                next.copy_from_slice(&joint.free[own.clone()]);
+                for (j, other) in self.active.iter().enumerate() {
+                    // In the first round those to come have no force yet.
+                    let known = j < i || (j > i && round > 0);
+                    if let Some(felt) = self.felt(other, contact).filter(|_| known) {
+                        let forces = &joint.forces[j * count..][..count];
+                        lanes::yielded(self.set, &felt.deflection, forces, next);
+                    }
+                }
+                let closed = self.closed(i, contact, &joint.factors);
+                let gap = self.model.contacts[contact].side * self.model.contacts[contact].half_gap;
+                let (free, seen) = (&joint.free[own.clone()], &mut joint.seen[own.clone()]);
+                let forces = &mut joint.forces[own];
+                let moved = lanes::close(self.set, closed, gap, free, next, seen, forces);
+                settled &= moved * moved <= ROUND_OFF * before[i];
+                before[i] = if round > 0 { moved } else { 1.0 };
+            }
+            if settled {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Factorises the systems of contacts whose stiffness varies.
+    fn factorise(&self, factors: &mut Vec<Factors>) {
+        let varies = |contact: usize| self.stretch.feedback[contact].is_none();
+        if !self.active.iter().any(varies) {
+            return;
+        }
+        factors.resize(self.active.count(), Factors::NONE);
+        for (contact, factors) in self.active.iter().zip(factors) {
+            if let (true, Some(nodal)) = (varies(contact), &self.table(contact).nodal) {
+                let segment = &self.segments[contact];
+                let closure = Closure::new(self.model, segment, self.time, self.delta);
+                closure.factorise(self.set, nodal, factors);
+            }
+        }
+    }
+
+    /// What closes the contact, the i-th of those that are closed.
+    fn closed<'f>(&'f self, i: usize, contact: usize, factors: &'f [Factors]) -> Closed<'f> {
+        let table = self.table(contact);
+        match (self.stretch.feedback[contact], &table.nodal) {
+            (None, Some(nodal)) => Closed::Factors(nodal, &factors[i]),
+            (kept, _) => Closed::Table(&table.feedback[kept.unwrap_or(0)]),
+        }
+    }
+
+    /// Window table of a contact.
+    fn table(&self, contact: usize) -> &WindowTable {
+        &self.tables.windows[self.stretch.windows[contact]]
+    }
+
+    /// What the force of one contact does to the deflection of another.
+    fn felt(&self, force: usize, contact: usize) -> Option<&Response> {
+        let line = self.model.line(&self.segments[contact]);
+        self.table(force).felt_on(line)
+    }
+
+    /// Solves the system of all contacts by elimination.
+    fn eliminate(&self, count: usize, joint: &mut Joint) {
         let order = TERMS * self.active.count();
         let width = order + count;
-        joint.free.resize(self.active.count() * count, Row::ZERO);
-        joint.forces.resize(self.active.count() * count, Row::ZERO);
         joint.system.clear();
         joint.system.resize(order * width, 0.0);
         for (i, contact) in self.active.iter().enumerate() {
-            let rows = &windows[self.stretch.windows[contact]].rows;
-            let free = &mut joint.free[i * count..][..count];
-            lanes::free(self.set, rows, inputs, columns, free);
             let spring = self.spring(contact);
             let damping = self.segments[contact].damping;
             for (j, other) in self.active.iter().enumerate() {
-                let line = self.model.line(&self.segments[contact]);
-                let Some(felt) = windows[self.stretch.windows[other]].felt_on(line) else {
+                let Some(felt) = self.felt(other, contact) else {
                     continue;
                 };
                 for m in 0..TERMS {
@@ -80,13 +203,11 @@ impl JointWindow<'_> {
                     }
                 }
             }
-            for (column, free) in free.iter().enumerate() {
+            for (column, free) in joint.free[i * count..][..count].iter().enumerate() {
                 let mut stretch = free.0;
                 if column == 0 {
-                    let side = self.model.contacts[contact].side;
-                    for (term, gap) in stretch.iter_mut().zip(self.gap(contact)) {
-                        *term -= side * gap;
-                    }
+                    let own = &self.model.contacts[contact];
+                    stretch[0] -= own.side * own.half_gap;
                 }
                 let sprung = spring.of(&stretch);
                 let rate = legendre::derivative(&stretch);
@@ -104,25 +225,6 @@ impl JointWindow<'_> {
                         joint.system[(i * TERMS + n) * width + order + column];
                 }
             }
-        }
-        for (sight, solution) in self.stretch.sights.iter().zip(solutions) {
-            let mut deflection = [Row::ZERO];
-            lanes::free(
-                self.set,
-                &windows[sight.window].rows,
-                inputs,
-                columns,
-                &mut deflection,
-            );
-            let size = lanes::size(&deflection[0].0);
-            for (i, contact) in self.active.iter().enumerate() {
-                let table = &windows[self.stretch.windows[contact]];
-                if let Some(felt) = table.felt_on(sight.line) {
-                    let force = &joint.forces[i * count];
-                    lanes::yielded(self.set, &felt.deflection, force, &mut deflection[0]);
-                }
-            }
-            *solution = Solution::of(&deflection[0], size);
         }
     }
 
@@ -142,15 +244,16 @@ impl JointWindow<'_> {
         }
     }
 
-    /// Series of a contact's gap over the window \[m\].
-    fn gap(&self, contact: usize) -> [f64; STIFFNESS_TERMS] {
-        let mut gap = [0.0; STIFFNESS_TERMS];
+    /// Adds so many times what the flanks of a contact lack over the window \[m\], on its side.
+    fn add_lack(&self, contact: usize, times: f64, deflection: &mut Row) {
         if self.tables.lacks[contact] {
             let segment = &self.segments[contact];
-            gap = super::tables::lack(self.model, segment, self.time, self.delta);
+            let lack: Lack = lack(self.model, segment, self.time, self.delta);
+            let factor = times * self.model.contacts[contact].side;
+            for (term, a) in deflection.0.iter_mut().zip(lack) {
+                *term += factor * a;
+            }
         }
-        gap[0] += self.model.contacts[contact].half_gap;
-        gap
     }
 }
 
@@ -216,6 +319,79 @@ fn eliminate(system: &mut [f64], order: usize, width: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::fixtures::{strong_rattle, structure, two_level_mesh};
+    use crate::model::{CoastFlank, Division, Stiffness};
+    use crate::numerics::random::Stream;
+    use crate::shaft::FlankParticipation;
+
+    /// Two flanks of which one elastic mode takes the one along, the other against its motion.
+    fn model(mesh: Vec<Division>) -> Model {
+        let own = [0.9, 0.4, 0.3];
+        let mut structure = structure(&[0.0, 9e3, 3e4], 0.01, &own, &own);
+        structure.coast = Some(FlankParticipation {
+            mesh: vec![own[0], -own[1], own[2]],
+            tilt: vec![0.0; 3],
+            friction: vec![0.0; 3],
+            lever: vec![0.0; 3],
+            residual_flexibility: 0.0,
+        });
+        let mut drive = two_level_mesh(10e-6);
+        drive.coast = Some(CoastFlank {
+            mesh: Division::mirrored(&mesh, 0.17),
+            transmission_error: drive.transmission_error.clone(),
+        });
+        drive.mesh = mesh;
+        Model::new(&structure, &drive, strong_rattle()).unwrap()
+    }
+
+    #[test]
+    fn in_turn_or_at_once_forces_are_the_same() {
+        let set = InstructionSet::best();
+        let varying = Stiffness::series([4e8, 3e7, -1e7, 2e6, 0.0, 0.0, 0.0, 0.0]);
+        let curved = Division {
+            stiffness: varying,
+            ..Division::level(1.0, 4e8)
+        };
+        let levels = Division::levels(&[4.444e8, 3.333e8], &[0.6]);
+        for mesh in [levels, vec![curved]] {
+            let model = model(mesh);
+            let tables = VolterraTables::new(&model, f64::EPSILON, set);
+            let mut random = Stream::new(3, 0, 0);
+            let length = 2 * tables.layout.padded;
+            let count = 3;
+            let columns: Vec<f64> = (0..count * length)
+                .map(|_| 1e-5 * random.normal())
+                .collect();
+            let mut inputs = vec![0.0; tables.layout.inputs];
+            inputs[..3].copy_from_slice(&[1.0, 0.6, 0.8]);
+            for (index, stretch) in tables.joint[0].iter().enumerate() {
+                let segments: Vec<Segment> = (model.contacts.iter().zip(&stretch.segments))
+                    .map(|(contact, &segment)| contact.cycles[0].segments[segment])
+                    .collect();
+                let window = JointWindow {
+                    model: &model,
+                    tables: &tables,
+                    set,
+                    stretch,
+                    segments: &segments,
+                    active: ActiveSet::DRIVE.toggled(crate::model::COAST_FLANK),
+                    time: segments[0].start.max(segments[1].start) * model.period(),
+                    delta: tables.windows[stretch.windows[0]].delta,
+                };
+                let mut solutions = vec![Solution::ZERO; 2];
+                let mut joint = Joint::default();
+                window.solve(&inputs, &columns, count, &mut joint, &mut solutions);
+                assert!(window.take_turns(count, &mut joint), "stretch {index}");
+                let in_turn = joint.forces.clone();
+                window.eliminate(count, &mut joint);
+                for (one, other) in in_turn.iter().zip(&joint.forces) {
+                    let apart: Series = std::array::from_fn(|n| one.0[n] - other.0[n]);
+                    let share = lanes::size(&apart) / lanes::size(&other.0);
+                    assert!(share < 1e-12, "stretch {index}: {share:e}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn elimination_exchanges_rows_and_solves_all_columns() {

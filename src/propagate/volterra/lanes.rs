@@ -10,6 +10,7 @@
 mod columns;
 mod crossing;
 mod cut;
+mod glimpse;
 mod varying;
 mod vector;
 #[cfg(target_arch = "x86_64")]
@@ -17,6 +18,7 @@ mod wide;
 mod window;
 
 pub use cut::{Basis, ExponentialChunk};
+pub use glimpse::tail;
 pub use window::{Solution, Windows, size};
 
 use super::feedback::Closed;
@@ -130,8 +132,36 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// `out − B f`: what a force leaves of a deflection.
-    fn yielded(response: &[Row; TERMS], force: &Row, out: &mut Row) = yielded_body
+    /// The trajectory's deflection on a full window by its first terms, with bounds of the others
+    /// by the `tails` of `rows`; `felt` is what the force f of another line does to it, `−B f`.
+    fn glimpse(
+        rows: &[Row],
+        tails: &[f64],
+        inputs: &[f64],
+        trajectory: &[f64],
+        felt: Option<(&[Row; TERMS], &Row, &Row)>,
+        out: &mut Solution,
+    ) = glimpse_body
+}
+
+for_each_set! {
+    /// `out − B f` for every column: what forces leave of deflections.
+    fn yielded(response: &[Row; TERMS], forces: &[Row], out: &mut [Row]) = yielded_body
+}
+
+for_each_set! {
+    /// The force of every column, whose deflections are `free` without any force and `next` under
+    /// those of other contacts; the first has the side's gap s b \[m\]. Returns the most by which
+    /// a deflection has moved from where it was `seen`, relative to the sizes of `free` and `next`,
+    /// and leaves `next` there.
+    fn close(
+        closed: Closed<'_>,
+        gap: f64,
+        free: &[Row],
+        next: &[Row],
+        seen: &mut [Row],
+        forces: &mut [Row],
+    ) -> f64 = close_body
 }
 
 for_each_set! {
@@ -226,11 +256,12 @@ for_each_set! {
 
 use crossing::first_crossing_body;
 use cut::{basis_body, cut_body, moments_body, node_values_body, push_body, salt_body};
+use glimpse::glimpse_body;
 use varying::{deflection_body, factorise_body, force_body};
 use vector::Packed;
 #[cfg(target_arch = "x86_64")]
 use wide::Wide;
-use window::{advance_body, free_body, solve_body, yielded_body};
+use window::{advance_body, close_body, free_body, solve_body, yielded_body};
 
 #[cfg(test)]
 mod tests;

@@ -45,7 +45,8 @@
 //! them. The exponential series of a slow block falls below round-off long before term 24: a
 //! chunk has the terms that its fastest block needs. Rows and lane groups start on cache lines.
 //! At N = 40 that is 16 KB for R, 13 KB for D and E, 9 KB a distinct stiffness, and 11 KB that
-//! only cuts read. The instruction set is chosen once a window's solution, once a move: each is
+//! only cuts read. Directions of one line share R, windows of one length the exponentials. The
+//! instruction set is chosen once a window's solution, once a move: each is
 //! one call ([`lanes`]).
 
 mod closure;

@@ -32,6 +32,7 @@ pub(super) enum Track<'t> {
 
 impl<'t> Track<'t> {
     /// The lines of all contacts.
+    #[inline]
     pub fn sights(self) -> &'t [Sight] {
         match self {
             Self::Course(course, stretch) => &course.sights_of_stretch[stretch],

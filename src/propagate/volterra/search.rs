@@ -1,13 +1,13 @@
 //! Where does a window meet an event, and how is it shown?
 
 use super::Volterra;
-use super::lanes;
+use super::lanes::{self, Solution};
 use super::partial::Cut;
 use super::position::{Position, Track};
 use super::shapes::{Lack, Series, TERMS};
 use super::tables::lack;
 use super::workspace::Workspace;
-use crate::model::{ActiveSet, MOST_CONTACTS};
+use crate::model::{ActiveSet, DRIVE_FLANK, MOST_CONTACTS};
 use crate::numerics::legendre;
 use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
 use crate::propagate::observer::ShownContacts;
@@ -54,11 +54,18 @@ impl Volterra<'_> {
         for (sight, solution) in track.sights().iter().zip(&workspace.solutions) {
             let noise = ROUND_OFF * (solution.size + self.model.half_gap);
             for group in sight.contacts.chunks(MOST_GUARDS) {
-                let widenings = self.widenings(position, group, track, workspace);
-                let mut guards = [None; MOST_GUARDS];
+                let lacking = group.iter().any(|&contact| self.tables.lacks[contact]);
+                let widenings = lacking.then(|| self.widenings(position, group, track, workspace));
+                let blank = Guard {
+                    margin: Margin::new(&self.model.contacts[group[0]], group[0], false),
+                    crossed: false,
+                    widening: None,
+                };
+                let mut guards = [blank; MOST_GUARDS];
                 let mut count = 0;
                 let mut settled = true;
-                for (&contact, widening) in group.iter().zip(&widenings) {
+                for (place, &contact) in group.iter().enumerate() {
+                    let widening = widenings.as_ref().and_then(|all| all[place].as_ref());
                     if aside.holds(contact) || self.is_behind(contact, &sight.contacts, active) {
                         continue;
                     }
@@ -72,19 +79,17 @@ impl Volterra<'_> {
                         bound += legendre::variation(widening);
                     }
                     settled &= !crossed && middle > bound;
-                    guards[count] = Some(Guard {
+                    guards[count] = Guard {
                         margin,
                         crossed,
-                        widening: widening.as_ref(),
-                    });
+                        widening,
+                    };
                     count += 1;
                 }
-                let Some(any) = guards[0] else { continue };
                 if settled {
-                    counters.certified += 1;
+                    counters.certified += u64::from(count > 0);
                     continue;
                 }
-                let guards = guards.map(|guard| guard.unwrap_or(any));
                 let found = lanes::first_crossing(
                     self.instructions,
                     &solution.deflection,
@@ -102,6 +107,14 @@ impl Volterra<'_> {
             }
         }
         first
+    }
+
+    /// Whether a contact that lacks nothing and starts off its surface stays what it is on a window,
+    /// by the bounds of the deflection.
+    pub(super) fn stays(&self, contact: usize, closed: bool, solution: &Solution) -> bool {
+        let noise = ROUND_OFF * (solution.size + self.model.half_gap);
+        let margin = Margin::new(&self.model.contacts[contact], contact, closed);
+        margin.scale * solution.deflection[0] + margin.shift > solution.variation + noise
     }
 
     /// Whether an open contact is out of reach while one on the other side of its line is closed.
@@ -145,9 +158,11 @@ impl Volterra<'_> {
         let solution = &workspace.solutions[track.place_of(found.contact)];
         // Against the surface, which moves where the gap does.
         let mut series = solution.deflection;
-        let [widening, ..] = self.widenings(position, &[found.contact], track, workspace);
-        for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
-            *term -= contact.side * a;
+        if self.tables.lacks[found.contact] {
+            let [widening, ..] = self.widenings(position, &[found.contact], track, workspace);
+            for (term, a) in series.iter_mut().zip(widening.iter().flatten()) {
+                *term -= contact.side * a;
+            }
         }
         let [deflection, slope, _] =
             legendre::evaluate_with_derivatives::<_, false>(&series, found.x);
@@ -193,8 +208,13 @@ impl Volterra<'_> {
             Some(cut) => self.cut_series(cut, series),
             None => *series,
         };
-        let along = |contact: usize| seen(&workspace.solutions[track.place_of(contact)].deflection);
-        let mut shown = ShownContacts::<TERMS, M>::new(along(0));
+        let place = track.place_of(DRIVE_FLANK);
+        let mesh = seen(&workspace.solutions[place].deflection);
+        let along = |contact: usize| match track.place_of(contact) {
+            own if own == place => mesh,
+            own => seen(&workspace.solutions[own].deflection),
+        };
+        let mut shown = ShownContacts::<TERMS, M>::new(mesh);
         let columns = workspace.tangents() + 1;
         for (index, contact) in active.iter().enumerate() {
             let force = match track {

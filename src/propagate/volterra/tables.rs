@@ -69,6 +69,9 @@ pub struct JointStretch {
     pub segments: Vec<usize>,
     /// Window table of every contact.
     pub windows: Vec<usize>,
+    /// Solution operator of every contact, among those of its window table; none where its
+    /// stiffness varies.
+    pub feedback: Vec<Option<usize>>,
     /// The lines of all contacts.
     pub sights: Vec<Sight>,
 }
@@ -87,6 +90,8 @@ pub fn lack(model: &Model, segment: &Segment, time: f64, delta: f64) -> Lack {
 struct Needs {
     kinds: Vec<(usize, usize)>,
     closures: Vec<Vec<Closure>>,
+    /// Whether the stiffness varies on some window that no table has.
+    varying: Vec<bool>,
     felt: Vec<Vec<usize>>,
 }
 
@@ -95,6 +100,7 @@ impl Needs {
     fn window(&mut self, length: usize, direction: usize) -> usize {
         let window = place(&mut self.kinds, (length, direction));
         self.closures.resize(self.kinds.len(), Vec::new());
+        self.varying.resize(self.kinds.len(), false);
         self.felt.resize(self.kinds.len(), Vec::new());
         window
     }
@@ -135,6 +141,15 @@ impl Needs {
             sight.contacts.sort_unstable();
         }
         sights
+    }
+
+    /// What closes a contact on windows that start anywhere in its segment.
+    fn close(&mut self, window: usize, closure: Closure) -> Option<usize> {
+        if closure.varies() {
+            self.varying[window] = true;
+            return None;
+        }
+        Some(place(&mut self.closures[window], closure))
     }
 
     fn feel(&mut self, window: usize, line: usize) {
@@ -180,7 +195,7 @@ impl VolterraTables {
             .collect();
         let joint = match can_join(model) {
             true => (0..base)
-                .map(|cycle| joint_stretches(model, cycle, &mut needs))
+                .map(|cycle| joint_stretches(model, cycle, lengths[0], &mut needs))
                 .collect(),
             false => Vec::new(),
         };
@@ -190,8 +205,9 @@ impl VolterraTables {
                 model.blocks.iter().map(exponential).collect()
             })
             .collect();
-        let windows = (needs.kinds.iter().zip(&needs.closures).zip(&needs.felt))
-            .map(|((&(length, direction), closures), felt)| {
+        let closures = needs.closures.iter().zip(&needs.varying);
+        let mut windows: Vec<WindowTable> = (needs.kinds.iter().zip(closures).zip(&needs.felt))
+            .map(|((&(length, direction), (closures, &varying)), felt)| {
                 let exponentials = &exponentials[length];
                 let kind = (lengths[length], direction);
                 WindowTable::new(
@@ -199,13 +215,19 @@ impl VolterraTables {
                     layout,
                     kind,
                     exponentials,
-                    closures,
+                    (closures, varying),
                     felt,
                     &frequencies,
                     set,
                 )
             })
             .collect();
+        for own in 1..windows.len() {
+            let (known, others) = windows.split_at_mut(own);
+            for known in known.iter().rev() {
+                others[0].share(model, known);
+            }
+        }
         let blocks: Vec<Vec<BlockChunk>> = (model.directions.iter())
             .map(|direction| block_chunks(model, &direction.gains))
             .collect();
@@ -299,13 +321,14 @@ impl Course {
     }
 
     /// The stretch that a cell or a time \[s\] is in.
+    #[inline]
     pub fn stretch(&self, aligned: Option<usize>, time: f64) -> usize {
         match aligned {
             Some(cell) => self.grid.stretch_of_cell[cell],
             None => {
                 let ends = &self.grid.stretch_end_cell;
-                let inside = |end: &usize| time < self.grid.time[*end];
-                ends.iter().position(inside).unwrap_or(ends.len() - 1)
+                let stretch = ends.partition_point(|end| self.grid.time[*end] <= time);
+                stretch.min(ends.len() - 1)
             }
         }
     }
@@ -337,8 +360,8 @@ fn can_join(model: &Model) -> bool {
     })
 }
 
-/// The joint stretches of a mesh cycle.
-fn joint_stretches(model: &Model, cycle: u64, needs: &mut Needs) -> Vec<JointStretch> {
+/// The joint stretches of a mesh cycle, whose windows have a length \[s\].
+fn joint_stretches(model: &Model, cycle: u64, delta: f64, needs: &mut Needs) -> Vec<JointStretch> {
     let mut start = 0.0;
     (model.segment_ends(cycle).into_iter())
         .map(|end| {
@@ -362,10 +385,18 @@ fn joint_stretches(model: &Model, cycle: u64, needs: &mut Needs) -> Vec<JointStr
                     needs.feel(window, sight.line);
                 }
             }
+            let own = (model.contacts.iter().zip(&segments)).map(|(contact, &segment)| {
+                let segment = &contact.cycle(cycle).segments[segment];
+                Closure::new(model, segment, model.period() * inside, delta)
+            });
+            let feedback = (own.zip(&windows))
+                .map(|(closure, &window)| needs.close(window, closure))
+                .collect();
             JointStretch {
                 end: model.period() * end,
                 segments,
                 windows,
+                feedback,
                 sights,
             }
         })

@@ -2,13 +2,14 @@
 
 use super::closure::Closure;
 use super::feedback::Feedback;
-use super::lanes::{ExponentialChunk, InstructionSet, Windows};
+use super::lanes::{self, ExponentialChunk, InstructionSet, Windows};
 use super::shapes::{LANES, Layout, Row, TERMS};
 use super::varying::{Factors, Nodal};
 use crate::model::{Block, MeshGain, Model};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::exponential::legendre_series;
 use num_complex::{Complex64, c64};
+use std::sync::Arc;
 
 /// Terms of the series of response kernels; the convolution table's first size.
 const KERNEL_TERMS: usize = 32;
@@ -22,12 +23,14 @@ pub struct WindowTable {
     /// Window length Δ \[s\].
     pub delta: f64,
     /// Exponential series of the blocks on a full window.
-    pub exponentials: Vec<ExponentialChunk>,
+    pub exponentials: Arc<Vec<ExponentialChunk>>,
     /// D and E, and the inputs' responses.
     pub moves: Windows,
     /// Rows of R: one series an entry of the extended state (first components, second
     /// components, inputs).
-    pub rows: Vec<Row>,
+    pub rows: Arc<Vec<Row>>,
+    /// What bounds the terms of every row beyond the first lane group.
+    pub tails: Vec<f64>,
     /// Solution operators: one a distinct (k, c), or one a cell whose stiffness varies.
     pub feedback: Vec<Feedback>,
     /// Where the stiffness varies on some window: what closes the mesh there.
@@ -46,13 +49,16 @@ pub struct Response {
     line: usize,
     /// To the deflection.
     pub deflection: [Row; TERMS],
+    /// What bounds its terms beyond the first lane group, one a column.
+    pub tails: Row,
     /// To its rate.
     pub rate: [Row; TERMS],
 }
 
 impl WindowTable {
     /// Tables of windows of a length \[s\] and a direction for a model, which contacts have the
-    /// `closures` on such windows and whose force is `felt` on some lines besides its own.
+    /// `closures` on such windows, some with a stiffness that varies besides, and whose force is
+    /// `felt` on some lines.
     /// `exponentials` are those of the blocks on a window of this length, `frequencies` those of
     /// the transmission errors.
     pub fn new(
@@ -60,7 +66,7 @@ impl WindowTable {
         layout: Layout,
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
-        closures: &[Closure],
+        closures: (&[Closure], bool),
         felt: &[usize],
         frequencies: &[[f64; 2]],
         set: InstructionSet,
@@ -80,9 +86,10 @@ impl WindowTable {
         };
         let mut table = Self {
             delta,
-            exponentials: terms.iter().map(chunk).collect(),
+            exponentials: Arc::new(terms.iter().map(chunk).collect()),
             moves: Windows::new(&terms, layout.acting),
-            rows: vec![Row::ZERO; 2 * layout.padded + layout.inputs],
+            rows: Arc::new(vec![Row::ZERO; 2 * layout.padded + layout.inputs]),
+            tails: Vec::new(),
             feedback: Vec::new(),
             nodal: None,
             direction,
@@ -93,10 +100,23 @@ impl WindowTable {
         table.fill_feedback(model, layout, closures, exponentials, set);
         table.fill_ripple(model, layout, exponentials);
         table.fill_transmission_error(model, layout, frequencies);
+        table.tails = table.rows.iter().map(lanes::tail).collect();
         table.responses = (felt.iter())
             .map(|&line| table.response(model, line, exponentials))
             .collect();
         table
+    }
+
+    /// Has what does not depend on the direction of the force from a table of the same windows:
+    /// exponentials, and the rows of R where the line is the same.
+    pub fn share(&mut self, model: &Model, known: &Self) {
+        if known.delta == self.delta {
+            self.exponentials = Arc::clone(&known.exponentials);
+            let line = |table: &Self| model.directions[table.direction].line;
+            if line(known) == line(self) {
+                self.rows = Arc::clone(&known.rows);
+            }
+        }
     }
 
     /// Numbers that a full window in contact reads: R, S̃ and Q̃ with their gap columns, D and E.
@@ -104,17 +124,24 @@ impl WindowTable {
         self.rows.len() * TERMS + 2 * (TERMS + 1) * TERMS + self.moves.numbers()
     }
 
-    /// Numbers held: what full windows read, with all solution operators, and the exponentials.
+    /// Numbers held: what full windows read, with all solution operators, and the exponentials; of
+    /// what tables share its part.
     pub fn numbers(&self) -> usize {
         let others = self.feedback.len().saturating_sub(1) * 2 * (TERMS + 1) * TERMS;
-        let exponentials = size_of_val(&*self.exponentials) / size_of::<f64>();
-        self.numbers_read() + others + exponentials
+        let exponentials = size_of_val(&**self.exponentials) / size_of::<f64>();
+        let rows = self.rows.len() * TERMS;
+        (self.numbers_read() - rows)
+            + others
+            + rows / Arc::strong_count(&self.rows)
+            + exponentials / Arc::strong_count(&self.exponentials)
     }
 
     /// R, D, E and the mean torques' effect on the state.
     fn fill_structure(&mut self, model: &Model, layout: Layout, exponentials: &[BlockExponential]) {
         let delta = self.delta;
         let gains = &model.directions[self.direction].gains;
+        let rows = Arc::make_mut(&mut self.rows);
+        let series = Arc::make_mut(&mut self.exponentials);
         for (i, (block, exponential)) in model.blocks.iter().zip(exponentials).enumerate() {
             let (chunk, lane) = (i / LANES, i % LANES);
             let MeshGain {
@@ -125,13 +152,13 @@ impl WindowTable {
             for n in 0..TERMS {
                 let e = exponential.matrix(n);
                 for j in 0..2 {
-                    self.rows[j * layout.padded + i].0[n] = w[0] * e[0][j] + w[1] * e[1][j];
+                    rows[j * layout.padded + i].0[n] = w[0] * e[0][j] + w[1] * e[1][j];
                 }
                 let g = apply(e, mesh_input);
                 let moment = -moment(n, delta);
                 self.moves
                     .set_response(i, n, [moment * g[0], moment * g[1]]);
-                let target = &mut self.exponentials[chunk].series[n];
+                let target = &mut series[chunk].series[n];
                 target[0].0[lane] = exponential.cosine[n];
                 target[1].0[lane] = exponential.sine[n];
             }
@@ -146,7 +173,7 @@ impl WindowTable {
         &mut self,
         model: &Model,
         layout: Layout,
-        closures: &[Closure],
+        (closures, varying): (&[Closure], bool),
         exponentials: &[BlockExponential],
         set: InstructionSet,
     ) {
@@ -160,8 +187,9 @@ impl WindowTable {
         let convolution = convolution24();
         let response = convolution.operator(&impulse.deflection, self.delta);
         let response_rate = convolution.operator(&impulse.rate, self.delta);
-        self.rows[2 * layout.padded].0 = convolution.step(&torque.deflection, self.delta);
-        if closures.iter().any(|closure| closure.varies()) {
+        Arc::make_mut(&mut self.rows)[2 * layout.padded].0 =
+            convolution.step(&torque.deflection, self.delta);
+        if varying || closures.iter().any(|closure| closure.varies()) {
             self.nodal = Some(Nodal::new(&response, &response_rate, self.delta));
         }
         let mut factors = Factors::NONE;
@@ -200,7 +228,7 @@ impl WindowTable {
                 self.moves.set_input(i, column + 1, state.map(|s| -s.im));
             }
             let columns = convolution24().operator(&kernels.deflection, delta);
-            let rows = &mut self.rows[2 * layout.padded + 1 + 2 * index..][..2];
+            let rows = &mut Arc::make_mut(&mut self.rows)[2 * layout.padded + 1 + 2 * index..][..2];
             for (column, u) in columns.iter().zip(&series) {
                 for n in 0..TERMS {
                     rows[0].0[n] += column[n] * u.re;
@@ -214,6 +242,7 @@ impl WindowTable {
     /// The transmission error's effect on δ, `−e`, amplitude and phase included.
     fn fill_transmission_error(&mut self, model: &Model, layout: Layout, frequencies: &[[f64; 2]]) {
         let first = 2 * layout.padded + layout.acting;
+        let rows = Arc::make_mut(&mut self.rows);
         let line = &model.lines[model.directions[self.direction].line];
         for (index, &[angular_frequency, turns_per_cycle]) in frequencies.iter().enumerate() {
             let mut series = [Complex64::ZERO; TERMS];
@@ -225,8 +254,8 @@ impl WindowTable {
                 let amplitude = -h.amplitude * Complex64::cis(h.phase);
                 for (n, u) in series.iter().enumerate() {
                     let value = amplitude * u;
-                    self.rows[first + 2 * index].0[n] += value.re;
-                    self.rows[first + 2 * index + 1].0[n] -= value.im;
+                    rows[first + 2 * index].0[n] += value.re;
+                    rows[first + 2 * index + 1].0[n] -= value.im;
                 }
             }
         }
@@ -254,9 +283,11 @@ impl WindowTable {
         }
         let convolution = convolution24();
         let columns = |kernel| convolution.operator(kernel, self.delta).map(Row);
+        let deflection = columns(&impulse.deflection);
         Response {
             line,
-            deflection: columns(&impulse.deflection),
+            tails: Row(deflection.each_ref().map(lanes::tail)),
+            deflection,
             rate: columns(&impulse.rate),
         }
     }

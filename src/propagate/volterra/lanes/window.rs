@@ -1,6 +1,6 @@
 //! Loops of a full window.
 
-use super::columns::{add_terms, combine, in_batches, load, series, store};
+use super::columns::{GROUPS, add_terms, combine, in_batches, load, series, store};
 use super::varying::{deflection_columns, force_columns};
 use super::vector::Vector;
 use crate::propagate::volterra::feedback::{Closed, Feedback};
@@ -195,9 +195,76 @@ fn free_batch<V: Vector, const COLUMNS: usize>(rows: &[Row], columns: &[f64], ou
 }
 
 #[inline(always)]
-pub(super) fn yielded_body<V: Vector>(response: &[Row; TERMS], force: &Row, out: &mut Row) {
-    let [yielded] = combine::<V, 1>(response, &[&force.0]);
-    add_row::<V>(&mut out.0, &yielded, -1.0);
+pub(super) fn yielded_body<V: Vector>(response: &[Row; TERMS], forces: &[Row], out: &mut [Row]) {
+    in_batches!(V, forces.len(), |first| yielded_batch(
+        response,
+        &forces[first..],
+        &mut out[first..],
+    ));
+}
+
+#[inline(always)]
+fn yielded_batch<V: Vector, const COLUMNS: usize>(
+    response: &[Row; TERMS],
+    forces: &[Row],
+    out: &mut [Row],
+) {
+    if let Some(forces) = forces.first_chunk::<COLUMNS>() {
+        let yielded = combine::<V, COLUMNS>(response, &series(forces));
+        for c in 0..COLUMNS {
+            add_row::<V>(&mut out[c].0, &yielded[c], -1.0);
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn close_body<V: Vector>(
+    closed: Closed<'_>,
+    gap: f64,
+    free: &[Row],
+    next: &[Row],
+    seen: &mut [Row],
+    forces: &mut [Row],
+) -> f64 {
+    let mut farthest = 0.0_f64;
+    for ((free, next), seen) in free.iter().zip(next).zip(&mut *seen) {
+        let (mut moved, mut scale) = (V::zero(), V::zero());
+        for g in 0..GROUPS {
+            let at = g * LANES;
+            let (from, to) = (V::read(&seen.0[at..]), V::read(&next.0[at..]));
+            moved = from.multiply_add(V::splat(-1.0), to).size().plus(moved);
+            scale = V::read(&free.0[at..]).size().plus(to.size()).plus(scale);
+        }
+        let (moved, scale) = (moved.sum(), scale.sum());
+        // Where nothing acts nothing moves. What is no number any more never settles.
+        if moved > 0.0 || moved.is_nan() {
+            let share = moved / scale;
+            if share > farthest || share.is_nan() {
+                farthest = share;
+            }
+        }
+        *seen = *next;
+    }
+    in_batches!(V, next.len(), |first| close_batch(
+        closed,
+        if first == 0 { gap } else { 0.0 },
+        &next[first..],
+        &mut forces[first..],
+    ));
+    farthest
+}
+
+#[inline(always)]
+fn close_batch<V: Vector, const COLUMNS: usize>(
+    closed: Closed<'_>,
+    gap: f64,
+    next: &[Row],
+    forces: &mut [Row],
+) {
+    if let Some(next) = next.first_chunk::<COLUMNS>() {
+        let force = in_contact::<V, COLUMNS>(closed, next, gap);
+        forces[..COLUMNS].copy_from_slice(&force);
+    }
 }
 
 /// Forces of a batch of columns in contact; of the trajectory, which comes first and has what
@@ -222,10 +289,7 @@ fn solve_batch<V: Vector, const COLUMNS: usize>(
         out.size = size(&free[0].0);
         gap = own;
     }
-    let force = match closed {
-        Closed::Table(feedback) => feed_back::<V, COLUMNS>(feedback, &free, gap),
-        Closed::Factors(nodal, factors) => force_columns::<V, COLUMNS>(nodal, factors, &free, gap),
-    };
+    let force = in_contact::<V, COLUMNS>(closed, &free, gap);
     if trajectory.is_some() {
         out.deflection = match closed {
             Closed::Table(feedback) => {
@@ -241,6 +305,19 @@ fn solve_batch<V: Vector, const COLUMNS: usize>(
 }
 
 /// Forces from free deflections; `gap` is that of the first column.
+#[inline(always)]
+fn in_contact<V: Vector, const COLUMNS: usize>(
+    closed: Closed<'_>,
+    free: &[Row; COLUMNS],
+    gap: f64,
+) -> [Row; COLUMNS] {
+    match closed {
+        Closed::Table(feedback) => feed_back::<V, COLUMNS>(feedback, free, gap),
+        Closed::Factors(nodal, factors) => force_columns::<V, COLUMNS>(nodal, factors, free, gap),
+    }
+}
+
+/// As [`in_contact`], by a table's operator.
 #[inline(always)]
 fn feed_back<V: Vector, const COLUMNS: usize>(
     feedback: &Feedback,
