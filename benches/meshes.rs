@@ -29,9 +29,12 @@ fn gearbox(meshes: usize, ripple: f64) -> Model {
     let pairs = PAIRS[..meshes].iter().enumerate();
     let gear = |name: &str, index: usize, teeth: u32, rest: &str| {
         let at = 0.02 + 0.025 * index as f64;
-        format!("{{ name = \"{name}{index}\", at = {at}, teeth = {teeth}, module = 2.5e-3, width = 0.02{rest} }}")
+        format!(
+            "{{ name = \"{name}{index}\", at = {at}, teeth = {teeth}, module = 2.5e-3, width = 0.02{rest} }}"
+        )
     };
-    let loose = ", loose = { x = 2e8, y = 2e8, axial = 1e8, tilt = 1e4, drag = 1e-3, drag_torque = 0.3 }";
+    let loose =
+        ", loose = { x = 2e8, y = 2e8, axial = 1e8, tilt = 1e4, drag = 1e-3, drag_torque = 0.3 }";
     let [fixed, free] = [("a", ""), ("b", loose)].map(|(name, rest)| {
         let gears = pairs.clone().map(|(index, teeth)| {
             let of = usize::from(name == "b");
@@ -61,7 +64,8 @@ fn gearbox(meshes: usize, ripple: f64) -> Model {
          torque_ripple = [{{ shaft = \"pinion\", order = 2, amplitude = {ripple} }}]\n\
          [grid]\nload = 0\nspeed = 300\n"
     );
-    let job = manifest::parse(&text, "gearbox.toml", Path::new("")).unwrap_or_else(|e| panic!("{e}"));
+    let job =
+        manifest::parse(&text, "gearbox.toml", Path::new("")).unwrap_or_else(|e| panic!("{e}"));
     common::parts().model(&job.points.at(0)).unwrap()
 }
 

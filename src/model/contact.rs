@@ -1,7 +1,6 @@
 //! One-sided contacts, and which of them are closed.
 
-use super::{MeshCycle, Segment};
-use serde::Serialize;
+use super::{MeshCycle, Release, Segment};
 
 /// Place of the drive flank among the contacts of a gear pair.
 pub const DRIVE_FLANK: usize = 0;
@@ -114,28 +113,6 @@ impl Flanks {
             Self::Coast => "coast",
             Self::Both => "both",
         }
-    }
-}
-
-/// When a closed contact lets go.
-///
-/// Its damper pulls on the way out: `k (δ − s b) + c (δ' − s b')` changes its sign while the contact
-/// is compressed still.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub enum Release {
-    /// Where δ falls back to the gap: the force of spring and damper acts whatever its sign.
-    #[default]
-    Deflection,
-    /// Where the force falls to zero: the contact never pulls. It takes hold where δ rises to the
-    /// gap, or before it has come free where the force of spring and damper rises to zero.
-    Force,
-}
-
-impl Release {
-    /// Whether a contact that closes is struck, its surfaces approaching one another at a speed
-    /// \[m/s\]: one that takes hold before it has come free meets no surface.
-    pub fn is_struck(self, approach: f64) -> bool {
-        self == Self::Deflection || approach > 0.0
     }
 }
 

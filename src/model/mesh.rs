@@ -50,6 +50,15 @@ impl Segment {
         let slope = legendre::evaluate(&self.error.slope(), x);
         [self.error.at(x), 2.0 * slope / (self.end - self.start)]
     }
+
+    /// Derivative of the mesh stiffness by the phase \[N/m\], and second derivative by it of what
+    /// loaded flanks lack \[m\], at a mesh phase within the segment.
+    pub fn bends_at(&self, phase: f64) -> [f64; 2] {
+        let (x, places) = (self.place(phase), 2.0 / (self.end - self.start));
+        let stiffening = legendre::evaluate(&self.stiffness.slope(), x);
+        let curvature = legendre::evaluate(&legendre::derivative(&self.error.slope()), x);
+        [places * stiffening, places * places * curvature]
+    }
 }
 
 /// One mesh cycle; equal neighbours are one segment.

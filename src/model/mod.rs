@@ -30,12 +30,13 @@ mod flank_error;
 mod further;
 mod initial;
 mod mesh;
+mod release;
 mod stiffness;
 mod system;
 
 pub use basis::{Basis, Coupled};
 pub use block::{Block, MeshGain};
-pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS, Release};
+pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
 pub use direction::{Direction, Line};
 pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, SAME_PHASE,
@@ -46,6 +47,7 @@ pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment, equal_parts};
+pub use release::Release;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::{BearingOutput, Model};
 

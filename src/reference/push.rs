@@ -2,7 +2,6 @@
 
 use super::crossing::Margin;
 use crate::model::{Model, Segment};
-use crate::numerics::legendre;
 
 /// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] that a contact on a segment has or, being open,
 /// would have, and its rate \[N/s\], in a state whose derivative by time is `slope`.
@@ -25,20 +24,16 @@ pub(super) fn push(
         let turned = h.turned(cycle, time) + h.phase;
         acceleration += h.amplitude * h.angular_frequency.powi(2) * turned.cos();
     }
-    let x = segment.place(time / period);
-    // Places of the segment passed in a second.
-    let places = 2.0 / ((segment.end - segment.start) * period);
     let [gap, opening] = own.gap(segment, time);
-    let bend = legendre::evaluate(&legendre::derivative(&segment.error.slope()), x);
+    let [stiffening, curvature] = segment.bends_at(time / period);
     let [indentation, approach, quickening] = [
         own.side * deflection - gap,
         own.side * rate - opening,
-        own.side * acceleration - places * places * bend,
+        own.side * acceleration - curvature / (period * period),
     ];
-    let stiffening = places * legendre::evaluate(&segment.stiffness.slope(), x);
     Margin {
         value: own.side * own.force(segment, time, deflection, rate),
-        rate: stiffening * indentation
+        rate: stiffening / period * indentation
             + segment.stiffness_at(time / period) * approach
             + segment.damping * quickening,
     }

@@ -265,7 +265,11 @@ impl Integration<'_> {
             self.cross(contact, reached);
         }
         let own = ActiveSet::FREE.toggled(contact);
+        // Of a contact whose push or surface has stepped over it, neither is at zero.
+        let stepped =
+            self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
+            _ if stepped => {}
             Met::Surface | Met::Freedom => self.crossed = own,
             Met::NoForce => self.forceless = own,
         }
