@@ -803,7 +803,7 @@ poisson_ratio = [0.28, 0.25]"#,
 fn all_faults_of_a_file_come_at_once_in_its_order() {
     let text = with(MODAL, "half_gap = \"15 um\"", "half_gap = \"15 N\"");
     let text = with(&text, "name = \"case\"", "name = 3");
-    let text = with(&text, "load = 0.1", "load = 0");
+    let text = with(&text, "load = 0.1", "load = \"0.1 N\"");
     let errors = parse(&text).unwrap_err();
     let found: Vec<_> = errors
         .diagnostics
@@ -815,7 +815,7 @@ fn all_faults_of_a_file_come_at_once_in_its_order() {
         [
             (DiagnosticKind::WrongType, "job.name", 2),
             (DiagnosticKind::WrongUnit, "mesh.half_gap", 9),
-            (DiagnosticKind::OutOfRange, "grid.load", 18),
+            (DiagnosticKind::WrongUnit, "grid.load", 18),
         ]
     );
 }

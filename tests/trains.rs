@@ -10,7 +10,6 @@ use atlas::model::{InitialState, Model, TrajectoryState};
 use atlas::reference::Extended;
 use atlas::sweep::build;
 use common::advance::{Events, advance, advance_with, volterra};
-use common::relative_difference;
 use std::path::Path;
 
 fn text(name: &str) -> String {
@@ -59,7 +58,9 @@ fn shipped_trains_are_exact() {
         let exact = Extended::new(&model).advance(&start, 3).unwrap();
         let mut seen = Events::default();
         let (end, _) = advance_with(&volterra(&model), &start, 3, &mut seen);
-        let worst = relative_difference(&end.state, &exact.end().state);
+        let norm = EnergyNorm::new(&model);
+        let exact_end = exact.end().state;
+        let worst = norm.distance(&end.state, &exact_end) / norm.length(&exact_end);
         let times = seen.0.iter().zip(&exact.crossings);
         let late = times
             .map(|(event, crossing)| (event.time - crossing.time.value()).abs() / model.period())
