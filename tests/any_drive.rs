@@ -288,7 +288,8 @@ fn cases_of(release: Release) -> Vec<Case> {
     out
 }
 
-/// Ten cycles of it: states to 1e-12, the same events to 1e-13 of a cycle.
+/// Ten cycles of it: each for itself to 1e-13 of the state and of the cycle, the same events, and
+/// all in a row to what the motion's own chaos makes of that.
 #[test]
 fn ten_cycles_to_thirty_digits() {
     for (name, model, start) in cases() {
@@ -311,8 +312,13 @@ fn ten_cycles_to_thirty_digits() {
             seen.0.len()
         );
         assert!(seen.0.len() > 10, "{name}: {} events", seen.0.len());
-        assert!(worst < 1e-12, "{name}: {worst:e}");
-        assert!(late < 1e-13, "{name}: {late:e}");
+        // Where contacts let go by their force differences grow two and a half times a cycle.
+        let grown = if name.contains("Force") { 10.0 } else { 1.0 };
+        assert!(worst < 1e-12 * grown, "{name}: {worst:e}");
+        assert!(late < 1e-13 * grown, "{name}: {late:e}");
+        let [apart, late] = largest_of_single_cycles(&model, &start, 10);
+        println!("{name}: single cycles {apart:.1e}, times {late:.1e}");
+        assert!(apart < 1e-13 && late < 1e-13, "{name}: {apart:e} {late:e}");
         if name.contains("tight") || name.contains("one window") {
             assert!(several > 0, "{name}");
         }
@@ -320,6 +326,28 @@ fn ten_cycles_to_thirty_digits() {
         let other = relative_difference(&passage.end.state, &exact.end().state);
         assert!(other < 1e-10, "{name}: {other:e}");
     }
+}
+
+/// Largest difference of a state after a cycle, and of an event's time \[cycles\], from the trajectory to
+/// 30 digits that starts with that cycle.
+fn largest_of_single_cycles(model: &Model, start: &TrajectoryState, cycles: u32) -> [f64; 2] {
+    let (kernel, exact) = (volterra(model), Extended::new(model));
+    let mut largest = [0.0f64; 2];
+    let mut state = start.clone();
+    for _ in 0..cycles {
+        let mut seen = Events::default();
+        let (end, _) = advance_with(&kernel, &state, 1, &mut seen);
+        let passage = exact.advance(&state, 1).unwrap();
+        assert_eq!(seen.0.len(), passage.crossings.len());
+        let apart = relative_difference(&end.state, &passage.end().state);
+        largest[0] = largest[0].max(apart);
+        for (event, crossing) in seen.0.iter().zip(&passage.crossings) {
+            let late = (event.time - crossing.time.value()).abs() / model.period();
+            largest[1] = largest[1].max(late);
+        }
+        state = end;
+    }
+    largest
 }
 
 /// Contacts that do not stand still: the base period is what the teeth say.
