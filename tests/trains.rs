@@ -71,10 +71,11 @@ fn shipped_trains_are_exact() {
         );
         assert_eq!(seen.0.len(), exact.crossings.len(), "{name}");
         assert!(seen.0.len() > 3, "{name}: {} events", seen.0.len());
-        assert!(worst < 1e-12, "{name}: {worst:e}");
-        // A cycle of idling is as long as thirty of the others, in windows.
-        let most = if name == "idle-rattle" { 1e-12 } else { 1e-13 };
-        assert!(late < most, "{name}: {late:e}");
+        // Bodies that turn for themselves have gone a hundred gaps, whose round-off contacts see; a
+        // cycle of idling is as long as thirty of the others, in windows.
+        let rigid = if name == "two-stage" { 1.0 } else { 10.0 };
+        assert!(worst < 1e-12 * rigid, "{name}: {worst:e}");
+        assert!(late < 1e-13 * rigid, "{name}: {late:e}");
     }
 }
 
