@@ -7,7 +7,7 @@
 //! ```
 
 // Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
-#![allow(missing_docs, clippy::unwrap_used)]
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -153,8 +153,7 @@ impl Basis {
         (0..n).map(|i| [of(i), of(n + i)]).collect()
     }
 
-    /// The modal force, in turned values, that gives the blocks these inputs: undoes
-    /// [`Self::input`].
+    /// The modal force, in turned values, that gives the blocks these inputs.
     pub fn force(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
         let n = inputs.len();
         let components = |part: usize| inputs.iter().map(move |input| input[part]);

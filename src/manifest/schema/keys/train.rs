@@ -123,7 +123,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Module; of a bevel gear that in the middle of its face."),
     quantity("train.shaft.*.gears.*.width", Length, POSITIVE, r#""20 mm""#)
         .about("Face width, and the length of the body."),
-    quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, 0.7853981633974483, true), r#""25 deg""#).or(r#""20 deg""#)
+    quantity("train.shaft.*.gears.*.pressure_angle", Angle, bounds(0.0, true, std::f64::consts::FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
         .about("Pressure angle of the basic rack."),
     quantity("train.shaft.*.gears.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
         .about("Profile shift coefficient."),
