@@ -59,7 +59,7 @@ fn gearbox(meshes: usize, ripple: f64) -> Model {
          sections = [{{ length = 0.18, outer = 0.03 }}]\nbearings = {bearings}\ngears = [{free}]\n\
          {further}\
          [mesh]\nhalf_gap = 2e-5\nstiffness = \"piecewise\"\nvalues = [3e8, 2.4e8]\n\
-         contact_damping = 800\ncoast_symmetry = 0.3\n\
+         contact_damping = \"800 N*s/m\"\ncoast_symmetry = 0.3\n\
          [excitation]\ntransmission_error = [{{ harmonic = 1, amplitude = 3e-6 }}]\n\
          torque_ripple = [{{ shaft = \"pinion\", order = 2, amplitude = {ripple} }}]\n\
          [grid]\nload = 0\nspeed = 300\n"
