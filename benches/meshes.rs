@@ -1,6 +1,6 @@
 //! Time of one cycle of the first mesh over the number of meshes: a gearbox of two flexible shafts
-//! with one to six pairs, whose second gears run loose and are braked. Kernel alone, in rattle under
-//! a ripple of the torque and in steady contact.
+//! with one to six pairs, whose second gears run loose and are braked. Kernel alone, rattling with and
+//! without ripple of the torque.
 //!
 //! ```text
 //! cargo bench --bench meshes
@@ -70,7 +70,7 @@ fn gearbox(meshes: usize, ripple: f64) -> Model {
 }
 
 fn meshes(criterion: &mut Criterion) {
-    for (name, ripple) in [("rattle", 20.0), ("contact", 0.0)] {
+    for (name, ripple) in [("ripple", 20.0), ("no ripple", 0.0)] {
         let mut group = criterion.benchmark_group(name);
         for count in 1..=PAIRS.len() {
             let model = gearbox(count, ripple);
