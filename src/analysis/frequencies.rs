@@ -1,16 +1,18 @@
-//! At which frequencies does the structure vibrate, its contacts open or its drive flanks closed?
+//! At which frequencies does the structure vibrate, its contacts open, or those closed that bear the
+//! static load?
 //!
-//! Open, every block is a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, whatever couples the modes. With the drive
-//! flanks closed by a spring k and a damper c along w it is the undamped modes of
+//! Open, every block is a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, whatever couples the modes. With contacts j
+//! closed by springs k_j and dampers c_j along w_j it is the undamped modes of
 //!
 //! ```text
-//! (K + k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + c w wᵀ) φ
+//! (K + Σ k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + Σ c w wᵀ) φ
 //! ```
 //!
 //! with the symmetric parts of K and C: gyroscopic terms, cross-coupled springs and friction, which shift
-//! them little, are left out. `k (wᵀφ)²/ω²` is the part of a mode's elastic energy that the mesh stores.
+//! them little, are left out. `Σ k (wᵀφ)²/ω²` is the part of a mode's elastic energy that contacts store.
+//! Where the static load closes none, the drive flanks are closed.
 
-use crate::model::Model;
+use crate::model::{ActiveSet, DRIVE_FLANK, InitialState, Model};
 use crate::numerics::linalg::symmetric_eigen;
 use faer::Mat;
 
@@ -30,12 +32,15 @@ impl NaturalMode {
     }
 }
 
-/// A mode with the drive flanks closed.
+/// Part of the largest squared frequency that is round-off of a zero.
+const RIGID: f64 = 1e-13;
+
+/// A mode with contacts closed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedMode {
     /// Frequency and decay.
     pub mode: NaturalMode,
-    /// Part of its elastic energy that the mesh stores.
+    /// Part of its elastic energy that the closed contacts store.
     pub mesh_share: f64,
 }
 
@@ -44,11 +49,11 @@ pub struct ClosedMode {
 pub struct Frequencies {
     /// With all contacts open.
     pub open: Vec<NaturalMode>,
-    /// With the drive flanks closed by their mean stiffness; empty where the eigenvalues are not
-    /// found.
+    /// With the contacts of [`Self::contacts`] closed by their mean stiffness; empty where the
+    /// eigenvalues are not found.
     pub closed: Vec<ClosedMode>,
-    /// That stiffness \[N/m\].
-    pub mesh_stiffness: f64,
+    /// Those that bear the static load.
+    pub contacts: ActiveSet,
 }
 
 impl Frequencies {
@@ -61,90 +66,118 @@ impl Frequencies {
             })
             .collect();
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        let cycle = model.first_cycle();
-        let mesh = ClosedMesh {
-            stiffness: cycle.mean_stiffness(),
-            damping: cycle.segments[0].damping,
+        let contacts = match model.start(&InitialState::Static).contact {
+            ActiveSet::FREE => ActiveSet::DRIVE,
+            bearing => bearing,
         };
-        let mut closed = mesh.modes(model).unwrap_or_default();
+        let mut closed = closed_modes(model, contacts).unwrap_or_default();
         closed.sort_by(|a, b| a.mode.frequency.total_cmp(&b.mode.frequency));
         Self {
             open,
             closed,
-            mesh_stiffness: mesh.stiffness,
+            contacts,
         }
+    }
+
+    /// Whether the drive flanks alone are closed.
+    pub fn on_drive_flanks(&self) -> bool {
+        self.contacts.only() == Some(DRIVE_FLANK)
     }
 }
 
-/// The drive flanks as a spring \[N/m\] and a damper \[N s/m\].
-struct ClosedMesh {
+/// A contact as a spring \[N/m\] and a damper \[N s/m\] along its line.
+struct Spring {
+    along: Vec<f64>,
     stiffness: f64,
     damping: f64,
 }
 
-impl ClosedMesh {
-    fn modes(&self, model: &Model) -> Option<Vec<ClosedMode>> {
-        let n = model.modes();
-        let [w, _] = model.participations(model.first_cycle().segments[0].direction);
-        let entry = |matrix: Matrix, i: usize, j: usize| match model.basis.coupled() {
-            Some(coupled) => {
-                let rows = match matrix {
-                    Matrix::Stiffness => &coupled.stiffness,
-                    Matrix::Damping => &coupled.damping,
+fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
+    let n = model.modes();
+    let springs: Vec<Spring> = (contacts.iter())
+        .map(|contact| {
+            let cycle = &model.contacts[contact].cycles[0];
+            let [along, _] = model.participations(cycle.segments[0].direction);
+            Spring {
+                along,
+                stiffness: cycle.mean_stiffness(),
+                damping: cycle.segments[0].damping,
+            }
+        })
+        .collect();
+    let entry = |matrix: Matrix, i: usize, j: usize| match model.basis.coupled() {
+        Some(coupled) => {
+            let rows = match matrix {
+                Matrix::Stiffness => &coupled.stiffness,
+                Matrix::Damping => &coupled.damping,
+            };
+            0.5 * (rows[i * n + j] + rows[j * n + i])
+        }
+        None if i == j => {
+            let [_, [stiffness, damping]] = model.blocks[i].generator;
+            match matrix {
+                Matrix::Stiffness => 0.0 - stiffness,
+                Matrix::Damping => 0.0 - damping,
+            }
+        }
+        None => 0.0,
+    };
+    // What neither spring nor contact holds stays exactly rigid.
+    let held_by = |i: usize| springs.iter().any(|spring| spring.along[i] != 0.0);
+    let (held, loose): (Vec<usize>, Vec<usize>) =
+        (0..n).partition(|&i| held_by(i) || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));
+    let all = |matrix: Matrix| {
+        Mat::from_fn(held.len(), held.len(), |i, j| {
+            let (i, j) = (held[i], held[j]);
+            let of = |spring: &Spring| {
+                let value = match matrix {
+                    Matrix::Stiffness => spring.stiffness,
+                    Matrix::Damping => spring.damping,
                 };
-                0.5 * (rows[i * n + j] + rows[j * n + i])
-            }
-            None if i == j => {
-                let [_, [stiffness, damping]] = model.blocks[i].generator;
-                match matrix {
-                    Matrix::Stiffness => 0.0 - stiffness,
-                    Matrix::Damping => 0.0 - damping,
-                }
-            }
-            None => 0.0,
+                value * spring.along[i] * spring.along[j]
+            };
+            entry(matrix, i, j) + springs.iter().map(of).sum::<f64>()
+        })
+    };
+    let (squares, shapes) = symmetric_eigen(&all(Matrix::Stiffness))?;
+    let damping = all(Matrix::Damping);
+    let noise = RIGID
+        * squares
+            .iter()
+            .fold(0.0_f64, |most, square| most.max(*square));
+    let of_shape = |(k, &square): (usize, &f64)| {
+        let shape = shapes.col(k);
+        let image = &damping * shape;
+        let decay: f64 = shape.iter().zip(image.iter()).map(|(a, b)| a * b).sum();
+        let stored = |spring: &Spring| {
+            let along = held.iter().zip(shape.iter());
+            let along: f64 = along.map(|(&i, a)| spring.along[i] * a).sum();
+            spring.stiffness * along * along
         };
-        // What neither spring nor mesh holds stays exactly rigid.
-        let (held, loose): (Vec<usize>, Vec<usize>) = (0..n)
-            .partition(|&i| w[i] != 0.0 || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));
-        let all = |matrix: Matrix, mesh: f64| {
-            Mat::from_fn(held.len(), held.len(), |i, j| {
-                let (i, j) = (held[i], held[j]);
-                entry(matrix, i, j) + mesh * w[i] * w[j]
-            })
-        };
-        let (squares, shapes) = symmetric_eigen(&all(Matrix::Stiffness, self.stiffness))?;
-        let damping = all(Matrix::Damping, self.damping);
-        let of_shape = |(k, square): (usize, f64)| {
-            let shape = shapes.col(k);
-            let image = &damping * shape;
-            let decay: f64 = shape.iter().zip(image.iter()).map(|(a, b)| a * b).sum();
-            let along: f64 = (held.iter().zip(shape.iter()))
-                .map(|(&i, a)| w[i] * a)
-                .sum();
-            ClosedMode {
-                mode: NaturalMode {
-                    frequency: square.max(0.0).sqrt(),
-                    decay: 0.5 * decay,
-                },
-                mesh_share: match square > 0.0 {
-                    true => self.stiffness * along * along / square,
-                    false => 0.0,
-                },
-            }
-        };
-        let rigid = loose.into_iter().map(|i| ClosedMode {
+        let rigid = square <= noise;
+        ClosedMode {
             mode: NaturalMode {
-                frequency: 0.0,
-                decay: 0.5 * entry(Matrix::Damping, i, i),
+                frequency: if rigid { 0.0 } else { square.sqrt() },
+                decay: 0.5 * decay,
             },
-            mesh_share: 0.0,
-        });
-        Some(
-            rigid
-                .chain(squares.into_iter().enumerate().map(of_shape))
-                .collect(),
-        )
-    }
+            mesh_share: match rigid {
+                true => 0.0,
+                false => springs.iter().map(stored).sum::<f64>() / square,
+            },
+        }
+    };
+    let rigid = loose.into_iter().map(|i| ClosedMode {
+        mode: NaturalMode {
+            frequency: 0.0,
+            decay: 0.5 * entry(Matrix::Damping, i, i),
+        },
+        mesh_share: 0.0,
+    });
+    Some(
+        rigid
+            .chain(squares.iter().enumerate().map(of_shape))
+            .collect(),
+    )
 }
 
 /// Which matrix of the structure.

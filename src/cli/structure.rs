@@ -72,6 +72,15 @@ impl Structure {
         (self.speeds.0..=self.speeds.1).contains(&speed)
     }
 
+    /// The contacts that are closed, in words.
+    fn closed_contacts(&self) -> String {
+        match self.frequencies.contacts.count() {
+            _ if self.frequencies.on_drive_flanks() => "drive flanks".to_owned(),
+            1 => "the contact that bears the static load".to_owned(),
+            count => format!("the {count} contacts that bear the static load"),
+        }
+    }
+
     /// Head and text of its lines.
     pub fn lines(&self) -> Vec<(String, String)> {
         let base = match self.base_period {
@@ -88,9 +97,9 @@ impl Structure {
             (
                 "modes".to_owned(),
                 format!(
-                    "at {} rad/s{which}: contacts open, and drive flanks closed by {} N/m",
+                    "at {} rad/s{which}: contacts open, and {} closed by the mean stiffness",
                     number(self.speed),
-                    number(self.frequencies.mesh_stiffness)
+                    self.closed_contacts()
                 ),
             ),
             (
@@ -107,7 +116,7 @@ impl Structure {
             "ratio",
             "closed Hz",
             "ratio",
-            "in mesh",
+            "contact",
             (1..=HARMONICS)
                 .map(|harmonic| format!("{:>10}", format!("{harmonic} x rpm")))
                 .collect::<String>()
@@ -172,7 +181,7 @@ impl Structure {
             "count": self.count,
             "speed": self.speed,
             "base_period": self.base_period,
-            "mesh_stiffness": self.frequencies.mesh_stiffness,
+            "closed_contacts": self.frequencies.contacts.iter().map(|c| c + 1).collect::<Vec<_>>(),
             "open": self.frequencies.open.iter().map(mode).collect::<Vec<_>>(),
             "closed": self.frequencies.closed.iter().map(closed).collect::<Vec<_>>(),
         })
