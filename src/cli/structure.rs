@@ -39,14 +39,15 @@ impl Structure {
     /// # Errors
     /// Why there is none, in a sentence.
     pub fn of(job: &Job, first: &PointSpec) -> Result<Self, String> {
-        if let StructureSource::Flexible(drive) = &first.model.source {
-            let nodes = 2 * (1 + drive.elements.iter().sum::<usize>());
-            let freedoms = 6 * nodes;
-            if freedoms > MOST_FREEDOMS {
-                return Err(format!(
-                    "not computed here: {freedoms} freedoms take long (at most {MOST_FREEDOMS})"
-                ));
-            }
+        let freedoms = match &first.model.source {
+            StructureSource::Flexible(drive) => 12 * (1 + drive.elements.iter().sum::<usize>()),
+            StructureSource::Train(train) => train.freedoms().map_err(|error| error.to_string())?,
+            StructureSource::Rigid(_) | StructureSource::Modal(_) => 0,
+        };
+        if freedoms > MOST_FREEDOMS {
+            return Err(format!(
+                "not computed here: {freedoms} freedoms take long (at most {MOST_FREEDOMS})"
+            ));
         }
         let structure = build::structure(&first.model).map_err(|error| error.to_string())?;
         let model = build::mean_model(&structure, first).map_err(|error| error.to_string())?;

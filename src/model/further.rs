@@ -7,11 +7,8 @@ use super::{
     Block, Contact, Division, FlankError, MeshCycle, Release, SAME_PHASE, Stiffness,
     TransmissionErrorHarmonic,
 };
-use crate::shaft::StructureContact;
+use crate::shaft::{MOST_CYCLES, StructureContact};
 use std::f64::consts::TAU;
-
-/// Most mesh cycles of a contact's base period: its tables are as many times larger.
-const MOST_CYCLES: u32 = 1000;
 
 /// A contact of a structure as the model has it: one with a gap b of its own, seen along its own
 /// direction, on the positive side.

@@ -9,6 +9,7 @@ use super::{
     MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Segment,
     TransmissionErrorHarmonic,
 };
+use crate::numerics::whole::greatest_divisor;
 use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
 
@@ -257,7 +258,9 @@ impl Model {
     /// Mesh cycles after which all contacts are as they were: their base period.
     pub fn base_cycles(&self) -> usize {
         let lengths = self.contacts.iter().map(|contact| contact.cycles.len());
-        lengths.fold(1, |all, own| all / greatest_divisor(all, own) * own)
+        lengths.fold(1, |all, own| {
+            all / greatest_divisor(all as u128, own as u128) as usize * own
+        })
     }
 
     /// Whether a contact is one of the two flanks of the gear pair.
@@ -462,15 +465,6 @@ fn harmonics(error: &[MeshHarmonic], period: f64) -> Vec<TransmissionErrorHarmon
         phase: h.phase,
     };
     error.iter().map(of).collect()
-}
-
-/// The greatest common divisor (Euclid).
-fn greatest_divisor(a: usize, b: usize) -> usize {
-    if b == 0 {
-        a
-    } else {
-        greatest_divisor(b, a % b)
-    }
 }
 
 /// Turned modal values, of which there may be none.

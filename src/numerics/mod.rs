@@ -1,6 +1,6 @@
 //! Small numerical tools that know nothing of gears: quadrature, Legendre series and their
 //! roots, exponentials as Legendre series, convolution, small dense algebra, statistics,
-//! random streams.
+//! random streams, whole numbers.
 
 pub mod arithmetic;
 pub mod bessel;
@@ -17,3 +17,4 @@ pub mod quadrature;
 pub mod random;
 pub mod roots;
 pub mod statistics;
+pub mod whole;

@@ -101,13 +101,29 @@ impl Assembly {
             return Err(ShaftError::NoElement { stretch: "a shaft" });
         }
         let first = self.add_node();
+        self.continue_shaft(stations, section, material, shear_coefficient)?;
+        Ok(first)
+    }
+
+    /// Goes on from the last node, which is at the first of the `stations`, as
+    /// [`Self::add_shaft`] does.
+    ///
+    /// # Errors
+    /// Those of [`BeamElement::new`].
+    pub fn continue_shaft(
+        &mut self,
+        stations: &[f64],
+        section: Section,
+        material: Material,
+        shear_coefficient: f64,
+    ) -> Result<(), ShaftError> {
         for pair in stations.windows(2) {
             let element =
                 BeamElement::new(section, material, shear_coefficient, pair[1] - pair[0])?;
             let node = self.add_node();
             self.add_beam(node - 1, node, &element)?;
         }
-        Ok(first)
+        Ok(())
     }
 
     /// Adds a beam element between two nodes.

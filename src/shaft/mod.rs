@@ -19,8 +19,8 @@ pub use disc::Disc;
 pub use drive::{Bearing, Drag, FlexibleDrive, Pedestal, Shaft};
 pub use error::ShaftError;
 pub use modal::{
-    BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, ModalStructure,
-    StructureContact,
+    BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_CYCLES,
+    ModalStructure, StructureContact,
 };
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};

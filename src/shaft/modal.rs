@@ -2,6 +2,9 @@
 
 use super::error::ShaftError;
 
+/// Most cycles of a contact and of the mesh in its base period: its tables are as many times larger.
+pub const MOST_CYCLES: u32 = 1000;
+
 /// Part of a contact's participations that is round-off of a rotation it does not feel.
 const ROTATION_NOISE: f64 = 1e-10;
 

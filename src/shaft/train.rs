@@ -212,7 +212,9 @@ impl TrainDrive {
     /// A pair with bores that the drawing leaves open set to the diameters of its shafts, where
     /// both have sections.
     pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
-        let at = |place: GearPlace| self.shafts[place.shaft].section_at(self.gear(place).at);
+        let at = |place: GearPlace| {
+            ShaftSection::at(&self.shafts[place.shaft].sections, self.gear(place).at)
+        };
         match gears.map(at) {
             [Some(one), Some(two)] => pair.on_shafts([one.outer, two.outer]),
             _ => pair.clone(),
@@ -285,12 +287,14 @@ impl TrainShaft {
     pub fn length(&self) -> f64 {
         self.sections.iter().map(|section| section.length).sum()
     }
+}
 
-    /// The section at a place, the thicker one where two meet.
-    fn section_at(&self, at: f64) -> Option<&ShaftSection> {
+impl ShaftSection {
+    /// Which of the sections of a shaft is at a place, the thicker one where two meet.
+    pub fn at(sections: &[Self], at: f64) -> Option<&Self> {
         let mut end = 0.0;
-        let near = 1e-9 * self.length();
-        let here = self.sections.iter().filter(|section| {
+        let near = 1e-9 * sections.iter().map(|section| section.length).sum::<f64>();
+        let here = sections.iter().filter(|section| {
             let start = end;
             end += section.length;
             start - near <= at && at <= end + near

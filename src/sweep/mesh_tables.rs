@@ -167,7 +167,7 @@ impl MeshTables {
         spec: &MeshTableSpec,
         structure: &ModalStructure,
     ) -> Result<TabledMesh, MeshError> {
-        let force = bearing(point.load * structure.rated_force)?;
+        let force = flank_load(point.load * structure.rated_force)?;
         let unloaded = point.mesh.misalignment;
         let (misalignment, tilt) = match spec.shaft_tilt {
             false => (unloaded, None),
@@ -263,7 +263,7 @@ impl MeshTables {
 
 /// What the flanks bear under a mean mesh force \[N\]: under a negative one the coast flanks bear
 /// it, which are the mirror images of the drive flanks.
-fn bearing(force: f64) -> Result<f64, MeshError> {
+fn flank_load(force: f64) -> Result<f64, MeshError> {
     match force == 0.0 {
         true => Err(MeshError::NoLoad),
         false => Ok(force.abs()),
@@ -294,7 +294,7 @@ pub(super) fn mean_stiffness(point: &PointSpec, spec: &MeshTableSpec) -> Result<
 /// The cycle of a point that takes its stiffness from the table of `spec`, before the shafts tilt.
 fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, MeshError> {
     let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
-    let force = bearing(point.load * rated)?;
+    let force = flank_load(point.load * rated)?;
     let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
     let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
     Ok(table.cycle(0, 0))

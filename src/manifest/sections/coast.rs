@@ -4,8 +4,8 @@
 use super::backlash::Surroundings;
 use crate::gear::standard_symmetry;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Child, Section};
-use crate::manifest::spec::{CoastSpec, MeshSpec, RunSpec, StiffnessSpec, StructureSource};
+use crate::manifest::reader::Section;
+use crate::manifest::spec::{CoastSpec, StiffnessSpec, StructureSource};
 
 /// Which line the coast flanks touch along; none where the structure or the drawing has faults,
 /// which have been reported.
@@ -107,36 +107,5 @@ fn unknown_symmetry(section: &Section, issues: &mut Issues, message: String) {
         .label("mirrored coast flanks need `coast_symmetry`")
         .accepted(section.spec("mesh.coast_symmetry").accepted())
         .remedy("add coast_symmetry, or set coast_flank = \"same_line\""),
-    );
-}
-
-/// Kernels of dense tables take two flanks on one line only.
-pub(super) fn check_kernel(
-    root: &Section,
-    issues: &mut Issues,
-    mesh: Option<&MeshSpec>,
-    run: Option<&RunSpec>,
-) {
-    let (Some(mesh), Some(run)) = (mesh, run) else {
-        return;
-    };
-    if mesh.coast == CoastSpec::SameLine || run.kernel.cells().is_none() {
-        return;
-    }
-    let Child::Present(section) = root.child(issues, "run") else {
-        return;
-    };
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Unavailable,
-            section.span_of("kernel"),
-            "run.kernel",
-            format!(
-                "the tables of kernel = \"{}\" do not know coast flanks with a line of action of their own",
-                run.kernel.name()
-            ),
-        )
-        .label("not with mirrored coast flanks")
-        .remedy("set mesh.coast_flank = \"same_line\", or kernel = \"volterra\" or \"stepping\""),
     );
 }

@@ -3,7 +3,7 @@
 use super::excitation::{harmonics, stiffness_harmonics};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
-use crate::model::Division;
+use crate::model::{Division, StiffnessHarmonic};
 use crate::shaft::ContactLaw;
 
 /// A contact of one stiffness and damping behind a gap.
@@ -69,7 +69,17 @@ fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
             false => Some(Division::levels(&levels, &[])),
         };
     }
-    let mean = table.quantity(issues, "stiffness");
+    let (_, _, divisions) = fourier(table, issues, "stiffness")?;
+    Some(divisions)
+}
+
+/// A mean stiffness, its harmonics, and the divisions of their sum, which must stay above 0.
+pub(super) fn fourier(
+    table: &Section,
+    issues: &mut Issues,
+    mean: &str,
+) -> Option<(f64, Vec<StiffnessHarmonic>, Vec<Division>)> {
+    let mean = table.quantity(issues, mean);
     let harmonics = stiffness_harmonics(table, issues);
     let (mean, harmonics) = (mean?, harmonics?);
     let divisions = Division::fourier(mean, &harmonics);
@@ -77,7 +87,7 @@ fn stiffness(table: &Section, issues: &mut Issues) -> Option<Vec<Division>> {
         .map(|division| division.stiffness.smallest())
         .fold(f64::INFINITY, f64::min);
     if smallest > 0.0 {
-        return Some(divisions);
+        return Some((mean, harmonics, divisions));
     }
     issues.push(
         Diagnostic::new(

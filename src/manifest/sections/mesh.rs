@@ -2,8 +2,7 @@
 
 use super::backlash::{self, Surroundings};
 use super::coast;
-use super::excitation::stiffness_harmonics;
-use super::release;
+use super::contact_law;
 use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
@@ -11,7 +10,7 @@ use crate::manifest::spec::{
     CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };
 use crate::manifest::tree::Value;
-use crate::model::Division;
+use crate::model::Release;
 use crate::units::{self, Dimension};
 use std::sync::Arc;
 
@@ -65,7 +64,7 @@ pub(super) fn read(
     let damping = contact_damping(section, issues);
     let misalignment = section.quantity_or_default(issues, "misalignment");
     let coast = coast::read(section, issues, drive, stiffness.as_ref());
-    let release = release::read(section, issues);
+    let release = section.choice_or_default(issues, "release");
     let (half_gap, stiffness) = (half_gap?, stiffness?);
     backlash::check_scale(section, issues, drive, half_gap, &stiffness)?;
     Some(MeshSpec {
@@ -75,7 +74,10 @@ pub(super) fn read(
         friction: friction?,
         misalignment: misalignment?,
         coast: coast?,
-        release: release?,
+        release: match release? {
+            "force" => Release::Force,
+            _ => Release::Deflection,
+        },
     })
 }
 
@@ -156,25 +158,7 @@ fn fourier(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {
         "with stiffness = \"fourier\"",
         "remove it, or set stiffness = \"piecewise\"",
     );
-    let mean = section.quantity(issues, "mean_stiffness");
-    let harmonics = stiffness_harmonics(section, issues);
-    let (mean, harmonics) = (mean?, harmonics?);
-    let smallest = (Division::fourier(mean, &harmonics).iter())
-        .map(|division| division.stiffness.smallest())
-        .fold(f64::INFINITY, f64::min);
-    if smallest <= 0.0 {
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                section.span_of("stiffness_harmonics"),
-                "mesh.stiffness_harmonics",
-                format!("the harmonics bring the stiffness down to {smallest:.3e} N/m"),
-            )
-            .label(format!("about a mean of {mean:.3e} N/m"))
-            .remedy("make the amplitudes smaller: a stiffness stays above 0"),
-        );
-        return None;
-    }
+    let (mean, harmonics, _) = contact_law::fourier(section, issues, "mean_stiffness")?;
     Some(StiffnessSpec::Fourier(mean, harmonics.into()))
 }
 

@@ -12,9 +12,9 @@ mod job;
 mod mesh;
 mod model;
 mod orbits;
-mod release;
 mod run;
 mod shafts;
+mod tables;
 mod train;
 mod unfelt;
 
@@ -107,8 +107,7 @@ pub(super) fn resolve(
     };
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);
-    coast::check_kernel(root, issues, mesh.as_ref(), run.as_ref());
-    release::check_kernel(root, issues, mesh.as_ref(), run.as_ref());
+    tables::check_kernel(root, issues, mesh.as_ref(), run.as_ref());
     let analyses = match root.child(issues, "analyses") {
         Child::Present(section) => {
             let carried = is_carried(root);

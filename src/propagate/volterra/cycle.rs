@@ -149,7 +149,7 @@ impl Volterra<'_> {
                     counters,
                 );
                 if track.sights().len() > 1 {
-                    self.look_aside(position, track, table, *active, O::WINDOWS, workspace);
+                    self.see_other_lines(position, track, table, *active, O::WINDOWS, workspace);
                 }
             }
             Track::Joint(stretch) => self.solve_jointly(position, stretch, *active, workspace),
@@ -300,9 +300,9 @@ impl Volterra<'_> {
         workspace.segments = segments;
     }
 
-    /// The motion along all other lines than that of the force: where a glimpse shows that no
-    /// contact is in reach, and nothing else is to be seen (`watched`), no more than that.
-    fn look_aside(
+    /// The motion along all other lines than that of the force: where the first terms show that no
+    /// contact is in reach, and nothing else is to be seen (`watched`), no more than those.
+    fn see_other_lines(
         &self,
         position: &Position,
         track: Track<'_>,
@@ -322,7 +322,7 @@ impl Volterra<'_> {
             if !shown && sight.contacts.iter().all(known) {
                 let felt = felt.map(|felt| (&felt.deflection, &felt.tails, force));
                 let (rows, tails, seen) = (&own.rows, &own.tails, &mut solutions[index]);
-                lanes::glimpse(set, rows, tails, inputs, trajectory, felt, seen);
+                lanes::truncated(set, rows, tails, inputs, trajectory, felt, seen);
                 let mut contacts = sight.contacts.iter();
                 if contacts.all(|&contact| self.stays(contact, false, seen)) {
                     continue;

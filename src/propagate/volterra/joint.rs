@@ -8,7 +8,7 @@
 //! ```
 //!
 //! in series, P unknowns a contact. The contacts are closed in turn, each under the forces that the
-//! others have so far. A force acts on what comes after it only: what n rounds leave falls like
+//! others have so far (block Gauss–Seidel). A force acts on what comes after it only: what n rounds leave falls like
 //! `(ω Δ)^{4n} / (4n)!`, ω being the rate of a closed contact, each round by more than the one before.
 //! The rounds end where even as much as in the last one would leave a movement within round-off.
 //! Where they are too many the system of all contacts,
@@ -85,7 +85,7 @@ impl JointWindow<'_> {
             lanes::free(self.set, &self.table(contact).rows, inputs, columns, free);
             self.add_lack(contact, -1.0, &mut free[0]);
         }
-        if !self.take_turns(count, joint) {
+        if !self.gauss_seidel(count, joint) {
             self.eliminate(count, joint);
         }
         for (sight, solution) in self.stretch.sights.iter().zip(solutions) {
@@ -113,7 +113,7 @@ impl JointWindow<'_> {
     }
 
     /// Closes the contacts in turn; whether that settles.
-    fn take_turns(&self, count: usize, joint: &mut Joint) -> bool {
+    fn gauss_seidel(&self, count: usize, joint: &mut Joint) -> bool {
         self.factorise(&mut joint.factors);
         let mut before = [1.0; MOST_CONTACTS];
         for round in 0..MOST_ROUNDS {
@@ -381,7 +381,7 @@ mod tests {
                 let mut solutions = vec![Solution::ZERO; 2];
                 let mut joint = Joint::default();
                 window.solve(&inputs, &columns, count, &mut joint, &mut solutions);
-                assert!(window.take_turns(count, &mut joint), "stretch {index}");
+                assert!(window.gauss_seidel(count, &mut joint), "stretch {index}");
                 let in_turn = joint.forces.clone();
                 window.eliminate(count, &mut joint);
                 for (one, other) in in_turn.iter().zip(&joint.forces) {

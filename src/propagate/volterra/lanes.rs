@@ -10,7 +10,7 @@
 mod columns;
 mod crossing;
 mod cut;
-mod glimpse;
+mod truncated;
 mod varying;
 mod vector;
 #[cfg(target_arch = "x86_64")]
@@ -18,7 +18,7 @@ mod wide;
 mod window;
 
 pub use cut::{Basis, ExponentialChunk};
-pub use glimpse::tail;
+pub use truncated::tail;
 pub use window::{Solution, Windows, size};
 
 use super::feedback::Closed;
@@ -134,14 +134,14 @@ for_each_set! {
 for_each_set! {
     /// The trajectory's deflection on a full window by its first terms, with bounds of the others
     /// by the `tails` of `rows`; `felt` is what the force f of another line does to it, `−B f`.
-    fn glimpse(
+    fn truncated(
         rows: &[Row],
         tails: &[f64],
         inputs: &[f64],
         trajectory: &[f64],
         felt: Option<(&[Row; TERMS], &Row, &Row)>,
         out: &mut Solution,
-    ) = glimpse_body
+    ) = truncated_body
 }
 
 for_each_set! {
@@ -256,7 +256,7 @@ for_each_set! {
 
 use crossing::first_crossing_body;
 use cut::{basis_body, cut_body, moments_body, node_values_body, push_body, salt_body};
-use glimpse::glimpse_body;
+use truncated::truncated_body;
 use varying::{deflection_body, factorise_body, force_body};
 use vector::Packed;
 #[cfg(target_arch = "x86_64")]

@@ -44,6 +44,21 @@ pub(in crate::shaft) fn drive() -> FlexibleDrive {
     }
 }
 
+/// The drive with dampers, drag and gyroscopic moments.
+pub(in crate::shaft) fn damped() -> FlexibleDrive {
+    let mut drive = drive();
+    for (i, shaft) in drive.shafts.iter_mut().enumerate() {
+        shaft.bearings[0].damping = [[400.0, 0.0], [0.0, 300.0]];
+        shaft.bearings[1].damping = [[100.0 + i as f64, -30.0], [-30.0, 200.0]];
+        shaft.drag = Drag {
+            viscous: 2e-3 + 1e-3 * i as f64,
+            constant: 0.4 + 0.1 * i as f64,
+        };
+    }
+    drive.gyroscopic = true;
+    drive
+}
+
 /// Inertia of one shaft about its axis, from its parts.
 fn polar_inertia(drive: &FlexibleDrive, index: usize) -> f64 {
     let shaft = &drive.shafts[index];

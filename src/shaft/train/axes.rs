@@ -1,6 +1,6 @@
 //! Where do two gears meet in space, and along which directions?
 //!
-//! At the pitch point P the pitch surfaces roll on each other along their common generator: the
+//! At the pitch point P the pitch surfaces roll on each other along the pitch line: the
 //! axis direction of spur gears, the line from the apex of both cones through P of bevel gears.
 //! With m the unit normal of that line in the plane of the axes, from the first gear to the
 //! second, and t across that plane, the way the first gear moves at P, drive flanks touch along
@@ -78,8 +78,8 @@ impl PlacedGear {
 pub(super) struct PitchPoint {
     /// P \[m\].
     pub point: Vector3<f64>,
-    /// Along the common generator.
-    pub generator: Vector3<f64>,
+    /// Along the pitch line.
+    pub pitch_line: Vector3<f64>,
     /// m, from the first gear to the second.
     pub across: Vector3<f64>,
     /// t for a first gear that turns right-handed about its axis.
@@ -126,7 +126,7 @@ impl PitchPoint {
         let place = across * (distance * z1 / (z1 + z2)) + along * (0.5 * (lower + upper));
         Ok(Self {
             point: first.centre() + place,
-            generator: along,
+            pitch_line: along,
             across,
             forward: along.cross(&across),
             sense: if along.dot(&second.axis.along()) > 0.0 {
@@ -173,12 +173,12 @@ impl PitchPoint {
         // The apex: one + λ axes[0] = two + μ axes[1].
         let cross = axes[0].cross(&axes[1]);
         let apex = one + axes[0] * ((two - one).cross(&axes[1]).dot(&cross) / cross.norm_squared());
-        let generator = (point - apex).normalize();
-        let across = (a.0 - generator * a.0.dot(&generator)).normalize();
+        let pitch_line = (point - apex).normalize();
+        let across = (a.0 - pitch_line * a.0.dot(&pitch_line)).normalize();
         let [forward, second] = [axes[0].cross(&a.0), axes[1].cross(&b.0)];
         Ok(Self {
             point,
-            generator,
+            pitch_line,
             across,
             forward,
             sense: if forward.dot(&second) > 0.0 { 1 } else { -1 },
@@ -226,8 +226,8 @@ mod tests {
         let b = gear([0.02, 0.0, 0.0], [1.0, 0.0, 0.0], 30);
         let met = PitchPoint::of([&a, &b]).unwrap();
         assert!((met.point - Vector3::new(0.02, 0.0, -0.03)).norm() < 1e-15);
-        assert!((met.generator - Vector3::new(2.0, 0.0, -3.0).normalize()).norm() < 1e-12);
-        assert!(met.across.dot(&met.generator).abs() < 1e-15);
+        assert!((met.pitch_line - Vector3::new(2.0, 0.0, -3.0).normalize()).norm() < 1e-12);
+        assert!(met.across.dot(&met.pitch_line).abs() < 1e-15);
         assert!(met.across.x > 0.0 && met.across.z > 0.0);
         // At P the first gear moves along +y; so does the second turning left-handed about x:
         // ω (−x) × (−0.03 z) = −0.03 ω (−y) is +y only for positive ω about +x: x × (−z) = y.

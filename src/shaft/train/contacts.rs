@@ -2,7 +2,7 @@
 //!
 //! A flank with the normal n at the pitch point P, carried by both gears, feels
 //! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, O the middles of the gears. Off the middle
-//! of the face P moves along the generator, off the pitch point along n. Friction acts on the first
+//! of the face P moves along the pitch line, off the pitch point along n. Friction acts on the first
 //! gear along `cos α m − sin α t`, on coast flanks along `−cos α m − sin α t`, and the other way on
 //! the second.
 
@@ -100,7 +100,7 @@ impl TrainDrive {
             let tangent = met.across * (lean * cos) - forward * sin;
             FlankTerms {
                 mesh: along(&sides, met.point, normal),
-                tilt: moved(&sides, met.generator, normal),
+                tilt: moved(&sides, met.pitch_line, normal),
                 friction: along(&sides, met.point, tangent),
                 lever: moved(&sides, normal, tangent),
             }

@@ -166,18 +166,10 @@ impl TrainDrive {
                 let fresh: Vec<f64> = (0..=count as usize)
                     .map(|step| from + (to - from) * step as f64 / count)
                     .collect();
-                for pair in fresh.windows(2) {
-                    let length = pair[1] - pair[0];
-                    let element = crate::shaft::beam::BeamElement::new(
-                        kind,
-                        material,
-                        self.shear_coefficient,
-                        length,
-                    )?;
-                    let node = assembly.add_node();
-                    assembly.add_beam(node - 1, node, &element)?;
-                    nodes.push((pair[1], node));
-                }
+                let kappa = self.shear_coefficient;
+                assembly.continue_shaft(&fresh, kind, material, kappa)?;
+                let last = nodes[nodes.len() - 1].1;
+                nodes.extend(fresh[1..].iter().copied().zip(last + 1..));
                 from = to;
             }
         }

@@ -3,9 +3,8 @@
 
 use super::axes::{Axis, PitchPoint, PlacedGear};
 use super::{GearPlace, TrainDrive, TrainError};
-
-/// Most mesh cycles of a base period.
-const MOST_CYCLES: u64 = 1000;
+use crate::numerics::whole::greatest_divisor;
+use crate::shaft::modal::MOST_CYCLES;
 
 /// Difference of unit vectors along axes that point the same way.
 const ALIKE: f64 = 1e-9;
@@ -33,14 +32,6 @@ impl Ratio {
 
     fn value(self) -> f64 {
         self.over as f64 / self.under as f64
-    }
-}
-
-fn greatest_divisor(a: u128, b: u128) -> u128 {
-    if b == 0 {
-        a
-    } else {
-        greatest_divisor(b, a % b)
     }
 }
 
@@ -149,7 +140,7 @@ impl TrainDrive {
             let ratio = speed.times(i128::from(gear.teeth), i128::from(first));
             let (p, q) = (ratio.over.unsigned_abs(), ratio.under.unsigned_abs());
             match [u64::try_from(p), u64::try_from(q)] {
-                [Ok(p), Ok(q)] if p <= MOST_CYCLES && q <= MOST_CYCLES => {
+                [Ok(p), Ok(q)] if p <= u64::from(MOST_CYCLES) && q <= u64::from(MOST_CYCLES) => {
                     cycles.push([p as u32, q as u32]);
                 }
                 [p, q] => {

@@ -1,6 +1,6 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::shaft::flexible::tests::drive;
+use crate::shaft::flexible::tests::{damped, drive};
 use crate::shaft::{Drag, FlexibleDrive, ModalStructure};
 
 const MODES: usize = 24;
@@ -16,21 +16,13 @@ fn law() -> ContactLaw {
     }
 }
 
-/// The flexible drive with elements of 10 mm.
+/// The damped flexible drive with elements of 10 mm.
 fn flexible() -> FlexibleDrive {
-    let mut drive = drive();
-    drive.elements = [3, 6, 9];
-    drive.damping_overrides.clear();
-    for (i, shaft) in drive.shafts.iter_mut().enumerate() {
-        shaft.bearings[0].damping = [[400.0, 0.0], [0.0, 300.0]];
-        shaft.bearings[1].damping = [[100.0 + i as f64, -30.0], [-30.0, 200.0]];
-        shaft.drag = Drag {
-            viscous: 2e-3 + 1e-3 * i as f64,
-            constant: 0.4 + 0.1 * i as f64,
-        };
+    FlexibleDrive {
+        elements: [3, 6, 9],
+        damping_overrides: Vec::new(),
+        ..damped()
     }
-    drive.gyroscopic = true;
-    drive
 }
 
 /// The same drive as a train.

@@ -227,7 +227,7 @@ fn gear(
     let body = match given? {
         Some(body) => body,
         None => {
-            let bore = bore(sections, at);
+            let bore = ShaftSection::at(sections, at).map_or(0.0, |section| section.outer);
             let pitch = module * f64::from(teeth);
             match Disc::annulus(pitch, bore, width, density) {
                 Ok(body) => body,
@@ -262,17 +262,6 @@ fn gear(
         thinning: thinning?,
     };
     Some((gear, drawn))
-}
-
-/// Outer diameter of the shaft where a gear stands; 0 of a shaft without sections.
-fn bore(sections: &[ShaftSection], at: f64) -> f64 {
-    let mut end = 0.0;
-    let here = sections.iter().find(|section| {
-        end += section.length;
-        at <= end
-    });
-    here.or(sections.last())
-        .map_or(0.0, |section| section.outer)
 }
 
 fn loose(table: &Section, issues: &mut Issues) -> Option<LooseGear> {

@@ -25,20 +25,6 @@ fn bare(mut structure: ModalStructure) -> ModalStructure {
     }
 }
 
-fn damped() -> FlexibleDrive {
-    let mut drive = drive();
-    for (i, shaft) in drive.shafts.iter_mut().enumerate() {
-        shaft.bearings[0].damping = [[400.0, 0.0], [0.0, 300.0]];
-        shaft.bearings[1].damping = [[100.0 + i as f64, -30.0], [-30.0, 200.0]];
-        shaft.drag = Drag {
-            viscous: 2e-3 + 1e-3 * i as f64,
-            constant: 0.4 + 0.1 * i as f64,
-        };
-    }
-    drive.gyroscopic = true;
-    drive
-}
-
 /// Nothing else of the structure changes in any bit, and nothing couples where nothing was
 /// asked for.
 #[test]

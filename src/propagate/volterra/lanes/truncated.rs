@@ -37,7 +37,7 @@ fn total<V: Vector>(sums: &[V; LANES]) -> V {
 }
 
 #[inline(always)]
-pub(super) fn glimpse_body<V: Vector>(
+pub(super) fn truncated_body<V: Vector>(
     rows: &[Row],
     tails: &[f64],
     inputs: &[f64],

@@ -1,0 +1,53 @@
+//! What of `[mesh]` kernels of dense tables do not know.
+
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::spec::{CoastSpec, MeshSpec, RunSpec};
+use crate::model::Release;
+
+/// Records what the kernel of `[run]` does not know of the mesh.
+pub(super) fn check_kernel(
+    root: &Section,
+    issues: &mut Issues,
+    mesh: Option<&MeshSpec>,
+    run: Option<&RunSpec>,
+) {
+    let (Some(mesh), Some(run)) = (mesh, run) else {
+        return;
+    };
+    if run.kernel.cells().is_none() {
+        return;
+    }
+    let Child::Present(section) = root.child(issues, "run") else {
+        return;
+    };
+    let unknown = [
+        (
+            mesh.coast != CoastSpec::SameLine,
+            "coast flanks with a line of action of their own",
+            "not with mirrored coast flanks",
+            "mesh.coast_flank = \"same_line\"",
+        ),
+        (
+            mesh.release != Release::Deflection,
+            "contacts that let go where their force vanishes",
+            "not with mesh.release = \"force\"",
+            "mesh.release = \"deflection\"",
+        ),
+    ];
+    for (_, what, label, key) in unknown.into_iter().filter(|(asked, ..)| *asked) {
+        let kernel = run.kernel.name();
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Unavailable,
+                section.span_of("kernel"),
+                "run.kernel",
+                format!("the tables of kernel = \"{kernel}\" do not know {what}"),
+            )
+            .label(label)
+            .remedy(format!(
+                "set {key}, or kernel = \"volterra\" or \"stepping\""
+            )),
+        );
+    }
+}
