@@ -8,6 +8,7 @@
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
 use super::hash::JobHash;
+use super::parameter::node_at;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
 use super::sections::{Context, resolve};
@@ -241,15 +242,53 @@ impl Between {
         Some(())
     }
 
+    /// What stands in the manifest at a dotted path.
+    pub(super) fn node(&self, path: &str) -> Option<&Node> {
+        node_at(&self.0.tree, path)
+    }
+
+    /// The place of a model key among the axes.
+    pub(super) fn axis(&self, name: &str) -> Option<usize> {
+        self.0.keys.iter().position(|key| key.axis.name() == name)
+    }
+
+    /// What a point's values of the model keys stand for with some more nodes in the tree; a
+    /// sentence where they make no drive.
+    pub(super) fn resolved_with(
+        &self,
+        point: &PointSpec,
+        nodes: Vec<(&str, Node)>,
+    ) -> Result<Variant, String> {
+        let like = Variant {
+            model: point.model.clone(),
+            mesh: point.mesh.clone(),
+            excitation: point.excitation.clone(),
+            run: point.run.clone(),
+            analyses: point.analyses.clone(),
+        };
+        self.combined(&point.axis_values, nodes, Some(&like))
+    }
+
     /// What some values of the model keys stand for, sharing with `like` what is equal; a
     /// sentence where they make no drive.
     fn combine(&self, values: &[f64], like: Option<&Variant>) -> Result<Variant, String> {
+        self.combined(values, Vec::new(), like)
+    }
+
+    fn combined(
+        &self,
+        values: &[f64],
+        nodes: Vec<(&str, Node)>,
+        like: Option<&Variant>,
+    ) -> Result<Variant, String> {
         let kept = &*self.0;
         let mut tree = kept.tree.clone();
-        for (key, value) in kept.keys.iter().zip(values) {
-            let path: Vec<&str> = key.axis.name().split('.').collect();
-            if tree.put(&path, key.sample(*value)).is_err() {
-                return Err(format!("`{}` names nothing", key.axis.name()));
+        let samples = kept.keys.iter().zip(values);
+        let samples = samples.map(|(key, value)| (key.axis.name(), key.sample(*value)));
+        for (name, node) in samples.chain(nodes) {
+            let path: Vec<&str> = name.split('.').collect();
+            if tree.put(&path, node).is_err() {
+                return Err(format!("`{name}` names nothing"));
             }
         }
         let mut issues = Issues::default();

@@ -25,7 +25,7 @@ pub struct Job {
     /// The grid's points, in `point_id` order.
     pub points: Points,
     /// Resolves points between those of the grid, where they are asked for.
-    pub between: Option<Between>,
+    pub between: Between,
 }
 
 impl Job {
@@ -51,7 +51,7 @@ impl Job {
         match &self.axes[axis].key {
             AxisKey::Load => between.load = value,
             AxisKey::Speed => between.speed = value,
-            AxisKey::Key(_) => self.between.as_ref()?.resolve(&mut between)?,
+            AxisKey::Key(_) => self.between.resolve(&mut between)?,
         }
         Some(between)
     }

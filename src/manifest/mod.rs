@@ -18,6 +18,7 @@ mod hash;
 mod job;
 pub mod manual;
 mod modal_file;
+mod parameter;
 mod points;
 mod reader;
 mod schema;
@@ -33,6 +34,7 @@ pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
 pub use errors::ManifestErrors;
 pub use expand::Between;
 pub use job::Job;
+pub use parameter::{Parameter, ParameterError};
 pub use points::Points;
 pub use spec::*;
 
@@ -127,15 +129,10 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     drop_echoes(&mut issues);
     match head {
         Some(head) if issues.count() == 0 => {
-            let refined = |variant: &Variant| {
-                let poincare = variant.analyses.poincare;
-                poincare.is_some_and(|asked| asked.refine > 0)
-            };
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
             let between = Between::new(tree, axes.valid, context);
             let variants = Expansion::new(judged, between.clone());
             let points = Points::new(variants, &plain, axes.carried.as_ref());
-            let refine = points.variants().iter().any(refined);
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
@@ -143,7 +140,7 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
                 hash: hash.finish(),
                 axes: plain,
                 carried: axes.carried,
-                between: refine.then_some(between),
+                between,
                 points,
             })
         }

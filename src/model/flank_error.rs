@@ -27,6 +27,11 @@ impl FlankError {
         &self.series
     }
 
+    /// The same, to be changed.
+    pub(super) fn coefficients_mut(&mut self) -> &mut [f64; STIFFNESS_TERMS] {
+        &mut self.series
+    }
+
     /// The same course from the segment's end to its start.
     pub fn reversed(&self) -> Self {
         Self {

@@ -21,6 +21,7 @@ mod basis;
 mod block;
 mod breakpoints;
 mod contact;
+mod derivative;
 mod direction;
 mod drive;
 mod equilibrium;
@@ -37,6 +38,7 @@ mod system;
 pub use basis::{Basis, Coupled};
 pub use block::{Block, MeshGain};
 pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
+pub use derivative::ShapeChange;
 pub use direction::{Direction, Line};
 pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, MeshHarmonic, OperatingPoint, SAME_PHASE,

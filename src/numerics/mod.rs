@@ -11,6 +11,7 @@ pub mod fourier;
 pub mod instructions;
 pub mod legendre;
 pub mod linalg;
+pub mod pair_response;
 mod plain;
 pub mod proportion;
 pub mod quadrature;

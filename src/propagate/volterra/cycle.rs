@@ -32,7 +32,7 @@ impl Kernel for Volterra<'_> {
     type Workspace = Workspace;
 
     fn workspace(&self) -> Workspace {
-        Workspace::new(self.model, &self.tables)
+        Workspace::new(&self.model, &self.tables)
     }
 
     fn advance_cycle<O: Observer>(
@@ -254,13 +254,13 @@ impl Volterra<'_> {
             _ => None,
         };
         if let Some(nodal) = system {
-            let closure = Closure::new(self.model, &segment, position.time, table.delta);
+            let closure = Closure::new(&self.model, &segment, position.time, table.delta);
             closure.factorise(set, nodal, &mut workspace.factors);
             counters.factorised += 1;
         }
         // It is found with the force, on the side that touches.
         let lack = (self.tables.lacks[contact])
-            .then(|| lack(self.model, &segment, position.time, table.delta))
+            .then(|| lack(&self.model, &segment, position.time, table.delta))
             .map(|lack| lack.map(|a| own.side * a));
         let (inputs, columns, factors, forces, solution) = workspace.solving();
         let closed = closed((course, stretch), table, position.aligned, system, factors);
@@ -286,7 +286,7 @@ impl Volterra<'_> {
     ) {
         let segments = std::mem::take(&mut workspace.segments);
         let window = JointWindow {
-            model: self.model,
+            model: &self.model,
             tables: &self.tables,
             set: self.instructions,
             stretch,

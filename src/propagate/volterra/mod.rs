@@ -69,6 +69,7 @@ mod workspace;
 pub use lanes::InstructionSet;
 
 use crate::model::{ActiveSet, Model, Release};
+use std::borrow::Cow;
 use tables::VolterraTables;
 use window_table::WindowTable;
 
@@ -78,7 +79,7 @@ const ON_BREAKPOINT: f64 = 4e-15;
 /// The structured kernel for one model.
 #[derive(Debug)]
 pub struct Volterra<'m> {
-    model: &'m Model,
+    model: Cow<'m, Model>,
     tables: VolterraTables,
     event_limit: u32,
     instructions: InstructionSet,
@@ -99,9 +100,29 @@ impl<'m> Volterra<'m> {
         Self::with_instructions(model, tolerance, event_limit, InstructionSet::best())
     }
 
+    /// As [`Self::new`], of a model that the kernel keeps.
+    pub fn of(model: Model, tolerance: f64, event_limit: u32) -> Volterra<'static> {
+        let set = InstructionSet::best();
+        Volterra::build(Cow::Owned(model), tolerance, event_limit, set)
+    }
+
+    /// Its model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
     /// As [`Self::new`], with a given instruction set.
     pub fn with_instructions(
         model: &'m Model,
+        tolerance: f64,
+        event_limit: u32,
+        instructions: InstructionSet,
+    ) -> Self {
+        Self::build(Cow::Borrowed(model), tolerance, event_limit, instructions)
+    }
+
+    fn build(
+        model: Cow<'m, Model>,
         tolerance: f64,
         event_limit: u32,
         instructions: InstructionSet,
@@ -110,8 +131,7 @@ impl<'m> Volterra<'m> {
             .filter(|(_, contact)| contact.release == Release::Force)
             .fold(ActiveSet::FREE, |set, (index, _)| set.toggled(index));
         Self {
-            model,
-            tables: VolterraTables::new(model, tolerance, instructions),
+            tables: VolterraTables::new(&model, tolerance, instructions),
             event_limit,
             instructions,
             never_pull,
@@ -120,6 +140,7 @@ impl<'m> Volterra<'m> {
                 true => ON_BREAKPOINT * model.period(),
                 false => 0.0,
             },
+            model,
         }
     }
 

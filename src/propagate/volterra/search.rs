@@ -139,7 +139,7 @@ impl Volterra<'_> {
             if self.tables.lacks[contact] {
                 let delta = self.tables.windows[track.sights()[0].window].delta;
                 let segment = &workspace.segments[contact];
-                *out = Some(padded(&lack(self.model, segment, position.time, delta)));
+                *out = Some(padded(&lack(&self.model, segment, position.time, delta)));
             }
         }
         out

@@ -1,0 +1,261 @@
+//! The cycle map of a drive, as continuation sees it.
+
+use super::map::{At, Course, CycleMap, Image, MapError};
+use super::touches::Watch;
+use crate::analysis::norm::EnergyNorm;
+use crate::analysis::orbits::floquet::monodromy;
+use crate::analysis::recurrence::excitation_period;
+use crate::analysis::sensitivity::tangent::ParameterTangent;
+use crate::model::{Model, TrajectoryState};
+use crate::propagate::{Counters, Kernel, Observer, Volterra};
+
+/// A drive whose model depends on two parameters.
+pub trait Family {
+    /// The model where the parameters have these values.
+    ///
+    /// # Errors
+    /// A sentence that says why there is none.
+    fn model(&self, at: At) -> Result<Model, String>;
+
+    /// The derivative of the model by a parameter, per unit ([`Model::combined`]).
+    ///
+    /// # Errors
+    /// A sentence that says why there is none.
+    fn derivative(&self, at: At, axis: usize) -> Result<Model, String>;
+
+    /// Most events in a mesh cycle before integration stops.
+    fn event_limit(&self) -> u32;
+
+    /// Relative truncation of the structured kernel.
+    fn tolerance(&self) -> f64;
+}
+
+/// The map of a family of drives, by the structured kernel.
+#[derive(Debug)]
+pub struct DriveMap<'f, F> {
+    family: &'f F,
+    /// Weight of every coordinate over the unit: u = scale x.
+    scales: Vec<f64>,
+    felt: Vec<usize>,
+    unit: u32,
+    built: Built,
+    /// Models built so far.
+    pub models: u64,
+}
+
+/// What is kept of the parameters last asked for.
+#[derive(Debug)]
+struct Built {
+    at: At,
+    kernel: Volterra<'static>,
+    norm: EnergyNorm,
+    workspace: <Volterra<'static> as Kernel>::Workspace,
+}
+
+impl Built {
+    fn new(family: &impl Family, at: At) -> Result<Self, MapError> {
+        let model = family.model(at).map_err(MapError::NoModel)?;
+        let norm = EnergyNorm::new(&model);
+        let kernel = Volterra::of(model, family.tolerance(), family.event_limit());
+        let workspace = kernel.workspace();
+        Ok(Self {
+            at,
+            kernel,
+            norm,
+            workspace,
+        })
+    }
+}
+
+impl<'f, F: Family> DriveMap<'f, F> {
+    /// The map, its coordinates scaled as at some values of the parameters.
+    ///
+    /// # Errors
+    /// [`MapError`] where there is no model, or where what drives it does not repeat.
+    pub fn new(family: &'f F, at: At) -> Result<Self, MapError> {
+        let built = Built::new(family, at)?;
+        let unit = excitation_period(built.kernel.model()).ok_or(MapError::NeverRepeats)?;
+        let norm = &built.norm;
+        let felt = norm.felt();
+        let scales = felt
+            .iter()
+            .map(|&i| norm.weights()[i] / norm.unit())
+            .collect();
+        Ok(Self {
+            family,
+            scales,
+            felt,
+            unit: unit as u32,
+            built,
+            models: 1,
+        })
+    }
+
+    /// The model at some values of the parameters.
+    ///
+    /// # Errors
+    /// [`MapError::NoModel`].
+    pub fn model(&mut self, at: At) -> Result<&Model, MapError> {
+        self.build(at)?;
+        Ok(self.built.kernel.model())
+    }
+
+    fn build(&mut self, at: At) -> Result<(), MapError> {
+        if self.built.at == at {
+            return Ok(());
+        }
+        let built = Built::new(self.family, at)?;
+        if built.norm.felt() != self.felt {
+            return Err(MapError::NoModel(
+                "the modes that count change with the parameter".to_owned(),
+            ));
+        }
+        self.models += 1;
+        self.built = built;
+        Ok(())
+    }
+
+    /// The coordinates of a state.
+    pub fn coordinates(&self, state: &[f64]) -> Vec<f64> {
+        let mut state = state.to_vec();
+        self.built.norm.project(&mut state);
+        self.felt
+            .iter()
+            .zip(&self.scales)
+            .map(|(&i, scale)| scale * state[i])
+            .collect()
+    }
+
+    /// The state with these coordinates, at the start of the first cycle.
+    pub fn state(&self, u: &[f64]) -> TrajectoryState {
+        let model = self.built.kernel.model();
+        let mut state = vec![0.0; 2 * model.modes()];
+        for ((&i, scale), u) in self.felt.iter().zip(&self.scales).zip(u) {
+            state[i] = u / scale;
+        }
+        TrajectoryState::new(model, state, 0)
+    }
+
+    /// Advances a trajectory at some values of the parameters, shown to an observer.
+    ///
+    /// # Errors
+    /// [`MapError`].
+    pub fn advance<O: Observer>(
+        &mut self,
+        at: At,
+        cycles: u64,
+        state: &mut TrajectoryState,
+        observer: &mut O,
+    ) -> Result<(), MapError> {
+        self.build(at)?;
+        let Built {
+            kernel, workspace, ..
+        } = &mut self.built;
+        kernel.advance(cycles, state, workspace, observer, &mut Counters::default())?;
+        Ok(())
+    }
+}
+
+impl<F: Family> CycleMap for DriveMap<'_, F> {
+    fn dimension(&self) -> usize {
+        self.felt.len()
+    }
+
+    fn unit(&self) -> u32 {
+        self.unit
+    }
+
+    fn image(&mut self, u: &[f64], at: At, period: u32) -> Result<Image, MapError> {
+        self.build(at)?;
+        let mut state = self.state(u);
+        let Built {
+            kernel,
+            norm,
+            workspace,
+            ..
+        } = &mut self.built;
+        let mut counters = Counters::default();
+        let mut matrix = monodromy(
+            kernel.model(),
+            kernel,
+            norm,
+            &mut state,
+            period,
+            workspace,
+            &mut counters,
+        )?;
+        let turned: Vec<f64> = self
+            .felt
+            .iter()
+            .zip(&self.scales)
+            .map(|(&i, scale)| scale / norm.weights()[i])
+            .collect();
+        for j in 0..turned.len() {
+            for i in 0..turned.len() {
+                matrix[(i, j)] *= turned[i] / turned[j];
+            }
+        }
+        Ok(Image {
+            end: self.coordinates(&state.state),
+            monodromy: matrix,
+        })
+    }
+
+    fn by_parameter(
+        &mut self,
+        u: &[f64],
+        at: At,
+        period: u32,
+        axis: usize,
+    ) -> Result<Vec<f64>, MapError> {
+        self.build(at)?;
+        let by = self
+            .family
+            .derivative(at, axis)
+            .map_err(MapError::NoModel)?;
+        let mut state = self.state(u);
+        let start = vec![0.0; state.state.len()];
+        let Built {
+            kernel, workspace, ..
+        } = &mut self.built;
+        let mut tangent = ParameterTangent::new(kernel.model(), &by, &state.state, start, ());
+        kernel.advance(
+            u64::from(period),
+            &mut state,
+            workspace,
+            &mut tangent,
+            &mut Counters::default(),
+        )?;
+        let end = tangent.state().to_vec();
+        Ok(self.coordinates(&end))
+    }
+
+    fn course(&mut self, u: &[f64], at: At, period: u32) -> Result<Course, MapError> {
+        self.build(at)?;
+        let mut state = self.state(u);
+        let mut strobes = Vec::with_capacity(period as usize);
+        let Built {
+            kernel, workspace, ..
+        } = &mut self.built;
+        let mut watch = Watch::new(kernel.model());
+        let mut starts = Vec::with_capacity(period as usize);
+        for _ in 0..period {
+            starts.push(state.state.clone());
+            kernel.advance(
+                1,
+                &mut state,
+                workspace,
+                &mut watch,
+                &mut Counters::default(),
+            )?;
+        }
+        let motion = watch.motion();
+        let touches = watch.touches;
+        strobes.extend(starts.iter().map(|state| self.coordinates(state)));
+        Ok(Course {
+            strobes,
+            touches,
+            motion,
+        })
+    }
+}

@@ -1,0 +1,127 @@
+//! Orbits to begin with, at given parameters: that of lasting contact, and those that a trajectory
+//! settles on or comes near.
+
+use super::drive::{DriveMap, Family};
+use super::map::{At, CycleMap, MapError};
+use super::orbit::{Border, Orbit, distance, find};
+use crate::model::{InitialState, TrajectoryState};
+
+/// How orbits are sought.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Search {
+    /// Cycles before returns are looked at.
+    pub transient: u64,
+    /// Cycles among which they are looked for.
+    pub cycles: u64,
+    /// Longest period.
+    pub longest: u32,
+    /// Newton searches for each period.
+    pub guesses: usize,
+    /// Where trajectories start.
+    pub initial: InitialState,
+}
+
+/// The orbits found at some parameters, each with its shortest period: first the one next to static
+/// equilibrium, then by period.
+///
+/// # Errors
+/// [`MapError`] where there is no model.
+pub fn orbits<F: Family>(
+    map: &mut DriveMap<'_, F>,
+    at: At,
+    search: &Search,
+) -> Result<Vec<Orbit>, MapError> {
+    let start = map.model(at)?.start(&search.initial);
+    let unit = map.unit();
+    let mut found: Vec<Orbit> = Vec::new();
+    let resting = map.model(at)?.start(&InitialState::Static);
+    let guess = map.coordinates(&resting.state);
+    take(map, &mut found, &guess, at, unit);
+    let Ok(path) = strobes(map, at, start, search) else {
+        return Ok(found);
+    };
+    for period in (unit..=search.longest).step_by(unit as usize) {
+        for guess in near_returns(&path, period as usize, unit as usize, search.guesses) {
+            take(map, &mut found, &guess, at, period);
+        }
+    }
+    Ok(found)
+}
+
+/// Seeks the orbit next to a guess, gives it its shortest period and keeps it where it is new.
+pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: At, period: u32) {
+    let Ok(mut orbit) = find(map, guess, at, period, &Border::Parameters) else {
+        return;
+    };
+    let unit = map.unit();
+    let shorter = (1..period).filter(|d| period.is_multiple_of(*d) && d.is_multiple_of(unit));
+    for cycles in shorter {
+        if super::orbit::length(&orbit.offset(cycles)) < SAME_POINT {
+            if let Ok(own) = find(map, &orbit.u, at, cycles, &Border::Parameters) {
+                orbit = own;
+            }
+            break;
+        }
+    }
+    if !found.iter().any(|known| same(known, &orbit)) {
+        found.push(orbit);
+    }
+}
+
+/// Distance \[half gaps\] at which two points of an orbit are one.
+const SAME_POINT: f64 = 1e-7;
+
+/// Distance \[half gaps\] at which two orbits are one.
+const SAME_ORBIT: f64 = 1e-6;
+
+/// Whether two orbits are one, whichever cycle they start in.
+pub fn same(a: &Orbit, b: &Orbit) -> bool {
+    a.period == b.period
+        && a.course
+            .strobes
+            .iter()
+            .any(|u| distance(u, &b.u) < SAME_ORBIT)
+}
+
+fn strobes<F: Family>(
+    map: &mut DriveMap<'_, F>,
+    at: At,
+    start: TrajectoryState,
+    search: &Search,
+) -> Result<Vec<Vec<f64>>, MapError> {
+    let mut state = start;
+    map.advance(at, search.transient, &mut state, &mut ())?;
+    let mut path = vec![map.coordinates(&state.state)];
+    for _ in 0..search.cycles {
+        map.advance(at, 1, &mut state, &mut ())?;
+        path.push(map.coordinates(&state.state));
+    }
+    Ok(path)
+}
+
+/// Points midway between a state of the path and its return after `period` cycles, nearest returns
+/// first, no two within a period of each other, all in the first cycle of what drives the motion.
+fn near_returns(path: &[Vec<f64>], period: usize, unit: usize, most: usize) -> Vec<Vec<f64>> {
+    let mut returns: Vec<(f64, usize)> = (0..path.len().saturating_sub(period))
+        .filter(|n| n.is_multiple_of(unit))
+        .map(|n| (distance(&path[n], &path[n + period]), n))
+        .collect();
+    returns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut chosen: Vec<usize> = Vec::new();
+    for (_, n) in returns {
+        if chosen.len() == most {
+            break;
+        }
+        if chosen.iter().all(|other| n.abs_diff(*other) > period) {
+            chosen.push(n);
+        }
+    }
+    let midway = |n: usize| {
+        path[n]
+            .iter()
+            .zip(&path[n + period])
+            .map(|(a, b)| 0.5 * (a + b))
+            .collect()
+    };
+    chosen.into_iter().map(midway).collect()
+}

@@ -1,0 +1,90 @@
+//! The other branches that begin at a bifurcation.
+
+use super::bifurcation::{Bifurcation, Kind};
+use super::map::CycleMap;
+use super::orbit::{Border, Orbit, distance, find};
+use super::path::Span;
+use crate::numerics::linalg::eigenpair;
+use num_complex::Complex64;
+
+/// Distances \[half gaps\] from the bifurcation at which the first orbit of a branch is sought.
+const AWAY: [f64; 4] = [0.02, 0.005, 0.1, 0.3];
+
+/// The first two orbits of every branch that begins at a bifurcation: the bifurcation's own as one of
+/// theirs, and one away from it.
+pub fn branches(map: &mut impl CycleMap, span: &Span, at: &Bifurcation) -> Vec<[Orbit; 2]> {
+    let (wanted, times, sides) = match at.kind {
+        Kind::PeriodDoubling => (-1.0, 2, &[1.0][..]),
+        Kind::BranchPoint => (1.0, 1, &[1.0, -1.0][..]),
+        _ => return Vec::new(),
+    };
+    let own = &at.orbit;
+    let Some(critical) = eigenpair(own.monodromy.as_ref(), Complex64::new(wanted, 0.0)) else {
+        return Vec::new();
+    };
+    let period = times * own.period;
+    let direction = &critical.vector[0];
+    let here = match times {
+        1 => Ok(own.clone()),
+        _ => find(map, &own.u, own.at, period, &Border::Parameters),
+    };
+    // Where M² − I is singular the orbit is what it was.
+    let here = here.or_else(|_| described(map, own, period));
+    let (Ok(here), Ok(column)) = (here, map.by_parameter(&own.u, own.at, period, span.axis)) else {
+        return Vec::new();
+    };
+    let column: Vec<f64> = column.iter().map(|c| c * span.scale()).collect();
+    (sides.iter())
+        .filter_map(|side| {
+            AWAY.iter().find_map(|away| {
+                let guess: Vec<f64> = own
+                    .u
+                    .iter()
+                    .zip(direction)
+                    .map(|(u, v)| u + side * away * v)
+                    .collect();
+                let border = Border::Plane {
+                    axis: span.axis,
+                    scale: span.scale(),
+                    normal: direction.clone(),
+                    along: 0.0,
+                    column: column.clone(),
+                };
+                let found = find(map, &guess, own.at, period, &border).ok()?;
+                let off = distance(&found.u, &own.u);
+                let near = off > 0.3 * away && off < 10.0 * away;
+                let another = times == 1
+                    || found
+                        .offset(own.period)
+                        .iter()
+                        .map(|d| d * d)
+                        .sum::<f64>()
+                        .sqrt()
+                        > 0.1 * away;
+                (near && another).then_some([here.clone(), found])
+            })
+        })
+        .collect()
+}
+
+/// An orbit as one of a multiple of its period.
+fn described(
+    map: &mut impl CycleMap,
+    own: &Orbit,
+    period: u32,
+) -> Result<Orbit, super::orbit::NoOrbit> {
+    let image = map.image(&own.u, own.at, period)?;
+    let course = map.course(&own.u, own.at, period)?;
+    let multipliers =
+        crate::numerics::linalg::eigenvalues(image.monodromy.as_ref()).unwrap_or_default();
+    Ok(Orbit {
+        u: own.u.clone(),
+        at: own.at,
+        period,
+        residual: own.residual,
+        steps: 0,
+        monodromy: image.monodromy,
+        multipliers,
+        course,
+    })
+}

@@ -1,0 +1,241 @@
+//! How does an orbit touch its contacts, and how near is it to touching them otherwise?
+//!
+//! The depth of a contact is `s δ − b`, b the gap: negative where it is open. Where an extreme of the
+//! depth passes zero the orbit grazes the contact, from outside (a maximum) or from inside (a minimum),
+//! and the sequence of contact changes becomes another.
+
+use crate::analysis::modal_series::{ModalMotion, Series, TERMS, cosine_series, padded};
+use crate::model::Model;
+use crate::numerics::legendre::{derivative, evaluate, transforms24};
+use crate::numerics::roots::sign_changes;
+use crate::propagate::{Event, Observer, Window};
+
+/// Round-off of the derivative of a series, in units of the sum of its terms' sizes.
+const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
+
+/// An extreme of the depth of a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extreme {
+    /// The contact.
+    pub contact: usize,
+    /// Whether the depth has a minimum there.
+    pub minimum: bool,
+    /// Time from the start of the period, in cycles.
+    pub time: f64,
+    /// Depth \[half gaps\]; negative where the contact is open.
+    pub depth: f64,
+}
+
+/// How an orbit touches its contacts over a period.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Touches {
+    /// Contact changes in order: the contact, and whether it closes.
+    pub sequence: Vec<(usize, bool)>,
+    /// Extremes of the depths, in order of time.
+    pub extremes: Vec<Extreme>,
+}
+
+impl Touches {
+    /// Whether two sequences are one, whichever change is counted first.
+    pub fn alike(&self, other: &Self) -> bool {
+        let (a, b) = (&self.sequence, &other.sequence);
+        a.len() == b.len()
+            && (a.is_empty()
+                || (0..a.len()).any(|shift| (0..a.len()).all(|i| a[(i + shift) % a.len()] == b[i])))
+    }
+
+    /// The smallest distance of an extreme from its surface \[half gaps\].
+    pub fn margin(&self) -> Option<f64> {
+        self.extremes
+            .iter()
+            .map(|e| e.depth.abs())
+            .min_by(f64::total_cmp)
+    }
+
+    /// The sequence in letters: contacts by their places from 1, capital where they close.
+    pub fn text(&self) -> String {
+        let word = |&(contact, closes): &(usize, bool)| {
+            let sign = if closes { '+' } else { '-' };
+            format!("{}{sign}", contact + 1)
+        };
+        self.sequence.iter().map(word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The extreme of the same contact and kind that is nearest in time to another on an orbit of
+    /// `period` cycles.
+    pub fn nearest(&self, to: &Extreme, period: f64) -> Option<&Extreme> {
+        let apart = |e: &Extreme| {
+            let d = (e.time - to.time).rem_euclid(period);
+            d.min(period - d)
+        };
+        (self.extremes.iter())
+            .filter(|e| e.contact == to.contact && e.minimum == to.minimum)
+            .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    }
+}
+
+/// Watches an orbit.
+#[derive(Debug)]
+pub struct Watch<'m> {
+    model: &'m Model,
+    motion: Option<ModalMotion<'m>>,
+    /// Whether every depth was rising.
+    rising: Vec<Option<bool>>,
+    /// What was seen.
+    pub touches: Touches,
+    sums: [f64; 3],
+    /// Smallest and largest δ, largest |F|.
+    bounds: [f64; 3],
+}
+
+impl<'m> Watch<'m> {
+    /// Nothing seen yet.
+    pub fn new(model: &'m Model) -> Self {
+        Self {
+            model,
+            motion: (model.lines.len() > 1).then(|| ModalMotion::new(model)),
+            rising: vec![None; model.contacts.len()],
+            touches: Touches::default(),
+            sums: [0.0; 3],
+            bounds: [f64::INFINITY, f64::NEG_INFINITY, 0.0],
+        }
+    }
+
+    /// The motion of the mesh.
+    pub fn motion(&self) -> super::map::Motion {
+        let [time, first, second] = self.sums;
+        let mean = first / time;
+        super::map::Motion {
+            rms: (second / time - mean * mean).max(0.0).sqrt(),
+            mean,
+            smallest: self.bounds[0],
+            largest: self.bounds[1],
+            force_peak: self.bounds[2],
+        }
+    }
+
+    /// The depth of a contact over a window \[m\].
+    fn depth(&mut self, contact: usize, window: &Window<'_>) -> Series {
+        let own = &self.model.contacts[contact];
+        let segment = &window.segments[contact];
+        let line = self.model.line(segment);
+        let shown = window
+            .closed
+            .iter()
+            .find(|closed| closed.contact == contact);
+        let mut out = if let Some(closed) = shown {
+            padded(closed.deflection)
+        } else if line == self.model.line(&window.segments[0]) {
+            padded(window.deflection)
+        } else {
+            self.along(segment.direction, window)
+        };
+        for a in &mut out {
+            *a *= own.side;
+        }
+        if segment.error.is_none() {
+            out[0] -= own.half_gap;
+            return out;
+        }
+        let time = |x: f64| window.start + 0.5 * window.duration * (1.0 + x);
+        let gap = transforms24()
+            .interpolate(&transforms24().nodes().map(|x| own.gap(segment, time(x))[0]));
+        std::array::from_fn(|n| out[n] - gap[n])
+    }
+
+    /// The deflection along a direction that the window does not show.
+    fn along(&mut self, direction: usize, window: &Window<'_>) -> Series {
+        let direction = &self.model.directions[direction];
+        let mut out = [0.0; TERMS];
+        if let Some(motion) = &mut self.motion {
+            let series = motion.on(window);
+            for (i, gain) in direction.gains.iter().enumerate() {
+                for row in 0..2 {
+                    let w = gain.deflection[row];
+                    if w != 0.0 {
+                        for (value, x) in out.iter_mut().zip(series.component(i, row)) {
+                            *value += w * x;
+                        }
+                    }
+                }
+            }
+        }
+        for h in &self.model.lines[direction.line].transmission_error {
+            let phase = h.turned(window.cycle, window.start) + h.phase;
+            let cosine = cosine_series(h.angular_frequency, phase, window.duration);
+            for (value, cos) in out.iter_mut().zip(cosine) {
+                *value -= h.amplitude * cos;
+            }
+        }
+        out
+    }
+}
+
+impl Observer for Watch<'_> {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let half_gap = self.model.half_gap;
+        let start = window.cycle as f64 + window.start / self.model.period();
+        let length = window.duration / self.model.period();
+        let deflection = padded(window.deflection);
+        let square: f64 = (deflection.iter().enumerate())
+            .map(|(n, a)| a * a / (2 * n + 1) as f64)
+            .sum();
+        for (sum, value) in self.sums.iter_mut().zip([1.0, deflection[0], square]) {
+            *sum += window.duration * value;
+        }
+        let mut extreme_of = |series: &Series, x: f64, peak: bool| {
+            let value = evaluate(series, x);
+            match peak {
+                true => self.bounds[2] = self.bounds[2].max(value.abs()),
+                false => {
+                    self.bounds[0] = self.bounds[0].min(value);
+                    self.bounds[1] = self.bounds[1].max(value);
+                }
+            }
+        };
+        let force = padded(window.force);
+        for x in [-1.0, 1.0] {
+            extreme_of(&deflection, x, false);
+            extreme_of(&force, x, true);
+        }
+        for (series, peak) in [(&deflection, false), (&force, true)] {
+            let slope = derivative(series);
+            let size: f64 = series.iter().map(|a| a.abs()).sum();
+            let mut rising = Some(evaluate(&slope, -1.0) > 0.0);
+            sign_changes(
+                transforms24(),
+                &slope,
+                SLOPE_NOISE * size,
+                &mut rising,
+                |x, _| extreme_of(series, x, peak),
+            );
+        }
+        for contact in 0..self.model.contacts.len() {
+            let depth = self.depth(contact, window);
+            let size: f64 = depth.iter().map(|a| a.abs()).sum();
+            let noise = SLOPE_NOISE * (size + half_gap);
+            let (mut rising, extremes) = (self.rising[contact], &mut self.touches.extremes);
+            sign_changes(
+                transforms24(),
+                &derivative(&depth),
+                noise,
+                &mut rising,
+                |x, minimum| {
+                    extremes.push(Extreme {
+                        contact,
+                        minimum,
+                        time: start + 0.5 * length * (1.0 + x),
+                        depth: evaluate(&depth, x) / half_gap,
+                    });
+                },
+            );
+            self.rising[contact] = rising;
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.touches.sequence.push((event.contact, event.closes()));
+    }
+}

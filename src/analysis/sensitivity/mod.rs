@@ -1,0 +1,3 @@
+//! Derivatives of a motion by parameters of its drive.
+
+pub mod tangent;

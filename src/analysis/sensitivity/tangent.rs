@@ -1,0 +1,497 @@
+//! How does a trajectory move with a parameter?
+//!
+//! The derivative `y = ∂x/∂p` at fixed mesh phase obeys, on a window, the equation of a tangent with
+//! more on the right. With T the mesh period,
+//!
+//! ```text
+//! y'  = A y − Σ g f + A_p x + s_p + Σ r_p cos(…) − Σ g_p F + (T_p/T) x'
+//! δ_p = Σ w y + w_p x − e_p
+//! f   = F_p = k δ_p + c δ_p' + k_p (δ − s b) + c_p (δ' − s b') − k s b_p − c s (b_p)' − c (T_p/T) (δ' − s b')
+//! ```
+//!
+//! the last since at fixed phase all of a window's times go with T. The window of a kernel gives x
+//! at its start, δ and F as series; x and y follow as series too, f from a Volterra equation like
+//! the trajectory's own. Where a contact closes or opens on its surface y jumps by
+//! `∓ c g (δ_p − s b_p)`: the saltation of a tangent, the surface's own motion included. Where a
+//! segment of a closed contact ends at a phase that moves, by `(f⁻ − f⁺) T φ_p`, f the vector field.
+//!
+//! Nothing of a kernel is used but what it shows, so that all exact kernels serve.
+
+use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
+use crate::model::{Contact, Direction, Model, Segment};
+use crate::numerics::convolution::convolution24;
+use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms24};
+use crate::numerics::linalg::solve;
+use crate::numerics::pair_response::{PairResponse, PairSeries};
+use crate::propagate::{Event, Observer, Window};
+use faer::Mat;
+use num_complex::Complex64;
+use std::f64::consts::FRAC_PI_2;
+
+/// A contact whose margin is this small a part of the half gap where it opens or closes does so on its
+/// surface; elsewhere its force vanishes, or a step of its gap or line does it.
+const ON_SURFACE: f64 = 1e-7;
+
+/// Terms of the exponentials.
+const KERNEL_TERMS: usize = 32;
+
+/// What a window is by the parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct WindowDerivative<'a> {
+    /// The window.
+    pub window: &'a Window<'a>,
+    /// δ_p of the mesh deflection.
+    pub deflection: &'a Series,
+    /// F_p of the mesh force, the sum over its closed flanks.
+    pub force: &'a Series,
+}
+
+/// Sees the derivative of every window.
+pub trait Witness {
+    /// A window was passed.
+    fn window(&mut self, derivative: &WindowDerivative<'_>);
+
+    /// A contact opened or closed, at a time that moves by so much \[s\] per unit of the parameter; the
+    /// mesh force jumps there by `jump` \[N\].
+    fn event(&mut self, event: &Event, moved: f64, jump: f64);
+}
+
+/// Nobody looks.
+impl Witness for () {
+    fn window(&mut self, _: &WindowDerivative<'_>) {}
+    fn event(&mut self, _: &Event, _: f64, _: f64) {}
+}
+
+/// The derivative of a trajectory by a parameter, window after window.
+#[derive(Debug)]
+pub struct ParameterTangent<'m, W> {
+    model: &'m Model,
+    by: &'m Model,
+    /// y, first components of all blocks, then second ones.
+    state: Vec<f64>,
+    /// T_p/T.
+    stretch: f64,
+    /// x and δ' at the end of the last window.
+    end: Vec<f64>,
+    /// Closed contacts of the last window, with their segment and force at its end.
+    closed: Vec<(usize, Segment, f64)>,
+    cycle: u64,
+    time: f64,
+    /// Sees every window.
+    pub witness: W,
+}
+
+/// A closed contact on a window.
+struct Closed<'a> {
+    contact: &'a Contact,
+    by: &'a Contact,
+    segment: Segment,
+    change: &'a Segment,
+    direction: usize,
+    index: usize,
+    deflection: Series,
+    force: Series,
+}
+
+impl<'m, W: Witness> ParameterTangent<'m, W> {
+    /// Beside a trajectory that starts at `x`, from y = `start` (both of length 2N) on. `by` is the derivative of the model by the parameter
+    /// ([`Model::combined`]).
+    pub fn new(model: &'m Model, by: &'m Model, x: &[f64], start: Vec<f64>, witness: W) -> Self {
+        Self {
+            model,
+            by,
+            state: start,
+            stretch: by.period() / model.period(),
+            end: x.to_vec(),
+            closed: Vec::new(),
+            cycle: 0,
+            time: 0.0,
+            witness,
+        }
+    }
+
+    /// y where the last window ended.
+    pub fn state(&self) -> &[f64] {
+        &self.state
+    }
+
+    /// The closed contacts of a window with their derivatives.
+    fn closed_on(&self, window: &Window<'_>) -> Vec<Closed<'m>> {
+        let (model, change, cycle) = (self.model, self.by, window.cycle);
+        (window.closed.iter())
+            .map(|shown| {
+                let contact = &model.contacts[shown.contact];
+                let by = &change.contacts[shown.contact];
+                let segment = window.segments[shown.contact];
+                let own = contact.cycle(cycle).segments.iter();
+                let place = own
+                    .clone()
+                    .position(|s| s.start == segment.start)
+                    .unwrap_or(0);
+                Closed {
+                    contact,
+                    by,
+                    segment,
+                    change: &by.cycle(cycle).segments[place],
+                    direction: segment.direction,
+                    index: shown.contact,
+                    deflection: padded(shown.deflection),
+                    force: padded(shown.force),
+                }
+            })
+            .collect()
+    }
+
+    /// The motion of a deflection along a line by the parameter, given the series of blocks and of
+    /// their derivatives.
+    fn along(
+        &self,
+        direction: usize,
+        window: &Window<'_>,
+        x: &[PairSeries<TERMS>],
+        y: &[PairSeries<TERMS>],
+    ) -> Series {
+        let (own, by) = (
+            &self.model.directions[direction],
+            &self.by.directions[direction],
+        );
+        let mut out = [0.0; TERMS];
+        for (i, (gain, change)) in own.gains.iter().zip(&by.gains).enumerate() {
+            for row in 0..2 {
+                let (w, w_p) = (gain.deflection[row], change.deflection[row]);
+                for n in 0..TERMS {
+                    out[n] += w * y[i][row][n] + w_p * x[i][row][n];
+                }
+            }
+        }
+        let line = &self.model.lines[own.line].transmission_error;
+        for (h, change) in line.iter().zip(&self.by.lines[own.line].transmission_error) {
+            let phase = h.turned(window.cycle, window.start) + h.phase;
+            let [cos, sin] = [0.0, -FRAC_PI_2]
+                .map(|turn| cosine_series(h.angular_frequency, phase + turn, window.duration));
+            for n in 0..TERMS {
+                out[n] -= change.amplitude * cos[n] - h.amplitude * change.phase * sin[n];
+            }
+        }
+        out
+    }
+
+    fn pass(&mut self, window: &Window<'_>) {
+        let (tau, n) = (window.duration, self.model.modes());
+        let closed = self.closed_on(window);
+        self.cross_breakpoints(&closed);
+        let ripples: Vec<[Series; 2]> = (self.model.ripple.iter())
+            .map(|ripple| {
+                let phase = ripple.phase_at(window.cycle, window.start);
+                [0.0, -FRAC_PI_2]
+                    .map(|turn| cosine_series(ripple.angular_frequency, phase + turn, tau))
+            })
+            .collect();
+        let mut responses = Vec::with_capacity(n);
+        let mut x: Vec<PairSeries<TERMS>> = Vec::with_capacity(n);
+        let mut sources: Vec<PairSeries<TERMS>> = Vec::with_capacity(n);
+        let mut free: Vec<PairSeries<TERMS>> = Vec::with_capacity(n);
+        for (i, (block, by)) in self.model.blocks.iter().zip(&self.by.blocks).enumerate() {
+            let response = PairResponse::new(&block.generator, tau);
+            let mut input = [[0.0; TERMS]; 2];
+            let mut source = [[0.0; TERMS]; 2];
+            for row in 0..2 {
+                input[row][0] += block.static_input[row];
+                source[row][0] += by.static_input[row];
+                for ((ripple, change), [cos, sin]) in
+                    self.model.ripple.iter().zip(&self.by.ripple).zip(&ripples)
+                {
+                    let (r, r_p) = (ripple.input[i][row], change.input[i][row]);
+                    for m in 0..TERMS {
+                        input[row][m] += r * cos[m];
+                        source[row][m] += r_p * cos[m] - r * change.phase * sin[m];
+                    }
+                }
+                for contact in &closed {
+                    let g = self.model.directions[contact.direction].gains[i].mesh_input[row];
+                    let g_p = self.by.directions[contact.direction].gains[i].mesh_input[row];
+                    for m in 0..TERMS {
+                        input[row][m] -= g * contact.force[m];
+                        source[row][m] -= g_p * contact.force[m];
+                    }
+                }
+            }
+            let motion = response.to([window.first[i], window.second[i]], &input);
+            for row in 0..2 {
+                let (a, a_p) = (block.generator[row], by.generator[row]);
+                for m in 0..TERMS {
+                    let rate = a[0] * motion[0][m] + a[1] * motion[1][m] + input[row][m];
+                    source[row][m] +=
+                        a_p[0] * motion[0][m] + a_p[1] * motion[1][m] + self.stretch * rate;
+                }
+            }
+            free.push(response.to([self.state[i], self.state[n + i]], &source));
+            x.push(motion);
+            sources.push(source);
+            responses.push(response);
+        }
+        let forces = self.forces(window, &closed, &x, &free);
+        let mut y = free;
+        if !closed.is_empty() {
+            for (i, source) in sources.iter_mut().enumerate() {
+                for (contact, force) in closed.iter().zip(&forces) {
+                    let g = self.model.directions[contact.direction].gains[i].mesh_input;
+                    for row in 0..2 {
+                        for m in 0..TERMS {
+                            source[row][m] -= g[row] * force[m];
+                        }
+                    }
+                }
+                y[i] = responses[i].to([self.state[i], self.state[n + i]], source);
+            }
+        }
+        let deflection = self.along(window.segments[0].direction, window, &x, &y);
+        let mut force = [0.0; TERMS];
+        let of_mesh = closed
+            .iter()
+            .zip(&forces)
+            .filter(|(c, _)| Model::of_mesh(c.index));
+        for (_, own) in of_mesh {
+            for m in 0..TERMS {
+                force[m] += own[m];
+            }
+        }
+        let ends = closed
+            .iter()
+            .map(|c| (c.index, c.segment, at_end(&c.force)))
+            .collect();
+        for i in 0..n {
+            for row in 0..2 {
+                self.state[row * n + i] = at_end(&y[i][row]);
+                self.end[row * n + i] = at_end(&x[i][row]);
+            }
+        }
+        self.closed = ends;
+        self.cycle = window.cycle;
+        self.time = window.start + tau;
+        self.witness.window(&WindowDerivative {
+            window,
+            deflection: &deflection,
+            force: &force,
+        });
+    }
+
+    /// Where closed contacts passed from one segment to the next at a phase that moves, the vector
+    /// field steps there.
+    fn cross_breakpoints(&mut self, closed: &[Closed<'_>]) {
+        let n = self.model.modes();
+        let mut kicks: Vec<(usize, f64)> = Vec::new();
+        for contact in closed {
+            let Some((_, before, force)) = self
+                .closed
+                .iter()
+                .find(|(index, ..)| *index == contact.index)
+            else {
+                continue;
+            };
+            let moved = self.model.period() * contact.change.start;
+            if *before != contact.segment && moved != 0.0 && contact.segment.start != 0.0 {
+                // (f⁻ − f⁺) moved, f = … − g F.
+                kicks.push((before.direction, -force * moved));
+                kicks.push((contact.direction, at_start(&contact.force) * moved));
+            }
+        }
+        for (direction, kick) in kicks {
+            push(&self.model.directions[direction], kick, n, &mut self.state);
+        }
+    }
+
+    /// f of every closed contact.
+    fn forces(
+        &self,
+        window: &Window<'_>,
+        closed: &[Closed<'_>],
+        x: &[PairSeries<TERMS>],
+        free: &[PairSeries<TERMS>],
+    ) -> Vec<Series> {
+        if closed.is_empty() {
+            return Vec::new();
+        }
+        let tau = window.duration;
+        let period = self.model.period();
+        let order = closed.len() * TERMS;
+        let mut exponentials = vec![[Complex64::ZERO; KERNEL_TERMS]; self.model.modes()];
+        for (block, out) in self.model.blocks.iter().zip(&mut exponentials) {
+            block.exponential(tau, out);
+        }
+        let mut system = Mat::<f64>::identity(order, order);
+        let mut right = vec![0.0; order];
+        for (i, contact) in closed.iter().enumerate() {
+            let nodes = transforms24().nodes();
+            let phase = |x: f64| (window.start + 0.5 * tau * (1.0 + x)) / period;
+            let stiffness: Series =
+                std::array::from_fn(|j| contact.segment.stiffness_at(phase(nodes[j])));
+            let c = contact.segment.damping;
+            let law = |series: &Series| -> Series {
+                let rate = derivative(series);
+                let values = std::array::from_fn(|j| stiffness[j] * evaluate(series, nodes[j]));
+                let mut out = transforms24().interpolate(&values);
+                for m in 0..TERMS {
+                    out[m] += c * 2.0 / tau * rate[m];
+                }
+                out
+            };
+            for (j, other) in closed.iter().enumerate() {
+                let kernel = self.kernel(contact.direction, other.direction, &exponentials);
+                for (m, column) in convolution24().operator(&kernel, tau).iter().enumerate() {
+                    for (n, value) in law(column).into_iter().enumerate() {
+                        system[(i * TERMS + n, j * TERMS + m)] += value;
+                    }
+                }
+            }
+            let mut own = law(&self.along(contact.direction, window, x, free));
+            let source = self.source(contact, &stiffness, phase, tau);
+            for m in 0..TERMS {
+                own[m] += source[m];
+            }
+            right[i * TERMS..][..TERMS].copy_from_slice(&own);
+        }
+        let solved = solve(system.as_ref(), &right);
+        solved.chunks_exact(TERMS).map(padded).collect()
+    }
+
+    /// Response of the deflection of one direction to an impulse of another's force, as a series.
+    fn kernel(
+        &self,
+        felt: usize,
+        pushed: usize,
+        exponentials: &[[Complex64; KERNEL_TERMS]],
+    ) -> [f64; KERNEL_TERMS] {
+        let mut out = [0.0; KERNEL_TERMS];
+        let (felt, pushed) = (
+            &self.model.directions[felt].gains,
+            &self.model.directions[pushed].gains,
+        );
+        for (i, block) in self.model.blocks.iter().enumerate() {
+            let (w, g, m) = (felt[i].deflection, pushed[i].mesh_input, block.traceless());
+            let cosine = w[0] * g[0] + w[1] * g[1];
+            let sine =
+                w[0] * (m[0][0] * g[0] + m[0][1] * g[1]) + w[1] * (m[1][0] * g[0] + m[1][1] * g[1]);
+            for (value, e) in out.iter_mut().zip(&exponentials[i]) {
+                *value += e.re * cosine + e.im * sine;
+            }
+        }
+        out
+    }
+
+    /// What the law of a closed contact adds to f by its own change.
+    fn source(
+        &self,
+        contact: &Closed<'_>,
+        stiffness: &Series,
+        phase: impl Fn(f64) -> f64,
+        tau: f64,
+    ) -> Series {
+        let nodes = transforms24().nodes();
+        let side = contact.contact.side;
+        let gap: Series = std::array::from_fn(|j| {
+            contact.contact.half_gap + contact.segment.error_at(phase(nodes[j]))[0]
+        });
+        let gap = transforms24().interpolate(&gap);
+        let changes: [[f64; 2]; TERMS] =
+            std::array::from_fn(|j| contact.segment.change_at(contact.change, phase(nodes[j])));
+        let widened =
+            transforms24().interpolate(&changes.map(|[_, error]| contact.by.half_gap + error));
+        let stretch: Series = std::array::from_fn(|m| contact.deflection[m] - side * gap[m]);
+        let squeeze = derivative(&stretch);
+        let widening = derivative(&widened);
+        let values = std::array::from_fn(|j| {
+            changes[j][0] * evaluate(&stretch, nodes[j])
+                - stiffness[j] * side * evaluate(&widened, nodes[j])
+        });
+        let mut out = transforms24().interpolate(&values);
+        let (c, c_p) = (contact.segment.damping, contact.change.damping);
+        for m in 0..TERMS {
+            out[m] += 2.0 / tau * ((c_p - c * self.stretch) * squeeze[m] - c * side * widening[m]);
+        }
+        out
+    }
+
+    /// δ_p − s b_p of a contact where it opens or closes, its margin there, and its direction and damping.
+    fn at_event(&self, event: &Event) -> (f64, f64, usize, f64) {
+        let n = self.model.modes();
+        let contact = &self.model.contacts[event.contact];
+        let by = &self.by.contacts[event.contact];
+        let cycle = contact.cycle(event.cycle);
+        let phase = event.time / cycle.period;
+        let place = (cycle.segments.iter())
+            .position(|s| phase < s.end)
+            .unwrap_or(cycle.segments.len() - 1);
+        let (segment, change) = (
+            &cycle.segments[place],
+            &by.cycle(event.cycle).segments[place],
+        );
+        let (deflection, _) = self
+            .model
+            .deflection_on(segment, event.cycle, &self.end, event.time);
+        let [gap, _] = contact.gap(segment, event.time);
+        let direction = &self.model.directions[segment.direction];
+        let mut moved = 0.0;
+        for (i, (gain, change)) in direction
+            .gains
+            .iter()
+            .zip(&self.by.directions[segment.direction].gains)
+            .enumerate()
+        {
+            for row in 0..2 {
+                moved += gain.deflection[row] * self.state[row * n + i]
+                    + change.deflection[row] * self.end[row * n + i];
+            }
+        }
+        let line = &self.model.lines[direction.line].transmission_error;
+        for (h, change) in line
+            .iter()
+            .zip(&self.by.lines[direction.line].transmission_error)
+        {
+            let (sin, cos) = (h.turned(event.cycle, event.time) + h.phase).sin_cos();
+            moved -= change.amplitude * cos - h.amplitude * change.phase * sin;
+        }
+        moved -= contact.side * (by.half_gap + segment.change_at(change, phase)[1]);
+        let margin = (contact.side * deflection - gap) / self.model.half_gap;
+        (moved, margin, segment.direction, segment.damping)
+    }
+}
+
+/// Adds `kick g` to a state.
+fn push(direction: &Direction, kick: f64, n: usize, state: &mut [f64]) {
+    for (i, gain) in direction.gains.iter().enumerate() {
+        state[i] += kick * gain.mesh_input[0];
+        state[n + i] += kick * gain.mesh_input[1];
+    }
+}
+
+impl<W: Witness> Observer for ParameterTangent<'_, W> {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        self.pass(window);
+    }
+
+    fn event(&mut self, event: &Event) {
+        let (moved, margin, direction, damping) = self.at_event(event);
+        if margin.abs() > ON_SURFACE {
+            return;
+        }
+        let n = self.model.modes();
+        let sign = if event.closes() { -1.0 } else { 1.0 };
+        push(
+            &self.model.directions[direction],
+            sign * damping * moved,
+            n,
+            &mut self.state,
+        );
+        // The surface is reached later by −(δ_p − s b_p)/(δ' − s b').
+        let jump = -sign * damping * event.rate;
+        let jump = if Model::of_mesh(event.contact) {
+            jump
+        } else {
+            0.0
+        };
+        self.witness.event(event, -moved / event.rate, jump);
+    }
+}

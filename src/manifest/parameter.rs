@@ -1,0 +1,263 @@
+//! Parameters of a job: what its drives depend on continuously, and the points where they have other
+//! values than the grid's.
+
+use super::axis::AxisKey;
+use super::diagnostic::{Issues, Span};
+use super::expand::Between;
+use super::reader;
+use super::schema::{self, Kind, MANIFEST};
+use super::spec::{PointSpec, Variant};
+use super::tree::{Node, Value};
+use crate::units::{self, Dimension};
+
+/// Tables whose keys describe the drive.
+const DRIVE_TABLES: [&str; 6] = ["model", "gear", "shafts", "train", "mesh", "excitation"];
+
+/// A key that a drive depends on continuously.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    key: AxisKey,
+    dimension: Dimension,
+}
+
+/// Why a name is no parameter.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ParameterError {
+    /// There is no such key.
+    #[error(
+        "`{name}` names no key of the drive{}; a parameter is load, speed, or a key of model, gear, \
+         shafts, train, mesh or excitation that takes a quantity, such as mesh.half_gap",
+        near.as_ref().map_or(String::new(), |near| format!(", did you mean `{near}`?"))
+    )]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The nearest that there is.
+        near: Option<String>,
+    },
+    /// The key takes no number, or whole numbers only.
+    #[error("`{name}` is not continuous: it takes {takes}; name a key that takes a quantity")]
+    NotContinuous {
+        /// The key.
+        name: String,
+        /// What it takes.
+        takes: String,
+    },
+    /// The manifest does not say what the value is.
+    #[error("`{name}` has no value in the manifest that could be changed; write it there first")]
+    NoValue {
+        /// The key.
+        name: String,
+    },
+}
+
+impl Parameter {
+    /// Its name in manifests and result files.
+    pub fn name(&self) -> &str {
+        self.key.name()
+    }
+
+    /// Its SI unit, `1` when dimensionless.
+    pub fn unit(&self) -> &'static str {
+        self.dimension.unit()
+    }
+
+    /// The parameter of a name.
+    ///
+    /// # Errors
+    /// [`ParameterError`].
+    pub fn named(name: &str) -> Result<Self, ParameterError> {
+        let key = AxisKey::of(name);
+        let dimension = match key {
+            AxisKey::Load => Dimension::Ratio,
+            AxisKey::Speed => Dimension::AngularSpeed,
+            AxisKey::Key(_) => dimension_of(name)?,
+        };
+        Ok(Self { key, dimension })
+    }
+
+    /// A value of it as typed, in SI.
+    ///
+    /// # Errors
+    /// A sentence.
+    pub fn parse(&self, text: &str) -> Result<f64, String> {
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => units::parse(text, self.dimension).map_err(|error| error.to_string()),
+        }
+    }
+}
+
+fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
+    let table = name.split('.').next().unwrap_or_default();
+    let known = schema::find(MANIFEST, name).filter(|_| DRIVE_TABLES.contains(&table));
+    match known {
+        None => Err(ParameterError::Unknown {
+            name: name.to_owned(),
+            near: nearest(name),
+        }),
+        Some(key) => match key.kind {
+            Kind::Quantity(dimension) => Ok(dimension),
+            // A bare number is a ratio; with a unit the manifest says so, and the value is read there.
+            Kind::ContactDamping => Ok(Dimension::Ratio),
+            _ => Err(ParameterError::NotContinuous {
+                name: name.to_owned(),
+                takes: key.accepted(),
+            }),
+        },
+    }
+}
+
+fn nearest(name: &str) -> Option<String> {
+    let paths: Vec<&str> = (schema::all(MANIFEST))
+        .filter(|key| matches!(key.kind, Kind::Quantity(_) | Kind::ContactDamping))
+        .map(|key| key.path)
+        .filter(|path| {
+            !path.contains(['*', '<'])
+                && DRIVE_TABLES.contains(&path.split('.').next().unwrap_or_default())
+        })
+        .chain(["load", "speed"])
+        .collect();
+    schema::nearest_path(name, &paths).map(str::to_owned)
+}
+
+impl Between {
+    /// A parameter of the job, with its unit there.
+    ///
+    /// # Errors
+    /// [`ParameterError`].
+    pub fn parameter(&self, point: &PointSpec, name: &str) -> Result<Parameter, ParameterError> {
+        let mut parameter = Parameter::named(name)?;
+        if let Some(Node {
+            value: Value::Text(text),
+            ..
+        }) = self.node(name)
+            && schema::find(MANIFEST, name).is_some_and(|key| key.kind == Kind::ContactDamping)
+            && let Ok((_, dimension)) = units::parse_any(text)
+        {
+            parameter.dimension = dimension;
+        }
+        match self.value(point, &parameter) {
+            Some(_) => Ok(parameter),
+            None => Err(ParameterError::NoValue {
+                name: name.to_owned(),
+            }),
+        }
+    }
+
+    /// The value of a parameter at a point, in SI; none where neither the manifest nor a default says.
+    pub fn value(&self, point: &PointSpec, parameter: &Parameter) -> Option<f64> {
+        let name = match &parameter.key {
+            AxisKey::Load => return Some(point.load),
+            AxisKey::Speed => return Some(point.speed),
+            AxisKey::Key(name) => name,
+        };
+        if let Some(place) = self.axis(name) {
+            return point.axis_values.get(place).copied();
+        }
+        let key = schema::find(MANIFEST, name)?;
+        match self.node(name).map(|node| &node.value) {
+            None => match key.default {
+                schema::DefaultValue::Value(_) if matches!(key.kind, Kind::Quantity(_)) => {
+                    Some(key.default_quantity())
+                }
+                _ => None,
+            },
+            Some(Value::Text(text)) => units::parse(text, parameter.dimension).ok(),
+            Some(Value::Float(value) | Value::Sample(value, _)) => Some(*value),
+            Some(Value::Integer(value)) => Some(*value as f64),
+            Some(_) => None,
+        }
+    }
+
+    /// The point like another where some parameters have other values.
+    ///
+    /// # Errors
+    /// A sentence where the manifest would be faulty with these values.
+    pub fn changed(
+        &self,
+        point: &PointSpec,
+        values: &[(&Parameter, f64)],
+    ) -> Result<PointSpec, String> {
+        let mut out = point.clone();
+        let mut nodes: Vec<(&str, Node)> = Vec::new();
+        for &(parameter, value) in values {
+            match &parameter.key {
+                AxisKey::Load => out.load = value,
+                AxisKey::Speed => out.speed = value,
+                AxisKey::Key(name) => {
+                    in_range(name, value, parameter.dimension)?;
+                    let span = Span {
+                        source: 0,
+                        start: 0,
+                        end: 0,
+                    };
+                    nodes.push((
+                        name,
+                        Node {
+                            span,
+                            value: Value::Sample(value, parameter.dimension),
+                        },
+                    ));
+                }
+            }
+        }
+        if !(out.speed > 0.0 && out.speed.is_finite() && out.load.is_finite()) {
+            return Err("a speed must be above 0 rad/s, a load finite".to_owned());
+        }
+        if nodes.is_empty() {
+            return Ok(out);
+        }
+        let Variant {
+            model,
+            mesh,
+            excitation,
+            run,
+            analyses,
+        } = self.resolved_with(point, nodes)?;
+        Ok(PointSpec {
+            model,
+            mesh,
+            excitation,
+            run,
+            analyses,
+            ..out
+        })
+    }
+}
+
+fn in_range(name: &str, value: f64, dimension: Dimension) -> Result<(), String> {
+    let Some(key) = schema::find(MANIFEST, name) else {
+        return Ok(());
+    };
+    if dimension == Dimension::Damping || key.bounds.contain(value) {
+        return Ok(());
+    }
+    let mut issues = Issues::default();
+    let span = Span {
+        source: issues.add_source(String::new(), String::new()),
+        start: 0,
+        end: 0,
+    };
+    let node = Node {
+        span,
+        value: Value::Sample(value, dimension),
+    };
+    _ = reader::in_range(&mut issues, &node, name, value, dimension, key);
+    Err(issues
+        .found
+        .first()
+        .map_or_else(String::new, |fault| fault.message.clone()))
+}
+
+/// The node at a dotted path of a tree.
+pub(super) fn node_at<'t>(tree: &'t Node, path: &str) -> Option<&'t Node> {
+    let mut node = tree;
+    for part in path.split('.') {
+        node = match &node.value {
+            Value::Array(items) => items.get(part.parse::<usize>().ok()?)?,
+            _ => &node.entry(part)?.node,
+        };
+    }
+    Some(node)
+}

@@ -1,0 +1,156 @@
+//! The drives of a job as they depend on parameters: models between the points of a grid, and their
+//! derivatives.
+
+use super::parts::Parts;
+use crate::analysis::continuation::drive::Family;
+use crate::analysis::continuation::map::At;
+use crate::manifest::{Between, Parameter, PointSpec};
+use crate::model::{Model, ShapeChange};
+use crate::propagate::KernelChoice;
+
+/// Steps of difference quotients of models, relative to the parameter's size, in the order in which
+/// they are tried: a smaller one where the model's shape changes within a larger one.
+const STEPS: [f64; 3] = [1e-3, 1e-4, 1e-5];
+
+/// Central differences of the sixth order: weights at 1, 2 and 3 steps, in 60ths.
+const CENTRAL: [f64; 3] = [45.0, -9.0, 1.0];
+
+/// One-sided differences of the sixth order, in 60ths: where a parameter may go one way only.
+const ONE_SIDED: [f64; 7] = [-147.0, 360.0, -450.0, 400.0, -225.0, 72.0, -10.0];
+
+/// What a change of a parameter is measured by where its value is zero, in its SI unit over the point's
+/// own scale.
+const OF_NOTHING: f64 = 1e-2;
+
+/// Drives like that of a point whose parameters vary.
+#[derive(Debug)]
+pub struct PointFamily<'a> {
+    /// The point.
+    pub point: PointSpec,
+    /// The parameters.
+    pub parameters: Vec<Parameter>,
+    between: &'a Between,
+    parts: &'a Parts,
+}
+
+impl<'a> PointFamily<'a> {
+    /// The family of a point.
+    pub fn new(
+        point: PointSpec,
+        parameters: Vec<Parameter>,
+        between: &'a Between,
+        parts: &'a Parts,
+    ) -> Self {
+        Self {
+            point,
+            parameters,
+            between,
+            parts,
+        }
+    }
+
+    /// The values of the parameters at the point; of a second one that there is not, 0.
+    pub fn values(&self) -> At {
+        let value = |i: usize| {
+            self.parameters
+                .get(i)
+                .and_then(|p| self.between.value(&self.point, p))
+        };
+        [0, 1].map(|i| value(i).unwrap_or(0.0))
+    }
+
+    /// The point where the parameters have these values.
+    ///
+    /// # Errors
+    /// A sentence where there is no such drive.
+    pub fn at(&self, at: At) -> Result<PointSpec, String> {
+        let values: Vec<(&Parameter, f64)> = self.parameters.iter().zip(at).collect();
+        self.between.changed(&self.point, &values)
+    }
+
+    /// A change of a parameter that is small against its size.
+    fn size(&self, at: At, axis: usize) -> f64 {
+        let natural = match self.parameters[axis].unit() {
+            "m" => self.point.mesh.half_gap,
+            _ => 1.0,
+        };
+        match at[axis] {
+            0.0 => OF_NOTHING * natural,
+            value => value.abs(),
+        }
+    }
+
+    fn difference(
+        &self,
+        at: At,
+        axis: usize,
+        step: f64,
+        offsets: &[(f64, f64)],
+    ) -> Result<Result<Model, ShapeChange>, String> {
+        let models: Vec<(f64, Model)> = (offsets.iter())
+            .map(|&(steps, weight)| {
+                let mut there = at;
+                there[axis] += steps * step;
+                Ok((weight / (60.0 * step), self.model(there)?))
+            })
+            .collect::<Result<_, String>>()?;
+        let models: Vec<(f64, &Model)> = models
+            .iter()
+            .map(|(weight, model)| (*weight, model))
+            .collect();
+        Ok(Model::combined(&models))
+    }
+}
+
+impl Family for PointFamily<'_> {
+    fn model(&self, at: At) -> Result<Model, String> {
+        let point = self.at(at)?;
+        self.parts.model(&point).map_err(|error| error.to_string())
+    }
+
+    /// By differences of models, of the sixth order: a model is smooth in its parameters, segment by
+    /// segment. A parameter that may go one way only is differentiated from that side.
+    fn derivative(&self, at: At, axis: usize) -> Result<Model, String> {
+        let central: Vec<(f64, f64)> = (1..)
+            .zip(CENTRAL)
+            .flat_map(|(i, w)| [(f64::from(i), w), (-f64::from(i), -w)])
+            .collect();
+        let sided = |side: f64| {
+            (0..)
+                .zip(ONE_SIDED)
+                .map(move |(i, w)| (side * f64::from(i), side * w))
+                .collect::<Vec<_>>()
+        };
+        let mut fault = None;
+        for offsets in [central, sided(1.0), sided(-1.0)] {
+            for step in STEPS {
+                match self.difference(at, axis, step * self.size(at, axis), &offsets) {
+                    Ok(Ok(found)) => return Ok(found),
+                    Ok(Err(change)) => {
+                        fault.get_or_insert(change.to_string());
+                    }
+                    Err(reason) => {
+                        fault.get_or_insert(reason);
+                        break;
+                    }
+                }
+            }
+        }
+        Err(format!(
+            "no derivative by `{}`: {}",
+            self.parameters[axis].name(),
+            fault.unwrap_or_default()
+        ))
+    }
+
+    fn event_limit(&self) -> u32 {
+        self.point.run.event_limit
+    }
+
+    fn tolerance(&self) -> f64 {
+        match self.point.run.kernel {
+            KernelChoice::Volterra { tolerance } => tolerance,
+            _ => f64::EPSILON,
+        }
+    }
+}
