@@ -7,6 +7,7 @@ mod console;
 mod earlier;
 mod events;
 mod excitation;
+pub mod follow;
 pub mod help;
 pub mod machine;
 pub mod merge;
@@ -66,6 +67,8 @@ enum Command {
     Run(run_args::RunArgs),
     /// Show all errors of a manifest, or what it expands to
     Check(check::CheckArgs),
+    /// Follow periodic orbits over an axis of the grid, through their bifurcations
+    Follow(follow::FollowArgs),
     /// Join the shards of a job into one set of results
     Merge(merge::MergeArgs),
     /// Say what a run will take, from a few of its points: time, memory, disk, placement
@@ -98,6 +101,7 @@ pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Follow(args) => follow::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Show(args) => show::run(&args),

@@ -3,7 +3,7 @@
 use super::axis::AxisKey;
 use super::expand::Between;
 use super::points::Points;
-use super::spec::{Axis, Carried, PointSpec};
+use super::spec::{Axis, Carried, ContinuationSpec, PointSpec};
 
 /// A whole job.
 #[derive(Debug, Clone)]
@@ -26,6 +26,8 @@ pub struct Job {
     pub points: Points,
     /// Resolves points between those of the grid, where they are asked for.
     pub between: Between,
+    /// What orbits are followed over, where that is asked for.
+    pub continuation: Option<ContinuationSpec>,
 }
 
 impl Job {

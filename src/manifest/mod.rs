@@ -103,6 +103,9 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let head = sections::read_job(&root, &mut issues);
     let axes = grid::read(&root, &mut issues);
 
+    let varied: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
+    let continuation = sections::read_continuation(&root, &mut issues, &varied, &axes.faulty);
+
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
@@ -142,6 +145,7 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
                 carried: axes.carried,
                 between,
                 points,
+                continuation: continuation.flatten(),
             })
         }
         _ => Err(ManifestErrors::new(issues)),

@@ -1,8 +1,10 @@
 //! The resolved specification of a job: what the program uses, after the text has been
 //! validated. Everything is SI; nothing here knows how it was typed.
 
+mod continuation;
 mod mesh;
 
+pub use continuation::{ContinuationSpec, GivenStateSpec};
 pub use mesh::{
     CoastSpec, CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };

@@ -58,6 +58,12 @@ pub enum TableKind {
     Basins,
     /// One row a quantity over a number of mesh cycles.
     Horizon,
+    /// One row an orbit of a branch.
+    Branches,
+    /// One row a bifurcation of a branch.
+    Bifurcations,
+    /// One row a point of a bifurcation curve.
+    Curves,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.

@@ -21,6 +21,7 @@ mod chains;
 mod characteristics;
 mod clock;
 mod columns;
+mod continuation;
 mod error;
 mod file;
 mod horizon;
@@ -53,6 +54,10 @@ pub use characteristics::{
 };
 pub use clock::timestamp;
 pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
+pub use continuation::{
+    BifurcationRow, BranchRow, CurveRow, FollowedRows, Told, bifurcation_rows, bifurcations_table,
+    branch_rows, branches_table, curve_rows, curves_table, with, write_followed,
+};
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_path, write_whole};
 pub use horizon::{HorizonRow, horizon_table};

@@ -9,6 +9,7 @@
 
 pub mod build;
 mod chain;
+mod continuation;
 mod early_forecast;
 mod estimate;
 mod family;
@@ -26,6 +27,7 @@ mod run;
 mod turns;
 
 pub use chain::{Link, compute, lead_up};
+pub use continuation::{Curves, FollowError, Followed, Line, follow_job};
 pub use early_forecast::EarlyForecast;
 pub use estimate::Interval;
 pub use family::PointFamily;

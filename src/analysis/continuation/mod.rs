@@ -2,8 +2,11 @@
 
 pub mod bifurcation;
 pub mod branch;
+pub mod curve;
 pub mod drive;
+pub mod explore;
 pub mod map;
+pub mod onset;
 pub mod orbit;
 pub mod path;
 pub mod search;

@@ -115,7 +115,7 @@ impl<'m> Watch<'m> {
     }
 
     /// The depth of a contact over a window \[m\].
-    fn depth(&mut self, contact: usize, window: &Window<'_>) -> Series {
+    pub(super) fn depth(&mut self, contact: usize, window: &Window<'_>) -> Series {
         let own = &self.model.contacts[contact];
         let segment = &window.segments[contact];
         let line = self.model.line(segment);

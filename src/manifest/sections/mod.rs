@@ -5,6 +5,7 @@ mod analyses;
 mod backlash;
 mod coast;
 pub(super) mod contact_law;
+mod continuation;
 mod drive_kind;
 mod excitation;
 mod gear;
@@ -29,6 +30,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use backlash::Surroundings;
+pub(super) use continuation::read as read_continuation;
 pub(super) use job::read as read_job;
 
 impl Variant {

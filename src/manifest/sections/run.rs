@@ -224,7 +224,7 @@ fn initial(
 }
 
 /// One number a retained mode.
-fn modal_vector(
+pub(super) fn modal_vector(
     state: &Section,
     issues: &mut Issues,
     name: &str,

@@ -1,6 +1,7 @@
 //! The keys of a manifest, one file a table, and those of a modal file.
 
 mod analyses;
+mod continuation;
 mod excitation;
 mod gear;
 mod grid;
@@ -28,6 +29,7 @@ pub(in crate::manifest) static MANIFEST: Schema = &[
     grid::KEYS,
     run::KEYS,
     analyses::KEYS,
+    continuation::KEYS,
 ];
 
 /// The keys of a modal file.

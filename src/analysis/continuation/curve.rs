@@ -1,0 +1,373 @@
+//! A bifurcation followed in two parameters.
+//!
+//! At one parameter held, the other is sought where the test of the bifurcation vanishes, each value
+//! being that of a corrected orbit: of a fold, which has no orbits on one side, on a plane across its
+//! null vector. Which parameter is held follows the direction of the curve.
+
+use super::bifurcation::{Bifurcation, Kind, Test};
+use super::map::{At, CycleMap};
+use super::orbit::{Border, NoOrbit, Orbit, distance, find};
+use crate::numerics::linalg::eigenpair;
+use num_complex::Complex64;
+use std::f64::consts::{PI, TAU};
+
+/// How a curve is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Smallest values of both parameters.
+    pub from: At,
+    /// Largest values.
+    pub to: At,
+    /// Longest step, as a part of the intervals.
+    pub longest: f64,
+    /// Most points one way.
+    pub most: usize,
+}
+
+impl Plane {
+    fn scale(&self, axis: usize) -> f64 {
+        self.to[axis] - self.from[axis]
+    }
+
+    fn holds(&self, at: At) -> bool {
+        (0..2).all(|axis| (self.from[axis]..=self.to[axis]).contains(&at[axis]))
+    }
+
+    /// Distance of two places, as a part of the intervals.
+    pub fn apart(&self, a: At, b: At) -> f64 {
+        ((a[0] - b[0]) / self.scale(0)).hypot((a[1] - b[1]) / self.scale(1))
+    }
+}
+
+/// A point of a curve, with what happens there besides.
+#[derive(Debug, Clone)]
+pub struct CurvePoint {
+    /// The orbit.
+    pub orbit: Orbit,
+    /// Codimension two between the point before and this one, in words.
+    pub note: Option<&'static str>,
+}
+
+/// A bifurcation curve.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// What happens on it.
+    pub kind: Kind,
+    /// Its points, in order.
+    pub points: Vec<CurvePoint>,
+    /// Why it ends at the first and the last.
+    pub ends: [&'static str; 2],
+}
+
+/// First step and shortest step, as parts of the intervals.
+const FIRST: f64 = 2e-3;
+const SHORTEST: f64 = 1e-6;
+
+/// Largest turn of a curve from step to step \[rad\].
+const LARGEST_TURN: f64 = 0.5;
+
+/// Part of an interval to which a point is located, and most orbits that it takes.
+const LOCATED: f64 = 1e-10;
+const MOST_TRIALS: usize = 14;
+
+/// First change of the sought parameter, as a part of its interval, or of ξ \[half gaps\].
+const FIRST_TRIAL: f64 = 1e-5;
+
+/// Follows a bifurcation in the plane of both parameters, both ways.
+pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Option<Curve> {
+    let test = match start.kind {
+        Kind::Fold => Test::PlusOne,
+        Kind::PeriodDoubling => Test::MinusOne,
+        Kind::Torus => Test::Pair,
+        Kind::Graze { extreme } => Test::Depth(extreme),
+        Kind::BranchPoint | Kind::Sequence | Kind::Merging { .. } => return None,
+    };
+    let own = CurvePoint {
+        orbit: start.orbit.clone(),
+        note: None,
+    };
+    let (mut back, first) = one_way(map, plane, &start.kind, &test, &own, -1.0);
+    let (ahead, last) = match first {
+        "closed" => (Vec::new(), first),
+        _ => one_way(map, plane, &start.kind, &test, &own, 1.0),
+    };
+    back.reverse();
+    back.push(own);
+    back.extend(ahead);
+    Some(Curve {
+        kind: start.kind,
+        points: back,
+        ends: [first, last],
+    })
+}
+
+fn one_way(
+    map: &mut impl CycleMap,
+    plane: &Plane,
+    kind: &Kind,
+    test: &Test,
+    start: &CurvePoint,
+    sense: f64,
+) -> (Vec<CurvePoint>, &'static str) {
+    let mut points = vec![start.clone()];
+    let mut test = test.clone();
+    // First along the second parameter.
+    let mut direction = [0.0, sense];
+    let mut step = FIRST;
+    let end = loop {
+        if points.len() > plane.most {
+            break "as many points as asked for";
+        }
+        let last = &points[points.len() - 1].orbit;
+        let target: At = std::array::from_fn(|i| last.at[i] + step * direction[i] * plane.scale(i));
+        let held = if direction[1].abs() >= direction[0].abs() {
+            1
+        } else {
+            0
+        };
+        let known: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
+        match point(map, plane, kind, &test, &known, target, held) {
+            Ok(orbit) => {
+                let turn = turned(plane, direction, last.at, orbit.at);
+                let far = plane.apart(last.at, orbit.at) > 3.0 * step;
+                let cusp = *kind == Kind::Fold && turn > 0.7 * PI && points.len() > 2;
+                if (turn > LARGEST_TURN && points.len() > 1 && !cusp) || far {
+                    step *= 0.4;
+                    if step < SHORTEST {
+                        break "the curve turns sharply";
+                    }
+                    continue;
+                }
+                if !plane.holds(orbit.at) {
+                    points.push(CurvePoint { orbit, note: None });
+                    break "the interval ends";
+                }
+                let note = match cusp {
+                    true => Some("cusp"),
+                    false => codimension_two(kind, last, &orbit),
+                };
+                let apart = plane.apart(last.at, orbit.at);
+                if apart > 0.0 {
+                    direction = std::array::from_fn(|i| {
+                        (orbit.at[i] - last.at[i]) / plane.scale(i) / apart
+                    });
+                }
+                if let (Test::Depth(extreme), true) = (&mut test, true)
+                    && let Some(now) = orbit
+                        .course
+                        .touches
+                        .nearest(extreme, f64::from(orbit.period))
+                {
+                    *extreme = *now;
+                }
+                let closed = points.len() > 10
+                    && plane.apart(orbit.at, start.orbit.at) < apart
+                    && distance(&orbit.u, &start.orbit.u) < 0.2;
+                points.push(CurvePoint { orbit, note });
+                if closed {
+                    break "closed";
+                }
+                if turn < 0.5 * LARGEST_TURN {
+                    step = (1.5 * step).min(plane.longest);
+                }
+            }
+            Err(reason) => {
+                step *= 0.4;
+                if step < SHORTEST {
+                    break reason;
+                }
+            }
+        }
+    };
+    points.remove(0);
+    (points, end)
+}
+
+/// The angle by which a curve turns.
+fn turned(plane: &Plane, direction: [f64; 2], from: At, to: At) -> f64 {
+    let next: [f64; 2] = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i));
+    let size = next[0].hypot(next[1]);
+    match size > 0.0 {
+        true => ((next[0] * direction[0] + next[1] * direction[1]) / size)
+            .clamp(-1.0, 1.0)
+            .acos(),
+        false => 0.0,
+    }
+}
+
+/// The point of the curve at a value of the parameter that is held, near a target.
+fn point(
+    map: &mut impl CycleMap,
+    plane: &Plane,
+    kind: &Kind,
+    test: &Test,
+    known: &[&Orbit],
+    target: At,
+    held: usize,
+) -> Result<Orbit, &'static str> {
+    const NO_ORBIT: &str = "no orbit is found beyond";
+    const NO_TEST: &str = "the extreme that grazes is gone";
+    let free = 1 - held;
+    let last = known[0];
+    // Linear through the last two, by the parameter that is held.
+    let mut guess = last.u.clone();
+    let mut place = target;
+    if let [_, before, ..] = known {
+        let run = last.at[held] - before.at[held];
+        if run != 0.0 {
+            let part = (target[held] - last.at[held]) / run;
+            for (u, (a, b)) in guess.iter_mut().zip(last.u.iter().zip(&before.u)) {
+                *u = a + part * (a - b);
+            }
+            place[free] = last.at[free] + part * (last.at[free] - before.at[free]);
+        }
+    }
+    let null = match kind {
+        Kind::Fold => Some(
+            eigenpair(last.monodromy.as_ref(), Complex64::ONE)
+                .ok_or(NO_ORBIT)?
+                .vector[0]
+                .clone(),
+        ),
+        _ => None,
+    };
+    let column = match &null {
+        Some(_) => Some(
+            map.by_parameter(&guess, place, last.period, free)
+                .map_err(|_| NO_ORBIT)?,
+        ),
+        None => None,
+    };
+    let mut at_trial = |x: f64, near: &[f64]| -> Result<Orbit, NoOrbit> {
+        match (&null, &column) {
+            (Some(null), Some(column)) => {
+                let there: Vec<f64> = guess.iter().zip(null).map(|(u, v)| u + x * v).collect();
+                let border = Border::Plane {
+                    axis: free,
+                    scale: plane.scale(free),
+                    normal: null.clone(),
+                    along: 0.0,
+                    column: column.iter().map(|c| c * plane.scale(free)).collect(),
+                };
+                find(map, &there, place, last.period, &border)
+            }
+            _ => {
+                let mut at = place;
+                at[free] += x * plane.scale(free);
+                find(map, near, at, last.period, &Border::Parameters)
+            }
+        }
+    };
+    let first = at_trial(0.0, &guess).map_err(|_| NO_ORBIT)?;
+    let reference = test.at(&first).ok_or(NO_TEST)?.0;
+    let value = |orbit: &Orbit| {
+        test.at(orbit)
+            .map(|(size, sign)| sign * (size - reference).exp())
+            .ok_or(NO_TEST)
+    };
+    let mut older = (0.0, value(&first)?, first);
+    if older.1 == 0.0 || !reference.is_finite() {
+        return Ok(older.2);
+    }
+    let orbit = at_trial(FIRST_TRIAL, &older.2.u).map_err(|_| NO_ORBIT)?;
+    let mut newer = (FIRST_TRIAL, value(&orbit)?, orbit);
+    for _ in 0..MOST_TRIALS {
+        let slope = (newer.1 - older.1) / (newer.0 - older.0);
+        let change = (-newer.1 / slope).clamp(-0.02, 0.02);
+        if !change.is_finite() {
+            break;
+        }
+        if change.abs() <= LOCATED {
+            return Ok(newer.2);
+        }
+        let x = newer.0 + change;
+        let orbit = at_trial(x, &newer.2.u).map_err(|_| NO_ORBIT)?;
+        let own = value(&orbit)?;
+        older = std::mem::replace(&mut newer, (x, own, orbit));
+        if newer.1 == 0.0 {
+            return Ok(newer.2);
+        }
+    }
+    match newer.1.abs() < 1e-6 {
+        true => Ok(newer.2),
+        false => Err("the test of the bifurcation does not vanish near by"),
+    }
+}
+
+/// What of codimension two lies between two points of a curve.
+fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
+    let changes = |test: Test| matches!((test.at(a), test.at(b)), (Some(a), Some(b)) if a.1 != b.1);
+    let pairs = |o: &Orbit| {
+        o.multipliers
+            .iter()
+            .filter(|m| m.im != 0.0 && m.norm() > 1.0 + 1e-6)
+            .count()
+    };
+    match kind {
+        Kind::Fold => {
+            if changes(Test::MinusOne) {
+                return Some("fold and period doubling");
+            }
+            (pairs(a) != pairs(b)).then_some("fold and torus")
+        }
+        Kind::PeriodDoubling => {
+            if changes(Test::PlusOne) {
+                return Some("fold and period doubling");
+            }
+            (pairs(a) != pairs(b)).then_some("period doubling and torus")
+        }
+        Kind::Torus => {
+            let angle = |orbit: &Orbit| {
+                let near = orbit.multipliers.iter().filter(|m| m.im > 0.0);
+                near.min_by(|a, b| (a.norm() - 1.0).abs().total_cmp(&(b.norm() - 1.0).abs()))
+                    .map(|m| m.arg())
+            };
+            let (a, b) = (angle(a)?, angle(b)?);
+            let passes = |turn: f64| (a - turn) * (b - turn) < 0.0;
+            if passes(TAU / 3.0) {
+                return Some("resonance 1:3");
+            }
+            passes(TAU / 4.0).then_some("resonance 1:4")
+        }
+        Kind::Graze { .. } => {
+            if changes(Test::PlusOne) {
+                return Some("graze and fold");
+            }
+            if changes(Test::MinusOne) {
+                return Some("graze and period doubling");
+            }
+            (a.course.touches.sequence.len() != b.course.touches.sequence.len())
+                .then_some("another graze")
+        }
+        Kind::BranchPoint | Kind::Sequence | Kind::Merging { .. } => None,
+    }
+}
+
+/// Whether a bifurcation lies on a known curve: a segment passes it with like orbits.
+pub fn is_known(plane: &Plane, curves: &[Curve], own: &Bifurcation) -> bool {
+    curves
+        .iter()
+        .filter(|c| c.kind.name() == own.kind.name())
+        .any(|curve| {
+            curve.points.windows(2).any(|pair| {
+                let [a, b] = [&pair[0].orbit, &pair[1].orbit];
+                let (whole, first) = (plane.apart(a.at, b.at), plane.apart(a.at, own.orbit.at));
+                let second = plane.apart(b.at, own.orbit.at);
+                let part = first / (first + second).max(f64::MIN_POSITIVE);
+                let like = || {
+                    let u: Vec<f64> =
+                        a.u.iter()
+                            .zip(&b.u)
+                            .map(|(a, b)| a + part * (b - a))
+                            .collect();
+                    let apart = distance(&a.u, &b.u);
+                    own.orbit
+                        .course
+                        .strobes
+                        .iter()
+                        .any(|o| distance(o, &u) < 0.2 * apart + 0.02)
+                };
+                a.period == own.orbit.period && first + second < 1.02 * whole + 1e-7 && like()
+            })
+        })
+}

@@ -1,0 +1,145 @@
+//! Onset of rattle in closed form: down to which load do the flanks stay together?
+//!
+//! While contact lasts the motion is linear: at a speed, the depth of the drive flank's contact under
+//! load L is `d(t; L) = d₀(t) + L d₁(t)`, known from the orbits of two loads so high that nothing opens.
+//! It vanishes at time t under the load `−d₀/d₁`; the largest of these is the onset, at the time where
+//! the orbit then grazes the flank from inside. Holds where stiffness does not depend on the load.
+
+use super::drive::{DriveMap, Family};
+use super::map::{At, CycleMap, MapError};
+use super::orbit::{Border, Orbit, find};
+use super::touches::Watch;
+use crate::analysis::modal_series::Series;
+use crate::model::{DRIVE_FLANK, InitialState};
+use crate::numerics::legendre::evaluate;
+use crate::propagate::{Event, Observer, Window};
+
+/// The onset of rattle at a value of the other parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Onset {
+    /// The parameters; the load is the largest under which contact is lost.
+    pub at: At,
+    /// Mesh phase of the graze \[cycles of the base period\].
+    pub phase: f64,
+    /// Largest modulus of the multipliers: below 1 the orbit is stable up to there.
+    pub radius: f64,
+}
+
+/// Loads tried, each twice the one before, until contact lasts.
+const MOST_DOUBLINGS: u32 = 14;
+
+/// Places looked at in a window.
+const PLACES: usize = 48;
+
+/// Steps by which the place of the largest load is narrowed.
+const NARROWINGS: usize = 80;
+
+/// The depth of the drive flank's contact over a period.
+struct Depths<'m> {
+    watch: Watch<'m>,
+    windows: Vec<(f64, f64, Series)>,
+    period: f64,
+}
+
+impl Observer for Depths<'_> {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let depth = self.watch.depth(DRIVE_FLANK, window);
+        let start = window.cycle as f64 + window.start / self.period;
+        self.windows
+            .push((start, window.duration / self.period, depth));
+    }
+
+    fn event(&mut self, _: &Event) {}
+}
+
+/// The onset at `at`, of which the entry `load` is replaced; none where the drive does not stay in
+/// contact under any load tried.
+///
+/// # Errors
+/// [`MapError`] where there is no model.
+pub fn onset<F: Family>(
+    map: &mut DriveMap<'_, F>,
+    at: At,
+    load: usize,
+) -> Result<Option<Onset>, MapError> {
+    let mut high = at;
+    high[load] = at[load].abs().max(0.5);
+    let mut held = None;
+    for _ in 0..MOST_DOUBLINGS {
+        if let Some(orbit) = in_contact(map, high)? {
+            held = Some(orbit);
+            break;
+        }
+        high[load] *= 2.0;
+    }
+    let Some(one) = held else { return Ok(None) };
+    let mut higher = high;
+    higher[load] *= 2.0;
+    let Some(other) = in_contact(map, higher)? else {
+        return Ok(None);
+    };
+    let a = depths(map, &one)?;
+    let b = depths(map, &other)?;
+    let unit = 1.0 / (higher[load] - high[load]);
+    let needed = |window: usize, x: f64| {
+        let (first, second) = (evaluate(&a[window].2, x), evaluate(&b[window].2, x));
+        let by_load = (second - first) * unit;
+        match by_load > 0.0 {
+            true => high[load] - first / by_load,
+            false => f64::NEG_INFINITY,
+        }
+    };
+    let place = |i: usize| 2.0 * i as f64 / PLACES as f64 - 1.0;
+    let places = (0..a.len()).flat_map(|w| (0..=PLACES).map(move |i| (w, i)));
+    let Some((window, i)) =
+        places.max_by(|x, y| needed(x.0, place(x.1)).total_cmp(&needed(y.0, place(y.1))))
+    else {
+        return Ok(None);
+    };
+    let (mut low, mut up) = (place(i.saturating_sub(1)), place((i + 1).min(PLACES)));
+    for _ in 0..NARROWINGS {
+        let third = (up - low) / 3.0;
+        match needed(window, low + third) < needed(window, up - third) {
+            true => low += third,
+            false => up -= third,
+        }
+    }
+    let x = 0.5 * (low + up);
+    let mut found = at;
+    found[load] = needed(window, x);
+    let (start, length, _) = a[window];
+    let radius = one.multipliers.first().map_or(0.0, |m| m.norm());
+    Ok(Some(Onset {
+        at: found,
+        phase: start + 0.5 * length * (1.0 + x),
+        radius,
+    }))
+}
+
+/// The orbit in lasting contact of the drive flank; none where contact changes.
+fn in_contact<F: Family>(map: &mut DriveMap<'_, F>, at: At) -> Result<Option<Orbit>, MapError> {
+    let start = map.model(at)?.start(&InitialState::Static);
+    let guess = map.coordinates(&start.state);
+    let unit = map.unit();
+    let found = find(map, &guess, at, unit, &Border::Parameters).ok();
+    Ok(found.filter(|orbit| {
+        orbit.course.touches.sequence.is_empty() && map.state(&orbit.u).contact.holds(DRIVE_FLANK)
+    }))
+}
+
+fn depths<F: Family>(
+    map: &mut DriveMap<'_, F>,
+    orbit: &Orbit,
+) -> Result<Vec<(f64, f64, Series)>, MapError> {
+    let model = map.model(orbit.at)?.clone();
+    let mut watch = Depths {
+        watch: Watch::new(&model),
+        windows: Vec::new(),
+        period: model.period(),
+    };
+    let mut state = map.state(&orbit.u);
+    map.advance(orbit.at, u64::from(orbit.period), &mut state, &mut watch)?;
+    Ok(watch.windows)
+}

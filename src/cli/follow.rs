@@ -1,0 +1,331 @@
+//! `atlas follow m.toml`: periodic orbits over an axis of the grid, through their bifurcations.
+
+use super::process::Process;
+use super::status::failure;
+use super::table::TablesFolder;
+use super::{BAD_INPUT, INTERRUPTED, answer, check, fail, with_causes};
+use crate::analysis::continuation::branch::End;
+use crate::manifest::Job;
+use crate::store::{
+    AxisColumn, CurveRow, FollowedRows, TableKind, bifurcation_rows, branch_rows, curve_rows,
+    table_path, with, write_followed,
+};
+use crate::sweep::{FollowError, Followed, Parts, follow_job};
+use clap::Args;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Arguments of `atlas follow`.
+#[derive(Debug, Args)]
+pub struct FollowArgs {
+    /// The manifest; its [continuation] says what is followed.
+    pub manifest: PathBuf,
+    /// Folder for the results [default: results/JOB].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Worker threads [default: one a core this process may use].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    #[command(flatten)]
+    tables: TablesFolder,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print the summary as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Follows orbits: status 0 when done, 2 for bad input, 130 when interrupted.
+pub fn run(args: &FollowArgs) -> ExitCode {
+    let job = match check::admit(&args.manifest) {
+        Ok(job) => job,
+        Err(status) => return status,
+    };
+    let process = match Process::prepare() {
+        Ok(process) => process,
+        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
+    };
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads.unwrap_or(0) as usize)
+        .thread_name(|i| format!("atlas-{i}"));
+    let pool = match pool.build() {
+        Ok(pool) => pool,
+        Err(error) => {
+            return fail(
+                1,
+                &format!("cannot start worker threads: {error}; give fewer with --threads"),
+            );
+        }
+    };
+    let folder = args
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("results").join(&job.name));
+    let parts = Parts::new(args.tables.store());
+    let clock = Instant::now();
+    let talks = !args.quiet && !args.json && std::io::stderr().is_terminal();
+    let passed = |text: &str| {
+        if talks {
+            // A terminal that is gone is no reason to stop.
+            _ = writeln!(std::io::stderr().lock(), "{text}");
+        }
+    };
+    let followed = match pool.install(|| follow_job(&job, &parts, &process.called_off, &passed)) {
+        Ok(followed) => followed,
+        Err(FollowError::CalledOff(_)) => {
+            return fail(INTERRUPTED, "interrupted; nothing was written");
+        }
+        Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+    };
+    let seconds = clock.elapsed().as_secs_f64();
+    let axes: Vec<AxisColumn> = (job.axes.iter())
+        .map(|axis| AxisColumn {
+            name: axis.name().to_owned(),
+            unit: axis.unit.clone(),
+        })
+        .collect();
+    let metadata = [
+        ("job", job.name.clone()),
+        ("manifest_hash", job.hash.clone()),
+        (
+            "axes",
+            json!(axes.iter().map(|a| &a.name).collect::<Vec<_>>()).to_string(),
+        ),
+    ];
+    let census = Census::of(&followed);
+    if let Err(error) = write_followed(&folder, &axes, rows(&job, &followed), &metadata) {
+        return fail(failure(&error), &with_causes(&error));
+    }
+    let text = match (args.json, args.quiet) {
+        (true, _) => format!("{:#}\n", census.json(&job, &folder, seconds)),
+        (false, true) => String::new(),
+        (false, false) => census.text(&job, &folder, seconds, &followed),
+    };
+    answer(&text, ExitCode::SUCCESS)
+}
+
+/// The rows of all tables, branches and curves counted over the whole job.
+fn rows(job: &Job, followed: &Followed) -> FollowedRows {
+    let mut out = FollowedRows::default();
+    let Some(asked) = &job.continuation else {
+        return out;
+    };
+    let mut number = 0;
+    for line in &followed.lines {
+        let first = number;
+        for (origin, branch) in &line.branches.all {
+            out.branches
+                .extend(branch_rows(number, branch, &line.axis_values, asked.over));
+            let origin = origin.text(first as usize);
+            out.bifurcations.extend(bifurcation_rows(
+                number,
+                branch,
+                &origin,
+                &line.axis_values,
+                asked.over,
+            ));
+            number += 1;
+        }
+    }
+    let Some(second) = asked.second else {
+        return out;
+    };
+    let mut curves = Vec::new();
+    let mut number = 0;
+    for plane in &followed.planes {
+        for curve in &plane.all {
+            curves.extend(curve_rows(
+                number,
+                curve,
+                &plane.axis_values,
+                [asked.over, second],
+            ));
+            number += 1;
+        }
+        for (index, onset) in plane.onset.iter().enumerate() {
+            curves.push(CurveRow {
+                axis_values: with(
+                    &plane.axis_values,
+                    &[(asked.over, onset.at[0]), (second, onset.at[1])],
+                ),
+                curve: number,
+                index: index as u32,
+                kind: "onset".to_owned(),
+                note: (onset.radius >= 1.0).then(|| "unstable in contact".to_owned()),
+                told: None,
+            });
+        }
+        number += u32::from(!plane.onset.is_empty());
+    }
+    out.curves = Some(curves);
+    out
+}
+
+/// What was found, counted.
+struct Census {
+    branches: usize,
+    orbits: usize,
+    steps: u64,
+    models: u64,
+    rejected: u64,
+    known: usize,
+    kinds: BTreeMap<&'static str, usize>,
+    sequences: usize,
+    ends: BTreeMap<String, usize>,
+    curves: BTreeMap<&'static str, usize>,
+    failures: Vec<String>,
+}
+
+impl Census {
+    fn of(followed: &Followed) -> Self {
+        let mut out = Self {
+            branches: 0,
+            orbits: 0,
+            steps: 0,
+            models: 0,
+            rejected: 0,
+            known: 0,
+            kinds: BTreeMap::new(),
+            sequences: 0,
+            ends: BTreeMap::new(),
+            curves: BTreeMap::new(),
+            failures: Vec::new(),
+        };
+        for line in &followed.lines {
+            out.models += line.models;
+            out.known += line.branches.known;
+            out.failures.extend(line.branches.failures.iter().cloned());
+            for (_, branch) in &line.branches.all {
+                out.branches += 1;
+                out.orbits += branch.orbits.len();
+                out.rejected += branch.rejected;
+                out.steps += branch
+                    .orbits
+                    .iter()
+                    .map(|orbit| u64::from(orbit.steps))
+                    .sum::<u64>();
+                for bifurcation in &branch.bifurcations {
+                    *out.kinds.entry(bifurcation.kind.name()).or_default() += 1;
+                }
+                let pairs = branch.orbits.windows(2);
+                out.sequences += pairs
+                    .filter(|p| !p[0].course.touches.alike(&p[1].course.touches))
+                    .count();
+                for end in branch.ends.iter().filter(|end| **end != End::Start) {
+                    let word = match end {
+                        End::Lost { .. } => "no orbit beyond".to_owned(),
+                        other => other.to_string(),
+                    };
+                    *out.ends.entry(word).or_default() += 1;
+                }
+            }
+        }
+        for plane in &followed.planes {
+            for curve in &plane.all {
+                *out.curves.entry(curve.kind.name()).or_default() += 1;
+            }
+            if !plane.onset.is_empty() {
+                *out.curves.entry("onset").or_default() += 1;
+            }
+        }
+        out
+    }
+
+    fn json(&self, job: &Job, folder: &Path, seconds: f64) -> serde_json::Value {
+        json!({
+            "job": job.name,
+            "folder": folder,
+            "seconds": seconds,
+            "branches": self.branches,
+            "orbits": self.orbits,
+            "newton_steps": self.steps,
+            "models": self.models,
+            "steps_refused": self.rejected,
+            "orbits_on_known_branches": self.known,
+            "bifurcations": self.kinds,
+            "changes_of_sequence": self.sequences,
+            "ends": self.ends,
+            "curves": self.curves,
+            "failures": self.failures,
+        })
+    }
+
+    fn text(&self, job: &Job, folder: &Path, seconds: f64, followed: &Followed) -> String {
+        let counted = |counts: &BTreeMap<&'static str, usize>| {
+            let words: Vec<String> = counts
+                .iter()
+                .map(|(kind, count)| format!("{count} {}", kind.replace('_', " ")))
+                .collect();
+            match words.is_empty() {
+                true => "none".to_owned(),
+                false => words.join(", "),
+            }
+        };
+        let ends: Vec<String> = self
+            .ends
+            .iter()
+            .map(|(end, count)| format!("{count} x {end}"))
+            .collect();
+        let over = job
+            .continuation
+            .as_ref()
+            .map_or("", |asked| job.axes[asked.over].name());
+        let mut lines = vec![
+            (
+                "job",
+                format!(
+                    "{}: orbits over {over}, {} lines",
+                    job.name,
+                    followed.lines.len()
+                ),
+            ),
+            (
+                "branches",
+                format!(
+                    "{} with {} orbits in {seconds:.1} s, {:.2} Newton steps an orbit; {} steps refused",
+                    self.branches,
+                    self.orbits,
+                    self.steps as f64 / self.orbits.max(1) as f64,
+                    self.rejected
+                ),
+            ),
+            ("bifurcations", counted(&self.kinds)),
+            (
+                "sequences",
+                format!("changed {} times along branches", self.sequences),
+            ),
+            ("ends", ends.join("; ")),
+        ];
+        if job
+            .continuation
+            .as_ref()
+            .is_some_and(|asked| asked.second.is_some())
+        {
+            lines.push(("curves", counted(&self.curves)));
+        }
+        lines.extend(
+            self.failures
+                .iter()
+                .map(|failure| ("not followed", failure.clone())),
+        );
+        let mut kinds = vec![TableKind::Branches, TableKind::Bifurcations];
+        if !followed.planes.is_empty() {
+            kinds.push(TableKind::Curves);
+        }
+        lines.extend(kinds.iter().enumerate().map(|(i, kind)| {
+            (
+                if i == 0 { "files" } else { "" },
+                table_path(folder, *kind, None).display().to_string(),
+            )
+        }));
+        lines
+            .iter()
+            .map(|(head, line)| format!("{head:<14}{line}\n"))
+            .collect()
+    }
+}

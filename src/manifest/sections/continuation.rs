@@ -1,0 +1,159 @@
+//! `[continuation]`: what orbits are followed over.
+
+use super::run::modal_vector;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::parameter::Parameter;
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::schema;
+use crate::manifest::spec::{Axis, ContinuationSpec, GivenStateSpec};
+use crate::model::InitialState;
+
+/// The section, `Some(None)` where there is none; `None` where it is faulty.
+pub(in crate::manifest) fn read(
+    root: &Section,
+    issues: &mut Issues,
+    axes: &[&Axis],
+    faulty: &[String],
+) -> Option<Option<ContinuationSpec>> {
+    let section = match root.child(issues, "continuation") {
+        Child::Absent => return Some(None),
+        Child::Invalid => return None,
+        Child::Present(section) => section,
+    };
+    let over = axis(&section, issues, "over", axes, faulty);
+    let second = match section.has("second") {
+        true => axis(&section, issues, "second", axes, faulty).map(Some),
+        false => Some(None),
+    };
+    if let (Some(over), Some(Some(second))) = (over, second)
+        && over == second
+    {
+        let message = "`continuation.second` is the axis that orbits are followed over already";
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of("second"),
+                "continuation.second",
+                message.to_owned(),
+            )
+            .label("the same axis")
+            .remedy("name another axis, or leave it out"),
+        );
+    }
+    let starts = section.count_or_default(issues, "starts");
+    let transient = section.integer_or_default(issues, "transient");
+    let cycles = section.integer_or_default(issues, "cycles");
+    let longest_period = section.integer_or_default(issues, "longest_period");
+    let guesses = section.count_or_default(issues, "guesses");
+    let orbits = section.count_or_default(issues, "orbits");
+    let branches = section.count_or_default(issues, "branches");
+    let step = section.quantity_or_default(issues, "step");
+    let states = match section.has("states") {
+        true => section.tables(issues, "states").and_then(|tables| {
+            let read: Vec<_> = tables.iter().map(|table| state(table, issues)).collect();
+            read.into_iter().collect::<Option<Vec<_>>>()
+        }),
+        false => Some(Vec::new()),
+    };
+    Some(Some(ContinuationSpec {
+        over: over?,
+        second: second?,
+        starts: starts?,
+        transient: transient?,
+        cycles: cycles?,
+        longest_period: u32::try_from(longest_period?).ok()?,
+        guesses: guesses?,
+        orbits: orbits?,
+        branches: branches?,
+        step: step?,
+        states: states?,
+    }))
+}
+
+fn state(table: &Section, issues: &mut Issues) -> Option<GivenStateSpec> {
+    let at = table.quantity(issues, "at");
+    let period = table.integer_or_default(issues, "period");
+    let displacement = table.quantities(issues, "displacement", None);
+    let length = displacement.as_ref().map(Vec::len);
+    let velocity = modal_vector(table, issues, "velocity", length);
+    Some(GivenStateSpec {
+        at: at?,
+        period: u32::try_from(period?).ok()?,
+        state: InitialState::Modal {
+            displacement: displacement?,
+            velocity: velocity?,
+        },
+    })
+}
+
+/// The place of the axis that a key names: one that the drive depends on continuously, with two
+/// different values.
+fn axis(
+    section: &Section,
+    issues: &mut Issues,
+    key: &str,
+    axes: &[&Axis],
+    faulty: &[String],
+) -> Option<usize> {
+    let varied = |axis: &Axis| axis.values.ends().0 < axis.values.ends().1;
+    let name = match section.has(key) {
+        true => section.text(issues, key)?,
+        false if !faulty.is_empty() => return None,
+        false => axes
+            .iter()
+            .rfind(|axis| varied(axis))
+            .map_or("", |axis| axis.name()),
+    };
+    if faulty.iter().any(|fault| fault == name) {
+        return None;
+    }
+    let found = axes.iter().position(|axis| axis.name() == name);
+    let fault = match found {
+        None if name.is_empty() => Some((
+            "no axis of the grid has two different values: there is nothing to follow orbits over"
+                .to_owned(),
+            "nothing to follow",
+        )),
+        None => Some((
+            format!("the grid has no axis `{name}` to follow orbits over"),
+            "not an axis",
+        )),
+        Some(place) => match Parameter::named(name) {
+            Err(error) => Some((error.to_string(), "not continuous")),
+            Ok(_) if !varied(axes[place]) => Some((
+                format!("the interval of `{name}` is empty: the axis has one value"),
+                "empty interval",
+            )),
+            Ok(_) => None,
+        },
+    };
+    let Some((message, label)) = fault else {
+        return found;
+    };
+    let fitting: Vec<&str> = axes
+        .iter()
+        .filter(|axis| varied(axis) && Parameter::named(axis.name()).is_ok())
+        .map(|axis| axis.name())
+        .collect();
+    let path = section.path_of(key);
+    let near = schema::nearest(name, &fitting).map(|near| format!("\"{near}\""));
+    let diagnostic = Diagnostic::new(
+        DiagnosticKind::Inconsistent,
+        section.span_of(key),
+        &path,
+        message,
+    )
+    .label(label)
+    .accepted("load, speed, or a continuous key, varied by the grid between two different values")
+    .suggestion(near);
+    issues.push(match fitting.is_empty() {
+        true => {
+            diagnostic.remedy("give such an axis of [grid] two values: the ends of the interval")
+        }
+        false => diagnostic.remedy(format!(
+            "axes of this grid that orbits can be followed over: {}",
+            fitting.join(", ")
+        )),
+    });
+    None
+}

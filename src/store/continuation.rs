@@ -1,0 +1,370 @@
+//! The files of followed orbits: `branches.parquet`, a row an orbit; `bifurcations.parquet`, a row a
+//! bifurcation; `curves.parquet`, a row a point of a curve in two parameters.
+
+use super::StoreError;
+use super::file::{Row, TableFile, TableKind, create_folder, remove_stale};
+use super::point_row::AxisColumn;
+use super::seal::TableRecord;
+use super::table::{Column, Table, columns};
+use crate::analysis::continuation::bifurcation::{Bifurcation, Kind};
+use crate::analysis::continuation::branch::Branch;
+use crate::analysis::continuation::curve::Curve;
+use crate::analysis::continuation::orbit::Orbit;
+use std::path::Path;
+
+/// An orbit on a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BranchRow {
+    /// Value of every axis.
+    pub axis_values: Vec<f64>,
+    /// The branch, counted over the whole job.
+    pub branch: u32,
+    /// Its place on the branch.
+    pub index: u32,
+    /// Length of branch up to there.
+    pub length: f64,
+    /// What is told of the orbit.
+    pub told: Told,
+}
+
+/// What is told of an orbit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Told {
+    period: u32,
+    unstable: u32,
+    leading: [f64; 2],
+    lambda: f64,
+    events: u32,
+    sequence: String,
+    margin: Option<f64>,
+    rms: f64,
+    smallest: f64,
+    largest: f64,
+    force_peak: f64,
+    residual: f64,
+    steps: u32,
+}
+
+impl Told {
+    /// Of an orbit.
+    pub fn of(orbit: &Orbit) -> Self {
+        let leading = orbit.multipliers.first().copied().unwrap_or_default();
+        let (touches, motion) = (&orbit.course.touches, &orbit.course.motion);
+        Self {
+            period: orbit.period,
+            unstable: orbit.unstable() as u32,
+            leading: [leading.re, leading.im],
+            lambda: leading.norm().ln() / f64::from(orbit.period),
+            events: touches.sequence.len() as u32,
+            sequence: touches.text(),
+            margin: touches.margin(),
+            rms: motion.rms,
+            smallest: motion.smallest,
+            largest: motion.largest,
+            force_peak: motion.force_peak,
+            residual: orbit.residual,
+            steps: orbit.steps,
+        }
+    }
+}
+
+/// A bifurcation of a branch, or one of its ends.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BifurcationRow {
+    /// Value of every axis.
+    pub axis_values: Vec<f64>,
+    /// The branch.
+    pub branch: u32,
+    /// The orbit of the branch that comes before.
+    pub after: u32,
+    /// The word for it; `end` for an end of the branch.
+    pub kind: String,
+    /// Interval of the parameter in which it lies.
+    pub bracket: [f64; 2],
+    /// The multiplier on the unit circle.
+    pub critical: Option<[f64; 2]>,
+    /// What else there is to say.
+    pub detail: String,
+    /// What is told of the orbit.
+    pub told: Told,
+}
+
+/// A point of a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CurveRow {
+    /// Value of every axis.
+    pub axis_values: Vec<f64>,
+    /// The curve.
+    pub curve: u32,
+    /// Its place on the curve.
+    pub index: u32,
+    /// What happens on it.
+    pub kind: String,
+    /// What of codimension two lies before it, or why the curve ends there.
+    pub note: Option<String>,
+    /// What is told of the orbit; of an onset in closed form nothing.
+    pub told: Option<Told>,
+}
+
+impl Row for BranchRow {}
+impl Row for BifurcationRow {}
+impl Row for CurveRow {}
+
+/// The rows of a branch.
+pub fn branch_rows<'a>(
+    number: u32,
+    branch: &'a Branch,
+    axis_values: &'a [f64],
+    over: usize,
+) -> impl Iterator<Item = BranchRow> + 'a {
+    (branch.orbits.iter().zip(&branch.lengths).enumerate()).map(move |(index, (orbit, &length))| {
+        BranchRow {
+            axis_values: with(axis_values, &[(over, orbit.at[0])]),
+            branch: number,
+            index: index as u32,
+            length,
+            told: Told::of(orbit),
+        }
+    })
+}
+
+/// The rows of its bifurcations and its two ends.
+pub fn bifurcation_rows(
+    number: u32,
+    branch: &Branch,
+    origin: &str,
+    axis_values: &[f64],
+    over: usize,
+) -> Vec<BifurcationRow> {
+    let end = |which: usize, orbit: &Orbit, after: usize, detail: String| BifurcationRow {
+        axis_values: with(axis_values, &[(over, orbit.at[0])]),
+        branch: number,
+        after: after as u32,
+        kind: "end".to_owned(),
+        bracket: [orbit.at[0]; 2],
+        critical: None,
+        detail: format!("{}{detail}", branch.ends[which]),
+        told: Told::of(orbit),
+    };
+    let last = branch.orbits.len() - 1;
+    let mut rows = vec![end(0, &branch.orbits[0], 0, format!("; from {origin}"))];
+    rows.extend(branch.bifurcations.iter().map(|own| BifurcationRow {
+        axis_values: with(axis_values, &[(over, own.orbit.at[0])]),
+        branch: number,
+        after: own.after as u32,
+        kind: own.kind.name().to_owned(),
+        bracket: own.bracket,
+        critical: own.critical().map(|m| [m.re, m.im]),
+        detail: detail(own),
+        told: Told::of(&own.orbit),
+    }));
+    rows.push(end(1, &branch.orbits[last], last, String::new()));
+    rows
+}
+
+fn detail(own: &Bifurcation) -> String {
+    match own.kind {
+        Kind::Graze { extreme } => format!(
+            "contact {} from {} at {:.6} cycles",
+            extreme.contact + 1,
+            if extreme.minimum { "inside" } else { "outside" },
+            extreme.time
+        ),
+        Kind::Merging { period } => format!("the orbits of period {period}"),
+        Kind::Torus => own
+            .resonance()
+            .map_or(String::new(), |q| format!("resonance 1:{q}")),
+        _ => String::new(),
+    }
+}
+
+/// The rows of a curve.
+pub fn curve_rows(
+    number: u32,
+    curve: &Curve,
+    axis_values: &[f64],
+    axes: [usize; 2],
+) -> Vec<CurveRow> {
+    let last = curve.points.len().saturating_sub(1);
+    (curve.points.iter().enumerate())
+        .map(|(index, point)| {
+            let end = match index {
+                0 => Some(curve.ends[0]),
+                _ if index == last => Some(curve.ends[1]),
+                _ => None,
+            };
+            CurveRow {
+                axis_values: with(
+                    axis_values,
+                    &[(axes[0], point.orbit.at[0]), (axes[1], point.orbit.at[1])],
+                ),
+                curve: number,
+                index: index as u32,
+                kind: curve.kind.name().to_owned(),
+                note: point.note.or(end).map(str::to_owned),
+                told: Some(Told::of(&point.orbit)),
+            }
+        })
+        .collect()
+}
+
+/// Values of the axes with some replaced.
+pub fn with(axis_values: &[f64], own: &[(usize, f64)]) -> Vec<f64> {
+    let mut out = axis_values.to_vec();
+    for &(axis, value) in own {
+        out[axis] = value;
+    }
+    out
+}
+
+fn axis_columns<R: 'static>(
+    axes: &[AxisColumn],
+    value: fn(&R, usize) -> Option<f64>,
+) -> Vec<Column<R>> {
+    let of = |(index, axis): (usize, &AxisColumn)| {
+        columns![row: R;
+            f64 &axis.name, &axis.unit, value(row, index), &format!("Axis {}", axis.name);
+        ]
+    };
+    axes.iter().enumerate().flat_map(of).collect()
+}
+
+fn told_columns<R: 'static>(told: fn(&R) -> Option<&Told>) -> Vec<Column<R>> {
+    columns![row: R;
+        u32 "period", "mesh cycles", told(row)?.period, "Period of the orbit";
+        bool "stable", "", told(row)?.unstable == 0, "Whether all multipliers lie inside the unit circle";
+        u32 "unstable", "1", told(row)?.unstable, "Multipliers outside the unit circle";
+        f64 "multiplier_re", "1", told(row)?.leading[0], "Real part of the multiplier of largest modulus";
+        f64 "multiplier_im", "1", told(row)?.leading[1], "Its imaginary part";
+        f64 "lambda", "1/cycle", told(row)?.lambda, "Largest exponent: logarithm of that modulus over the period";
+        u32 "events", "1", told(row)?.events, "Contact-state changes in a period";
+        text "sequence", "", Some(&*told(row)?.sequence), "Contact changes in order: the contact, + where it closes, - where it opens";
+        f64 "grazing_margin", "half gaps", told(row)?.margin,
+            "Smallest distance of an extreme of a contact's depth from its surface";
+        f64 "deflection_rms", "m", told(row)?.rms, "Root mean square of the mesh deflection about its mean";
+        f64 "deflection_min", "m", told(row)?.smallest, "Smallest mesh deflection";
+        f64 "deflection_max", "m", told(row)?.largest, "Largest mesh deflection";
+        f64 "force_peak", "N", told(row)?.force_peak, "Largest mesh force by its size";
+        f64 "residual", "half gaps", told(row)?.residual, "Distance between start and end of a period";
+        u32 "newton_steps", "1", told(row)?.steps, "Newton steps that the orbit took from its guess";
+    ]
+}
+
+/// Columns of `branches.parquet`.
+pub fn branches_table(axes: &[AxisColumn]) -> Table<BranchRow> {
+    let mut all = columns![row: BranchRow;
+        u32 "branch", "1", row.branch, "The branch, counted from 0 over the whole job";
+        u32 "index", "1", row.index, "Place of the orbit on the branch, from 0";
+    ];
+    all.extend(axis_columns(axes, |row: &BranchRow, index| {
+        row.axis_values.get(index).copied()
+    }));
+    all.extend(columns![row: BranchRow;
+        f64 "length", "1", row.length, "Length of branch up to there; the axis's interval is 1, ten half gaps are 1";
+    ]);
+    all.extend(told_columns(|row: &BranchRow| Some(&row.told)));
+    Table::new(all)
+}
+
+/// Columns of `bifurcations.parquet`.
+pub fn bifurcations_table(axes: &[AxisColumn]) -> Table<BifurcationRow> {
+    let mut all = columns![row: BifurcationRow;
+        u32 "branch", "1", row.branch, "The branch";
+        u32 "after", "1", row.after, "The orbit of the branch that comes before";
+        text "kind", "", Some(&*row.kind),
+            "fold, branch_point, period_doubling, torus, graze, sequence (the contact sequence changes and no graze is found), merging (into orbits of a part of the period), or end of the branch";
+    ];
+    all.extend(axis_columns(axes, |row: &BifurcationRow, index| {
+        row.axis_values.get(index).copied()
+    }));
+    all.extend(columns![row: BifurcationRow;
+        f64 "low", "1", row.bracket[0], "Lower end of the interval of the followed axis in which it lies, in the axis's unit";
+        f64 "high", "1", row.bracket[1], "Upper end";
+        f64 "critical_re", "1", row.critical.map(|m| m[0]), "Real part of the multiplier on the unit circle";
+        f64 "critical_im", "1", row.critical.map(|m| m[1]), "Its imaginary part";
+        text "detail", "", Some(&*row.detail), "What else there is to say; of an end, why";
+    ]);
+    all.extend(told_columns(|row: &BifurcationRow| Some(&row.told)));
+    Table::new(all)
+}
+
+/// Columns of `curves.parquet`.
+pub fn curves_table(axes: &[AxisColumn]) -> Table<CurveRow> {
+    let mut all = columns![row: CurveRow;
+        u32 "curve", "1", row.curve, "The curve, counted from 0 over the whole job";
+        u32 "index", "1", row.index, "Place of the point on the curve, from 0";
+        text "kind", "", Some(&*row.kind), "fold, period_doubling, torus, graze, or onset (of rattle, in closed form)";
+    ];
+    all.extend(axis_columns(axes, |row: &CurveRow, index| {
+        row.axis_values.get(index).copied()
+    }));
+    all.extend(columns![row: CurveRow;
+        text "note", "", row.note.as_deref(), "What of codimension two lies just before; at the ends, why the curve ends";
+    ]);
+    all.extend(told_columns(|row: &CurveRow| row.told.as_ref()));
+    Table::new(all)
+}
+
+/// All rows of a job's orbits.
+#[derive(Debug, Default)]
+pub struct FollowedRows {
+    /// Of `branches.parquet`.
+    pub branches: Vec<BranchRow>,
+    /// Of `bifurcations.parquet`.
+    pub bifurcations: Vec<BifurcationRow>,
+    /// Of `curves.parquet`; none without a second axis.
+    pub curves: Option<Vec<CurveRow>>,
+}
+
+/// Writes the tables into a results folder, each whole or not at all.
+///
+/// # Errors
+/// The folder cannot be created, or a file not be written.
+pub fn write_followed(
+    folder: &Path,
+    axes: &[AxisColumn],
+    rows: FollowedRows,
+    metadata: &[(&str, String)],
+) -> Result<Vec<TableRecord>, StoreError> {
+    create_folder(folder)?;
+    remove_stale(folder)?;
+    let mut written = Vec::new();
+    if let Some(rows) = rows.curves {
+        written.push(whole(
+            folder,
+            TableKind::Curves,
+            curves_table(axes),
+            rows,
+            metadata,
+        )?);
+    }
+    written.push(whole(
+        folder,
+        TableKind::Bifurcations,
+        bifurcations_table(axes),
+        rows.bifurcations,
+        metadata,
+    )?);
+    written.push(whole(
+        folder,
+        TableKind::Branches,
+        branches_table(axes),
+        rows.branches,
+        metadata,
+    )?);
+    Ok(written)
+}
+
+fn whole<R: Row>(
+    folder: &Path,
+    kind: TableKind,
+    table: Table<R>,
+    rows: Vec<R>,
+    metadata: &[(&str, String)],
+) -> Result<TableRecord, StoreError> {
+    let mut file = TableFile::create(folder, kind, None, table, metadata)?;
+    for row in rows {
+        file.push(row)?;
+    }
+    file.finish()
+}

@@ -1,0 +1,340 @@
+//! All branches and curves of a job: one family of drives a line, a line being a combination of values
+//! of the axes that orbits are not followed over.
+
+use super::family::PointFamily;
+use super::parts::Parts;
+use crate::analysis::CalledOff;
+use crate::analysis::continuation::branch::Steps;
+use crate::analysis::continuation::curve::{Curve, Plane, follow, is_known};
+use crate::analysis::continuation::drive::DriveMap;
+use crate::analysis::continuation::explore::{
+    Branches, Exploration, ExploreError, GivenState, explore,
+};
+use crate::analysis::continuation::map::At;
+use crate::analysis::continuation::onset::{Onset, onset};
+use crate::analysis::continuation::path::Span;
+use crate::analysis::continuation::search::Search;
+use crate::manifest::{ContinuationSpec, Job, Parameter, ParameterError, PointSpec, StiffnessSpec};
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+/// Places of the second parameter at which the onset of rattle is computed.
+const ONSETS: usize = 201;
+
+/// Kinds of bifurcation that curves are of.
+const CURVES: [&str; 4] = ["fold", "period_doubling", "torus", "graze"];
+
+/// Why nothing is followed.
+#[derive(Debug, thiserror::Error)]
+pub enum FollowError {
+    /// The manifest does not ask for it.
+    #[error("the manifest has no [continuation]; add it, for example with over = \"speed\"")]
+    NotAsked,
+    /// An axis is no parameter.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// A state has not as many numbers as there are modes.
+    #[error(
+        "continuation.states.{number} has {given} displacements for {modes} retained modes; give one for each"
+    )]
+    StateLength {
+        /// Which state.
+        number: usize,
+        /// Its numbers.
+        given: usize,
+        /// The modes.
+        modes: usize,
+    },
+    /// A drive or its motion.
+    #[error("{place}: {source}")]
+    Line {
+        /// Which line.
+        place: String,
+        /// What is wrong with it.
+        source: Box<ExploreError>,
+    },
+    /// It was called off.
+    #[error(transparent)]
+    CalledOff(#[from] CalledOff),
+}
+
+/// Branches at one combination of values of the other axes.
+#[derive(Debug)]
+pub struct Line {
+    /// Value of every axis of the job; of the one that orbits are followed over, not a number.
+    pub axis_values: Vec<f64>,
+    /// The branches.
+    pub branches: Branches,
+    /// Models built.
+    pub models: u64,
+}
+
+/// Curves in the plane of both axes, the others held.
+#[derive(Debug)]
+pub struct Curves {
+    /// Value of every axis; of the two of the plane, not a number.
+    pub axis_values: Vec<f64>,
+    /// The curves, by kind.
+    pub all: Vec<Curve>,
+    /// Where rattle sets in, where one of the axes is the load.
+    pub onset: Vec<Onset>,
+}
+
+/// What was followed.
+#[derive(Debug)]
+pub struct Followed {
+    /// A line each.
+    pub lines: Vec<Line>,
+    /// A plane each; none without a second axis.
+    pub planes: Vec<Curves>,
+}
+
+/// Follows all that a job asks for, on the threads of the current rayon pool. `passed` is told of every
+/// line and every plane that is done.
+///
+/// # Errors
+/// [`FollowError`].
+pub fn follow_job(
+    job: &Job,
+    parts: &Parts,
+    called_off: &AtomicBool,
+    passed: &(dyn Fn(&str) + Sync),
+) -> Result<Followed, FollowError> {
+    let asked = job.continuation.as_ref().ok_or(FollowError::NotAsked)?;
+    let own = job.axes[asked.over].values.get(0);
+    let bases: Vec<PointSpec> = (job.points.iter())
+        .filter(|point| point.axis_values[asked.over] == own)
+        .filter(|point| {
+            point.direction.is_none_or(|way| {
+                Some(&way) == job.carried.as_ref().and_then(|c| c.directions.first())
+            })
+        })
+        .collect();
+    let lines: Vec<Line> = (bases.par_iter())
+        .map(|base| {
+            let line = line(job, asked, base, parts, called_off)?;
+            passed(&format!(
+                "{}: {} branches",
+                place_of(job, &line.axis_values),
+                line.branches.all.len()
+            ));
+            Ok(line)
+        })
+        .collect::<Result<_, FollowError>>()?;
+    let mut planes = Vec::new();
+    if let Some(second) = asked.second {
+        let first = job.axes[second].values.get(0);
+        for base in bases
+            .iter()
+            .filter(|base| base.axis_values[second] == first)
+        {
+            let of_plane: Vec<&Line> = (lines.iter())
+                .filter(|line| {
+                    let others = (0..job.axes.len()).filter(|i| ![asked.over, second].contains(i));
+                    others
+                        .into_iter()
+                        .all(|i| line.axis_values[i] == base.axis_values[i])
+                })
+                .collect();
+            planes.push(plane(
+                job, asked, second, base, &of_plane, parts, called_off, passed,
+            )?);
+        }
+    }
+    Ok(Followed { lines, planes })
+}
+
+/// The values of the axes that are held, in words.
+fn place_of(job: &Job, values: &[f64]) -> String {
+    let held = job
+        .axes
+        .iter()
+        .zip(values)
+        .filter(|(axis, value)| !value.is_nan() && axis.values.len() > 1);
+    let words: Vec<String> = held
+        .map(|(axis, value)| format!("{} = {value:.6}", axis.name()))
+        .collect();
+    match words.is_empty() {
+        true => job.name.clone(),
+        false => words.join(", "),
+    }
+}
+
+fn family<'a>(
+    job: &'a Job,
+    base: &PointSpec,
+    axes: &[usize],
+    parts: &'a Parts,
+) -> Result<PointFamily<'a>, ParameterError> {
+    let parameters: Vec<Parameter> = (axes.iter())
+        .map(|&axis| job.between.parameter(base, job.axes[axis].name()))
+        .collect::<Result<_, _>>()?;
+    Ok(PointFamily::new(
+        base.clone(),
+        parameters,
+        &job.between,
+        parts,
+    ))
+}
+
+fn line(
+    job: &Job,
+    asked: &ContinuationSpec,
+    base: &PointSpec,
+    parts: &Parts,
+    called_off: &AtomicBool,
+) -> Result<Line, FollowError> {
+    let axes: Vec<usize> = std::iter::once(asked.over).chain(asked.second).collect();
+    let family = family(job, base, &axes, parts)?;
+    let mut axis_values = base.axis_values.clone();
+    axis_values[asked.over] = f64::NAN;
+    let (from, to) = job.axes[asked.over].values.ends();
+    let second = family.values()[1];
+    let starts: Vec<f64> = (0..asked.starts)
+        .map(|i| from + (to - from) * (i as f64 + 0.5) / asked.starts as f64)
+        .collect();
+    let exploration = Exploration {
+        span: Span { axis: 0, from, to },
+        search: Search {
+            transient: asked.transient,
+            cycles: asked.cycles,
+            longest: asked.longest_period,
+            guesses: asked.guesses,
+            initial: base.run.initial.clone(),
+        },
+        states: states(asked, base.model.retained)?,
+        steps: Steps {
+            longest: asked.step,
+            most: asked.orbits,
+            ..Steps::default()
+        },
+        most: asked.branches,
+        starts,
+    };
+    let at = [exploration.starts.first().copied().unwrap_or(from), second];
+    let explored = DriveMap::new(&family, at)
+        .map_err(ExploreError::from)
+        .and_then(|mut map| {
+            explore(&mut map, second, &exploration, called_off)
+                .map(|branches| (branches, map.models))
+        });
+    match explored {
+        Ok((branches, models)) => Ok(Line {
+            axis_values,
+            branches,
+            models,
+        }),
+        Err(ExploreError::CalledOff(called_off)) => Err(called_off.into()),
+        Err(source) => Err(FollowError::Line {
+            place: place_of(job, &axis_values),
+            source: Box::new(source),
+        }),
+    }
+}
+
+fn states(asked: &ContinuationSpec, modes: usize) -> Result<Vec<GivenState>, FollowError> {
+    (asked.states.iter().enumerate())
+        .map(|(number, given)| {
+            if let crate::model::InitialState::Modal { displacement, .. } = &given.state
+                && displacement.len() != modes
+            {
+                return Err(FollowError::StateLength {
+                    number,
+                    given: displacement.len(),
+                    modes,
+                });
+            }
+            Ok(GivenState {
+                value: given.at,
+                period: given.period,
+                state: given.state.clone(),
+            })
+        })
+        .collect()
+}
+
+/// The curves of a plane: every kind by itself, each bifurcation of the lines that lies on no curve yet
+/// being followed.
+fn plane(
+    job: &Job,
+    asked: &ContinuationSpec,
+    second: usize,
+    base: &PointSpec,
+    lines: &[&Line],
+    parts: &Parts,
+    called_off: &AtomicBool,
+    passed: &(dyn Fn(&str) + Sync),
+) -> Result<Curves, FollowError> {
+    let family = family(job, base, &[asked.over, second], parts)?;
+    let ends = [asked.over, second].map(|axis| job.axes[axis].values.ends());
+    let plane = Plane {
+        from: ends.map(|e| e.0),
+        to: ends.map(|e| e.1),
+        longest: asked.step,
+        most: asked.orbits,
+    };
+    let mut axis_values = base.axis_values.clone();
+    axis_values[asked.over] = f64::NAN;
+    axis_values[second] = f64::NAN;
+    let refused = |source: ExploreError| FollowError::Line {
+        place: place_of(job, &axis_values),
+        source: Box::new(source),
+    };
+    let middle: At = std::array::from_fn(|i| 0.5 * (plane.from[i] + plane.to[i]));
+    let of_kind: Vec<Vec<Curve>> = (CURVES.par_iter())
+        .map(|kind| {
+            let mut map = DriveMap::new(&family, middle).map_err(|e| refused(e.into()))?;
+            let mut curves: Vec<Curve> = Vec::new();
+            let branches = lines.iter().flat_map(|line| &line.branches.all);
+            let found = branches.flat_map(|(_, branch)| &branch.bifurcations);
+            for bifurcation in found.filter(|b| b.kind.name() == *kind) {
+                CalledOff::check(called_off)?;
+                if is_known(&plane, &curves, bifurcation) {
+                    continue;
+                }
+                curves.extend(follow(&mut map, &plane, bifurcation));
+            }
+            passed(&format!(
+                "{}: {} curves ({kind})",
+                place_of(job, &axis_values),
+                curves.len()
+            ));
+            Ok(curves)
+        })
+        .collect::<Result<_, FollowError>>()?;
+    let onset = onsets(job, asked, second, base, &family, &plane).map_err(refused)?;
+    Ok(Curves {
+        axis_values: axis_values.clone(),
+        all: of_kind.into_iter().flatten().collect(),
+        onset,
+    })
+}
+
+/// The onset of rattle over the other axis, where one of the two is the load and stiffness does not depend
+/// on it.
+fn onsets(
+    job: &Job,
+    asked: &ContinuationSpec,
+    second: usize,
+    base: &PointSpec,
+    family: &PointFamily<'_>,
+    plane: &Plane,
+) -> Result<Vec<Onset>, ExploreError> {
+    let names = [asked.over, second].map(|axis| job.axes[axis].name());
+    let Some(load) = names.iter().position(|name| *name == "load") else {
+        return Ok(Vec::new());
+    };
+    if matches!(base.mesh.stiffness, StiffnessSpec::Table(_)) {
+        return Ok(Vec::new());
+    }
+    let other = 1 - load;
+    let mut at = plane.from;
+    let mut map = DriveMap::new(family, at)?;
+    let mut found = Vec::new();
+    for i in 0..ONSETS {
+        at[other] = plane.from[other]
+            + (plane.to[other] - plane.from[other]) * i as f64 / (ONSETS - 1) as f64;
+        found.extend(onset(&mut map, at, load)?);
+    }
+    Ok(found)
+}
