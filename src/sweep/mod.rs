@@ -24,6 +24,7 @@ mod point;
 mod queue;
 mod recorder;
 mod run;
+mod sensitivity;
 mod turns;
 
 pub use chain::{Link, compute, lead_up};
@@ -39,4 +40,5 @@ pub use parts::{Parts, structures};
 pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};
+pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError, sensitivities};
 pub use turns::Share;

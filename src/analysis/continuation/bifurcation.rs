@@ -13,7 +13,7 @@
 //! corrected orbit.
 
 use super::map::CycleMap;
-use super::orbit::{NoOrbit, Orbit};
+use super::orbit::{Border, NoOrbit, Orbit, find};
 use super::path::{Span, Vector, guess, place};
 use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
@@ -229,7 +229,8 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
     if pairs(a) != pairs(b) && changes(&Test::Pair) {
         tests.push((Some(Kind::Torus), Test::Pair));
     }
-    for cycles in (1..b.period).filter(|d| b.period.is_multiple_of(*d)) {
+    // A branch of doubled period comes home at half of it.
+    for cycles in (1..b.period).filter(|d| 2 * d == b.period) {
         let test = Test::Offset(cycles, a.offset(cycles));
         if changes(&test) {
             tests.push((Some(Kind::Merging { period: cycles }), test));
@@ -245,7 +246,10 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
     );
     let mut found: Vec<Bifurcation> = (tests.into_iter())
         .filter_map(|(kind, test)| {
-            let (orbit, length, bracket) = locate(map, span, knots, &test)?;
+            let (orbit, length, bracket) = match kind {
+                Some(Kind::Merging { period }) => merging(map, span, knots, period)?,
+                _ => locate(map, span, knots, &test)?,
+            };
             let kind = match kind {
                 Some(Kind::Graze { extreme }) => Kind::Graze {
                     extreme: *orbit
@@ -310,6 +314,52 @@ fn turns(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> Kind {
         true => Kind::Fold,
         false => Kind::BranchPoint,
     }
+}
+
+/// Where the orbits of a part of the period double: the place where a branch merges into them. On that
+/// branch itself the equations are singular there.
+fn merging(
+    map: &mut impl CycleMap,
+    span: &Span,
+    knots: &[(f64, &Orbit)],
+    period: u32,
+) -> Option<(Orbit, f64, [f64; 2])> {
+    let [.., (_, a), (s_b, _)] = knots else {
+        return None;
+    };
+    let halfway = |orbit: &Orbit| -> Vec<f64> {
+        let later = &orbit.course.strobes[period as usize];
+        orbit
+            .u
+            .iter()
+            .zip(later)
+            .map(|(a, b)| 0.5 * (a + b))
+            .collect()
+    };
+    let mut parent = |guess: &[f64], value: f64| -> Option<(f64, f64, Orbit)> {
+        let mut at = a.at;
+        at[span.axis] = value;
+        let orbit = find(map, guess, at, period, &Border::Parameters).ok()?;
+        let (size, sign) = Test::MinusOne.at(&orbit)?;
+        Some((value, sign * size.exp(), orbit))
+    };
+    let start = a.at[span.axis];
+    let mut older = parent(&halfway(a), start)?;
+    let mut newer = parent(&older.2.u, start + 1e-6 * span.scale())?;
+    for _ in 0..MOST_TRIALS {
+        let change = -newer.1 * (newer.0 - older.0) / (newer.1 - older.1);
+        if !change.is_finite() || change.abs() > 0.1 * span.scale() {
+            return None;
+        }
+        let next = parent(&newer.2.u, newer.0 + change)?;
+        older = std::mem::replace(&mut newer, next);
+        if change.abs() <= LOCATED * span.scale() || newer.1 == 0.0 {
+            break;
+        }
+    }
+    let mut bracket = [older.0, newer.0];
+    bracket.sort_by(f64::total_cmp);
+    Some((newer.2, *s_b, bracket))
 }
 
 /// The zero of a test between the last two orbits: the orbit there, its length, its bracket.

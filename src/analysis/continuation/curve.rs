@@ -86,11 +86,22 @@ pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Op
         orbit: start.orbit.clone(),
         note: None,
     };
-    let (mut back, first) = one_way(map, plane, &start.kind, &test, &own, -1.0);
-    let (ahead, last) = match first {
-        "closed" => (Vec::new(), first),
-        _ => one_way(map, plane, &start.kind, &test, &own, 1.0),
-    };
+    // Along the second parameter at first; along the first where the curve turns in the second.
+    let mut both = None;
+    for axis in [1, 0] {
+        let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
+        let (back, first) = one_way(map, plane, &start.kind, &test, &own, towards(-1.0));
+        let (ahead, last) = match first {
+            "closed" => (Vec::new(), first),
+            _ => one_way(map, plane, &start.kind, &test, &own, towards(1.0)),
+        };
+        let found = back.len() + ahead.len();
+        both = Some((back, ahead, [first, last]));
+        if found > 0 {
+            break;
+        }
+    }
+    let (mut back, ahead, [first, last]) = both?;
     back.reverse();
     back.push(own);
     back.extend(ahead);
@@ -107,12 +118,10 @@ fn one_way(
     kind: &Kind,
     test: &Test,
     start: &CurvePoint,
-    sense: f64,
+    mut direction: [f64; 2],
 ) -> (Vec<CurvePoint>, &'static str) {
     let mut points = vec![start.clone()];
     let mut test = test.clone();
-    // First along the second parameter.
-    let mut direction = [0.0, sense];
     let mut step = FIRST;
     let end = loop {
         if points.len() > plane.most {
