@@ -135,12 +135,47 @@ fn a_bilinear_oscillator_is_the_published_one() {
         branch.ends[0],
         branch.ends[1]
     );
-    assert!(
-        branch
-            .bifurcations
-            .iter()
-            .any(|b| matches!(b.kind, Kind::Fold))
+    assert_eq!(
+        branch.ends,
+        [End::Merged { period: 1 }, End::Merged { period: 1 }]
     );
+    // It ends where the orbits of one period double: their own branch says the same places.
+    for own in branch.bifurcations.iter().filter(|b| b.merges().is_some()) {
+        let omega = own.orbit.at[0];
+        let beside = [omega + 1e-3, at[1]];
+        let parent = find(&mut map, &own.orbit.u, beside, 1, &Border::Parameters).unwrap();
+        let near = Span {
+            axis: 0,
+            from: omega - 1e-2,
+            to: omega + 1e-2,
+        };
+        let parents = follow(&mut map, &near, parent, &Steps::default()).unwrap();
+        let lost = parents.bifurcations.iter();
+        let (kind, apart) = lost
+            .filter(|b| matches!(b.kind, Kind::PeriodDoubling | Kind::Jump))
+            .map(|b| (b.kind, (b.orbit.at[0] - omega).abs()))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap();
+        println!(
+            "merging at {omega:.10}, {} of the parents {apart:.1e} away",
+            kind.name()
+        );
+        let smooth = kind == Kind::PeriodDoubling;
+        assert!(apart < if smooth { 1e-8 } else { 5e-3 }, "{apart:e}");
+    }
+    // Where multipliers jump instead of crossing, a graze is close by.
+    let places = |wanted: fn(&Kind) -> bool| -> Vec<f64> {
+        let all = branch.bifurcations.iter().filter(move |b| wanted(&b.kind));
+        all.map(|b| b.orbit.at[0]).collect()
+    };
+    let grazes = places(|kind| matches!(kind, Kind::Graze { .. }));
+    assert!(grazes.len() >= 3, "{grazes:?}");
+    for jump in places(|kind| *kind == Kind::Jump) {
+        assert!(
+            grazes.iter().any(|graze| (graze - jump).abs() < 6e-3),
+            "{jump}: {grazes:?}"
+        );
+    }
 }
 
 /// The orbit that does not touch grazes where the closed form says, over the amplitude and along the

@@ -82,7 +82,7 @@ fn what_cannot_be_followed_is_said_with_its_remedy() {
             "[continuation]\nover = \"speed\"\n",
         ),
         &follow,
-        &["continuation.over", "the interval of `speed` is empty"],
+        &["over = \"speed\"", "the interval of `speed` is empty"],
     );
     refused(
         &manifest(
@@ -103,7 +103,7 @@ fn what_cannot_be_followed_is_said_with_its_remedy() {
             "[continuation]\nover = \"speed\"\nsecond = \"speed\"\n",
         ),
         &follow,
-        &["continuation.second", "followed over already"],
+        &["second = \"speed\"", "followed over already"],
     );
     refused(
         &manifest(
@@ -160,7 +160,7 @@ fn sensitivities_of_an_orbit_agree_with_differences() {
         );
         let scale = row["value"].as_f64().unwrap().abs() / row["at"].as_f64().unwrap();
         assert!(
-            (by - check).abs() <= 1e-4 * by.abs().max(1e-4 * scale),
+            (by - check).abs() <= 1e-4 * by.abs().max(1e-2 * scale),
             "{row}"
         );
     }

@@ -272,7 +272,7 @@ pub fn bifurcations_table(axes: &[AxisColumn]) -> Table<BifurcationRow> {
         u32 "branch", "1", row.branch, "The branch";
         u32 "after", "1", row.after, "The orbit of the branch that comes before";
         text "kind", "", Some(&*row.kind),
-            "fold, branch_point, period_doubling, torus, graze, sequence (the contact sequence changes and no graze is found), merging (into orbits of a part of the period), or end of the branch";
+            "fold, branch_point, period_doubling, torus, graze, jump (of multipliers across the unit circle, at a graze), sequence (the contact sequence changes and no graze is found), merging (into orbits of a part of the period), or end of the branch";
     ];
     all.extend(axis_columns(axes, |row: &BifurcationRow, index| {
         row.axis_values.get(index).copied()

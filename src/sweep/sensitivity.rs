@@ -26,6 +26,9 @@ const CHECK: f64 = 1e-5;
 /// Relative difference from which a derivative and a difference quotient disagree.
 const DISAGREE: f64 = 1e-2;
 
+/// Relative derivative `p ∂a/∂p / a` below which a key is not felt, and only round-off is compared.
+const UNFELT: f64 = 1e-5;
+
 /// What is said where they do.
 const KINK: &str =
     "differences do not agree: the model has a kink here, or the orbit changes within a step";
@@ -298,7 +301,12 @@ fn of_orbit(
                 error: None,
                 note: match exact.zip(check) {
                     Some((exact, check))
-                        if (exact - check).abs() > DISAGREE * exact.abs().max(check.abs()) =>
+                        if (exact - check).abs()
+                            > DISAGREE
+                                * exact
+                                    .abs()
+                                    .max(check.abs())
+                                    .max(UNFELT * (values[i] / at[0]).abs()) =>
                     {
                         KINK.to_owned()
                     }

@@ -29,6 +29,9 @@ const MOST_TRIALS: usize = 60;
 /// Part of P_p outside the range of M − I from which a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
 
+/// Distance from the unit circle, or from ±1, at which a multiplier counts as on it.
+const ON_CIRCLE: f64 = 1e-4;
+
 /// Angle \[rad\] from a strong resonance at which a pair counts as resonant.
 const RESONANT: f64 = 0.02;
 
@@ -48,6 +51,8 @@ pub enum Kind {
         /// The extreme.
         extreme: Extreme,
     },
+    /// Multipliers jump across the unit circle, at a graze or another corner of the map.
+    Jump,
     /// The sequence of contact changes becomes another, and no extreme on a surface says how.
     Sequence,
     /// The orbit becomes one of a part of its period, where that doubles.
@@ -66,6 +71,7 @@ impl Kind {
             Self::PeriodDoubling => "period_doubling",
             Self::Torus => "torus",
             Self::Graze { .. } => "graze",
+            Self::Jump => "jump",
             Self::Sequence => "sequence",
             Self::Merging { .. } => "merging",
         }
@@ -128,7 +134,7 @@ fn critical(kind: &Kind, orbit: &Orbit) -> Option<Complex64> {
                 .min_by(|a, b| (a.norm() - 1.0).abs().total_cmp(&(b.norm() - 1.0).abs()))
                 .copied()
         }
-        Kind::Graze { .. } | Kind::Sequence | Kind::Merging { .. } => None,
+        Kind::Graze { .. } | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => None,
     }
 }
 
@@ -247,7 +253,9 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
     let mut found: Vec<Bifurcation> = (tests.into_iter())
         .filter_map(|(kind, test)| {
             let (orbit, length, bracket) = match kind {
-                Some(Kind::Merging { period }) => merging(map, span, knots, period)?,
+                Some(Kind::Merging { period }) => {
+                    merging(map, span, knots, period).or_else(|| locate(map, span, knots, &test))?
+                }
                 _ => locate(map, span, knots, &test)?,
             };
             let kind = match kind {
@@ -261,9 +269,18 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
                 Some(kind) => kind,
                 None => turns(map, span, &orbit),
             };
-            let on_circle = critical(&kind, &orbit)
-                .is_none_or(|m| kind != Kind::Torus || (m.norm() - 1.0).abs() < 1e-3);
-            on_circle.then_some(Bifurcation {
+            // Where a graze lets a multiplier jump, the determinant changes its sign without a zero.
+            let wanted = |m: Complex64| match kind {
+                Kind::PeriodDoubling => (m + 1.0).norm(),
+                Kind::Torus => (m.norm() - 1.0).abs(),
+                _ => (m - 1.0).norm(),
+            };
+            let jumps = match critical(&kind, &orbit) {
+                Some(multiplier) => wanted(multiplier) > ON_CIRCLE,
+                None => !matches!(kind, Kind::Graze { .. } | Kind::Merging { .. }),
+            };
+            let kind = if jumps { Kind::Jump } else { kind };
+            Some(Bifurcation {
                 kind,
                 orbit,
                 after: 0,
@@ -356,6 +373,11 @@ fn merging(
         if change.abs() <= LOCATED * span.scale() || newer.1 == 0.0 {
             break;
         }
+    }
+    // Where multipliers jump the determinant has no zero.
+    let there = critical(&Kind::PeriodDoubling, &newer.2)?;
+    if (there + 1.0).norm() > ON_CIRCLE {
+        return None;
     }
     let mut bracket = [older.0, newer.0];
     bracket.sort_by(f64::total_cmp);
