@@ -58,6 +58,8 @@ pub enum TableKind {
     Basins,
     /// One row a quantity over a number of mesh cycles.
     Horizon,
+    /// One row an average over orbits up to a period.
+    CycleExpansion,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -66,12 +68,13 @@ pub enum TableKind {
 
 impl TableKind {
     /// The tables of a job, `points.parquet` last: it stands for a whole set of results.
-    pub(super) const OF_A_JOB: [Self; 9] = [
+    pub(super) const OF_A_JOB: [Self; 10] = [
         Self::Transitions,
         Self::Orbits,
         Self::Basins,
         Self::Attractors,
         Self::Horizon,
+        Self::CycleExpansion,
         Self::Probes,
         Self::Spectra,
         Self::Poincare,
