@@ -1,7 +1,8 @@
 //! Which periodic orbits of some periods does a chaotic set have, and how many are missing?
 //!
 //! The states of a trajectory that nearly return after n iterations, and those between, are a
-//! guess for [`close`]. Searches go on, from ever farther returns, until a doubling of their
+//! guess for [`close`]. The nearest returns are taken in the order in which the trajectory passes
+//! them, so that some of them are a fair sample of all. Searches go on until a doubling of their
 //! number finds no orbit more or their number is spent. How often each orbit was found tells how
 //! many were not (Chao 1984):
 //!
@@ -142,8 +143,8 @@ impl<K: Kernel> Set<'_, K> {
         SLACK * places.map(nearest).fold(0.0, f64::max)
     }
 
-    /// Places of the path that nearly return after `period` iterations, nearest first, no two within
-    /// a period of each other.
+    /// The places of the path that return nearest after `period` iterations, in the order of the path,
+    /// no two within a period of each other.
     fn returns(&self, period: usize, most: usize) -> Vec<usize> {
         let apart =
             |n: usize| (self.norm).distance(&self.path[n].state, &self.path[n + period].state);
@@ -163,6 +164,7 @@ impl<K: Kernel> Set<'_, K> {
                 chosen.push(n);
             }
         }
+        chosen.sort_unstable();
         chosen
     }
 

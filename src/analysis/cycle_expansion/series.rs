@@ -364,10 +364,10 @@ mod tests {
             assert!((zeta.averages[2] - lambda).abs() < 1e-11);
         }
         let last = &found[9];
-        assert!((last.conservation - 1.0).abs() < 1e-4, "{last:?}");
+        assert!((last.conservation - 1.0).abs() < 2e-4, "{last:?}");
         let [zeta, determinant, plain] = errors(last, exact);
         println!("{zeta:e} {determinant:e} {plain:e}");
-        assert!(zeta < 2e-3 && determinant < 1e-6 && plain < 2e-3);
+        assert!(zeta < 1e-4 && determinant < 1e-8 && plain < 1e-4);
         // Errors fall from order to order.
         assert!(errors(&found[5], exact)[1] > 30.0 * determinant);
     }
@@ -386,9 +386,16 @@ mod tests {
         let exact = [0.5, 0.375, 2f64.ln()];
         let [zeta, determinant, plain] = errors(&found[9], exact);
         println!("{zeta:e} {determinant:e} {plain:e}");
-        assert!(zeta < 1e-2 && determinant < 1e-5 && plain < 1e-2);
+        assert!(zeta < 2e-3 && determinant < 2e-3 && plain < 5e-4);
+        // No orbit shadows the one at 0: errors halve from order to order, and no faster.
+        for (before, now) in errors(&found[8], exact)
+            .iter()
+            .zip([zeta, determinant, plain])
+        {
+            assert!((1.7..2.1).contains(&(before / now)), "{before} {now}");
+        }
         let escape = found[9].determinant.as_ref().unwrap().escape;
-        assert!(escape.abs() < 1e-6, "{escape}");
+        assert!(escape.abs() < 5e-4, "{escape}");
     }
 
     #[test]
@@ -408,7 +415,7 @@ mod tests {
         assert!((last.entropy.unwrap() - phi.ln()).abs() < 1e-12);
         let [zeta, determinant, plain] = errors(last, exact);
         println!("{zeta:e} {determinant:e} {plain:e}");
-        assert!(zeta < 1e-2 && determinant < 1e-3 && plain < 1e-2);
+        assert!(zeta < 2e-3 && determinant < 2e-6 && plain < 2e-3);
     }
 
     #[test]
@@ -417,8 +424,10 @@ mod tests {
         let whole = expand(&primes(&orbits), 8, 3);
         orbits.remove(2);
         let broken = expand(&primes(&orbits), 8, 3);
-        let escape = |found: &[Order]| found[7].determinant.as_ref().unwrap().escape;
-        assert!(escape(&whole).abs() < 1e-4 && escape(&broken) > 0.01);
-        assert!(broken[7].conservation < 0.9 && (whole[7].conservation - 1.0).abs() < 1e-2);
+        let own = |found: &[Order]| found[1].zeta.as_ref().unwrap().escape;
+        assert!(own(&whole).abs() < 1e-12 && own(&broken) > 0.5);
+        let later = |found: &[Order]| found[7].determinant.as_ref().unwrap().escape;
+        assert!(later(&whole).abs() < 1e-8 && later(&broken) > 1e-3);
+        assert!(broken[1].conservation < 0.8 && (whole[7].conservation - 1.0).abs() < 1e-3);
     }
 }
