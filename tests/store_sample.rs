@@ -101,6 +101,7 @@ fn row(point_id: u64) -> PointRow {
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
         horizon: None,
+        cycle_expansion: None,
         multistability: (point_id != 13).then(|| probes(point_id)),
         orbits: None,
         chain: None,
@@ -200,6 +201,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         chains: None,
         basins: Some(["mode 1".into(), "mode 2".into()]),
         horizon: false,
+        cycle_expansion: false,
         shard,
     };
     let all = 0..LOADS * SPEEDS;

@@ -7,6 +7,7 @@ mod called_off;
 mod classify;
 pub mod continuation;
 mod coupled_modes;
+mod cycle_expansion;
 mod energy;
 mod frequencies;
 mod horizon;
@@ -29,6 +30,10 @@ mod twin;
 
 pub use analyses::Analyses;
 pub use called_off::CalledOff;
+pub use cycle_expansion::{
+    Estimate, ExpansionAverage, ExpansionError, ExpansionOrder, ExpansionOutcome,
+    ExpansionQuantity, ExpansionQuestion, cycle_expansion,
+};
 pub use energy::EnergyAudit;
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{

@@ -2,6 +2,7 @@
 //! exit status.
 
 mod activity;
+mod analyses;
 pub mod check;
 mod console;
 mod earlier;

@@ -2,6 +2,7 @@
 
 mod branches;
 mod coexistence;
+mod expansion;
 mod heat;
 mod style;
 mod table;
@@ -33,6 +34,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     push_twins(&mut text, summary);
     transitions::push(&mut text, summary);
     coexistence::push(&mut text, summary);
+    expansion::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
     if !summary.warnings.is_empty() {

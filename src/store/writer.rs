@@ -16,10 +16,10 @@ use super::run::run_path;
 use super::seal::TableRecord;
 use super::table::Table;
 use super::{
-    AttractorRow, AxisColumn, CellRow, ChainColumns, HorizonRow, OrbitRow, PoincareRow, PointRow,
-    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
-    horizon_table, orbits_table, poincare_table, points_table, probes_table, spectra_table,
-    transitions_table,
+    AttractorRow, AxisColumn, CellRow, ChainColumns, ExpansionRow, HorizonRow, OrbitRow,
+    PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table,
+    basins_table, cycle_expansion_table, horizon_table, orbits_table, poincare_table, points_table,
+    probes_table, spectra_table, transitions_table,
 };
 
 impl Row for PointRow {
@@ -55,6 +55,8 @@ impl Row for OrbitRow {
 }
 impl Row for HorizonRow {}
 
+impl Row for ExpansionRow {}
+
 impl Row for ProbeRow {
     fn list_bytes(&self) -> usize {
         self.probe.reason.len()
@@ -88,6 +90,8 @@ pub struct ResultLayout {
     pub basins: Option<[String; 2]>,
     /// Whether `horizon.parquet` is written.
     pub horizon: bool,
+    /// Whether `cycle_expansion.parquet` is written.
+    pub cycle_expansion: bool,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -101,6 +105,7 @@ impl ResultLayout {
             self.orbits,
             self.basins.is_some(),
             self.horizon,
+            self.cycle_expansion,
             self.chains
                 .as_ref()
                 .is_some_and(|chains| chains.transitions),
@@ -146,6 +151,7 @@ pub struct ResultWriter {
     attractors: Option<TableFile<AttractorRow>>,
     basins: Option<TableFile<CellRow>>,
     horizon: Option<TableFile<HorizonRow>>,
+    cycle_expansion: Option<TableFile<ExpansionRow>>,
 }
 
 /// `transitions.parquet` on its way, and the name of the swept axis.
@@ -228,6 +234,11 @@ impl ResultWriter {
             orbits: destination.start(layout.orbits, TableKind::Orbits, orbits_table)?,
             transitions,
             horizon: destination.start(layout.horizon, TableKind::Horizon, horizon_table)?,
+            cycle_expansion: destination.start(
+                layout.cycle_expansion,
+                TableKind::CycleExpansion,
+                cycle_expansion_table,
+            )?,
             destination,
         })
     }
@@ -275,6 +286,7 @@ impl ResultWriter {
         close(self.basins, &mut closed)?;
         close(self.attractors, &mut closed)?;
         close(self.horizon, &mut closed)?;
+        close(self.cycle_expansion, &mut closed)?;
         close(self.probes, &mut closed)?;
         close(self.spectra, &mut closed)?;
         close(self.poincare, &mut closed)?;
@@ -314,6 +326,9 @@ impl ResultWriter {
         }
         if self.horizon.is_none() {
             old.push(table_path(folder, TableKind::Horizon, *shard));
+        }
+        if self.cycle_expansion.is_none() {
+            old.push(table_path(folder, TableKind::CycleExpansion, *shard));
         }
         old
     }
@@ -383,6 +398,21 @@ impl ResultWriter {
         if let (Some(file), Some(found)) = (&mut self.horizon, &mut row.horizon) {
             for measure in std::mem::take(&mut found.measures) {
                 file.push(HorizonRow { point_id, measure })?;
+            }
+        }
+        if let (Some(file), Some(found)) = (&mut self.cycle_expansion, &mut row.cycle_expansion) {
+            let cycles = found.cycles;
+            for mut order in std::mem::take(&mut found.orders) {
+                let averages = std::mem::take(&mut order.averages);
+                let order = Arc::new(order);
+                for average in averages {
+                    file.push(ExpansionRow {
+                        point_id,
+                        cycles,
+                        order: Arc::clone(&order),
+                        average,
+                    })?;
+                }
             }
         }
         self.admit_what_is_not_finite(&mut row);

@@ -353,6 +353,7 @@ impl Search<'_> {
         analyses.multistability = None;
         analyses.orbits = None;
         analyses.horizon = None;
+        analyses.cycle_expansion = None;
         trial.run = Arc::new(RunSpec {
             audit_cycles: 0,
             ..(*trial.run).clone()

@@ -27,6 +27,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .find_map(|v| v.analyses.multistability?.slice)
             .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.of))),
         horizon: any(|a| a.horizon.is_some()),
+        cycle_expansion: any(|a| a.cycle_expansion.is_some()),
         shard,
     }
 }

@@ -278,7 +278,9 @@ fn with(text: &str, key: &Key, line: &str) -> String {
             text,
             &format!("[analyses.multistability.slice]\nmodes = [3, 4]\nextent = 1e-5\n{line}"),
         ),
-        "analyses.horizon" => analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}")),
+        "analyses.horizon" | "analyses.cycle_expansion" => {
+            analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}"))
+        }
         _ if table.starts_with("analyses.") => analyses(text, &format!("[{table}]\n{line}")),
         _ if text.contains(&format!("[{table}]")) => {
             let header = format!("[{table}]");

@@ -91,4 +91,13 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mesh cycles that each pair is followed."),
     integer("analyses.horizon.averages", 1.0, 1e6, "1000").or("400")
         .about("Mesh cycles in the longest averages."),
+    table("analyses.cycle_expansion").otherwise(ABSENT)
+        .about("Averages over the unstable periodic orbits of chaotic motion beside averages over time \
+                (cycle_expansion.parquet). Needs `analyses.lyapunov`."),
+    integer("analyses.cycle_expansion.longest", 1.0, 16.0, "10").or("8")
+        .about("Longest period of the orbits, in mesh cycles: the last order of the expansions."),
+    integer("analyses.cycle_expansion.guesses", 1.0, 1e6, "5000").or("2000")
+        .about("Most Newton searches for each period; they end sooner where a doubling of them finds no orbit more."),
+    integer("analyses.cycle_expansion.cycles", 100.0, 1e6, "100000").or("50000")
+        .about("Mesh cycles of motion that first guesses are taken from; they stay in memory."),
 ];
