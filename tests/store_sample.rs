@@ -197,7 +197,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         spectra: true,
         probes: true,
         orbits: false,
-        chains: None,
+        swept: None,
         basins: Some(["mode 1".into(), "mode 2".into()]),
         horizon: false,
         shard,

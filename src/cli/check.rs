@@ -350,10 +350,16 @@ fn analyses(point: &PointSpec) -> String {
     });
     let orbits = analyses.orbits.as_ref().map(|asked| {
         let periods: Vec<String> = asked.periods.iter().map(u32::to_string).collect();
+        let states = match asked.states.len() {
+            0 => String::new(),
+            1 => " and 1 given state".to_owned(),
+            count => format!(" and {count} given states"),
+        };
         format!(
-            "orbits (periods {}, {} guesses each)",
+            "orbits (periods {}, {} guesses{states} each, kicks over {} returns)",
             periods.join(", "),
-            asked.guesses
+            asked.guesses,
+            asked.returns
         )
     });
     let horizon = analyses.horizon.map(|asked| {

@@ -3,6 +3,7 @@
 mod branches;
 mod coexistence;
 mod heat;
+mod orbits;
 mod style;
 mod table;
 mod transitions;
@@ -33,6 +34,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     push_twins(&mut text, summary);
     transitions::push(&mut text, summary);
     coexistence::push(&mut text, summary);
+    orbits::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
     if !summary.warnings.is_empty() {

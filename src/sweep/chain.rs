@@ -10,6 +10,9 @@
 //! Neighbours of one class and period may still lie on different branches. Where the deflection
 //! changes by much more between them than between those before, the interval is halved as well: a
 //! jump stays as large as it was, a continuous change is halved with it.
+//!
+//! Where no halving is asked for, a change is told between the neighbours of the grid as they are,
+//! and one of the deflection only where the change before it is known.
 
 use super::parts::Parts;
 use super::point::{Answer, Worker, attempt, row};
@@ -201,7 +204,7 @@ pub fn compute(
     let levelled = refined.then(|| with_level(point));
     let asked = levelled.as_ref().unwrap_or(point);
     let mut answer = attempt(asked, link.end.as_ref(), job.seed, parts, called_off)?;
-    let level = level(&answer.outcome).filter(|_| refined);
+    let level = level(&answer.outcome).filter(|_| point.direction.is_some());
     if point.analyses.nvh.is_none() {
         answer.outcome.nvh = None;
     }
@@ -250,8 +253,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The change, if there is one and it is to be refined. The work is added to the
-    /// point's.
+    /// The change, if there is one, as narrow as asked for. The work is added to the point's.
     fn narrow(
         &self,
         link: &Link,
@@ -268,9 +270,11 @@ impl Search<'_> {
         let half_gap = self.point.mesh.half_gap;
         let change = |near: &Near, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
         let at_first = change(near, level).filter(|change| {
-            *change > NOTABLE && near.step.is_none_or(|step| *change > STANDS_OUT * step)
+            let stands_out = |step| *change > STANDS_OUT * step;
+            // What is not known to stand out is left to halving to tell.
+            *change > NOTABLE && near.step.map_or(halvings > 0, stands_out)
         });
-        if halvings == 0 || near.class == to && at_first.is_none() {
+        if near.class == to && at_first.is_none() {
             return Ok(None);
         }
         let (mut near, mut far) = (near.clone(), level);
@@ -286,11 +290,11 @@ impl Search<'_> {
         let jumps = |near: &Near, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
         let asked = self.trial(near.class == to);
         let mut halved = 0;
-        let halvings = match near.class == to {
-            true => halvings.max(FEWEST_HALVINGS),
-            false => halvings,
+        let fewest = match near.class == to && halvings > 0 {
+            true => FEWEST_HALVINGS,
+            false => 0,
         };
-        for _ in 0..halvings {
+        for _ in 0..halvings.max(fewest) {
             let value = 0.5 * (near.value + found.bracket[1]);
             let Some(between) = self.job.point_between(&asked, value) else {
                 break;
@@ -332,7 +336,7 @@ impl Search<'_> {
             }
         }
         if found.to == found.from {
-            if halved < FEWEST_HALVINGS {
+            if halved < fewest {
                 return Ok(None);
             }
             found.jump = near.level.zip(far).map(|(before, behind)| [before, behind]);

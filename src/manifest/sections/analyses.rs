@@ -41,7 +41,9 @@ pub(super) fn read(
     let multistability = optional(section, issues, "multistability", |table, issues| {
         multistability(table, issues, retained, run)
     });
-    let orbits = optional(section, issues, "orbits", orbits::read);
+    let orbits = optional(section, issues, "orbits", |table, issues| {
+        orbits::read(table, issues, retained)
+    });
     let horizon = optional(section, issues, "horizon", horizon);
     if section.has("horizon") && !section.has("lyapunov") {
         issues.push(
