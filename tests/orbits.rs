@@ -405,3 +405,51 @@ fn orbits_are_shown_and_drawn() {
     assert!(!drawn.contains("orbits"), "{drawn}");
     assert!(!atlas(&["show", "plain"]).contains("orbit"));
 }
+
+/// The orbits that the shipped manifests say they have, multipliers to the digits they give.
+#[test]
+fn shipped_manifests_have_their_orbits() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, wanted) in [
+        ("strong", vec![(0, 1, -2.96, 0.0), (1, 1, 0.17, 0.98)]),
+        (
+            "sparse",
+            vec![
+                (0, 2, -1.29, 0.0),
+                (1, 1, -2.61, 0.0),
+                (1, 2, -1.47, 0.0),
+                (2, 2, -0.94, 0.22),
+                (3, 1, 0.377, 0.919),
+            ],
+        ),
+    ] {
+        let manifest = format!(
+            "{}/manifests/orbits/{name}.toml",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let atlas = |arguments: &[&str]| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
+            let output = command.args(arguments).current_dir(folder.path()).output();
+            let output = output.unwrap();
+            assert!(output.status.success(), "{name}: {output:?}");
+            output.stdout
+        };
+        atlas(&["run", &manifest, "--quiet", "--out", name]);
+        let shown: serde_json::Value =
+            serde_json::from_slice(&atlas(&["show", name, "--json"])).unwrap();
+        let orbits = shown["orbits"]["orbits"].as_array().unwrap();
+        for (point, period, re, im) in wanted {
+            let near = |orbit: &serde_json::Value| {
+                let part = |i: usize| orbit["leading"][i].as_f64().unwrap();
+                (part(0) - re).abs() < 6e-3 && (part(1).abs() - im).abs() < 6e-3
+            };
+            let mut own = orbits
+                .iter()
+                .filter(|o| o["point_id"] == point && o["period"] == period);
+            assert!(
+                own.any(near),
+                "{name} {point} {period} {re} {im}: {orbits:?}"
+            );
+        }
+    }
+}

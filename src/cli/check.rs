@@ -356,7 +356,7 @@ fn analyses(point: &PointSpec) -> String {
             count => format!(" and {count} given states"),
         };
         format!(
-            "orbits (periods {}, {} guesses{states} each, kicks over {} returns)",
+            "orbits (periods {}; {} guesses{states} each; kicks over {} returns)",
             periods.join(", "),
             asked.guesses,
             asked.returns
