@@ -320,7 +320,7 @@ cycles = 1200
 load = { values = [0.05, 0.1] }
 speed = 1200
 [analyses.orbits]
-periods = [1, 2]
+periods = [1, 3]
 guesses = 4
 cycles = 100
 returns = 7
@@ -383,10 +383,10 @@ fn orbits_are_shown_and_drawn() {
     let drawn: serde_json::Value = serde_json::from_str(&drawn).unwrap();
     assert_eq!(drawn["files"].as_array().unwrap().len(), 8, "{drawn}");
     for (name, wanted) in [
-        ("multipliers-point=0", ["imaginary part [–]", "period 1, "]),
+        ("multipliers-point=0", ["imaginary part [–]", "period 3, "]),
         (
             "kicks-point=1",
-            ["distance from the orbit [half gaps]", "first return × "],
+            ["distance from the orbit [", "first return × "],
         ),
     ] {
         let path = folder

@@ -350,15 +350,11 @@ fn analyses(point: &PointSpec) -> String {
     });
     let orbits = analyses.orbits.as_ref().map(|asked| {
         let periods: Vec<String> = asked.periods.iter().map(u32::to_string).collect();
-        let states = match asked.states.len() {
-            0 => String::new(),
-            1 => " and 1 given state".to_owned(),
-            count => format!(" and {count} given states"),
-        };
         format!(
-            "orbits (periods {}; {} guesses{states} each; kicks over {} returns)",
+            "orbits (periods {}; {} guesses and {} given states each; kicks over {} returns)",
             periods.join(", "),
             asked.guesses,
+            asked.states.len(),
             asked.returns
         )
     });

@@ -94,7 +94,8 @@ pub struct Summary {
     /// The map of the largest exponent.
     #[serde(skip)]
     pub map: Option<Map>,
-    /// Every point, in `point_id` order, where they were asked for or attractors follow them.
+    /// Every point, in `point_id` order, where they were asked for, or where attractors or orbits
+    /// are told of them.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
@@ -120,8 +121,10 @@ impl Summary {
         let head = ResultTable::head(folder, TableKind::Points)?;
         let runs = read_runs(folder)?;
         let attractors = branches::read_attractors(folder)?;
-        // Attractors are followed from point to point.
-        let mut census = Census::new(head.axes()?.len(), keep || !attractors.is_empty());
+        let orbits = orbits::read(folder)?;
+        // Attractors are followed from point to point, and orbits are told by point.
+        let keep = keep || !attractors.is_empty() || orbits.is_some();
+        let mut census = Census::new(head.axes()?.len(), keep);
         scan(folder, &head, |points, extra| {
             census.take(points, extra);
         })?;
@@ -199,7 +202,7 @@ impl Summary {
             coexisting_points,
             attractors,
             branches: followed,
-            orbits: orbits::read(folder)?,
+            orbits,
             troubled_points,
             troubled,
             worst_energy,

@@ -65,8 +65,10 @@ struct Near {
     class: Class,
     end: ChainEnd,
     level: Option<Level>,
-    /// Change of the level since the point before, where that was of the same class.
+    /// Change of the level since the point before.
     step: Option<f64>,
+    /// Whether that was of the same class.
+    alike: bool,
 }
 
 impl Link {
@@ -90,7 +92,7 @@ impl Link {
             (&job.carried, verdict(&row.outcome), &self.end)
         {
             let level = row.chain.as_ref().and_then(|chain| chain.level);
-            let before = self.near.as_ref().filter(|near| near.class == class);
+            let before = self.near.as_ref();
             let half_gap = job.points.at(row.point_id as usize).mesh.half_gap;
             self.near = Some(Near {
                 value: row.axis_values[carried.axis],
@@ -98,6 +100,7 @@ impl Link {
                 end: end.clone(),
                 level,
                 step: before.and_then(|near| Some(apart([near.level?, level?], half_gap))),
+                alike: before.is_some_and(|near| near.class == class),
             });
         }
     }
@@ -270,9 +273,10 @@ impl Search<'_> {
         let half_gap = self.point.mesh.half_gap;
         let change = |near: &Near, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
         let at_first = change(near, level).filter(|change| {
+            // What is not known to stand out among its like is left to halving to tell.
+            let step = near.step.filter(|_| near.alike || halvings == 0);
             let stands_out = |step| *change > STANDS_OUT * step;
-            // What is not known to stand out is left to halving to tell.
-            *change > NOTABLE && near.step.map_or(halvings > 0, stands_out)
+            *change > NOTABLE && step.map_or(halvings > 0, stands_out)
         });
         if near.class == to && at_first.is_none() {
             return Ok(None);
@@ -318,6 +322,7 @@ impl Search<'_> {
                 end,
                 level: here,
                 step: None,
+                alike: false,
             };
             // Of one class on both sides, the side is the one whose level is nearer.
             let as_before = class == found.from

@@ -186,7 +186,12 @@ impl<K: Kernel> Search<'_, K> {
         state: Option<u32>,
     ) -> Result<(), String> {
         let (model, kernel, norm) = (self.model, self.kernel, self.norm);
-        let stopped = |stop: Stop| stop.to_string();
+        let stopped = |stop: Stop| match stop {
+            Stop::FarStart { half_gaps, .. } => {
+                format!("the state is {half_gaps:.1e} half gaps away, too far for any motion")
+            }
+            other => other.to_string(),
+        };
         let orbit = seek(model, kernel, norm, guess, period, &mut self.workspace)
             .map_err(stopped)?
             .ok_or("Newton's method does not converge from this state")?;

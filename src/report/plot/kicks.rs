@@ -55,19 +55,19 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
     for (place, orbit) in orbits.iter().enumerate() {
         let colour = orbit_colour(place);
         let [full, linear] = orbit.kick.each_ref().map(|kick| path(&panel, kick));
-        for pair in linear.windows(2) {
-            if let Some([from, to]) = within(&panel, [pair[0], pair[1]]) {
-                canvas.dashes(from, to, colour, 1.3);
-            }
+        for [from, to] in parts(&panel, &linear) {
+            canvas.dashes(from, to, colour, 1.3);
         }
-        canvas.line(&full, colour, 2.0);
-        for at in &full {
+        for part in parts(&panel, &full) {
+            canvas.line(&part, colour, 2.0);
+        }
+        for at in full.iter().filter(|at| shown(&panel, at)) {
             canvas.disc(*at, 3.2, colour);
         }
     }
     let ends = (orbits.iter().enumerate()).filter_map(|(place, orbit)| {
-        let end = *path(&panel, &orbit.kick[0]).last()?;
-        Some((place, end))
+        let mut path = path(&panel, &orbit.kick[0]).into_iter();
+        Some((place, path.rfind(|at| shown(&panel, at))?))
     });
     numbers(canvas, &ends.collect::<Vec<_>>());
     let note = "lines: integrated in full; dashes: powers of the monodromy matrix, where they part";
@@ -87,6 +87,17 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
 fn path(panel: &Panel, distances: &[f64]) -> Vec<Place> {
     let at = |(count, distance): (usize, &f64)| panel.at(count as f64, *distance);
     distances.iter().enumerate().map(at).collect()
+}
+
+/// Whether a place lies between the panel's bottom and top: distances of nothing do not.
+fn shown(panel: &Panel, at: &Place) -> bool {
+    (panel.top..=panel.bottom).contains(&at[1])
+}
+
+/// The straight lines of a path, as far as they lie between the panel's bottom and top.
+fn parts(panel: &Panel, path: &[Place]) -> Vec<[Place; 2]> {
+    let pairs = path.windows(2).map(|pair| [pair[0], pair[1]]);
+    pairs.filter_map(|pair| within(panel, pair)).collect()
 }
 
 /// The part of a straight line that lies between the panel's bottom and top.

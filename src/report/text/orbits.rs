@@ -2,6 +2,7 @@
 
 use crate::report::numbers::number;
 use crate::report::orbits::Orbit;
+use crate::report::point::PointSummary;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
@@ -45,7 +46,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     }
     match found.orbits.len() {
         0 => {}
-        1..=MOST_LISTED => push_each(text, &found.orbits),
+        1..=MOST_LISTED => push_each(text, summary, &found.orbits),
         _ => text.push_str("  orbits.parquet and `atlas show --json` list them one by one\n"),
     }
     if found.missed.is_empty() {
@@ -69,33 +70,43 @@ fn cell(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), number)
 }
 
-/// A line an orbit.
-fn push_each(text: &mut String, orbits: &[Orbit]) {
+/// The points with their orbits, a line each.
+fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
     _ = writeln!(
         text,
-        "\n  {:>6}  {:>6}  {:<8}  {:<19}  {:<7}  {:<23}  {:<14}  {:<10}  linear",
-        "point",
-        "period",
-        "",
-        "leading multiplier",
-        "modulus",
-        "crosses as",
-        "grazing margin",
-        "kick grows"
+        "\n  {:>6}  {:<8}  {:<19}  {:<7}  {:<23}  {:<14}  {:<10}  linear",
+        "period", "", "leading multiplier", "modulus", "crosses as", "grazing margin", "kick grows"
     );
-    for orbit in orbits {
-        let line = format!(
-            "  {:>6}  {:>6}  {:<8}  {:<19}  {:<7}  {:<23}  {:<14}  {:<10}  {}",
-            orbit.point_id,
-            orbit.period,
-            if orbit.stable { "stable" } else { "unstable" },
-            orbit.leading_words(),
-            number(orbit.modulus),
-            orbit.crossing_words(),
-            cell(orbit.grazing_margin),
-            cell(orbit.kick_growth),
-            cell(orbit.kick_growth_linear)
-        );
-        _ = writeln!(text, "{}", line.trim_end());
+    for of_point in orbits.chunk_by(|a, b| a.point_id == b.point_id) {
+        let known = |point: &&PointSummary| point.point_id == of_point[0].point_id;
+        if let Some(point) = summary.all.iter().find(known) {
+            _ = writeln!(text, "  point {}", words(summary, point));
+        }
+        for orbit in of_point {
+            let line = format!(
+                "  {:>6}  {:<8}  {:<19}  {:<7}  {:<23}  {:<14}  {:<10}  {}",
+                orbit.period,
+                if orbit.stable { "stable" } else { "unstable" },
+                orbit.leading_words(),
+                number(orbit.modulus),
+                orbit.crossing_words(),
+                cell(orbit.grazing_margin),
+                cell(orbit.kick_growth),
+                cell(orbit.kick_growth_linear)
+            );
+            _ = writeln!(text, "{}", line.trim_end());
+        }
     }
+}
+
+/// `3: load 0.05, speed 1200 rad/s, sweep up`.
+fn words(summary: &Summary, point: &PointSummary) -> String {
+    let values = summary.axes.iter().zip(&point.axis_values);
+    let values = values.map(|(axis, value)| match axis.unit.as_str() {
+        "" | "1" => format!("{} {}", axis.name, number(*value)),
+        unit => format!("{} {} {unit}", axis.name, number(*value)),
+    });
+    let sweep = point.direction.iter().map(|way| format!("sweep {way}"));
+    let parts: Vec<String> = values.chain(sweep).collect();
+    format!("{}: {}", point.point_id, parts.join(", "))
 }
