@@ -217,7 +217,8 @@ impl<K: Kernel> Search<'_, K> {
             .map(|point| model.deflection(&point.state, 0.0))
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .unwrap_or_default();
-        let as_at_first = |point: &&TrajectoryState| point.cycle % u64::from(self.unit) == 0;
+        let as_at_first =
+            |point: &&TrajectoryState| point.cycle.is_multiple_of(u64::from(self.unit));
         let start = points.iter().find(as_at_first).unwrap_or(&orbit.start);
         let outcome = OrbitOutcome {
             state,
