@@ -47,7 +47,10 @@ pub use multistability::{
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use orbits::character::{Bifurcation, Character};
-pub use orbits::survey::{OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits};
+pub use orbits::kick::Kick;
+pub use orbits::survey::{
+    MissedState, OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits,
+};
 pub use outcome::*;
 pub use poincare::{PoincareQuestion, Section};
 pub use point::{investigate, investigate_onward};

@@ -55,9 +55,11 @@ pub(super) fn analyses(point: &PointSpec) -> String {
     let orbits = analyses.orbits.as_ref().map(|asked| {
         let periods: Vec<String> = asked.periods.iter().map(u32::to_string).collect();
         format!(
-            "orbits (periods {}, {} guesses each)",
+            "orbits (periods {}; {} guesses and {} given states each; kicks over {} returns)",
             periods.join(", "),
-            asked.guesses
+            asked.guesses,
+            asked.states.len(),
+            asked.returns
         )
     });
     let horizon = analyses.horizon.map(|asked| {

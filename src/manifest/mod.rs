@@ -103,9 +103,6 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let head = sections::read_job(&root, &mut issues);
     let axes = grid::read(&root, &mut issues);
 
-    let varied: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
-    let continuation = sections::read_continuation(&root, &mut issues, &varied, &axes.faulty);
-
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
@@ -119,6 +116,16 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
         &mut issues,
         &mut context,
         &mut hash,
+    );
+
+    let varied: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
+    let retained = judged.first().map(|variant| variant.model.retained);
+    let continuation = sections::read_continuation(
+        &Section::root(&tree, schema::MANIFEST),
+        &mut issues,
+        &varied,
+        &axes.faulty,
+        retained,
     );
 
     if let Some(start) = syntax_error {

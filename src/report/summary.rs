@@ -16,6 +16,7 @@ use super::coexistence::{self, Coexistence};
 use super::error::ReportError;
 use super::expansion::{self, ExpansionSummary};
 use super::heat::Map;
+use super::orbits::{self, Orbits};
 use super::point::{Axis, ClassCount, PointSummary};
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
@@ -56,8 +57,10 @@ pub struct Summary {
     pub axes: Vec<Axis>,
     /// The axis along which the state is carried; absent where points are independent.
     pub carried_along: Option<String>,
-    /// Refined changes of motion along it, in `point_id` order.
+    /// Changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
+    /// How many of them are changes of `class`, of `period`, and jumps of the `deflection`.
+    pub transition_counts: BTreeMap<String, usize>,
     /// Points with a largest exponent.
     pub with_exponent: usize,
     /// Chaotic points.
@@ -81,6 +84,8 @@ pub struct Summary {
     pub attractors: Vec<Attractor>,
     /// The branch of each of `attractors` along the last axis with more than one value.
     pub branches: Vec<usize>,
+    /// Periodic orbits; absent where they were not asked for.
+    pub orbits: Option<Orbits>,
     /// Points with any status but ok.
     pub troubled_points: usize,
     /// The first of them.
@@ -92,7 +97,8 @@ pub struct Summary {
     /// The map of the largest exponent.
     #[serde(skip)]
     pub map: Option<Map>,
-    /// Every point, in `point_id` order, where they were asked for or attractors follow them.
+    /// Every point, in `point_id` order, where they were asked for, or where attractors or orbits
+    /// are told of them.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
@@ -118,8 +124,10 @@ impl Summary {
         let head = ResultTable::head(folder, TableKind::Points)?;
         let runs = read_runs(folder)?;
         let attractors = branches::read_attractors(folder)?;
-        // Attractors are followed from point to point.
-        let mut census = Census::new(head.axes()?.len(), keep || !attractors.is_empty());
+        let orbits = orbits::read(folder)?;
+        // Attractors are followed from point to point, and orbits are told by point.
+        let keep = keep || !attractors.is_empty() || orbits.is_some();
+        let mut census = Census::new(head.axes()?.len(), keep);
         scan(folder, &head, |points, extra| {
             census.take(points, extra);
         })?;
@@ -161,6 +169,11 @@ impl Summary {
         let (chaotic_points, chaotic) = chaotic.finish(livelier);
         let (twin_disagrees_points, twin_disagrees) = twin_disagrees.finish(by_id);
         let (troubled_points, troubled) = troubled.finish(by_id);
+        let transitions = transitions::read(folder)?;
+        let mut transition_counts = BTreeMap::new();
+        for found in &transitions {
+            *transition_counts.entry(found.what.clone()).or_insert(0) += 1;
+        }
         let mut coexisting_points = coexisting;
         coexisting_points.sort_by_key(|point| point.point_id);
         Ok(Self {
@@ -179,7 +192,8 @@ impl Summary {
             wall_time_per_cycle: wall_time.and_then(per_cycle),
             worker_time_per_cycle: per_cycle(worker_time),
             carried_along: head.metadata("carried_along").map(shown),
-            transitions: transitions::read(folder)?,
+            transitions,
+            transition_counts,
             axes,
             with_exponent,
             chaotic_points,
@@ -192,6 +206,7 @@ impl Summary {
             expansions: expansion::read(folder)?,
             attractors,
             branches: followed,
+            orbits,
             troubled_points,
             troubled,
             worst_energy,

@@ -4,6 +4,7 @@ mod branches;
 mod coexistence;
 mod expansion;
 mod heat;
+mod orbits;
 mod style;
 mod table;
 mod transitions;
@@ -35,6 +36,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     transitions::push(&mut text, summary);
     coexistence::push(&mut text, summary);
     expansion::push(&mut text, summary);
+    orbits::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
     if !summary.warnings.is_empty() {

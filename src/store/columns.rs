@@ -2,7 +2,7 @@
 //! comes from.
 
 use super::StoreError;
-use super::chains::{ChainColumns, direction_columns};
+use super::chains::direction_columns;
 use super::horizon::horizon_columns;
 use super::nvh::nvh_columns;
 use super::point_row::{AxisColumn, PointRow};
@@ -32,15 +32,15 @@ pub struct SpectrumRow {
     pub line: SpectrumLine,
 }
 
-/// Columns of `points.parquet`; `chains` where the state is carried along an axis.
+/// Columns of `points.parquet`; `swept` is the axis along which the state is carried, if any.
 ///
 /// # Errors
 /// An axis that has the name of another column.
 pub fn points_table(
     axes: &[AxisColumn],
-    chains: Option<&ChainColumns>,
+    swept: Option<&AxisColumn>,
 ) -> Result<Table<PointRow>, StoreError> {
-    let point_id = match chains {
+    let point_id = match swept {
         None => "Row-major index into the grid",
         Some(_) => {
             "Index into the points: other axes slowest, then direction, then the swept axis in sweep order"
@@ -55,11 +55,7 @@ pub fn points_table(
                 &format!("Grid axis {}", axis.name);
         ]);
     }
-    columns.extend(
-        chains
-            .into_iter()
-            .flat_map(|chains| direction_columns(&chains.axis)),
-    );
+    columns.extend(swept.into_iter().flat_map(direction_columns));
     columns.extend(motion_columns());
     columns.extend(horizon_columns());
     columns.extend(nvh_columns());

@@ -48,7 +48,7 @@ mod writer;
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
-pub use chains::{ChainColumns, TransitionRow, transitions_table};
+pub use chains::{TransitionRow, transitions_table};
 pub use characteristics::{
     ArithmeticKey, BandwidthKey, Characteristics, Cliff, Description, Figure, HugePages,
     LatencyKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, RoofRow, SolverKey,

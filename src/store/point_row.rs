@@ -65,6 +65,7 @@ impl PointRow {
         }
         if let Some(found) = &mut self.orbits {
             found.orbits.clear();
+            found.missed.clear();
         }
         if let Some(found) = &mut self.horizon {
             found.measures.clear();

@@ -16,10 +16,10 @@ use super::run::run_path;
 use super::seal::TableRecord;
 use super::table::Table;
 use super::{
-    AttractorRow, AxisColumn, CellRow, ChainColumns, ExpansionRow, HorizonRow, OrbitRow,
-    PoincareRow, PointRow, ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table,
-    basins_table, cycle_expansion_table, horizon_table, orbits_table, poincare_table, points_table,
-    probes_table, spectra_table, transitions_table,
+    AttractorRow, AxisColumn, CellRow, ExpansionRow, HorizonRow, OrbitRow, PoincareRow, PointRow,
+    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
+    cycle_expansion_table, horizon_table, orbits_table, poincare_table, points_table, probes_table,
+    spectra_table, transitions_table,
 };
 
 impl Row for PointRow {
@@ -48,11 +48,6 @@ impl Row for PoincareRow {}
 
 impl Row for SpectrumRow {}
 
-impl Row for OrbitRow {
-    fn list_bytes(&self) -> usize {
-        size_of::<f64>() * 2 * self.orbit.multipliers.len()
-    }
-}
 impl Row for HorizonRow {}
 
 impl Row for ExpansionRow {}
@@ -84,8 +79,8 @@ pub struct ResultLayout {
     pub probes: bool,
     /// Whether `orbits.parquet` is written.
     pub orbits: bool,
-    /// Chains of points, where the state is carried along an axis.
-    pub chains: Option<ChainColumns>,
+    /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
+    pub swept: Option<AxisColumn>,
     /// Names of the axes of the slices in `basins.parquet`, where it is written.
     pub basins: Option<[String; 2]>,
     /// Whether `horizon.parquet` is written.
@@ -106,9 +101,7 @@ impl ResultLayout {
             self.basins.is_some(),
             self.horizon,
             self.cycle_expansion,
-            self.chains
-                .as_ref()
-                .is_some_and(|chains| chains.transitions),
+            self.swept.is_some(),
         ];
         one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
     }
@@ -190,23 +183,22 @@ impl ResultWriter {
         remove_stale(folder)?;
         let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
         let mut metadata = vec![("axes", serde_json::json!(axes).to_string())];
-        if let Some(chains) = &layout.chains {
-            metadata.push(("carried_along", chains.axis.name.clone()));
+        if let Some(swept) = &layout.swept {
+            metadata.push(("carried_along", swept.name.clone()));
         }
         let shard = layout.shard;
-        let points = points_table(&layout.axes, layout.chains.as_ref())?;
+        let points = points_table(&layout.axes, layout.swept.as_ref())?;
         let destination = Destination {
             folder: folder.to_path_buf(),
             shard,
         };
         let transitions = layout
-            .chains
+            .swept
             .as_ref()
-            .filter(|chains| chains.transitions)
-            .map(|chains| {
-                let table = transitions_table(&chains.axis);
+            .map(|axis| {
+                let table = transitions_table(axis);
                 Ok::<_, StoreError>(TransitionFile {
-                    axis: chains.axis.name.clone(),
+                    axis: axis.name.clone(),
                     file: TableFile::create(folder, TableKind::Transitions, shard, table, &[])?,
                 })
             })
@@ -382,7 +374,10 @@ impl ResultWriter {
         }
         if let (Some(file), Some(found)) = (&mut self.orbits, &mut row.orbits) {
             for orbit in std::mem::take(&mut found.orbits) {
-                file.push(OrbitRow::new(point_id, orbit))?;
+                file.push(OrbitRow::found(point_id, orbit))?;
+            }
+            for missed in std::mem::take(&mut found.missed) {
+                file.push(OrbitRow::missed(point_id, missed))?;
             }
         }
         if let (Some(own), Some(chain)) = (&mut self.transitions, &row.chain)

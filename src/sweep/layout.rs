@@ -2,7 +2,7 @@
 
 use crate::analysis::{Analyses, SliceOf};
 use crate::manifest::{Axis, Job};
-use crate::store::{AxisColumn, ChainColumns, ResultLayout, Shard};
+use crate::store::{AxisColumn, ResultLayout, Shard};
 
 /// The tables of a job (of a shard of it).
 pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
@@ -18,10 +18,10 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
         probes: any(|a| a.multistability.is_some()),
         orbits: any(|a| a.orbits.is_some()),
-        chains: job.carried.as_ref().map(|carried| ChainColumns {
-            axis: column(&job.axes[carried.axis]),
-            transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),
-        }),
+        swept: job
+            .carried
+            .as_ref()
+            .map(|carried| column(&job.axes[carried.axis])),
         basins: variants
             .iter()
             .find_map(|v| v.analyses.multistability?.slice)

@@ -42,7 +42,9 @@ pub(super) fn read(
     let multistability = optional(section, issues, "multistability", |table, issues| {
         multistability(table, issues, retained, run)
     });
-    let orbits = optional(section, issues, "orbits", orbits::read);
+    let orbits = optional(section, issues, "orbits", |table, issues| {
+        orbits::read(table, issues, retained)
+    });
     let horizon = optional(section, issues, "horizon", horizon);
     let cycle_expansion = optional(section, issues, "cycle_expansion", expansion);
     let without = ["horizon", "cycle_expansion"]

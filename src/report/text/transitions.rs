@@ -21,7 +21,21 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         "1" => "",
         unit => unit,
     };
-    _ = writeln!(text, "\nchanges of motion along {axis}");
+    let counts = ["class", "period", "deflection"]
+        .into_iter()
+        .filter_map(|what| {
+            let count = summary.transition_counts.get(what)?;
+            Some(match what {
+                "deflection" => format!("{count} by a jump of the deflection"),
+                _ => format!("{count} of {what}"),
+            })
+        });
+    let counts: Vec<String> = counts.collect();
+    _ = writeln!(
+        text,
+        "\nchanges of motion along {axis}: {}",
+        counts.join(", ")
+    );
     for found in summary.transitions.iter().take(MOST_ROWS) {
         let [from, to] = [0, 1].map(|side| match found.periods[side] {
             Some(period) if found.classes[side] == "periodic" => format!("period {period}"),

@@ -9,10 +9,10 @@ use super::*;
 use crate::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, DurationOutcome,
     Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
-    HorizonMeasure, HorizonOutcome, HorizonQuantity, LyapunovMethod, LyapunovOutcome, ModalState,
-    MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, PoincareSample,
-    PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
-    TraceSample, TraceSink,
+    HorizonMeasure, HorizonOutcome, HorizonQuantity, Kick, LyapunovMethod, LyapunovOutcome,
+    MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome,
+    OrbitSurvey, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine,
+    SpectrumMethod, Status, TraceSample, TraceSink,
 };
 use crate::model::{ActiveSet, COAST_FLANK};
 use crate::propagate::Event;
@@ -37,7 +37,7 @@ fn layout() -> ResultLayout {
         spectra: true,
         probes: true,
         orbits: false,
-        chains: None,
+        swept: None,
         basins: Some(["of mode 1".into(), "of mode 2".into()]),
         horizon: true,
         cycle_expansion: true,
@@ -45,12 +45,9 @@ fn layout() -> ResultLayout {
     }
 }
 
-/// Chains along the speed, whose changes of motion are refined.
-fn chains() -> ChainColumns {
-    ChainColumns {
-        axis: layout().axes.remove(1),
-        transitions: true,
-    }
+/// The speed, along which the state is carried.
+fn swept() -> AxisColumn {
+    layout().axes.remove(1)
 }
 
 /// A number with its error.
@@ -268,6 +265,8 @@ fn cell(column: u32, attractor: Option<u32>) -> CellOutcome {
 fn orbits() -> OrbitSurvey {
     OrbitSurvey {
         orbits: vec![OrbitOutcome {
+            state: Some(2),
+            start: [vec![1e-7, 2e-7], vec![3e-4, 4e-4]],
             period: 5,
             residual: 1e-14,
             deflection: 8e-6,
@@ -283,6 +282,15 @@ fn orbits() -> OrbitSurvey {
                 kick_growth: 1.6,
                 kick_growth_linear: 1.7,
             },
+            kick: Kick {
+                distance: vec![1e-5, 1.6e-5],
+                linear: vec![1e-5, 1.7e-5],
+            },
+        }],
+        missed: vec![MissedState {
+            state: 6,
+            period: 8,
+            reason: "for a test".into(),
         }],
         cycles: 60,
     }
@@ -370,7 +378,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn columns_units_and_descriptions() {
-    let points = |chains| points_table(&layout().axes, chains).unwrap().listing();
+    let points = |swept| points_table(&layout().axes, swept).unwrap().listing();
     for kind in TableKind::VARIANTS {
         let listed = match kind {
             TableKind::Points => points(None),
@@ -378,7 +386,7 @@ fn columns_units_and_descriptions() {
             TableKind::Spectra => spectra_table().listing(),
             TableKind::Probes => probes_table().listing(),
             TableKind::Orbits => orbits_table().listing(),
-            TableKind::Transitions => transitions_table(&chains().axis).listing(),
+            TableKind::Transitions => transitions_table(&swept()).listing(),
             TableKind::Attractors => attractors_table().listing(),
             TableKind::Basins => basins_table().listing(),
             TableKind::Horizon => horizon_table().listing(),
@@ -392,7 +400,7 @@ fn columns_units_and_descriptions() {
         let name = kind.file_name().strip_suffix(".parquet").unwrap();
         insta::assert_snapshot!(name, listed);
     }
-    insta::assert_snapshot!("points_of_chains", points(Some(&chains())));
+    insta::assert_snapshot!("points_of_chains", points(Some(&swept())));
 }
 
 /// A table that notes which of its columns were asked for.
@@ -451,7 +459,7 @@ fn every_column_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let whole = ResultLayout {
         orbits: true,
-        chains: Some(chains()),
+        swept: Some(swept()),
         ..layout()
     };
     let row = PointRow {
@@ -467,7 +475,7 @@ fn every_column_comes_back() {
         (TableKind::Poincare, 1),
         (TableKind::Spectra, 2),
         (TableKind::Probes, 2),
-        (TableKind::Orbits, 1),
+        (TableKind::Orbits, 2),
         (TableKind::Transitions, 1),
         (TableKind::Attractors, 1),
         (TableKind::Basins, 2),
@@ -694,8 +702,13 @@ fn every_column_comes_back() {
     read.push(cells.read_through(TableKind::Basins));
 
     let orbits = Asked::read(folder.path(), TableKind::Orbits);
-    for (name, value) in [("point_id", 0), ("period", 5), ("events", 24)] {
-        assert_eq!(orbits.u64(name), [Some(value)], "{name}");
+    for (name, values) in [
+        ("point_id", [Some(0), Some(0)]),
+        ("state", [Some(3), Some(7)]),
+        ("period", [Some(5), Some(8)]),
+        ("events", [Some(24), None]),
+    ] {
+        assert_eq!(orbits.u64(name), values, "{name}");
     }
     for (name, value) in [
         ("residual", 1e-14),
@@ -707,12 +720,30 @@ fn every_column_comes_back() {
         ("kick_growth", 1.6),
         ("kick_growth_linear", 1.7),
     ] {
-        assert_eq!(orbits.f64(name), [Some(value)], "{name}");
+        assert_eq!(orbits.f64(name), [Some(value), None], "{name}");
     }
-    assert_eq!(orbits.bool("stable"), [Some(true)]);
-    assert_eq!(orbits.text("bifurcation"), [Some("neimark_sacker".into())]);
-    assert_eq!(orbits.lists("multipliers_re"), [Some(some([0.7, 0.7]))]);
-    assert_eq!(orbits.lists("multipliers_im"), [Some(some([0.1, -0.1]))]);
+    assert_eq!(orbits.bool("found"), [Some(true), Some(false)]);
+    assert_eq!(orbits.bool("stable"), [Some(true), None]);
+    for (name, texts) in [
+        ("reason", [None, Some("for a test")]),
+        ("bifurcation", [Some("neimark_sacker"), None]),
+    ] {
+        assert_eq!(
+            orbits.text(name),
+            texts.map(|text| text.map(str::to_owned)),
+            "{name}"
+        );
+    }
+    for (name, list) in [
+        ("multipliers_re", [0.7, 0.7]),
+        ("multipliers_im", [0.1, -0.1]),
+        ("kick_distance", [1e-5, 1.6e-5]),
+        ("kick_distance_linear", [1e-5, 1.7e-5]),
+        ("displacement", [1e-7, 2e-7]),
+        ("modal_velocity", [3e-4, 4e-4]),
+    ] {
+        assert_eq!(orbits.lists(name), [Some(some(list)), None], "{name}");
+    }
     read.push(orbits.read_through(TableKind::Orbits));
 
     let changes = Asked::read(folder.path(), TableKind::Transitions);
