@@ -106,6 +106,9 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
+    if let Some(refine) = &axes.refine {
+        hash.refined(refine);
+    }
     let mut context = Context::new(base_dir);
     let judged = expand::expand(
         &mut tree,
@@ -134,8 +137,9 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
             let between = Between::new(tree, axes.valid, context);
             let variants = Expansion::new(judged, between.clone());
-            let points = Points::new(variants, &plain, axes.carried.as_ref());
-            let refine = points.variants().iter().any(refined);
+            let nested = axes.refine.as_ref().map(|refine| refine.nested);
+            let points = Points::new(variants, &plain, axes.carried.as_ref(), nested);
+            let narrowed = points.variants().iter().any(refined);
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
@@ -143,7 +147,8 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
                 hash: hash.finish(),
                 axes: plain,
                 carried: axes.carried,
-                between: refine.then_some(between),
+                refine: axes.refine,
+                between: narrowed.then_some(between),
                 points,
             })
         }

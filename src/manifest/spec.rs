@@ -2,10 +2,12 @@
 //! validated. Everything is SI; nothing here knows how it was typed.
 
 mod mesh;
+mod refine;
 
 pub use mesh::{
     CoastSpec, CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };
+pub use refine::{Criterion, Refine};
 
 use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;

@@ -273,6 +273,13 @@ fn with(text: &str, key: &Key, line: &str) -> String {
             text,
             &format!("[analyses.multistability.slice]\nmodes = [3, 4]\nextent = 1e-5\n{line}"),
         ),
+        "grid.refine" => {
+            let by = match line.split(" =").next() {
+                Some("tolerance") => "by = [\"events_per_cycle\"]",
+                _ => "",
+            };
+            format!("{text}\n[grid.refine]\nlevels = 1\n{by}\n{line}\n")
+        }
         "analyses.horizon" => analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}")),
         _ if table.starts_with("analyses.") => analyses(text, &format!("[{table}]\n{line}")),
         _ if text.contains(&format!("[{table}]")) => {
