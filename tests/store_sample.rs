@@ -200,6 +200,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         chains: None,
         basins: Some(["mode 1".into(), "mode 2".into()]),
         horizon: false,
+        refined: None,
         shard,
     };
     let all = 0..LOADS * SPEEDS;

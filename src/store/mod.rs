@@ -34,6 +34,7 @@ mod orbits;
 mod point_row;
 mod probes;
 mod read;
+mod refined;
 mod reorder;
 mod replace;
 mod run;
@@ -64,6 +65,7 @@ pub use orbits::{OrbitRow, orbits_table};
 pub use point_row::{AxisColumn, Placement, PointRow};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_run, read_runs, record_paths, verify};
+pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
     ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord,

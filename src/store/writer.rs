@@ -17,9 +17,9 @@ use super::seal::TableRecord;
 use super::table::Table;
 use super::{
     AttractorRow, AxisColumn, CellRow, ChainColumns, HorizonRow, OrbitRow, PoincareRow, PointRow,
-    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
-    horizon_table, orbits_table, poincare_table, points_table, probes_table, spectra_table,
-    transitions_table,
+    ProbeRow, RefinedColumns, SpectrumRow, StoreError, TransitionRow, attractors_table,
+    basins_table, horizon_table, orbits_table, poincare_table, points_table, probes_table,
+    spectra_table, transitions_table,
 };
 
 impl Row for PointRow {
@@ -88,6 +88,8 @@ pub struct ResultLayout {
     pub basins: Option<[String; 2]>,
     /// Whether `horizon.parquet` is written.
     pub horizon: bool,
+    /// How the grid is refined, where it is.
+    pub refined: Option<RefinedColumns>,
     /// Which part of a split job this is.
     pub shard: Option<Shard>,
 }
@@ -184,11 +186,14 @@ impl ResultWriter {
         remove_stale(folder)?;
         let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
         let mut metadata = vec![("axes", serde_json::json!(axes).to_string())];
+        if let Some(refined) = &layout.refined {
+            metadata.push(("refined", serde_json::json!(refined).to_string()));
+        }
         if let Some(chains) = &layout.chains {
             metadata.push(("carried_along", chains.axis.name.clone()));
         }
         let shard = layout.shard;
-        let points = points_table(&layout.axes, layout.chains.as_ref())?;
+        let points = points_table(layout)?;
         let destination = Destination {
             folder: folder.to_path_buf(),
             shard,
@@ -230,6 +235,15 @@ impl ResultWriter {
             horizon: destination.start(layout.horizon, TableKind::Horizon, horizon_table)?,
             destination,
         })
+    }
+
+    /// Says which points come, strictly ascending, where that was not known before.
+    pub fn expect<I>(&mut self, expected: I)
+    where
+        I: IntoIterator<Item = u64>,
+        I::IntoIter: Send + 'static,
+    {
+        self.order.expect(expected.into_iter());
     }
 
     /// Takes a point in; it is written once every point before it has come. The state that it
