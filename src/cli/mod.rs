@@ -7,6 +7,7 @@ mod console;
 mod earlier;
 mod events;
 mod excitation;
+mod grid;
 pub mod help;
 pub mod machine;
 pub mod merge;

@@ -9,6 +9,7 @@ mod numbers;
 mod operator_summary;
 mod plot;
 mod point;
+mod refined;
 mod summary;
 mod table_summary;
 mod text;

@@ -16,9 +16,10 @@ use super::coexistence::{self, Coexistence};
 use super::error::ReportError;
 use super::heat::Map;
 use super::point::{Axis, ClassCount, PointSummary};
+use super::refined::{Plane, complete};
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
-use crate::store::{ResultTable, RunRecord, RunState, TableKind, read_runs};
+use crate::store::{RefinedColumns, ResultTable, RunRecord, RunState, TableKind, read_runs};
 use census::{Census, by_id, in_order, livelier, scan};
 
 /// Said of tables that nothing vouches for.
@@ -55,6 +56,8 @@ pub struct Summary {
     pub axes: Vec<Axis>,
     /// The axis along which the state is carried; absent where points are independent.
     pub carried_along: Option<String>,
+    /// How the grid is refined; absent where all its points are computed.
+    pub refined: Option<RefinedColumns>,
     /// Refined changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
     /// Points with a largest exponent.
@@ -89,7 +92,8 @@ pub struct Summary {
     /// The map of the largest exponent.
     #[serde(skip)]
     pub map: Option<Map>,
-    /// Every point, in `point_id` order, where they were asked for or attractors follow them.
+    /// Every point, in `point_id` order, where they were asked for, attractors follow them or the
+    /// grid is refined.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
@@ -116,11 +120,16 @@ impl Summary {
         let runs = read_runs(folder)?;
         let attractors = branches::read_attractors(folder)?;
         // Attractors are followed from point to point.
+        let refined: Option<RefinedColumns> =
+            (head.metadata("refined")).and_then(|text| serde_json::from_str(text).ok());
         let mut census = Census::new(head.axes()?.len(), keep || !attractors.is_empty());
+        if refined.is_some() {
+            census.all.get_or_insert_default();
+        }
         scan(folder, &head, |points, extra| {
             census.take(points, extra);
         })?;
-        let axes = census.axes(&head)?;
+        let mut axes = census.axes(&head)?;
         let Census {
             points,
             statuses,
@@ -137,14 +146,19 @@ impl Summary {
             all,
             ..
         } = census;
-        let mut map = Map::new(&axes).filter(|_| points > 0);
-        if let Some(map) = &mut map {
-            scan(folder, &head, |points, _| {
-                points.iter().for_each(|point| map.add(&axes, point));
-            })?;
-        }
         let mut all = all.unwrap_or_default();
         all.sort_by_key(|point| point.point_id);
+        if let Some(refined) = &refined {
+            complete(&mut axes, refined, &all);
+        }
+        let mut map = Map::new(&axes, refined.as_ref()).filter(|_| points > 0);
+        match (&mut map, &refined) {
+            (Some(map), Some(refined)) => map.fill(&Plane::new(refined, &all), &all),
+            (Some(map), None) => scan(folder, &head, |points, _| {
+                points.iter().for_each(|point| map.add(&axes, point));
+            })?,
+            (None, _) => {}
+        }
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
         let followed = along.map_or_else(
             || (0..attractors.len()).collect(),
@@ -177,6 +191,7 @@ impl Summary {
             worker_time_per_cycle: per_cycle(worker_time),
             carried_along: head.metadata("carried_along").map(shown),
             transitions: transitions::read(folder)?,
+            refined,
             axes,
             with_exponent,
             chaotic_points,
