@@ -129,7 +129,7 @@ fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2
         let message = format!(
             "`grid.refine` divides a plane: two axes of the grid must have several values ({found})"
         );
-        let fault = fault(span, message).label(format!("{} axes vary", names.len()));
+        let fault = fault(span, message).label("not a plane");
         issues.push(fault.remedy("give two axes several values and all others one"));
         return None;
     };

@@ -274,8 +274,8 @@ fn with(text: &str, key: &Key, line: &str) -> String {
             &format!("[analyses.multistability.slice]\nmodes = [3, 4]\nextent = 1e-5\n{line}"),
         ),
         "grid.refine" => {
-            let by = match line.split(" =").next() {
-                Some("tolerance") => "by = [\"events_per_cycle\"]",
+            let by = match key.path {
+                "grid.refine.tolerance" => "by = [\"events_per_cycle\"]",
                 _ => "",
             };
             format!("{text}\n[grid.refine]\nlevels = 1\n{by}\n{line}\n")
