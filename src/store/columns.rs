@@ -4,11 +4,11 @@
 use super::StoreError;
 use super::chains::direction_columns;
 use super::horizon::horizon_columns;
+use super::layout::ResultLayout;
 use super::nvh::nvh_columns;
 use super::point_row::PointRow;
 use super::refined::level_columns;
 use super::table::{Column, Table, columns};
-use super::writer::ResultLayout;
 use crate::analysis::{Class, PoincareSample, SpectrumLine, SpectrumMethod};
 use std::sync::Arc;
 
@@ -65,7 +65,7 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     }
     columns.extend(
         chains
-            .into_iter()
+            .iter()
             .flat_map(|chains| direction_columns(&chains.axis)),
     );
     let nested = refined.iter().map(|refined| refined.nested);

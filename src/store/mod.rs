@@ -27,6 +27,7 @@ mod horizon;
 mod interleave;
 mod io_fault;
 mod journal;
+mod layout;
 mod merge;
 mod nvh;
 mod open;
@@ -59,6 +60,7 @@ pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_pa
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
+pub use layout::ResultLayout;
 pub use merge::{MergeError, merge};
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
@@ -79,4 +81,4 @@ pub use tables::{
     Origin, TableStore, Unwanted,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
-pub use writer::{ResultLayout, ResultWriter, Written};
+pub use writer::{ResultWriter, Written};

@@ -11,15 +11,15 @@ use std::sync::Arc;
 use super::file::{
     ClosedTable, Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path,
 };
+use super::layout::ResultLayout;
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::seal::TableRecord;
 use super::table::Table;
 use super::{
-    AttractorRow, AxisColumn, CellRow, ChainColumns, HorizonRow, OrbitRow, PoincareRow, PointRow,
-    ProbeRow, RefinedColumns, SpectrumRow, StoreError, TransitionRow, attractors_table,
-    basins_table, horizon_table, orbits_table, poincare_table, points_table, probes_table,
-    spectra_table, transitions_table,
+    AttractorRow, CellRow, HorizonRow, OrbitRow, PoincareRow, PointRow, ProbeRow, SpectrumRow,
+    StoreError, TransitionRow, attractors_table, basins_table, horizon_table, orbits_table,
+    poincare_table, points_table, probes_table, spectra_table, transitions_table,
 };
 
 impl Row for PointRow {
@@ -68,48 +68,6 @@ impl Row for AttractorRow {
 }
 
 impl Row for CellRow {}
-
-/// What a job writes.
-#[derive(Debug, Clone, Default)]
-pub struct ResultLayout {
-    /// The grid's axes, slowest first.
-    pub axes: Vec<AxisColumn>,
-    /// Whether `poincare.parquet` is written.
-    pub poincare: bool,
-    /// Whether `spectra.parquet` is written.
-    pub spectra: bool,
-    /// Whether `probes.parquet` and `attractors.parquet` are written.
-    pub probes: bool,
-    /// Whether `orbits.parquet` is written.
-    pub orbits: bool,
-    /// Chains of points, where the state is carried along an axis.
-    pub chains: Option<ChainColumns>,
-    /// Names of the axes of the slices in `basins.parquet`, where it is written.
-    pub basins: Option<[String; 2]>,
-    /// Whether `horizon.parquet` is written.
-    pub horizon: bool,
-    /// How the grid is refined, where it is.
-    pub refined: Option<RefinedColumns>,
-    /// Which part of a split job this is.
-    pub shard: Option<Shard>,
-}
-
-impl ResultLayout {
-    /// Tables that are written beside `points.parquet`.
-    pub fn beside(&self) -> usize {
-        let one = [
-            self.poincare,
-            self.spectra,
-            self.orbits,
-            self.basins.is_some(),
-            self.horizon,
-            self.chains
-                .as_ref()
-                .is_some_and(|chains| chains.transitions),
-        ];
-        one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
-    }
-}
 
 /// What a finished [`ResultWriter`] has written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -141,10 +141,10 @@ pub fn run(
         share = Share::of_points(refinement.next_round());
         taken_over = TakenOver::default();
     }
-    let all = |refinement: Option<&Refinement>, share: &Share| {
-        refinement.map_or(share.points() as u64, Refinement::points)
+    progress.points = match &refinement {
+        Some(refinement) => refinement.points(),
+        None => share.points() as u64,
     };
-    progress.points = all(refinement.as_ref(), &share);
     let asked = crew.places.to_string();
     watcher.begun(&Begun {
         progress,

@@ -17,8 +17,8 @@ use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
-    ChainPart, Level, Placement, ResultTable, TraceLabel, TraceWriter, Transition, events_table,
-    trace_table,
+    AxisColumn, ChainColumns, ChainPart, Level, Placement, RefinedColumns, ResultTable, TraceLabel,
+    TraceWriter, Transition, events_table, trace_table,
 };
 use strum::VariantArray;
 
