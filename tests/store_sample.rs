@@ -243,6 +243,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         basins: Some(["mode 1".into(), "mode 2".into()]),
         horizon: false,
         cycle_expansion: false,
+        refined: None,
         shard,
     };
     let all = 0..LOADS * SPEEDS;

@@ -3,11 +3,11 @@
 use super::analyses::analyses;
 use super::excitation::{self, Cause};
 use super::structure::Structure;
-use super::{BAD_INPUT, answer, fail, portable};
+use super::{BAD_INPUT, answer, fail, grid, portable};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    self, Carried, CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec,
-    PointSpec, StiffnessSpec,
+    self, CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
+    StiffnessSpec,
 };
 use crate::propagate::KernelChoice;
 use clap::Args;
@@ -100,24 +100,13 @@ fn summary(name: &str, job: &Job) -> String {
 
 /// Head and text of every line of the summary.
 fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
-    let mut counts: Vec<_> = job
-        .axes
-        .iter()
-        .map(|axis| format!("{} {}", axis.values.len(), axis.name()))
-        .collect();
-    if let Some(carried) = job.carried.as_ref().filter(|c| c.directions.len() > 1) {
-        counts.push(format!("{} directions", carried.directions.len()));
-    }
     let mut lines = vec![
         ("job".to_owned(), format!("{}, seed {}", job.name, job.seed)),
         ("hash".to_owned(), job.hash.clone()),
-        (
-            "points".to_owned(),
-            format!("{} = {}", job.points.len(), counts.join(" x ")),
-        ),
+        ("points".to_owned(), grid::points(job)),
     ];
     if let Some(carried) = &job.carried {
-        lines.push(("order".to_owned(), order(job, carried)));
+        lines.push(("order".to_owned(), grid::order(job, carried)));
     }
     for axis in &job.axes {
         let (low, high) = axis.values.ends();
@@ -176,23 +165,6 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         Err(reason) => lines.push(("modes".to_owned(), reason)),
     }
     lines
-}
-
-/// `16 chains of 200 points, carried along speed (up, then down); chains run side by side`.
-fn order(job: &Job, carried: &Carried) -> String {
-    let chains = job.points.len() / carried.length;
-    let directions: Vec<&str> = carried.directions.iter().map(|d| d.name()).collect();
-    format!(
-        "{chains} {} of {} points, carried along {} ({}); {}",
-        if chains == 1 { "chain" } else { "chains" },
-        carried.length,
-        job.axes[carried.axis].name(),
-        directions.join(", then "),
-        match chains {
-            1 => "one after another on one thread",
-            _ => "chains run side by side",
-        }
-    )
 }
 
 fn mesh(job: &Job) -> String {
@@ -366,12 +338,8 @@ fn job_json(name: &str, job: &Job) -> Value {
         "hash": job.hash,
         "points": job.points.len(),
         "axes": axes,
-        "carried": job.carried.as_ref().map(|carried| json!({
-            "along": job.axes[carried.axis].name(),
-            "directions": carried.directions.iter().map(|d| d.name()).collect::<Vec<_>>(),
-            "chains": job.points.len() / carried.length,
-            "chain_length": carried.length,
-        })),
+        "carried": grid::carried_json(job),
+        "refine": grid::refine_json(job),
         "model": first.as_ref().map(|p| p.model.source.kind()),
         "coast_flank": first.as_ref().map(|p| match p.mesh.coast {
             CoastSpec::SameLine => json!({ "line": "same_line" }),

@@ -9,6 +9,7 @@ mod earlier;
 mod events;
 mod excitation;
 pub mod follow;
+mod grid;
 pub mod help;
 pub mod machine;
 pub mod merge;

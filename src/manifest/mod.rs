@@ -108,6 +108,9 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
+    if let Some(refine) = &axes.refine {
+        hash.refined(refine);
+    }
     let mut context = Context::new(base_dir);
     let judged = expand::expand(
         &mut tree,
@@ -142,7 +145,8 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
             let between = Between::new(tree, axes.valid, context);
             let variants = Expansion::new(judged, between.clone());
-            let points = Points::new(variants, &plain, axes.carried.as_ref());
+            let nested = axes.refine.as_ref().map(|refine| refine.nested);
+            let points = Points::new(variants, &plain, axes.carried.as_ref(), nested);
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
@@ -150,6 +154,7 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
                 hash: hash.finish(),
                 axes: plain,
                 carried: axes.carried,
+                refine: axes.refine,
                 between,
                 points,
                 continuation: continuation.flatten(),

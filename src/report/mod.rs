@@ -11,6 +11,7 @@ mod operator_summary;
 mod orbits;
 mod plot;
 mod point;
+mod refined;
 mod summary;
 mod table_summary;
 mod text;

@@ -18,9 +18,10 @@ use super::expansion::{self, ExpansionSummary};
 use super::heat::Map;
 use super::orbits::{self, Orbits};
 use super::point::{Axis, ClassCount, PointSummary};
+use super::refined::{Plane, complete};
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
-use crate::store::{ResultTable, RunRecord, RunState, TableKind, read_runs};
+use crate::store::{RefinedColumns, ResultTable, RunRecord, RunState, TableKind, read_runs};
 use census::{Census, by_id, in_order, livelier, scan};
 
 /// Said of tables that nothing vouches for.
@@ -57,6 +58,8 @@ pub struct Summary {
     pub axes: Vec<Axis>,
     /// The axis along which the state is carried; absent where points are independent.
     pub carried_along: Option<String>,
+    /// How the grid is refined; absent where all its points are computed.
+    pub refined: Option<RefinedColumns>,
     /// Changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
     /// How many of them are changes of `class`, of `period`, and jumps of the `deflection`.
@@ -97,8 +100,8 @@ pub struct Summary {
     /// The map of the largest exponent.
     #[serde(skip)]
     pub map: Option<Map>,
-    /// Every point, in `point_id` order, where they were asked for, or where attractors or orbits
-    /// are told of them.
+    /// Every point, in `point_id` order, where they were asked for, where attractors or orbits
+    /// are told of them, or where the grid is refined.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
@@ -128,10 +131,15 @@ impl Summary {
         // Attractors are followed from point to point, and orbits are told by point.
         let keep = keep || !attractors.is_empty() || orbits.is_some();
         let mut census = Census::new(head.axes()?.len(), keep);
+        let refined: Option<RefinedColumns> =
+            (head.metadata("refined")).and_then(|text| serde_json::from_str(text).ok());
+        if refined.is_some() {
+            census.all.get_or_insert_default();
+        }
         scan(folder, &head, |points, extra| {
             census.take(points, extra);
         })?;
-        let axes = census.axes(&head)?;
+        let mut axes = census.axes(&head)?;
         let Census {
             points,
             statuses,
@@ -148,14 +156,19 @@ impl Summary {
             all,
             ..
         } = census;
-        let mut map = Map::new(&axes).filter(|_| points > 0);
-        if let Some(map) = &mut map {
-            scan(folder, &head, |points, _| {
-                points.iter().for_each(|point| map.add(&axes, point));
-            })?;
-        }
         let mut all = all.unwrap_or_default();
         all.sort_by_key(|point| point.point_id);
+        if let Some(refined) = &refined {
+            complete(&mut axes, refined, &all);
+        }
+        let mut map = Map::new(&axes, refined.as_ref()).filter(|_| points > 0);
+        match (&mut map, &refined) {
+            (Some(map), Some(refined)) => map.fill(&Plane::new(refined, &all), &all),
+            (Some(map), None) => scan(folder, &head, |points, _| {
+                points.iter().for_each(|point| map.add(&axes, point));
+            })?,
+            (None, _) => {}
+        }
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
         let followed = along.map_or_else(
             || (0..attractors.len()).collect(),
@@ -194,6 +207,7 @@ impl Summary {
             carried_along: head.metadata("carried_along").map(shown),
             transitions,
             transition_counts,
+            refined,
             axes,
             with_exponent,
             chaotic_points,

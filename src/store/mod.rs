@@ -29,6 +29,7 @@ mod horizon;
 mod interleave;
 mod io_fault;
 mod journal;
+mod layout;
 mod merge;
 mod nvh;
 mod open;
@@ -36,6 +37,7 @@ mod orbits;
 mod point_row;
 mod probes;
 mod read;
+mod refined;
 mod reorder;
 mod replace;
 mod run;
@@ -65,12 +67,14 @@ pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_pa
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
+pub use layout::ResultLayout;
 pub use merge::{MergeError, merge};
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use point_row::{AxisColumn, Placement, PointRow};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_run, read_runs, record_paths, verify};
+pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
     ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord,
@@ -84,4 +88,4 @@ pub use tables::{
     Origin, TableStore, Unwanted,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
-pub use writer::{ResultLayout, ResultWriter, Written};
+pub use writer::{ResultWriter, Written};

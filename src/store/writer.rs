@@ -11,15 +11,16 @@ use std::sync::Arc;
 use super::file::{
     ClosedTable, Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path,
 };
+use super::layout::ResultLayout;
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::seal::TableRecord;
 use super::table::Table;
 use super::{
-    AttractorRow, AxisColumn, CellRow, ExpansionRow, HorizonRow, OrbitRow, PoincareRow, PointRow,
-    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
-    cycle_expansion_table, horizon_table, orbits_table, poincare_table, points_table, probes_table,
-    spectra_table, transitions_table,
+    AttractorRow, CellRow, ExpansionRow, HorizonRow, OrbitRow, PoincareRow, PointRow, ProbeRow,
+    SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table, cycle_expansion_table,
+    horizon_table, orbits_table, poincare_table, points_table, probes_table, spectra_table,
+    transitions_table,
 };
 
 impl Row for PointRow {
@@ -65,47 +66,6 @@ impl Row for AttractorRow {
 }
 
 impl Row for CellRow {}
-
-/// What a job writes.
-#[derive(Debug, Clone, Default)]
-pub struct ResultLayout {
-    /// The grid's axes, slowest first.
-    pub axes: Vec<AxisColumn>,
-    /// Whether `poincare.parquet` is written.
-    pub poincare: bool,
-    /// Whether `spectra.parquet` is written.
-    pub spectra: bool,
-    /// Whether `probes.parquet` and `attractors.parquet` are written.
-    pub probes: bool,
-    /// Whether `orbits.parquet` is written.
-    pub orbits: bool,
-    /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
-    pub swept: Option<AxisColumn>,
-    /// Names of the axes of the slices in `basins.parquet`, where it is written.
-    pub basins: Option<[String; 2]>,
-    /// Whether `horizon.parquet` is written.
-    pub horizon: bool,
-    /// Whether `cycle_expansion.parquet` is written.
-    pub cycle_expansion: bool,
-    /// Which part of a split job this is.
-    pub shard: Option<Shard>,
-}
-
-impl ResultLayout {
-    /// Tables that are written beside `points.parquet`.
-    pub fn beside(&self) -> usize {
-        let one = [
-            self.poincare,
-            self.spectra,
-            self.orbits,
-            self.basins.is_some(),
-            self.horizon,
-            self.cycle_expansion,
-            self.swept.is_some(),
-        ];
-        one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
-    }
-}
 
 /// What a finished [`ResultWriter`] has written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -183,11 +143,14 @@ impl ResultWriter {
         remove_stale(folder)?;
         let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
         let mut metadata = vec![("axes", serde_json::json!(axes).to_string())];
+        if let Some(refined) = &layout.refined {
+            metadata.push(("refined", serde_json::json!(refined).to_string()));
+        }
         if let Some(swept) = &layout.swept {
             metadata.push(("carried_along", swept.name.clone()));
         }
         let shard = layout.shard;
-        let points = points_table(&layout.axes, layout.swept.as_ref())?;
+        let points = points_table(layout)?;
         let destination = Destination {
             folder: folder.to_path_buf(),
             shard,
@@ -233,6 +196,15 @@ impl ResultWriter {
             )?,
             destination,
         })
+    }
+
+    /// Says which points come, strictly ascending, where that was not known before.
+    pub fn expect<I>(&mut self, expected: I)
+    where
+        I: IntoIterator<Item = u64>,
+        I::IntoIter: Send + 'static,
+    {
+        self.order.expect(expected.into_iter());
     }
 
     /// Takes a point in; it is written once every point before it has come. The state that it

@@ -1,8 +1,9 @@
 //! Which tables a job writes, and their axes.
 
 use crate::analysis::{Analyses, SliceOf};
-use crate::manifest::{Axis, Job};
-use crate::store::{AxisColumn, ResultLayout, Shard};
+use crate::manifest::{Axis, Job, Refine};
+use crate::model::InitialState;
+use crate::store::{AxisColumn, RefinedColumns, ResultLayout, Shard};
 
 /// The tables of a job (of a shard of it).
 pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
@@ -28,7 +29,25 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.of))),
         horizon: any(|a| a.horizon.is_some()),
         cycle_expansion: any(|a| a.cycle_expansion.is_some()),
+        refined: job.refine.as_ref().map(|refine| refined(job, refine)),
         shard,
+    }
+}
+
+/// How the grid is refined.
+fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
+    let mut varied = (job.axes.iter()).filter(|axis| axis.values.len() > 1);
+    let mut name = || varied.next().map_or("", Axis::name).to_owned();
+    let start = match &job.points.variants()[0].run.initial {
+        InitialState::Static => "static",
+        InitialState::Rest => "rest",
+        InitialState::Modal { .. } => "modal",
+    };
+    RefinedColumns {
+        nested: refine.nested,
+        axes: [name(), name()],
+        by: refine.by_words(),
+        start: start.to_owned(),
     }
 }
 

@@ -281,6 +281,13 @@ fn with(text: &str, key: &Key, line: &str) -> String {
         "analyses.horizon" | "analyses.cycle_expansion" => {
             analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}"))
         }
+        "grid.refine" => {
+            let by = match key.path {
+                "grid.refine.tolerance" => "by = [\"events_per_cycle\"]",
+                _ => "",
+            };
+            format!("{text}\n[grid.refine]\nlevels = 1\n{by}\n{line}\n")
+        }
         _ if table.starts_with("analyses.") => analyses(text, &format!("[{table}]\n{line}")),
         _ if text.contains(&format!("[{table}]")) => {
             let header = format!("[{table}]");

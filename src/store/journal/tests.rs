@@ -365,3 +365,30 @@ fn a_journal_knows_the_instructions_of_its_points() {
     open(folder.path()).append(&row(0, &[1.0])).unwrap();
     assert_eq!(open(folder.path()).instructions(), [here]);
 }
+
+/// What was finished in any order is handed over in the order of numbers, once, and the journal
+/// goes on behind it.
+#[test]
+fn points_come_back_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut journal = open(folder.path());
+    for point_id in [5, 1, 9, 1, 3] {
+        journal.append(&row(point_id, &[point_id as f64])).unwrap();
+    }
+    let ordered = |journal: &mut Journal| {
+        let mut rows = Vec::new();
+        let keep = |row| {
+            rows.push(row);
+            Ok(())
+        };
+        journal.in_order(keep).unwrap();
+        rows
+    };
+    let rows = ordered(&mut journal);
+    let numbers: Vec<u64> = rows.iter().map(|row| row.point_id).collect();
+    assert_eq!(numbers, [1, 3, 5, 9]);
+    assert_eq!(bits(&rows[2]), bits(&row(5, &[5.0])));
+    journal.append(&row(2, &[2.0])).unwrap();
+    assert_eq!(ordered(&mut journal).len(), 5);
+    assert_eq!(ids(&mut journal), [5, 1, 9, 1, 3, 2]);
+}

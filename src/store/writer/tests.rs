@@ -15,10 +15,11 @@ use crate::analysis::{
     SpectrumMethod, Status, TraceSample, TraceSink,
 };
 use crate::model::{ActiveSet, COAST_FLANK};
+use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
-    ChainPart, Level, Placement, ResultTable, TraceLabel, TraceWriter, Transition,
-    bifurcations_table, branches_table, curves_table, events_table, trace_table,
+    AxisColumn, ChainPart, Level, Placement, RefinedColumns, ResultTable, TraceLabel, TraceWriter,
+    Transition, bifurcations_table, branches_table, curves_table, events_table, trace_table,
 };
 use strum::VariantArray;
 
@@ -41,6 +42,7 @@ fn layout() -> ResultLayout {
         basins: Some(["of mode 1".into(), "of mode 2".into()]),
         horizon: true,
         cycle_expansion: true,
+        refined: None,
         shard: None,
     }
 }
@@ -378,10 +380,10 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn columns_units_and_descriptions() {
-    let points = |swept| points_table(&layout().axes, swept).unwrap().listing();
+    let points = |layout: ResultLayout| points_table(&layout).unwrap().listing();
     for kind in TableKind::VARIANTS {
         let listed = match kind {
-            TableKind::Points => points(None),
+            TableKind::Points => points(layout()),
             TableKind::Poincare => poincare_table().listing(),
             TableKind::Spectra => spectra_table().listing(),
             TableKind::Probes => probes_table().listing(),
@@ -400,7 +402,32 @@ fn columns_units_and_descriptions() {
         let name = kind.file_name().strip_suffix(".parquet").unwrap();
         insta::assert_snapshot!(name, listed);
     }
-    insta::assert_snapshot!("points_of_chains", points(Some(&swept())));
+    let swept = ResultLayout {
+        swept: Some(swept()),
+        ..layout()
+    };
+    insta::assert_snapshot!("points_of_chains", points(swept));
+    let refined = Some(RefinedColumns {
+        nested: NestedGrid {
+            coarse: [9, 9],
+            levels: 7,
+        },
+        axes: ["load".into(), "speed".into()],
+        by: "class".into(),
+        start: "static".into(),
+    });
+    let plane = ResultLayout {
+        refined,
+        ..layout()
+    };
+    // A column more than those of a full grid, behind the axes, and another numbering.
+    let (own, full) = (points(plane), points(layout()));
+    let more: Vec<&str> = own.lines().filter(|line| !full.contains(*line)).collect();
+    assert_eq!(more.len(), 2, "{more:?}");
+    assert!(
+        more[0].contains("by level") && more[1].contains("halved"),
+        "{more:?}"
+    );
 }
 
 /// A table that notes which of its columns were asked for.
