@@ -31,6 +31,7 @@ fn row(point_id: u64, class: Option<Class>, events: f64) -> PointRow {
         orbits: None,
         chain: None,
         horizon: None,
+        cycle_expansion: None,
         kernel: String::new(),
         placement: Placement::default(),
     }
