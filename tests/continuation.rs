@@ -1,6 +1,6 @@
 //! Continuation against closed forms and published motions of oscillators with a stop.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use atlas::analysis::continuation::bifurcation::Kind;
 use atlas::analysis::continuation::branch::{End, Steps, follow};

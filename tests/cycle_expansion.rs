@@ -117,6 +117,8 @@ fn another_search_finds_the_same_short_orbits() {
         guesses: 300,
         cycles: 30_000,
         floquet: false,
+        returns: 0,
+        states: Vec::new(),
     };
     let called_off = AtomicBool::new(false);
     let kernel = volterra(&model);

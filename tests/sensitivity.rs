@@ -1,7 +1,7 @@
 //! Derivatives by parameters: against differences of trajectories in thirty digits, for every kind of key,
 //! and the order of those that go through differences of tables.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use atlas::analysis::continuation::drive::Family;
 use atlas::analysis::sensitivity::tangent::ParameterTangent;

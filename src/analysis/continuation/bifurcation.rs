@@ -14,7 +14,7 @@
 
 use super::map::CycleMap;
 use super::orbit::{Border, NoOrbit, Orbit, find};
-use super::path::{Span, Vector, guess, place};
+use super::path::{Span, Vector, guess, place_bare};
 use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
@@ -402,6 +402,7 @@ fn locate(
     };
     let mut low = (*s_a, value(a)?, (*a).clone());
     let mut high = (*s_b, value(b)?, (*b).clone());
+    let watched = matches!(test, Test::Depth(_) | Test::Offset(..));
     let mut best: Option<(f64, f64, Orbit)> = None;
     for trial in 0..MOST_TRIALS {
         let width = high.0 - low.0;
@@ -426,7 +427,13 @@ fn locate(
             .iter()
             .filter(|k| own.iter().all(|o| (o.0 - k.0).abs() > 0.1 * width));
         let chosen: Vec<(f64, &Orbit)> = own.iter().chain(others).copied().collect();
-        let there: Result<Orbit, NoOrbit> = place(map, span, a, &guess(span, &chosen, s), &chord);
+        let there: Result<Orbit, NoOrbit> =
+            place_bare(map, span, a, &guess(span, &chosen, s), &chord).and_then(|found| {
+                match watched {
+                    true => found.with_course(map),
+                    false => Ok(found),
+                }
+            });
         let Ok(orbit) = there else { break };
         let Some(own) = value(&orbit) else { break };
         let middle = (s, own, orbit);
@@ -452,7 +459,7 @@ fn locate(
     });
     let mut bracket = [low.2.at[span.axis], high.2.at[span.axis]];
     bracket.sort_by(f64::total_cmp);
-    Some((orbit, s, bracket))
+    Some((orbit.with_course(map).ok()?, s, bracket))
 }
 
 #[cfg(test)]

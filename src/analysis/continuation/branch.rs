@@ -8,7 +8,7 @@
 
 use super::bifurcation::{Bifurcation, between};
 use super::map::CycleMap;
-use super::orbit::{NoOrbit, Orbit, distance};
+use super::orbit::{NoOrbit, Orbit, distance, same};
 use super::path::{Span, Vector, apart, guess, place, tangent};
 
 /// How a branch is followed.
@@ -49,9 +49,6 @@ const FEW_REFUSALS: u32 = 2;
 
 /// Part of a step by which an orbit may be away from its guess.
 const OFF: f64 = 0.5;
-
-/// Distance, in half gaps, at which two orbits of one parameter are one.
-pub const SAME_ORBIT: f64 = 1e-6;
 
 /// Why a branch goes no further.
 #[derive(Debug, Clone, PartialEq)]
@@ -412,13 +409,7 @@ fn look_back(map: &mut impl CycleMap, span: &Span, arm: &mut Arm) -> bool {
             },
             &chord,
         );
-        if again.is_ok_and(|again| {
-            again
-                .course
-                .strobes
-                .iter()
-                .any(|u| distance(u, &first.u) < SAME_ORBIT)
-        }) {
+        if again.is_ok_and(|again| same(&again, first)) {
             arm.end = End::Closed;
             return true;
         }

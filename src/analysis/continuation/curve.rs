@@ -6,7 +6,7 @@
 
 use super::bifurcation::{Bifurcation, Kind, Test};
 use super::map::{At, CycleMap};
-use super::orbit::{Border, NoOrbit, Orbit, distance, find};
+use super::orbit::{Border, NoOrbit, Orbit, correct, distance};
 use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
@@ -58,6 +58,9 @@ pub struct Curve {
     /// Why it ends at the first and the last.
     pub ends: [&'static str; 2],
 }
+
+/// Why most curves end that do not leave the plane.
+const NO_ORBIT: &str = "no orbit is found beyond";
 
 /// First step and shortest step, as parts of the intervals.
 const FIRST: f64 = 2e-3;
@@ -144,7 +147,9 @@ fn one_way(
             0
         };
         let known: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
-        match point(map, plane, kind, &test, &known, target, held) {
+        let found = point(map, plane, kind, &test, &known, target, held)
+            .and_then(|orbit| orbit.with_course(map).map_err(|_| NO_ORBIT));
+        match found {
             Ok(orbit) => {
                 let turn = turned(plane, direction, last.at, orbit.at);
                 let far = plane.apart(last.at, orbit.at) > 3.0 * step;
@@ -223,7 +228,6 @@ fn point(
     target: At,
     held: usize,
 ) -> Result<Orbit, &'static str> {
-    const NO_ORBIT: &str = "no orbit is found beyond";
     const NO_TEST: &str = "the extreme that grazes is gone";
     let free = 1 - held;
     let last = known[0];
@@ -256,8 +260,10 @@ fn point(
         ),
         None => None,
     };
+    // Only the depth of an extreme takes a course.
+    let watched = matches!(test, Test::Depth(_));
     let mut at_trial = |x: f64, near: &[f64]| -> Result<Orbit, NoOrbit> {
-        match (&null, &column) {
+        let found = match (&null, &column) {
             (Some(null), Some(column)) => {
                 let there: Vec<f64> = guess.iter().zip(null).map(|(u, v)| u + x * v).collect();
                 let border = Border::Plane {
@@ -267,13 +273,18 @@ fn point(
                     along: 0.0,
                     column: column.iter().map(|c| c * plane.scale(free)).collect(),
                 };
-                find(map, &there, place, last.period, &border)
+                correct(map, &there, place, last.period, &border)?
             }
             _ => {
                 let mut at = place;
                 at[free] += x * plane.scale(free);
-                find(map, near, at, last.period, &Border::Parameters)
+                correct(map, near, at, last.period, &Border::Parameters)?
             }
+        };
+        let found = found.with_multipliers(last.period)?;
+        match watched {
+            true => found.with_course(map),
+            false => Ok(found),
         }
     };
     let (mut x, first) = FIRST_PLACES

@@ -7,9 +7,9 @@
 use super::branch::{Branch, Steps, follow, follow_away, interpolated};
 use super::drive::{DriveMap, Family};
 use super::map::{At, CycleMap, MapError};
-use super::orbit::{Border, Orbit, find};
+use super::orbit::{Border, Orbit, distance, find, same};
 use super::path::Span;
-use super::search::{Search, orbits, same, take};
+use super::search::{Search, orbits, take};
 use super::switch;
 use crate::analysis::called_off::CalledOff;
 use std::collections::VecDeque;
@@ -214,7 +214,7 @@ fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbi
             .course
             .strobes
             .iter()
-            .any(|u| super::orbit::distance(u, &guess) < NEAR);
+            .any(|u| distance(u, &guess) < NEAR);
         if near
             && find(map, &guess, orbit.at, orbit.period, &Border::Parameters)
                 .is_ok_and(|found| same(&found, orbit))

@@ -195,15 +195,14 @@ fn newton_step(
 }
 
 impl Bare {
-    /// With multipliers and course.
+    /// With multipliers, and without a course.
     ///
     /// # Errors
-    /// [`NoOrbit`] where the orbit cannot be integrated or its multipliers are not finite.
-    pub fn described(self, map: &mut impl CycleMap, period: u32) -> Result<Orbit, NoOrbit> {
+    /// [`NoOrbit`] where its multipliers are not finite.
+    pub fn with_multipliers(self, period: u32) -> Result<Orbit, NoOrbit> {
         let multipliers = eigenvalues(self.monodromy.as_ref()).ok_or(NoOrbit::Newton {
             residual: self.residual,
         })?;
-        let course = map.course(&self.u, self.at, period)?;
         Ok(Orbit {
             u: self.u,
             at: self.at,
@@ -212,8 +211,19 @@ impl Bare {
             steps: self.steps,
             monodromy: self.monodromy,
             multipliers,
-            course,
+            course: Course::default(),
         })
+    }
+}
+
+impl Orbit {
+    /// With its course.
+    ///
+    /// # Errors
+    /// [`NoOrbit`] where it cannot be integrated.
+    pub fn with_course(mut self, map: &mut impl CycleMap) -> Result<Self, NoOrbit> {
+        self.course = map.course(&self.u, self.at, self.period)?;
+        Ok(self)
     }
 }
 
@@ -228,7 +238,9 @@ pub fn find(
     period: u32,
     border: &Border,
 ) -> Result<Orbit, NoOrbit> {
-    correct(map, guess, at, period, border)?.described(map, period)
+    correct(map, guess, at, period, border)?
+        .with_multipliers(period)?
+        .with_course(map)
 }
 
 /// Euclidean length.
@@ -243,4 +255,13 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
         .map(|(a, b)| (a - b) * (a - b))
         .sum::<f64>()
         .sqrt()
+}
+
+/// Distance \[half gaps\] at which two orbits are one.
+const SAME_ORBIT: f64 = 1e-6;
+
+/// Whether two orbits are one, whichever cycle they start in.
+pub fn same(a: &Orbit, b: &Orbit) -> bool {
+    let meets = |u: &Vec<f64>| distance(u, &b.u) < SAME_ORBIT;
+    a.period == b.period && a.course.strobes.iter().any(meets)
 }

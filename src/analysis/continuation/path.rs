@@ -1,7 +1,7 @@
 //! A stretch of branch: orbits in order, and guesses between and beyond them.
 
 use super::map::CycleMap;
-use super::orbit::{Border, NoOrbit, Orbit, distance, find, length};
+use super::orbit::{Border, NoOrbit, Orbit, correct, distance, length};
 
 /// Weight of a half gap against the whole interval of the parameter, in the length of a branch.
 const WEIGHT: f64 = 0.1;
@@ -111,10 +111,24 @@ pub fn place(
     guess: &Vector,
     direction: &Vector,
 ) -> Result<Orbit, NoOrbit> {
+    place_bare(map, span, like, guess, direction)?.with_course(map)
+}
+
+/// The same without its course.
+///
+/// # Errors
+/// [`NoOrbit`].
+pub fn place_bare(
+    map: &mut impl CycleMap,
+    span: &Span,
+    like: &Orbit,
+    guess: &Vector,
+    direction: &Vector,
+) -> Result<Orbit, NoOrbit> {
     let mut at = like.at;
     at[span.axis] = guess.p;
     let border = border(map, span, like.period, (&guess.u, at), direction)?;
-    find(map, &guess.u, at, like.period, &border)
+    correct(map, &guess.u, at, like.period, &border)?.with_multipliers(like.period)
 }
 
 /// What fixes the place of an orbit on a branch that runs along `direction`.

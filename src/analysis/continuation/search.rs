@@ -3,7 +3,7 @@
 
 use super::drive::{DriveMap, Family};
 use super::map::{At, CycleMap, MapError};
-use super::orbit::{Border, Orbit, distance, find};
+use super::orbit::{Border, Orbit, distance, find, length, same};
 use crate::model::{InitialState, TrajectoryState};
 
 /// How orbits are sought.
@@ -56,7 +56,7 @@ pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: 
     let unit = map.unit();
     let shorter = (1..period).filter(|d| period.is_multiple_of(*d) && d.is_multiple_of(unit));
     for cycles in shorter {
-        if super::orbit::length(&orbit.offset(cycles)) < SAME_POINT {
+        if length(&orbit.offset(cycles)) < SAME_POINT {
             if let Ok(own) = find(map, &orbit.u, at, cycles, &Border::Parameters) {
                 orbit = own;
             }
@@ -70,18 +70,6 @@ pub fn take(map: &mut impl CycleMap, found: &mut Vec<Orbit>, guess: &[f64], at: 
 
 /// Distance \[half gaps\] at which two points of an orbit are one.
 const SAME_POINT: f64 = 1e-7;
-
-/// Distance \[half gaps\] at which two orbits are one.
-const SAME_ORBIT: f64 = 1e-6;
-
-/// Whether two orbits are one, whichever cycle they start in.
-pub fn same(a: &Orbit, b: &Orbit) -> bool {
-    a.period == b.period
-        && a.course
-            .strobes
-            .iter()
-            .any(|u| distance(u, &b.u) < SAME_ORBIT)
-}
 
 fn strobes<F: Family>(
     map: &mut DriveMap<'_, F>,

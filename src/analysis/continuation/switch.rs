@@ -24,13 +24,8 @@ pub fn branches(map: &mut impl CycleMap, span: &Span, at: &Bifurcation) -> Vec<[
     };
     let period = times * own.period;
     let direction = &critical.vector[0];
-    let here = match times {
-        1 => Ok(own.clone()),
-        _ => find(map, &own.u, own.at, period, &Border::Parameters),
-    };
-    // Where M² − I is singular the orbit is what it was.
-    let here = here.or_else(|_| described(map, own, period));
-    let Ok(here) = here else {
+    // The bifurcation's orbit is one of a multiple of its period, too.
+    let Ok(here) = find(map, &own.u, own.at, period, &Border::Parameters) else {
         return Vec::new();
     };
     (sides.iter())
@@ -66,26 +61,4 @@ pub fn branches(map: &mut impl CycleMap, span: &Span, at: &Bifurcation) -> Vec<[
             })
         })
         .collect()
-}
-
-/// An orbit as one of a multiple of its period.
-fn described(
-    map: &mut impl CycleMap,
-    own: &Orbit,
-    period: u32,
-) -> Result<Orbit, super::orbit::NoOrbit> {
-    let image = map.image(&own.u, own.at, period)?;
-    let course = map.course(&own.u, own.at, period)?;
-    let multipliers =
-        crate::numerics::linalg::eigenvalues(image.monodromy.as_ref()).unwrap_or_default();
-    Ok(Orbit {
-        u: own.u.clone(),
-        at: own.at,
-        period,
-        residual: own.residual,
-        steps: 0,
-        monodromy: image.monodromy,
-        multipliers,
-        course,
-    })
 }

@@ -1,0 +1,134 @@
+//! Time of one orbit along a branch: of an oscillator with a stop, and of the drive of flex80 with
+//! forty modes, everything included (models, tables, Newton's method, multipliers, course, steps made
+//! again, bifurcations located).
+//!
+//! ```text
+//! cargo bench --bench continuation
+//! ```
+
+// Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
+
+use atlas::analysis::continuation::branch::{Branch, Steps, follow};
+use atlas::analysis::continuation::drive::{DriveMap, Family};
+use atlas::analysis::continuation::map::At;
+use atlas::analysis::continuation::orbit::Orbit;
+use atlas::analysis::continuation::path::Span;
+use atlas::analysis::continuation::search::{Search, orbits};
+use atlas::manifest;
+use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Release};
+use atlas::shaft::{HarmonicLoad, ModalStructure};
+use atlas::store::TableStore;
+use atlas::sweep::{Parts, PointFamily};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use std::path::Path;
+
+/// `x'' + 0.02 x' + x = A cos(ωt) − 29 (x − 1)` beyond 1, over ω.
+struct Stopped;
+
+impl Family for Stopped {
+    fn model(&self, [omega, _]: At) -> Result<Model, String> {
+        let mut structure = ModalStructure::of_modes(&[1.0], 0.01, &[1.0], &[1.0]);
+        structure.harmonic_loads = vec![HarmonicLoad {
+            name: "force".to_owned(),
+            force: vec![0.9 * 0.64 / 1.26],
+            turns_per_cycle: 1.0,
+            phase: 0.0,
+        }];
+        let drive = Drive {
+            half_gap: 51.0,
+            mesh: Division::levels(&[29.0], &[]),
+            damping: 0.0,
+            friction: 0.0,
+            release: Release::Deflection,
+            coast: None,
+            transmission_error: Vec::new(),
+            torque_ripple: Vec::new(),
+        };
+        let point = OperatingPoint {
+            load: 50.0,
+            speed: omega,
+        };
+        Model::new(&structure, &drive, point).map_err(|error| error.to_string())
+    }
+
+    fn derivative(&self, at: At, _: usize) -> Result<Model, String> {
+        let ends = [-1e-5, 1e-5].map(|h| self.model([at[0] + h, 0.0]));
+        let [low, high] = ends;
+        Model::combined(&[(-5e4, &low?), (5e4, &high?)]).map_err(|error| error.to_string())
+    }
+
+    fn event_limit(&self) -> u32 {
+        1000
+    }
+
+    fn tolerance(&self) -> f64 {
+        f64::EPSILON
+    }
+}
+
+const SEARCH: Search = Search {
+    transient: 2000,
+    cycles: 10,
+    longest: 2,
+    guesses: 1,
+    initial: InitialState::Static,
+};
+
+/// A branch from the orbit of a period that a search finds.
+fn branch<F: Family>(family: &F, span: &Span, first: &Orbit) -> Branch {
+    let mut map = DriveMap::new(family, first.at).unwrap();
+    follow(&mut map, span, first.clone(), &Steps::default()).unwrap()
+}
+
+fn measure<F: Family>(
+    c: &mut Criterion,
+    name: &str,
+    family: &F,
+    at: f64,
+    period: u32,
+    span: &Span,
+) {
+    let mut map = DriveMap::new(family, [at, 0.0]).unwrap();
+    let found = orbits(&mut map, [at, 0.0], &SEARCH).unwrap();
+    let first = found.iter().find(|orbit| orbit.period == period).unwrap();
+    let whole = branch(family, span, first);
+    let count = whole.orbits.len();
+    let steps: u32 = whole.orbits.iter().map(|orbit| orbit.steps).sum();
+    println!(
+        "{name}: {count} orbits, {:.2} Newton steps each, {} steps refused, {} bifurcations",
+        f64::from(steps) / count as f64,
+        whole.rejected,
+        whole.bifurcations.len()
+    );
+    let mut group = c.benchmark_group("continuation");
+    group.sample_size(10);
+    group.throughput(Throughput::Elements(count as u64));
+    group.bench_function(name, |b| b.iter(|| branch(family, span, first)));
+    group.finish();
+}
+
+fn all(c: &mut Criterion) {
+    let span = Span {
+        axis: 0,
+        from: 0.8,
+        to: 0.85,
+    };
+    measure(c, "oscillator with a stop", &Stopped, 0.82, 2, &span);
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/flex80.toml");
+    let job = manifest::load(&manifest).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let parts = Parts::new(TableStore::open(folder.path()));
+    let point = job.points.at(35);
+    let speed = job.between.parameter(&point, "speed").unwrap();
+    let family = PointFamily::new(point, vec![speed], &job.between, &parts);
+    let span = Span {
+        axis: 0,
+        from: 600.0,
+        to: 1500.0,
+    };
+    measure(c, "forty modes", &family, 750.0, 1, &span);
+}
+
+criterion_group!(benches, all);
+criterion_main!(benches);
