@@ -3,6 +3,7 @@
 mod branches;
 mod coexistence;
 mod error;
+mod followed;
 mod heat;
 mod machine_page;
 mod numbers;
@@ -17,6 +18,7 @@ mod transitions;
 pub use branches::{Attractor, branches, read_attractors};
 pub use coexistence::{Coexistence, Ending};
 pub use error::ReportError;
+pub use followed::{Explained, Explaining, Explanation, FollowedSummary};
 pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
 pub use operator_summary::OperatorSummary;

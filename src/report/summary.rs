@@ -14,18 +14,19 @@ use serde::Serialize;
 use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
 use super::error::ReportError;
+use super::followed::{Followed, FollowedSummary};
 use super::heat::Map;
 use super::point::{Axis, ClassCount, PointSummary};
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
-use crate::store::{ResultTable, RunRecord, RunState, TableKind, read_runs};
+use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
 use census::{Census, by_id, in_order, livelier, scan};
 
 /// Said of tables that nothing vouches for.
 const UNRECORDED: &str = "there is no run.json: whether the tables are whole cannot be checked";
 
 /// A results folder in numbers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// The folder.
     pub folder: PathBuf,
@@ -57,6 +58,8 @@ pub struct Summary {
     pub carried_along: Option<String>,
     /// Refined changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
+    /// Followed orbits; absent where none were.
+    pub followed: Option<FollowedSummary>,
     /// Points with a largest exponent.
     pub with_exponent: usize,
     /// Chaotic points.
@@ -111,8 +114,20 @@ impl Summary {
         Self::build(folder, true)
     }
 
+    /// Whether the folder holds followed orbits alone.
+    pub fn is_of_orbits_alone(&self) -> bool {
+        self.followed.is_some() && self.points == 0 && self.state.is_none()
+    }
+
     fn build(folder: &Path, keep: bool) -> Result<Self, ReportError> {
-        let head = ResultTable::head(folder, TableKind::Points)?;
+        let head = match ResultTable::head(folder, TableKind::Points) {
+            Err(missing @ StoreError::Missing { .. }) => {
+                let followed = Followed::read(folder)?.ok_or(missing)?;
+                return Self::of_orbits(folder, &followed);
+            }
+            head => head?,
+        };
+        let followed = Followed::read(folder)?;
         let runs = read_runs(folder)?;
         let attractors = branches::read_attractors(folder)?;
         // Attractors are followed from point to point.
@@ -146,7 +161,7 @@ impl Summary {
         let mut all = all.unwrap_or_default();
         all.sort_by_key(|point| point.point_id);
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
-        let followed = along.map_or_else(
+        let branches = along.map_or_else(
             || (0..attractors.len()).collect(),
             |along| branches::branches(&attractors, &all, &axes, along),
         );
@@ -160,6 +175,8 @@ impl Summary {
         let (troubled_points, troubled) = troubled.finish(by_id);
         let mut coexisting_points = coexisting;
         coexisting_points.sort_by_key(|point| point.point_id);
+        let transitions = transitions::read(folder)?;
+        let followed = followed.map(|own| FollowedSummary::of(folder, &own, &transitions));
         Ok(Self {
             folder: folder.to_path_buf(),
             job: runs.first().map(|run| shown(&run.job)),
@@ -176,7 +193,8 @@ impl Summary {
             wall_time_per_cycle: wall_time.and_then(per_cycle),
             worker_time_per_cycle: per_cycle(worker_time),
             carried_along: head.metadata("carried_along").map(shown),
-            transitions: transitions::read(folder)?,
+            transitions,
+            followed: followed.transpose()?,
             axes,
             with_exponent,
             chaotic_points,
@@ -187,7 +205,7 @@ impl Summary {
             coexisting: coexistence::read(folder, &coexisting_points)?,
             coexisting_points,
             attractors,
-            branches: followed,
+            branches,
             troubled_points,
             troubled,
             worst_energy,
@@ -199,6 +217,17 @@ impl Summary {
             },
             map,
             all,
+        })
+    }
+
+    /// Of a folder without points.
+    fn of_orbits(folder: &Path, followed: &Followed) -> Result<Self, ReportError> {
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            job: followed.job.clone(),
+            axes: followed.axes.clone(),
+            followed: Some(FollowedSummary::of(folder, followed, &[])?),
+            ..Self::default()
         })
     }
 }

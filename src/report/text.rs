@@ -2,6 +2,7 @@
 
 mod branches;
 mod coexistence;
+mod followed;
 mod heat;
 mod style;
 mod table;
@@ -23,6 +24,11 @@ use table::push_table;
 /// The summary as text.
 pub fn render(summary: &Summary, style: Style) -> String {
     let mut text = String::new();
+    if summary.is_of_orbits_alone() {
+        push_title(&mut text, summary);
+        followed::push(&mut text, summary);
+        return text;
+    }
     push_header(&mut text, summary);
     push_classes(&mut text, summary);
     let map = heat_map(summary, style);
@@ -32,6 +38,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     push_chaotic(&mut text, summary);
     push_twins(&mut text, summary);
     transitions::push(&mut text, summary);
+    followed::push(&mut text, summary);
     coexistence::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
@@ -44,13 +51,17 @@ pub fn render(summary: &Summary, style: Style) -> String {
     text
 }
 
-fn push_header(text: &mut String, summary: &Summary) {
+fn push_title(text: &mut String, summary: &Summary) {
     let job = summary.job.as_deref().unwrap_or("job unknown");
     _ = writeln!(
         text,
         "{job}  ({})",
         printable(&summary.folder.display().to_string())
     );
+}
+
+fn push_header(text: &mut String, summary: &Summary) {
+    push_title(text, summary);
     let statuses: Vec<String> = summary
         .statuses
         .iter()

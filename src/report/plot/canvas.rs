@@ -139,6 +139,38 @@ impl Canvas {
         }
     }
 
+    /// A dashed line through some places, its dashes even along it.
+    pub fn dashed_line(&mut self, points: &[Place], colour: Colour, width: f64) {
+        const PATTERN: [f64; 2] = [5.0, 3.5];
+        let mut dash: Vec<Place> = points.iter().take(1).copied().collect();
+        let (mut left, mut gap) = (PATTERN[0], false);
+        for pair in points.windows(2) {
+            let (Some(mut from), Some(to)) = (bounded(pair[0]), bounded(pair[1])) else {
+                continue;
+            };
+            loop {
+                let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+                if length < left {
+                    left -= length;
+                    dash.push(to);
+                    break;
+                }
+                let part = left / length;
+                from = [0, 1].map(|i| from[i] + part * (to[i] - from[i]));
+                dash.push(from);
+                if !gap {
+                    self.line(&dash, colour, width);
+                }
+                gap = !gap;
+                left = PATTERN[usize::from(gap)];
+                dash = vec![from];
+            }
+        }
+        if !gap {
+            self.line(&dash, colour, width);
+        }
+    }
+
     pub fn rectangle(&mut self, from: Place, to: Place, colour: Colour) {
         if let (Some(from), Some(to)) = (bounded(from), bounded(to)) {
             self.shapes.push(Shape::Rectangle { from, to, colour });
