@@ -85,6 +85,16 @@ impl Explanation {
             return Ok(None);
         }
         let (names, places) = places(folder, &own)?;
+        Ok(Some(Self::held_against(followed, &own, &names, &places)))
+    }
+
+    /// Of some transitions, on axes of these names, each with its place on them.
+    fn held_against(
+        followed: &Followed,
+        transitions: &[&TransitionSummary],
+        names: &[String],
+        places: &BTreeMap<u64, Vec<f64>>,
+    ) -> Self {
         let length = match followed.axis().values[..] {
             [low, .., high] => high - low,
             _ => 0.0,
@@ -92,9 +102,9 @@ impl Explanation {
         let tolerance = NEAR * length;
         let lines = followed.lines();
         let (mut all, mut by_chance) = (Vec::new(), [0.0; 2]);
-        for transition in own {
+        for &transition in transitions {
             let place = places.get(&transition.point_id);
-            let line = place.and_then(|at| lines.iter().find(|line| line.holds_named(&names, at)));
+            let line = place.and_then(|at| lines.iter().find(|line| line.holds_named(names, at)));
             let orbits = followed.branches.values().flatten();
             let values = orbits.filter(|orbit| line.is_some_and(|line| line.holds(&orbit.at)));
             let values = values.map(|orbit| orbit.at[followed.over]);
@@ -145,7 +155,7 @@ impl Explanation {
         for kind in within().flat_map(|explained| &explained.by) {
             *kinds.entry(kind.clone()).or_insert(0) += 1;
         }
-        Ok(Some(Self {
+        Self {
             tolerance,
             count: all.len(),
             within: count(Explaining::Within),
@@ -156,7 +166,7 @@ impl Explanation {
             not_followed: count(Explaining::NotFollowed),
             kinds,
             all,
-        }))
+        }
     }
 }
 
@@ -193,4 +203,125 @@ fn places(
     })?;
     let shown = names.iter().map(|name| printable(name).into_owned());
     Ok((shown.collect(), places))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::followed::Orbit;
+    use crate::report::point::Axis;
+
+    fn orbit(speed: f64, stable: bool) -> Orbit {
+        Orbit {
+            at: vec![0.1, speed],
+            period: 1,
+            stable,
+            sequence: String::new(),
+            rms: 1e-6,
+        }
+    }
+
+    fn found(kind: &str, load: f64, speed: f64, after: usize) -> Bifurcation {
+        Bifurcation {
+            at: vec![load, speed],
+            branch: 0,
+            after,
+            kind: kind.into(),
+            detail: "the interval ends".into(),
+            rms: 1e-6,
+        }
+    }
+
+    fn followed() -> Followed {
+        let axis = |name: &str, values: &[f64]| Axis {
+            name: name.into(),
+            unit: "1".into(),
+            values: values.into(),
+        };
+        let orbits = [
+            (1000.0, true),
+            (1250.0, true),
+            (1500.0, false),
+            (2000.0, false),
+        ];
+        Followed {
+            job: None,
+            axes: vec![
+                axis("load", &[0.1]),
+                axis("speed", &orbits.map(|(speed, _)| speed)),
+            ],
+            over: 1,
+            second: None,
+            branches: BTreeMap::from([(0, orbits.map(|(v, s)| orbit(v, s)).to_vec())]),
+            bifurcations: vec![
+                found("period_doubling", 0.1, 1400.0, 1),
+                found("graze", 0.1, 1700.0, 2),
+                // Not on the line, and no bifurcation.
+                found("fold", 0.2, 1200.0, 0),
+                found("end", 0.1, 1200.0, 3),
+            ],
+            curves: BTreeMap::new(),
+        }
+    }
+
+    fn transition(point_id: u64, bracket: [f64; 2]) -> TransitionSummary {
+        TransitionSummary {
+            point_id,
+            axis: "speed".into(),
+            direction: "up".into(),
+            classes: ["periodic".into(), "chaotic".into()],
+            periods: [Some(1), None],
+            what: "class".into(),
+            deflection_rms: [None; 2],
+            deflection_mean: [None; 2],
+            bracket,
+        }
+    }
+
+    #[test]
+    fn a_bifurcation_explains_what_it_lies_in_or_near_on_its_own_line() {
+        let transitions = [
+            transition(0, [1399.0, 1401.0]),
+            transition(1, [1700.5, 1701.0]),
+            transition(2, [1199.0, 1201.0]),
+            transition(3, [1399.0, 1401.0]),
+            transition(4, [2500.0, 2501.0]),
+            transition(5, [1650.0, 1750.0]),
+        ];
+        let transitions: Vec<&TransitionSummary> = transitions.iter().collect();
+        // The axes of the points have another order.
+        let names = ["speed".to_owned(), "load".to_owned()];
+        let load = |id: u64| if id == 3 { 0.2 } else { 0.1 };
+        let places = (0..6).map(|id| (id, vec![1400.0, load(id)])).collect();
+        let held = Explanation::held_against(&followed(), &transitions, &names, &places);
+        let found: Vec<_> = held
+            .all
+            .iter()
+            .map(|own| (own.explained, own.of_stable))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                (Explaining::Within, true),
+                (Explaining::Near, false),
+                (Explaining::None, false),
+                (Explaining::NotFollowed, false),
+                (Explaining::NotFollowed, false),
+                (Explaining::Within, false),
+            ]
+        );
+        assert_eq!((held.count, held.within, held.within_of_stable), (6, 2, 1));
+        assert_eq!((held.near, held.not_followed, held.tolerance), (1, 2, 1.0));
+        let kinds = [("graze".to_owned(), 1), ("period_doubling".to_owned(), 1)];
+        assert_eq!(held.kinds, BTreeMap::from(kinds));
+        let chance = |windows: [f64; 4]| -> f64 {
+            windows
+                .iter()
+                .map(|w| 1.0 - (1.0 - w / 1000.0).powi(2))
+                .sum()
+        };
+        let [within, near] = [[2.0, 0.5, 2.0, 100.0], [4.0, 2.5, 4.0, 102.0]].map(chance);
+        assert!((held.within_by_chance - within).abs() < 1e-12);
+        assert!((held.near_by_chance - near).abs() < 1e-12);
+    }
 }

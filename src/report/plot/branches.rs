@@ -27,6 +27,9 @@ const PITCH: f64 = 22.0;
 /// Most periods in the key.
 const MOST_PERIODS: usize = 8;
 
+/// Largest RMS of a point that is shown over that of an orbit.
+const BEYOND: f64 = 1.5;
+
 /// Ends that the picture shows anyway.
 const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
 
@@ -77,8 +80,11 @@ fn picture(followed: &Followed, line: &Held, results: Option<&Results>) -> Canva
         .into_iter()
         .filter(|[x, _]| (across[0]..=across[1]).contains(x))
         .collect();
-    let heights = orbits().map(|orbit| orbit.rms);
-    let up = range(heights.chain(settled.iter().map(|[_, y]| *y)));
+    let up = range(orbits().map(|orbit| orbit.rms));
+    // A violent point or two must not flatten the branches.
+    let top = BEYOND * up[1];
+    let (seen, beyond): (Vec<Place>, Vec<Place>) = settled.into_iter().partition(|p| p[1] <= top);
+    let up = range(up.into_iter().chain(seen.iter().map(|[_, y]| *y)));
     let job = followed.job.as_deref().unwrap_or("job unknown");
     let title = format!("{job}: periodic orbits over {}", axis.name);
     let counts = [
@@ -101,7 +107,7 @@ fn picture(followed: &Followed, line: &Held, results: Option<&Results>) -> Canva
         up: Axis::linear("RMS of the deflection", "m", padded(up, 0.05)),
     };
     panel.frame(&mut canvas, true);
-    for [x, y] in &settled {
+    for [x, y] in &seen {
         canvas.disc(panel.at(*x, *y), 2.6, GREY);
     }
     let periods: BTreeSet<u64> = orbits().map(|orbit| orbit.period).collect();
@@ -133,7 +139,7 @@ fn picture(followed: &Followed, line: &Held, results: Option<&Results>) -> Canva
         let at = panel.at(found.at[followed.over], found.rms);
         Marker::of(&found.kind).draw(&mut canvas, at);
     }
-    key(&mut canvas, &periods, &kinds, !settled.is_empty());
+    key(&mut canvas, &periods, &kinds, [seen.len(), beyond.len()]);
     canvas
 }
 
@@ -177,7 +183,7 @@ fn parts(over: usize, orbits: &[Orbit], found: &[&Bifurcation]) -> Vec<(bool, Ve
     parts
 }
 
-fn key(canvas: &mut Canvas, periods: &[u64], kinds: &BTreeMap<&str, usize>, settled: bool) {
+fn key(canvas: &mut Canvas, periods: &[u64], kinds: &BTreeMap<&str, usize>, points: [usize; 2]) {
     let (x, mut y) = (MARGIN, 84.0);
     let mut line = |canvas: &mut Canvas, text: &str| {
         entry(canvas, [x, y], text);
@@ -189,8 +195,12 @@ fn key(canvas: &mut Canvas, periods: &[u64], kinds: &BTreeMap<&str, usize>, sett
     canvas.line(&[[x, at], [x + 22.0, at]], grey, STABLE);
     let at = line(canvas, "unstable");
     canvas.dashed_line(&[[x, at], [x + 22.0, at]], grey, UNSTABLE);
-    if settled {
-        let at = line(canvas, "points of the grid");
+    if points != [0, 0] {
+        let text = match points {
+            [_, 0] => "points of the grid".to_owned(),
+            [_, beyond] => format!("points ({beyond} above)"),
+        };
+        let at = line(canvas, &text);
         canvas.disc([x + 11.0, at], 2.6, GREY);
     }
     for (index, period) in periods.iter().enumerate().take(MOST_PERIODS) {
@@ -208,5 +218,40 @@ fn key(canvas: &mut Canvas, periods: &[u64], kinds: &BTreeMap<&str, usize>, sett
         };
         let at = line(canvas, &text);
         Marker::of(kind).draw(canvas, [x + 11.0, at]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stability_changes_at_the_bifurcation_and_not_at_a_graze() {
+        let orbit = |x: f64, stable| Orbit {
+            at: vec![x],
+            period: 1,
+            stable,
+            sequence: String::new(),
+            rms: 10.0 * x,
+        };
+        let found = |kind: &str, x: f64, after| Bifurcation {
+            at: vec![x],
+            branch: 0,
+            after,
+            kind: kind.into(),
+            detail: String::new(),
+            rms: 10.0 * x,
+        };
+        let orbits = [(0.0, true), (1.0, true), (2.0, false), (3.0, true)];
+        let orbits = orbits.map(|(x, stable)| orbit(x, stable));
+        let [graze, fold] = [found("graze", 1.2, 1), found("fold", 1.5, 1)];
+        let places = |xs: &[f64]| -> Vec<Place> { xs.iter().map(|x| [*x, 10.0 * x]).collect() };
+        // Without a bifurcation the next orbit is where it changes.
+        let wanted = vec![
+            (true, places(&[0.0, 1.0, 1.5])),
+            (false, places(&[1.5, 2.0, 3.0])),
+            (true, places(&[3.0, 3.0])),
+        ];
+        assert_eq!(parts(0, &orbits, &[&graze, &fold]), wanted);
     }
 }

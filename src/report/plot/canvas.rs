@@ -237,3 +237,35 @@ impl Canvas {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_are_even_however_many_places_a_line_has() {
+        let drawn = |count: usize| -> Vec<[f64; 2]> {
+            let mut canvas = Canvas::titled("", "");
+            let places = (0..=count).map(|i| [84.0 * i as f64 / count as f64, 7.0]);
+            canvas.dashed_line(&places.collect::<Vec<_>>(), INK, 1.0);
+            let dashes = canvas.shapes.iter().filter_map(|shape| match shape {
+                Shape::Line { points, .. } => Some([points[0][0], points[points.len() - 1][0]]),
+                _ => None,
+            });
+            dashes.collect()
+        };
+        let wanted: Vec<[f64; 2]> = (0..10)
+            .map(|i| 8.5 * f64::from(i))
+            .map(|x| [x, x + 5.0])
+            .collect();
+        for count in [1, 3, 400] {
+            let found = drawn(count);
+            assert_eq!(found.len(), wanted.len(), "{found:?}");
+            let pairs = found.iter().flatten().zip(wanted.iter().flatten());
+            assert!(
+                pairs.clone().all(|(a, b)| (a - b).abs() < 1e-9),
+                "{found:?}"
+            );
+        }
+    }
+}

@@ -22,6 +22,9 @@ const RIGHT: f64 = 735.0;
 const MARGIN: f64 = RIGHT + 20.0;
 const WHITE: Colour = Colour(255, 255, 255);
 
+/// The kind of the curve that is in closed form.
+const ONSET: &str = "onset";
+
 /// Distance of the entries of the key \[px\].
 const PITCH: f64 = 22.0;
 
@@ -63,16 +66,20 @@ fn picture(
     let curves: Vec<&Curve> = followed.curves.values().filter(holds).collect();
     let map = results.and_then(|results| Map::of(followed, axes, plane, results));
     let spans = axes.map(|axis| {
-        let points = curves.iter().flat_map(|curve| &curve.points);
+        let inner = curves.iter().filter(|curve| curve.kind != ONSET);
+        let points = inner.flat_map(|curve| &curve.points);
         let met = followed.axes[axis].values.iter().copied();
         range(points.map(|(at, _)| at[axis]).chain(met))
     });
+    let frame = [0, 1].map(|i| {
+        let cells = map.as_ref().map(|map| map.edges(i));
+        range(spans[i].into_iter().chain(cells.into_iter().flatten()))
+    });
+    let room = if map.is_some() { 0.0 } else { 0.02 };
+    let frame = frame.map(|span| padded(span, room));
     let [across, up] = [0, 1].map(|i| {
         let axis = &followed.axes[axes[i]];
-        let ends = map.as_ref().map(|map| map.edges(i));
-        let span = range(spans[i].into_iter().chain(ends.into_iter().flatten()));
-        let room = if map.is_some() { 0.0 } else { 0.02 };
-        Axis::linear(&axis.name, &axis.unit, padded(span, room))
+        Axis::linear(&axis.name, &axis.unit, frame[i])
     });
     let panel = Panel {
         left: LEFT,
@@ -97,27 +104,35 @@ fn picture(
         map.draw(&mut canvas, &panel);
         panel.frame(&mut canvas, true);
     }
-    let place = |at: &[f64]| panel.at(at[axes[0]], at[axes[1]]);
-    let paths = curves.iter().map(|curve| {
-        let path: Vec<Place> = curve.points.iter().map(|(at, _)| place(at)).collect();
-        (&curve.kind[..], path)
-    });
+    let place = |at: Place| panel.at(at[0], at[1]);
     // The onset last: it is the edge of all rattle.
-    let mut paths: Vec<(&str, Vec<Place>)> = paths.collect();
-    paths.sort_by_key(|(kind, _)| *kind == "onset");
-    for (kind, path) in &paths {
-        let width = if *kind == "onset" { ONSET_WIDTH } else { WIDTH };
-        if map.is_some() {
-            canvas.line(path, WHITE, width + EDGE);
+    let mut order = curves.clone();
+    order.sort_by_key(|curve| curve.kind == ONSET);
+    let mut kinds: BTreeMap<&str, Shown> = BTreeMap::new();
+    for curve in order {
+        let shown = kinds.entry(&curve.kind).or_default();
+        shown.curves += 1;
+        let width = width(&curve.kind);
+        for (dashed, path) in strokes(followed, axes, curve) {
+            for part in clipped(&path, frame) {
+                let part: Vec<Place> = part.into_iter().map(place).collect();
+                shown.visible = true;
+                if map.is_some() {
+                    canvas.line(&part, WHITE, width + EDGE);
+                }
+                match dashed {
+                    true => canvas.dashed_line(&part, colour(&curve.kind), width),
+                    false => canvas.line(&part, colour(&curve.kind), width),
+                }
+            }
         }
-        canvas.line(path, colour(kind), width);
     }
     let noted = || curves.iter().flat_map(|curve| curve.codimension_two());
     let notes: BTreeSet<&str> = noted().map(|(_, note)| note).collect();
     let notes: Vec<&str> = notes.into_iter().collect();
     for (at, note) in noted() {
         let index = notes.iter().position(|own| own == &note).unwrap_or(0);
-        symbol(&mut canvas, place(at), index);
+        symbol(&mut canvas, place(axes.map(|axis| at[axis])), index);
     }
     let mut y = 84.0;
     let mut line = |canvas: &mut Canvas, text: &str| {
@@ -125,18 +140,14 @@ fn picture(
         y += PITCH;
         [MARGIN, y - PITCH]
     };
-    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-    for (kind, _) in &paths {
-        *kinds.entry(kind).or_insert(0) += 1;
-    }
-    for (kind, count) in &kinds {
-        let text = match *kind {
-            "onset" => name(kind),
-            kind => format!("{} ({count})", name(kind)),
+    for (kind, shown) in &kinds {
+        let text = match (*kind, shown.visible) {
+            (ONSET, true) => name(kind),
+            (ONSET, false) => format!("{} (beyond)", name(kind)),
+            (kind, _) => format!("{} ({})", name(kind), shown.curves),
         };
         let [x, y] = line(&mut canvas, &text);
-        let width = if *kind == "onset" { ONSET_WIDTH } else { WIDTH };
-        canvas.line(&[[x, y], [x + 22.0, y]], colour(kind), width);
+        canvas.line(&[[x, y], [x + 22.0, y]], colour(kind), width(kind));
     }
     for (index, note) in notes.iter().enumerate() {
         let count = noted().filter(|(_, own)| own == note).count();
@@ -147,6 +158,79 @@ fn picture(
         map.key(&mut canvas, y + 8.0);
     }
     canvas
+}
+
+/// What is drawn of a kind.
+#[derive(Default)]
+struct Shown {
+    curves: usize,
+    /// Whether any part of them lies in the frame.
+    visible: bool,
+}
+
+fn width(kind: &str) -> f64 {
+    if kind == ONSET { ONSET_WIDTH } else { WIDTH }
+}
+
+/// The lines of a curve, and whether they are dashed. An onset, which is computed at even values of the
+/// axis that is not the load, is broken where it has none, and dashed where contact is unstable there.
+fn strokes(followed: &Followed, axes: [usize; 2], curve: &Curve) -> Vec<(bool, Vec<Place>)> {
+    let place = |at: &[f64]| -> Place { axes.map(|axis| at[axis]) };
+    if curve.kind != ONSET {
+        let path = curve.points.iter().map(|(at, _)| place(at));
+        return vec![(false, path.collect())];
+    }
+    let along = usize::from(followed.axes[axes[0]].name == "load");
+    let step = |pair: &[(Vec<f64>, Option<String>)]| {
+        (place(&pair[1].0)[along] - place(&pair[0].0)[along]).abs()
+    };
+    let smallest = curve
+        .points
+        .windows(2)
+        .map(step)
+        .fold(f64::INFINITY, f64::min);
+    let even = curve
+        .points
+        .windows(2)
+        .filter(|pair| step(pair) < 1.5 * smallest);
+    let mut parts: Vec<(bool, Vec<Place>)> = Vec::new();
+    for pair in even {
+        let [from, to] = [0, 1].map(|i| place(&pair[i].0));
+        let dashed = pair.iter().any(|(_, note)| note.is_some());
+        match parts.last_mut() {
+            Some((own, part)) if *own == dashed && part.last() == Some(&from) => part.push(to),
+            _ => parts.push((dashed, vec![from, to])),
+        }
+    }
+    parts
+}
+
+/// The parts of a path that lie within a frame.
+fn clipped(path: &[Place], frame: [[f64; 2]; 2]) -> Vec<Vec<Place>> {
+    let mut parts: Vec<Vec<Place>> = Vec::new();
+    for pair in path.windows(2) {
+        let (from, run) = (pair[0], [0, 1].map(|i| pair[1][i] - pair[0][i]));
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        for i in 0..2 {
+            let [mut enter, mut leave] = frame[i].map(|edge| (edge - from[i]) / run[i]);
+            if run[i] == 0.0 {
+                let inside = (frame[i][0]..=frame[i][1]).contains(&from[i]);
+                (enter, leave) = if inside { (0.0, 1.0) } else { (1.0, 0.0) };
+            } else if enter > leave {
+                (enter, leave) = (leave, enter);
+            }
+            (first, last) = (first.max(enter), last.min(leave));
+        }
+        if first > last {
+            continue;
+        }
+        let [a, b] = [first, last].map(|part| [0, 1].map(|i| from[i] + part * run[i]));
+        match parts.last_mut() {
+            Some(part) if first == 0.0 && part.last() == Some(&a) => part.push(b),
+            _ => parts.push(vec![a, b]),
+        }
+    }
+    parts
 }
 
 /// The symbol of a point of codimension two.
@@ -248,6 +332,18 @@ fn ends(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_path_is_cut_at_the_frame() {
+        let frame = [[0.0, 10.0], [0.0, 1.0]];
+        let path = [[-5.0, 0.5], [5.0, 0.5], [5.0, 2.0], [8.0, 2.0], [8.0, 0.0]];
+        let wanted = vec![
+            vec![[0.0, 0.5], [5.0, 0.5], [5.0, 1.0]],
+            vec![[8.0, 1.0], [8.0, 0.0]],
+        ];
+        assert_eq!(clipped(&path, frame), wanted);
+        assert!(clipped(&[[11.0, 0.0], [12.0, 0.0]], frame).is_empty());
+    }
 
     #[test]
     fn cells_meet_halfway_between_their_values() {

@@ -107,7 +107,7 @@ pub(super) fn name(kind: &str) -> String {
     }
 }
 
-/// An entry of a key: what `sample` draws about a place, and words right of it.
+/// The words of an entry of a key, right of the 22 pixels of its sample.
 pub(super) fn entry(canvas: &mut Canvas, [x, y]: Place, text: &str) {
     canvas.text([x + 30.0, y + 4.5], text, TICK_SIZE, INK, Anchor::Start);
 }
