@@ -5,7 +5,7 @@
 mod common;
 
 use atlas::analysis::{Bifurcation, EnergyNorm, OrbitQuestion, OrbitSurvey, survey_orbits};
-use atlas::model::{Model, TrajectoryState};
+use atlas::model::{InitialState, Model, TrajectoryState};
 use atlas::propagate::{Counters, Kernel};
 use atlas::reference::Reference;
 use common::advance::{mean_equilibrium, volterra};
@@ -36,6 +36,8 @@ fn survey(model: &Model, after: u32, periods: &[u32]) -> (OrbitSurvey, Trajector
         guesses: 24,
         cycles: 600,
         floquet: true,
+        returns: 3,
+        states: Vec::new(),
     };
     let mut onward = trajectory.clone();
     let called_off = AtomicBool::new(false);
@@ -134,6 +136,77 @@ fn a_kick_grows_as_predicted_away_from_grazing() {
     }
 }
 
+/// From return to return: in the linear regime as powers of the monodromy matrix say, which
+/// in the long run are those of the leading multiplier.
+#[test]
+fn a_kick_is_followed_over_returns() {
+    let (settled, _) = survey(&one_degree(0.3, 600.0), 300, &[1]);
+    let (chaotic, _) = survey(&one_degree(0.05, 1200.0), 200, &[1, 2]);
+    assert!(chaotic.orbits.iter().any(|o| o.multipliers[0].im == 0.0));
+    for orbit in settled.orbits.iter().chain(&chaotic.orbits) {
+        let kick = &orbit.kick;
+        assert_eq!([kick.distance.len(), kick.linear.len()], [4, 4]);
+        assert_eq!([kick.distance[0], kick.linear[0]], [1e-5, 1e-5]);
+        assert_eq!(kick.distance[1], 1e-5 * orbit.character.kick_growth);
+        assert!(orbit.character.grazing_margin.unwrap() > 1e-3);
+        for (full, linear) in kick.distance.iter().zip(&kick.linear) {
+            // Curvature of the map, of the order of the distance.
+            assert!(
+                (full / linear - 1.0).abs() < 1e-3 + 100.0 * full,
+                "{orbit:?}"
+            );
+        }
+        let radius = orbit.multipliers[0].norm();
+        let last = kick.linear[3] / kick.linear[2];
+        let second = orbit.multipliers[1].norm();
+        if second < 0.2 * radius {
+            assert!((last / radius - 1.0).abs() < 0.2, "{last} {radius}");
+        }
+    }
+}
+
+/// A state on an orbit leads back to it; one that leads nowhere is reported with the reason.
+#[test]
+fn given_states_are_searched_from() {
+    let model = one_degree(0.05, 1200.0);
+    let (found, settled) = survey(&model, 200, &[1, 2]);
+    let known = found.orbits.last().unwrap();
+    let modal = |displacement: f64, velocity: f64| InitialState::Modal {
+        displacement: vec![displacement],
+        velocity: vec![velocity],
+    };
+    let [displacement, velocity] = known.start.each_ref().map(|part| part[0]);
+    let question = OrbitQuestion {
+        periods: vec![1, known.period],
+        guesses: 1,
+        cycles: 1,
+        floquet: false,
+        returns: 1,
+        states: vec![modal(displacement, velocity), modal(1e3, 0.0)],
+    };
+    let (kernel, called_off) = (volterra(&model), AtomicBool::new(false));
+    let again = survey_orbits(
+        &model,
+        &kernel,
+        &mut settled.clone(),
+        &question,
+        &called_off,
+    );
+    let again = again.unwrap();
+    let led = again
+        .orbits
+        .iter()
+        .find(|o| o.state == Some(0) && o.period == known.period);
+    let apart = (led.unwrap().deflection - known.deflection).abs();
+    assert!(apart < 1e-9 * model.half_gap, "{again:?}");
+    let missed: Vec<[u32; 2]> = again.missed.iter().map(|m| [m.state, m.period]).collect();
+    assert!(
+        missed.contains(&[1, 1]) && missed.contains(&[1, known.period]),
+        "{missed:?}"
+    );
+    assert!(again.missed.iter().all(|missed| !missed.reason.is_empty()));
+}
+
 /// Motion without events: nothing grazes but what the margin says.
 #[test]
 fn steady_contact_keeps_its_distance() {
@@ -225,4 +298,158 @@ fn orbits_are_a_table_that_threads_do_not_change() {
     }
     assert_eq!(bytes[0], bytes[1]);
     assert!(bytes[0].len() > 1000);
+}
+
+const OSCILLATOR: &str = r#"
+[job]
+name = "case"
+[model]
+kind = "modal"
+file = "oscillator.modal.toml"
+[mesh]
+half_gap = "15 um"
+stiffness = "constant"
+mean_stiffness = "4e8 N/m"
+contact_damping = 0.05
+[excitation]
+transmission_error = [{ harmonic = 1, amplitude = "5 um" }]
+[run]
+transient = 50
+cycles = 1200
+[grid]
+load = { values = [0.05, 0.1] }
+speed = 1200
+[analyses.orbits]
+periods = [1, 3]
+guesses = 4
+cycles = 100
+returns = 7
+states = [{ displacement = [0, 0, 1e9], velocity = [0, 0, 0] }]
+"#;
+
+/// What users see of orbits: `show`, its JSON, and pictures.
+#[test]
+fn orbits_are_shown_and_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.toml"), OSCILLATOR).unwrap();
+    let structure = include_str!("manifests/oscillator.modal.toml");
+    std::fs::write(folder.path().join("oscillator.modal.toml"), structure).unwrap();
+    let atlas = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
+        let output = command.args(arguments).current_dir(folder.path()).output();
+        let output = output.unwrap();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{error}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    atlas(&["run", "m.toml", "--quiet"]);
+    let said = atlas(&["show", "results/case"]);
+    for wanted in [
+        "periodic orbits, at 2 points",
+        "leading multiplier",
+        "grazing margin",
+        "searches from given states that led to no orbit",
+    ] {
+        assert!(said.contains(wanted), "{wanted}: {said}");
+    }
+    let json = atlas(&["show", "results/case", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let orbits = &json["orbits"];
+    assert_eq!(orbits["points"], 2);
+    // One given state, two periods, two points.
+    assert_eq!(orbits["missed"].as_array().unwrap().len(), 4);
+    assert_eq!(orbits["missed"][0]["state"], 1);
+    let listed = orbits["orbits"].as_array().unwrap();
+    let counted = orbits["periods"].as_array().unwrap();
+    let count: u64 = counted.iter().map(|c| c["orbits"].as_u64().unwrap()).sum();
+    assert_eq!(listed.len() as u64, count);
+    for orbit in listed {
+        let leading = orbit["leading"].as_array().unwrap();
+        let part = |i: usize| leading[i].as_f64().unwrap();
+        let modulus = orbit["modulus"].as_f64().unwrap();
+        assert!(
+            (part(0).hypot(part(1)) / modulus - 1.0).abs() < 1e-9,
+            "{orbit}"
+        );
+        assert_eq!(orbit["stable"], modulus < 1.0);
+    }
+    let drawn = atlas(&[
+        "plot",
+        "results/case",
+        "--what",
+        "multipliers,kicks",
+        "--json",
+    ]);
+    let drawn: serde_json::Value = serde_json::from_str(&drawn).unwrap();
+    assert_eq!(drawn["files"].as_array().unwrap().len(), 8, "{drawn}");
+    for (name, wanted) in [
+        ("multipliers-point=0", ["imaginary part [–]", "period 3, "]),
+        (
+            "kicks-point=1",
+            ["distance from the orbit [", "first return × "],
+        ),
+    ] {
+        let path = folder
+            .path()
+            .join(format!("results/case/pictures/{name}.svg"));
+        let picture = std::fs::read_to_string(path).unwrap();
+        for wanted in wanted {
+            assert!(picture.contains(wanted), "{name}: {wanted}");
+        }
+    }
+    // All pictures without a word about orbits where none were asked for.
+    let manifest = OSCILLATOR.split("[analyses.orbits]").next().unwrap();
+    std::fs::write(folder.path().join("m.toml"), manifest).unwrap();
+    atlas(&["run", "m.toml", "--quiet", "--out", "plain"]);
+    let drawn = atlas(&["plot", "plain", "--json"]);
+    assert!(!drawn.contains("orbits"), "{drawn}");
+    assert!(!atlas(&["show", "plain"]).contains("orbit"));
+}
+
+/// The orbits that the shipped manifests say they have, multipliers to the digits they give.
+#[test]
+fn shipped_manifests_have_their_orbits() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, wanted) in [
+        ("strong", vec![(0, 1, -2.96, 0.0), (1, 1, 0.17, 0.98)]),
+        (
+            "sparse",
+            vec![
+                (0, 2, -1.29, 0.0),
+                (1, 1, -2.61, 0.0),
+                (1, 2, -1.47, 0.0),
+                (2, 2, -0.94, 0.22),
+                (3, 1, 0.377, 0.919),
+            ],
+        ),
+    ] {
+        let manifest = format!(
+            "{}/manifests/orbits/{name}.toml",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        let atlas = |arguments: &[&str]| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_atlas"));
+            let output = command.args(arguments).current_dir(folder.path()).output();
+            let output = output.unwrap();
+            assert!(output.status.success(), "{name}: {output:?}");
+            output.stdout
+        };
+        atlas(&["run", &manifest, "--quiet", "--out", name]);
+        let shown: serde_json::Value =
+            serde_json::from_slice(&atlas(&["show", name, "--json"])).unwrap();
+        let orbits = shown["orbits"]["orbits"].as_array().unwrap();
+        for (point, period, re, im) in wanted {
+            let near = |orbit: &serde_json::Value| {
+                let part = |i: usize| orbit["leading"][i].as_f64().unwrap();
+                (part(0) - re).abs() < 6e-3 && (part(1).abs() - im).abs() < 6e-3
+            };
+            let mut own = orbits
+                .iter()
+                .filter(|o| o["point_id"] == point && o["period"] == period);
+            assert!(
+                own.any(near),
+                "{name} {point} {period} {re} {im}: {orbits:?}"
+            );
+        }
+    }
 }

@@ -8,9 +8,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
-    AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
-    MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    Spectrum, SpectrumLine, SpectrumMethod, Status,
+    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, Kick, LyapunovMethod,
+    LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey,
+    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod,
+    Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
@@ -101,8 +102,9 @@ fn row(point_id: u64) -> PointRow {
         axis_values: vec![0.05 * (1 + load) as f64, 600.0 + 150.0 * speed as f64],
         outcome,
         horizon: None,
+        cycle_expansion: None,
         multistability: (point_id != 13).then(|| probes(point_id)),
-        orbits: None,
+        orbits: (point_id != 13).then(|| orbits(point_id)),
         chain: None,
         kernel: "volterra".into(),
         placement: Placement {
@@ -110,6 +112,46 @@ fn row(point_id: u64) -> PointRow {
             numa_node: None,
             wall_time: 0.04,
         },
+    }
+}
+
+/// An orbit whose leading multiplier is −2 where `point_id` is odd and 1/2 elsewhere, and a given state
+/// that led to none.
+fn orbits(point_id: u64) -> OrbitSurvey {
+    let stable = point_id.is_multiple_of(2);
+    let leading: f64 = if stable { 0.5 } else { -2.0 };
+    let modulus = leading.abs();
+    let orbit = OrbitOutcome {
+        state: None,
+        start: [vec![1e-6], vec![1e-3]],
+        period: 2,
+        residual: 1e-14,
+        deflection: 1e-6,
+        velocity: 0.0,
+        lambda: 0.5 * modulus.ln(),
+        multipliers: vec![leading.into(), 0.1.into()],
+        character: Character {
+            stable,
+            bifurcation: (!stable).then_some(Bifurcation::Flip),
+            events: 4,
+            deflection_pp: 2e-5,
+            grazing_margin: (point_id > 5).then_some(0.01 * point_id as f64),
+            kick_growth: 3.0,
+            kick_growth_linear: 2.0,
+        },
+        kick: Kick {
+            distance: vec![1e-5, 3e-5],
+            linear: vec![1e-5, 2e-5],
+        },
+    };
+    OrbitSurvey {
+        orbits: vec![orbit],
+        missed: vec![MissedState {
+            state: 0,
+            period: 3,
+            reason: "as designed".into(),
+        }],
+        cycles: 0,
     }
 }
 
@@ -196,10 +238,12 @@ fn write(folder: &Path, shard: Option<Shard>) {
         poincare: true,
         spectra: true,
         probes: true,
-        orbits: false,
-        chains: None,
+        orbits: true,
+        swept: None,
         basins: Some(["mode 1".into(), "mode 2".into()]),
         horizon: false,
+        cycle_expansion: false,
+        refined: None,
         shard,
     };
     let all = 0..LOADS * SPEEDS;
@@ -223,6 +267,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         (TableKind::Poincare, count - failed),
         (TableKind::Spectra, count - failed),
         (TableKind::Probes, 4 * (count - failed)),
+        (TableKind::Orbits, 2 * (count - failed)),
     ] {
         assert_eq!(written.rows(kind), rows, "{kind:?}");
     }
@@ -273,7 +318,31 @@ fn one_run_and_two_shards_say_the_same() {
     assert_eq!(whole.classes, sharded.classes);
     assert_eq!(whole.coexisting, sharded.coexisting);
     assert_eq!(whole.coexisting.len(), 40);
+    let [orbits, of_shards] = [&whole, &sharded].map(|summary| summary.orbits.clone().unwrap());
+    assert_eq!(orbits.orbits, of_shards.orbits);
+    assert_eq!(
+        (orbits.points, orbits.orbits.len(), orbits.missed.len()),
+        (79, 79, 79)
+    );
+    assert_eq!(orbits.periods, of_shards.periods);
+    let [of_period_2] = orbits.periods.as_slice() else {
+        panic!("{:?}", orbits.periods);
+    };
+    assert_eq!((of_period_2.period, of_period_2.stable), (2, 40));
+    let [least, greatest] = of_period_2.modulus;
+    assert!((least - 0.5).abs() < 1e-12 && (greatest - 2.0).abs() < 1e-12);
+    assert_eq!(of_period_2.grazing_margin, Some(0.06));
+    assert_eq!(of_period_2.kick_over_linear, Some(1.5));
     assert_eq!(sharded.shards, Some([2, 2]));
     assert_eq!(sharded.state, Some(RunState::Complete));
-    assert!(render(&whole, Style::Plain).contains("80 points: 1 failed, 79 ok"));
+    let text = render(&whole, Style::Plain);
+    for wanted in [
+        "80 points: 1 failed, 79 ok",
+        "       2      79      79      40  0.5 … 2             0.06            1.5\n",
+        "orbits.parquet and `atlas show --json` list them one by one",
+        "       0       1       3  as designed\n",
+        "  … and 59 more\n",
+    ] {
+        assert!(text.contains(wanted), "{wanted}: {text}");
+    }
 }

@@ -411,6 +411,36 @@ lyapunov = {{ twin = false }}
     let said = place.atlas(&["show", "r"]);
     let said = String::from_utf8(said.stdout).unwrap();
     assert!(said.contains("RMS of the deflection jumps"), "{said}");
+
+    // Without refinement the jump is told between neighbours of the grid, where the deflection is
+    // known, as a change of motion like any other.
+    let unrefined = manifest.replace(", refine = 6", "");
+    fs::write(place.path("m.toml"), format!("{unrefined}nvh = {{}}\n")).unwrap();
+    let coarse = place.run("coarse", &[]);
+    let table = ResultTable::read(&coarse, TableKind::Transitions).unwrap();
+    assert_eq!(table.rows(), 2);
+    assert_eq!(
+        table.text("what").unwrap()[1].as_deref(),
+        Some("deflection")
+    );
+    assert_eq!(table.u64("trials").unwrap(), [Some(0), Some(0)]);
+    let ends = ["lower", "upper"].map(|name| table.f64(name).unwrap()[1].unwrap());
+    assert!(
+        (ends[0] - 0.825).abs() < 1e-12 && (ends[1] - 0.83).abs() < 1e-12,
+        "{ends:?}"
+    );
+    let said = String::from_utf8(place.atlas(&["show", "coarse"]).stdout).unwrap();
+    let head = "changes of motion along speed: 1 of class, 1 by a jump of the deflection\n";
+    assert!(said.contains(head), "{said}");
+    let json = place.atlas(&["show", "coarse", "--json"]).stdout;
+    let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    let counts = serde_json::json!({ "class": 1, "deflection": 1 });
+    assert_eq!(json["transition_counts"], counts);
+    assert_eq!(json["transitions"][1]["bracket"][1], ends[1]);
+
+    fs::write(place.path("m.toml"), unrefined).unwrap();
+    let table = ResultTable::read(&place.run("bare", &[]), TableKind::Transitions).unwrap();
+    assert_eq!(table.text("what").unwrap(), [Some("class".to_owned())]);
 }
 
 fn assert_same(a: &Path, b: &Path) {

@@ -1,5 +1,6 @@
 //! All that a manifest may ask of an operating point.
 
+use super::cycle_expansion::ExpansionQuestion;
 use super::horizon::HorizonQuestion;
 use super::multistability::MultistabilityQuestion;
 use super::orbits::survey::OrbitQuestion;
@@ -22,4 +23,6 @@ pub struct Analyses {
     pub orbits: Option<OrbitQuestion>,
     /// Predictability of chaotic motion.
     pub horizon: Option<HorizonQuestion>,
+    /// Averages over unstable orbits.
+    pub cycle_expansion: Option<ExpansionQuestion>,
 }

@@ -7,6 +7,7 @@ mod called_off;
 mod classify;
 pub mod continuation;
 mod coupled_modes;
+mod cycle_expansion;
 mod energy;
 mod frequencies;
 mod horizon;
@@ -29,6 +30,10 @@ mod twin;
 
 pub use analyses::Analyses;
 pub use called_off::CalledOff;
+pub use cycle_expansion::{
+    Estimate, ExpansionAverage, ExpansionError, ExpansionOrder, ExpansionOutcome,
+    ExpansionQuantity, ExpansionQuestion, cycle_expansion,
+};
 pub use energy::EnergyAudit;
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
@@ -42,7 +47,10 @@ pub use multistability::{
 pub use norm::EnergyNorm;
 pub use nvh::Nvh;
 pub use orbits::character::{Bifurcation, Character};
-pub use orbits::survey::{OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits};
+pub use orbits::kick::Kick;
+pub use orbits::survey::{
+    MissedState, OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits,
+};
 pub use outcome::*;
 pub use poincare::{PoincareQuestion, Section};
 pub use point::{investigate, investigate_onward};

@@ -91,6 +91,7 @@ mod tests {
             orbits: None,
             chain: None,
             horizon: None,
+            cycle_expansion: None,
             kernel: "volterra".into(),
             placement: Placement {
                 worker,

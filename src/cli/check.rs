@@ -1,13 +1,13 @@
 //! `atlas check m.toml`: all errors of a manifest, or what it expands to. Writes no file.
 
+use super::analyses::analyses;
 use super::excitation::{self, Cause};
 use super::structure::Structure;
-use super::{BAD_INPUT, answer, fail, portable};
-use crate::analysis::{GrowthNorm, Section};
+use super::{BAD_INPUT, answer, fail, grid, portable};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    self, Carried, CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec,
-    PointSpec, StiffnessSpec,
+    self, CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
+    StiffnessSpec,
 };
 use crate::propagate::KernelChoice;
 use clap::Args;
@@ -100,24 +100,13 @@ fn summary(name: &str, job: &Job) -> String {
 
 /// Head and text of every line of the summary.
 fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
-    let mut counts: Vec<_> = job
-        .axes
-        .iter()
-        .map(|axis| format!("{} {}", axis.values.len(), axis.name()))
-        .collect();
-    if let Some(carried) = job.carried.as_ref().filter(|c| c.directions.len() > 1) {
-        counts.push(format!("{} directions", carried.directions.len()));
-    }
     let mut lines = vec![
         ("job".to_owned(), format!("{}, seed {}", job.name, job.seed)),
         ("hash".to_owned(), job.hash.clone()),
-        (
-            "points".to_owned(),
-            format!("{} = {}", job.points.len(), counts.join(" x ")),
-        ),
+        ("points".to_owned(), grid::points(job)),
     ];
     if let Some(carried) = &job.carried {
-        lines.push(("order".to_owned(), order(job, carried)));
+        lines.push(("order".to_owned(), grid::order(job, carried)));
     }
     for axis in &job.axes {
         let (low, high) = axis.values.ends();
@@ -176,23 +165,6 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         Err(reason) => lines.push(("modes".to_owned(), reason)),
     }
     lines
-}
-
-/// `16 chains of 200 points, carried along speed (up, then down); chains run side by side`.
-fn order(job: &Job, carried: &Carried) -> String {
-    let chains = job.points.len() / carried.length;
-    let directions: Vec<&str> = carried.directions.iter().map(|d| d.name()).collect();
-    format!(
-        "{chains} {} of {} points, carried along {} ({}); {}",
-        if chains == 1 { "chain" } else { "chains" },
-        carried.length,
-        job.axes[carried.axis].name(),
-        directions.join(", then "),
-        match chains {
-            1 => "one after another on one thread",
-            _ => "chains run side by side",
-        }
-    )
 }
 
 fn mesh(job: &Job) -> String {
@@ -300,78 +272,6 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
     )
 }
 
-fn analyses(point: &PointSpec) -> String {
-    let analyses = &point.analyses;
-    let lyapunov = analyses.lyapunov.map(|lyapunov| {
-        let stop = lyapunov.stop_at_stderr.map_or(String::new(), |bound| {
-            format!(", until standard error {bound}")
-        });
-        let raw = match lyapunov.norm {
-            GrowthNorm::Raw => ", raw norm",
-            GrowthNorm::Energy => "",
-        };
-        format!(
-            "lyapunov ({} exponent{}{raw}{stop})",
-            lyapunov.exponents,
-            if lyapunov.exponents == 1 { "" } else { "s" }
-        )
-    });
-    let poincare = analyses.poincare.map(|poincare| {
-        let section = match poincare.section {
-            Section::Strobe { phase: 0.0 } => String::new(),
-            Section::Strobe { phase } => format!(" at mesh phase {phase}"),
-            Section::Entry => " on entry into drive contact".to_owned(),
-            Section::Extremum => " at extrema".to_owned(),
-        };
-        let refine = match poincare.refine {
-            0 => String::new(),
-            1 => ", changes refined by 1 halving".to_owned(),
-            halvings => format!(", changes refined by {halvings} halvings"),
-        };
-        format!("poincare ({} samples{section}{refine})", poincare.samples)
-    });
-    let nvh = analyses.nvh.map(|nvh| {
-        let spectra = if nvh.spectrum { ", spectra" } else { "" };
-        let bearings = if nvh.bearings { ", bearings" } else { "" };
-        format!("nvh ({} harmonics{spectra}{bearings})", nvh.harmonics)
-    });
-    let multistability = analyses.multistability.map(|asked| {
-        let slice = asked.slice.map_or_else(String::new, |slice| {
-            let [first, second] = slice.modes.map(|mode| mode + 1);
-            format!(
-                ", a slice of {0} x {0} along modes {first} and {second}",
-                slice.count
-            )
-        });
-        format!(
-            "multistability ({} initial conditions over {} decades of energy{slice}, {} + {} cycles each)",
-            asked.initial_conditions, asked.decades, asked.transient, asked.cycles
-        )
-    });
-    let orbits = analyses.orbits.as_ref().map(|asked| {
-        let periods: Vec<String> = asked.periods.iter().map(u32::to_string).collect();
-        format!(
-            "orbits (periods {}, {} guesses each)",
-            periods.join(", "),
-            asked.guesses
-        )
-    });
-    let horizon = analyses.horizon.map(|asked| {
-        format!(
-            "horizon ({} twins over {} cycles, averages up to {} cycles)",
-            asked.twins, asked.cycles, asked.averages
-        )
-    });
-    let all: Vec<String> = [lyapunov, poincare, nvh, multistability, orbits, horizon]
-        .into_iter()
-        .flatten()
-        .collect();
-    match all.is_empty() {
-        true => "none".to_owned(),
-        false => all.join(", "),
-    }
-}
-
 fn kernel(kernel: &KernelChoice) -> String {
     let name = kernel.name();
     match kernel {
@@ -438,12 +338,8 @@ fn job_json(name: &str, job: &Job) -> Value {
         "hash": job.hash,
         "points": job.points.len(),
         "axes": axes,
-        "carried": job.carried.as_ref().map(|carried| json!({
-            "along": job.axes[carried.axis].name(),
-            "directions": carried.directions.iter().map(|d| d.name()).collect::<Vec<_>>(),
-            "chains": job.points.len() / carried.length,
-            "chain_length": carried.length,
-        })),
+        "carried": grid::carried_json(job),
+        "refine": grid::refine_json(job),
         "model": first.as_ref().map(|p| p.model.source.kind()),
         "coast_flank": first.as_ref().map(|p| match p.mesh.coast {
             CoastSpec::SameLine => json!({ "line": "same_line" }),
@@ -467,6 +363,7 @@ fn job_json(name: &str, job: &Job) -> Value {
                 ("multistability", p.analyses.multistability.is_some()),
                 ("orbits", p.analyses.orbits.is_some()),
                 ("horizon", p.analyses.horizon.is_some()),
+                ("cycle_expansion", p.analyses.cycle_expansion.is_some()),
             ];
             names.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>()
         }),

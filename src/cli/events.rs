@@ -49,6 +49,8 @@ enum Event<'a> {
     },
     Progress {
         points: u64,
+        #[serde(skip_serializing_if = "std::ops::Not::not")]
+        open: bool,
         done: u64,
         resumed: u64,
         ok: u64,
@@ -80,7 +82,6 @@ pub struct Events<'a> {
     job: &'a Job,
     folder: &'a Path,
     shard: Option<Shard>,
-    points: u64,
     activity: Activity,
     last_progress: Duration,
     warned: BTreeSet<String>,
@@ -95,7 +96,6 @@ impl<'a> Events<'a> {
             job,
             folder,
             shard,
-            points: 0,
             activity: Activity::default(),
             last_progress: Duration::ZERO,
             warned: BTreeSet::new(),
@@ -118,7 +118,8 @@ impl<'a> Events<'a> {
         self.last_progress = progress.elapsed;
         let elapsed = progress.elapsed.as_secs_f64();
         self.tell(&Event::Progress {
-            points: self.points,
+            points: progress.points,
+            open: progress.open,
             done: progress.done,
             resumed: progress.resumed,
             ok: progress.done - progress.not_ok,
@@ -127,7 +128,7 @@ impl<'a> Events<'a> {
             cycles: progress.cycles,
             elapsed,
             rate: progress.rate(),
-            eta: progress.left(self.points),
+            eta: progress.left(),
             nodes: self.activity.over(elapsed),
         });
     }
@@ -153,14 +154,13 @@ impl<'a> Events<'a> {
 
 impl Watcher for Events<'_> {
     fn begun(&mut self, begun: &Begun<'_>) {
-        self.points = begun.points;
         let job = self.job;
         self.tell(&Event::Started {
             job: &job.name,
             folder: self.folder,
             manifest_hash: &job.hash,
             shard: self.shard,
-            points: begun.points,
+            points: begun.progress.points,
             resumed: begun.progress.resumed,
             chain_length: job.chain_length(),
             threads: begun.threads,
@@ -197,7 +197,7 @@ impl Watcher for Events<'_> {
             worker: placement.worker,
             numa_node: placement.numa_node,
         });
-        if progress.done == self.points || progress.elapsed >= self.last_progress + INTERVAL {
+        if progress.done == progress.points || progress.elapsed >= self.last_progress + INTERVAL {
             self.progress(progress);
         }
     }

@@ -2,12 +2,14 @@
 //! exit status.
 
 mod activity;
+mod analyses;
 pub mod check;
 mod console;
 mod earlier;
 mod events;
 mod excitation;
 pub mod follow;
+mod grid;
 pub mod help;
 pub mod machine;
 pub mod merge;
@@ -20,6 +22,7 @@ mod progress;
 mod retry;
 pub mod run;
 mod run_args;
+pub mod sensitivity;
 pub mod show;
 mod status;
 mod structure;
@@ -77,6 +80,8 @@ enum Command {
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
     Plot(plot::PlotArgs),
+    /// Tell how the answers of a point change with keys of the manifest
+    Sensitivity(sensitivity::SensitivityArgs),
     /// Record one trajectory with its events
     Trace(trace::TraceArgs),
     /// Measure this machine: memory, arithmetic, kernels on all cores, and what a campaign will cost
@@ -106,6 +111,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
+        Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Trace(args) => trace::run(&args),
         Command::Machine(args) => machine::run(&args),
         Command::Table(args) => table::run(&args),

@@ -4,7 +4,7 @@
 
 use super::process::Process;
 use super::table::TablesFolder;
-use super::{BAD_INPUT, answer, check, fail, machine, with_causes};
+use super::{BAD_INPUT, answer, check, fail, grid, machine, with_causes};
 use crate::characterize::machine_rate::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
@@ -51,6 +51,10 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Ok(job) => job,
         Err(status) => return status,
     };
+    let refused = args.shard.and_then(|_| grid::refuses(&job, "--shard"));
+    if let Some(refusal) = refused {
+        return fail(BAD_INPUT, &refusal);
+    }
     let machines = match Machines::read(args) {
         Ok(machines) => machines,
         Err(message) => return fail(BAD_INPUT, &message),
@@ -84,8 +88,8 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Ok(Some(found)) => {
             let measured = machines.measured(&job, &found, args.threads);
             let text = match args.json {
-                true => document(&found, &measured),
-                false => text(&found) + &measured.text(),
+                true => document(&job, &found, &measured),
+                false => text(&job, &found) + &measured.text(),
             };
             answer(&text, ExitCode::SUCCESS)
         }
@@ -93,9 +97,10 @@ pub fn run(args: &PlanArgs) -> ExitCode {
 }
 
 /// The forecast for programs, with what machines were measured to do.
-fn document(found: &Forecast, measured: &Measured) -> String {
+fn document(job: &Job, found: &Forecast, measured: &Measured) -> String {
     let mut document = json!(found);
     let parts = [
+        ("refine", grid::refine_json(job)),
         ("machine", json!(measured.here)),
         ("elsewhere", json!(measured.there)),
     ];
@@ -200,8 +205,16 @@ impl Measured {
     }
 }
 
-fn text(found: &Forecast) -> String {
-    let mut lines = vec![("points", found.points.to_string())];
+fn text(job: &Job, found: &Forecast) -> String {
+    let points = match job.refine {
+        Some(_) => grid::points(job),
+        None => found.points.to_string(),
+    };
+    let mut lines = vec![("points", points)];
+    if job.refine.is_some() {
+        let known = format!("what follows is of the first {} alone", found.points);
+        lines.push(("", known));
+    }
     if found.chain_length > 1 {
         let chains = found.points / found.chain_length;
         lines.push((

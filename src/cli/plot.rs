@@ -31,7 +31,7 @@ pub struct PlotArgs {
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
     /// point_id for spectrum and phase [default: the loudest, or the most chaotic point] and
-    /// for basins [default: all].
+    /// for basins, multipliers and kicks [default: all].
     #[arg(long, value_name = "ID")]
     pub point: Option<u64>,
     /// Print nothing but errors.

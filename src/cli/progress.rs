@@ -15,7 +15,6 @@ pub struct Display {
     bar: ProgressBar,
     quiet: bool,
     terminal: bool,
-    points: u64,
     activity: Activity,
     /// Time of the run when the last line was written.
     last_line: Duration,
@@ -38,7 +37,6 @@ impl Display {
             bar,
             quiet,
             terminal,
-            points: 0,
             activity: Activity::default(),
             last_line: Duration::ZERO,
         }
@@ -58,16 +56,20 @@ impl Display {
     }
 
     fn show(&mut self, progress: &Progress) {
-        let mut text = remark(progress, self.points);
+        let mut text = remark(progress);
         let nodes = self.activity.words(progress.elapsed.as_secs_f64());
         if !nodes.is_empty() {
             text += &format!("; {nodes}");
         }
+        self.bar.set_length(progress.points);
         self.bar.set_position(progress.done);
         let plain = !self.quiet && !self.terminal;
         if plain && progress.elapsed >= self.last_line + LINE_INTERVAL {
             self.last_line = progress.elapsed;
-            self.say(&format!("{}/{} points, {text}", progress.done, self.points));
+            self.say(&format!(
+                "{}/{} points, {text}",
+                progress.done, progress.points
+            ));
         }
         self.bar.set_message(text);
     }
@@ -82,14 +84,14 @@ impl Drop for Display {
 
 impl Watcher for Display {
     fn begun(&mut self, begun: &Begun<'_>) {
-        self.points = begun.points;
-        self.bar.set_length(begun.points);
+        let Progress {
+            points, resumed, ..
+        } = begun.progress;
+        self.bar.set_length(points);
         self.bar.set_position(begun.progress.done);
-        let resumed = begun.progress.resumed;
         if resumed > 0 && !self.terminal {
             self.say(&format!(
-                "{resumed}/{} points taken over from an interrupted run",
-                self.points
+                "{resumed}/{points} points taken over from an interrupted run"
             ));
         }
     }
@@ -109,9 +111,12 @@ impl Watcher for Display {
 }
 
 /// Rate, time left and points that ended badly, in words.
-fn remark(progress: &Progress, points: u64) -> String {
+fn remark(progress: &Progress) -> String {
     let mut text = format!("{:.2} points/s", progress.rate());
-    if let Some(left) = progress.left(points) {
+    if progress.open {
+        text = format!("more where they differ, {text}");
+    }
+    if let Some(left) = progress.left() {
         // Rates of a first moment may stand for times that a duration does not hold.
         let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
         text += &format!(", about {} left", HumanDuration(left));
@@ -135,17 +140,22 @@ mod tests {
             not_ok: 3,
             failed: 1,
             resumed: 10,
+            points: 80,
+            open: false,
             cycles: 0,
             elapsed: Duration::from_secs(4),
         };
         assert_eq!(
-            remark(&progress, 80),
+            remark(&progress),
             "5.00 points/s, about 10 seconds left, 1 failed, 2 not settled"
         );
         progress.elapsed = Duration::ZERO;
+        assert_eq!(remark(&progress), "0.00 points/s, 1 failed, 2 not settled");
+        progress.elapsed = Duration::from_secs(4);
+        progress.open = true;
         assert_eq!(
-            remark(&progress, 80),
-            "0.00 points/s, 1 failed, 2 not settled"
+            remark(&progress),
+            "more where they differ, 5.00 points/s, 1 failed, 2 not settled"
         );
     }
 }

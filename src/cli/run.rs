@@ -6,7 +6,7 @@ use super::process::Process;
 use super::retry;
 use super::run_args::RunArgs;
 use super::status::{failure, status};
-use super::{BAD_INPUT, FAILED_POINTS, check, fail, with_causes};
+use super::{BAD_INPUT, FAILED_POINTS, check, fail, grid, with_causes};
 use crate::manifest::Job;
 use crate::store::{
     ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
@@ -25,6 +25,14 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Ok(job) => job,
         Err(status) => return status,
     };
+    let options = [
+        ("--shard", args.shard.is_some()),
+        ("--retry", args.retry.is_some()),
+    ];
+    let asked = options.iter().find(|(_, asked)| *asked);
+    if let Some(refusal) = asked.and_then(|(option, _)| grid::refuses(&job, option)) {
+        return fail(BAD_INPUT, &refusal);
+    }
     let folder = args
         .out
         .clone()
@@ -170,6 +178,11 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {
     let (totals, threads) = (&record.totals, finished.threads);
+    // More may follow from the results of these.
+    let missing = match finished.progress.open {
+        true => format!("at least {}", totals.missing),
+        false => totals.missing.to_string(),
+    };
     let folder = folder.display();
     let mut text = format!(
         "{} of {} points in {:.1} s on {threads} {}",
@@ -200,12 +213,10 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
             format!("\nresults in {folder}; atlas show {folder} summarises them\n")
         }
         RunState::Interrupted if finished.gave_up => format!(
-            "\ncalled off, because so many points failed (--max-failures): {} points are missing, the others are in {folder}; the same command goes on from here\n",
-            totals.missing
+            "\ncalled off, because so many points failed (--max-failures): {missing} points are missing, the others are in {folder}; the same command goes on from here\n"
         ),
         RunState::Interrupted => format!(
-            "\ninterrupted: {} points are missing, the others are in {folder}; the same command goes on from here\n",
-            totals.missing
+            "\ninterrupted: {missing} points are missing, the others are in {folder}; the same command goes on from here\n"
         ),
     };
     text

@@ -78,6 +78,23 @@ impl AxisValues {
         })
     }
 
+    /// The values of an even range with each interval halved so many times: those that were there
+    /// keep their bits. None of values given one by one, and of a single one.
+    pub(super) fn halved(&self, times: u32) -> Option<Self> {
+        match &self.0 {
+            Form::Even {
+                from,
+                to,
+                count,
+                logarithmic,
+            } if *count > 1 => {
+                let count = ((count - 1) << times) + 1;
+                Some(Self::even(*from, *to, count, *logarithmic))
+            }
+            _ => None,
+        }
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         match &self.0 {
@@ -216,6 +233,20 @@ mod tests {
         assert_eq!((log[0], log[2]), (5e-6, 5e-5));
         assert!((log[1] / (5e-6 * 10f64.sqrt()) - 1.0).abs() < 1e-15);
         assert_eq!(samples(3.0, 3.0, 1, true), [3.0]);
+    }
+
+    #[test]
+    fn halved_ranges_keep_their_values() {
+        for (from, to, count, logarithmic) in [(0.05, 0.30, 9, false), (5e-6, 5e-5, 4, true)] {
+            let coarse = AxisValues::even(from, to, count, logarithmic);
+            let fine = coarse.halved(5).unwrap();
+            assert_eq!(fine.len(), 32 * (count - 1) + 1);
+            for i in 0..count {
+                assert_eq!(fine.get(32 * i), coarse.get(i));
+            }
+        }
+        assert!(AxisValues::each(vec![1.0, 2.0]).halved(1).is_none());
+        assert!(AxisValues::even(3.0, 3.0, 1, false).halved(1).is_none());
     }
 
     #[test]

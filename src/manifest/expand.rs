@@ -50,6 +50,13 @@ pub(super) struct Judged {
     numbers: Option<Vec<usize>>,
 }
 
+impl Judged {
+    /// The first combination that has no fault.
+    pub fn first(&self) -> Option<&Variant> {
+        self.variants.first()
+    }
+}
+
 /// Resolves the grid, the last model key fastest.
 ///
 /// Every fault is recorded once, with the first combination at which it shows when it

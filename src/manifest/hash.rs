@@ -2,7 +2,7 @@
 //! included, so that comments, layout, key order, equal units and the job's name do not matter and
 //! everything that can change a result does.
 
-use super::spec::{Axis, Carried, Variant};
+use super::spec::{Axis, Carried, Refine, Variant};
 use super::tree::{Entry, Node, Value};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -26,6 +26,11 @@ impl JobHash {
     /// Lower-case hexadecimal.
     pub fn finish(&self) -> String {
         self.0.finalize().to_hex().to_string()
+    }
+
+    /// How the grid is refined.
+    pub fn refined(&mut self, refine: &Refine) {
+        self.add(refine);
     }
 
     /// Everything about the points of one combination of model keys.

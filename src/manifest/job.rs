@@ -3,7 +3,7 @@
 use super::axis::AxisKey;
 use super::expand::Between;
 use super::points::Points;
-use super::spec::{Axis, Carried, ContinuationSpec, PointSpec};
+use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine};
 
 /// A whole job.
 #[derive(Debug, Clone)]
@@ -22,6 +22,9 @@ pub struct Job {
     pub axes: Vec<Axis>,
     /// How points follow from each other; none where each starts from `run.initial`.
     pub carried: Option<Carried>,
+    /// How the grid is refined: `axes` and `points` are then those of its finest grid, of which
+    /// only some are computed, and `point_id` counts level by level. None where all are computed.
+    pub refine: Option<Refine>,
     /// The grid's points, in `point_id` order.
     pub points: Points,
     /// Resolves points between those of the grid, where they are asked for.

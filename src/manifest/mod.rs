@@ -103,14 +103,14 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let head = sections::read_job(&root, &mut issues);
     let axes = grid::read(&root, &mut issues);
 
-    let varied: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
-    let continuation = sections::read_continuation(&root, &mut issues, &varied, &axes.faulty);
-
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
+    if let Some(refine) = &axes.refine {
+        hash.refined(refine);
+    }
     let mut context = Context::new(base_dir);
     let judged = expand::expand(
         &mut tree,
@@ -119,6 +119,16 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
         &mut issues,
         &mut context,
         &mut hash,
+    );
+
+    let varied: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
+    let retained = judged.first().map(|variant| variant.model.retained);
+    let continuation = sections::read_continuation(
+        &Section::root(&tree, schema::MANIFEST),
+        &mut issues,
+        &varied,
+        &axes.faulty,
+        retained,
     );
 
     if let Some(start) = syntax_error {
@@ -135,7 +145,8 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
             let between = Between::new(tree, axes.valid, context);
             let variants = Expansion::new(judged, between.clone());
-            let points = Points::new(variants, &plain, axes.carried.as_ref());
+            let nested = axes.refine.as_ref().map(|refine| refine.nested);
+            let points = Points::new(variants, &plain, axes.carried.as_ref(), nested);
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
@@ -143,6 +154,7 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
                 hash: hash.finish(),
                 axes: plain,
                 carried: axes.carried,
+                refine: axes.refine,
                 between,
                 points,
                 continuation: continuation.flatten(),

@@ -145,6 +145,18 @@ impl Between {
         }
     }
 
+    /// Load, speed, and the keys of mesh and excitation that the manifest sets and a drive depends on
+    /// continuously.
+    pub fn continuous_keys(&self) -> Vec<String> {
+        let mut names = vec!["load".to_owned(), "speed".to_owned()];
+        for table in ["mesh", "excitation"] {
+            if let Some(node) = self.node(table) {
+                gather(node, table, &mut names);
+            }
+        }
+        names
+    }
+
     /// The value of a parameter at a point, in SI; none where neither the manifest nor a default says.
     pub fn value(&self, point: &PointSpec, parameter: &Parameter) -> Option<f64> {
         let name = match &parameter.key {
@@ -248,6 +260,18 @@ fn in_range(name: &str, value: f64, dimension: Dimension) -> Result<(), String> 
         .found
         .first()
         .map_or_else(String::new, |fault| fault.message.clone()))
+}
+
+/// Adds the names of continuous keys below a node.
+fn gather(node: &Node, path: &str, names: &mut Vec<String>) {
+    match &node.value {
+        Value::Table(entries) => (entries.iter())
+            .for_each(|entry| gather(&entry.node, &format!("{path}.{}", entry.key), names)),
+        Value::Array(items) => (items.iter().enumerate())
+            .for_each(|(i, item)| gather(item, &format!("{path}.{i}"), names)),
+        _ if Parameter::named(path).is_ok() => names.push(path.to_owned()),
+        _ => {}
+    }
 }
 
 /// The node at a dotted path of a tree.

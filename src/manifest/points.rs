@@ -4,6 +4,7 @@
 use super::axis::{Ascending, AxisValues};
 use super::expand::Expansion;
 use super::spec::{Axis, Carried, Direction, PointSpec, Variant};
+use crate::numerics::nested_grid::NestedGrid;
 use std::borrow::Cow;
 
 /// All points of a job, in `point_id` order.
@@ -14,6 +15,8 @@ pub struct Points {
     /// Values of every axis: model keys, load, speed.
     values: Vec<AxisValues>,
     chains: Option<Chains>,
+    /// Numbers the points of a refined grid.
+    nested: Option<NestedGrid>,
 }
 
 /// How points follow from each other along an axis.
@@ -28,8 +31,13 @@ struct Chains {
 
 impl Points {
     /// The grid of `axes` (model keys, then load, then speed), a variant for each combination of
-    /// values of the model keys.
-    pub(super) fn new(variants: Expansion, axes: &[Axis], carried: Option<&Carried>) -> Self {
+    /// values of the model keys; `nested` numbers its points where it is refined.
+    pub(super) fn new(
+        variants: Expansion,
+        axes: &[Axis],
+        carried: Option<&Carried>,
+        nested: Option<NestedGrid>,
+    ) -> Self {
         let values: Vec<AxisValues> = axes.iter().map(|axis| axis.values.clone()).collect();
         let chains = carried.map(|carried| {
             let swept = &values[carried.axis];
@@ -43,6 +51,7 @@ impl Points {
             variants,
             values,
             chains,
+            nested,
         }
     }
 
@@ -66,9 +75,13 @@ impl Points {
     /// Where a point stands in the row-major grid, and which way its chain runs.
     fn place(&self, id: usize) -> (usize, Option<Direction>) {
         assert!(id < self.len(), "point {id} of {}", self.len());
-        match &self.chains {
-            None => (id, None),
-            Some(chains) => chains.place(id),
+        match (&self.chains, &self.nested) {
+            (Some(chains), _) => chains.place(id),
+            (None, Some(nested)) => {
+                let ([row, column], [_, columns]) = (nested.at(id), nested.sides(nested.levels));
+                (row * columns + column, None)
+            }
+            (None, None) => (id, None),
         }
     }
 

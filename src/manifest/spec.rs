@@ -3,11 +3,13 @@
 
 mod continuation;
 mod mesh;
+mod refine;
 
 pub use continuation::{ContinuationSpec, GivenStateSpec};
 pub use mesh::{
     CoastSpec, CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };
+pub use refine::{Criterion, Refine};
 
 use super::axis::{AxisKey, AxisValues};
 use crate::analysis::Analyses;

@@ -58,6 +58,8 @@ impl Directions {
         error: &[TransmissionErrorHarmonic],
         (basis, blocks): (&Basis, &[Block]),
     ) -> Vec<usize> {
+        // Most divisions have the direction of the one before.
+        let mut last: Option<([f64; 3], usize)> = None;
         (mesh.iter())
             .map(|division| {
                 let [turn, lever] = division.friction;
@@ -67,6 +69,10 @@ impl Directions {
                     true => 0.0,
                     false => division.load_centre,
                 };
+                let law = [centre, turn, lever];
+                if let Some((_, same)) = last.filter(|(known, _)| *known == law) {
+                    return same;
+                }
                 let (w, g): (Vec<f64>, Vec<f64>) = (0..blocks.len())
                     .map(|i| {
                         let w = flank.mesh[i] + centre * flank.tilt[i];
@@ -74,7 +80,9 @@ impl Directions {
                         (w, w + friction * rubbing)
                     })
                     .unzip();
-                self.add(basis.gains(blocks, &w, &g), error)
+                let own = self.add(basis.gains(blocks, &w, &g), error);
+                last = Some((law, own));
+                own
             })
             .collect()
     }

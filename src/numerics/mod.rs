@@ -1,6 +1,6 @@
 //! Small numerical tools that know nothing of gears: quadrature, Legendre series and their
 //! roots, exponentials as Legendre series, convolution, small dense algebra, statistics,
-//! random streams, whole numbers.
+//! random streams, whole numbers, the numbering of planes.
 
 pub mod arithmetic;
 pub mod bessel;
@@ -11,6 +11,7 @@ pub mod fourier;
 pub mod instructions;
 pub mod legendre;
 pub mod linalg;
+pub mod nested_grid;
 pub mod pair_response;
 mod plain;
 pub mod proportion;

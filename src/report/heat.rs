@@ -1,9 +1,12 @@
 //! What does the first slice of the grid show, over its first two axes?
 //!
 //! A wide grid is binned: a cell then stands for the liveliest of its points. Further axes are
-//! held at their first value.
+//! held at their first value. Of a refined grid the plane that is refined is shown, each of its
+//! places as the point that stands for it.
 
 use super::point::{Axis, PointSummary};
+use super::refined::Plane;
+use crate::store::RefinedColumns;
 
 /// Most cells across and down.
 const MOST: [usize; 2] = [24, 64];
@@ -38,6 +41,9 @@ impl Cell {
 /// The cells of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
+    /// The axes that rows and columns go along.
+    pub(super) down: Option<usize>,
+    pub(super) across: usize,
     pub(super) cells: Vec<Vec<Cell>>,
     pub(super) rows: Bins,
     pub(super) columns: Bins,
@@ -47,12 +53,20 @@ pub struct Map {
 
 impl Map {
     /// A map without points over some axes; none where there is no axis.
-    pub(super) fn new(axes: &[Axis]) -> Option<Self> {
-        let across = axes.len().min(2).checked_sub(1)?;
-        let down = (across > 0).then(|| &axes[0]);
-        let rows = Bins::new(down.map_or(1, |axis| axis.values.len()), MOST[0]);
+    pub(super) fn new(axes: &[Axis], refined: Option<&RefinedColumns>) -> Option<Self> {
+        let place = |name: &String| axes.iter().position(|axis| axis.name == *name);
+        let (down, across) = match refined.map(|refined| refined.axes.each_ref().map(place)) {
+            Some([down, across]) => (Some(down?), across?),
+            None => {
+                let across = axes.len().min(2).checked_sub(1)?;
+                ((across > 0).then_some(0), across)
+            }
+        };
+        let rows = Bins::new(down.map_or(1, |axis| axes[axis].values.len()), MOST[0]);
         let columns = Bins::new(axes[across].values.len(), MOST[1]);
         Some(Self {
+            down,
+            across,
             cells: vec![vec![Cell::Missing; columns.count]; rows.count],
             rows,
             columns,
@@ -62,7 +76,7 @@ impl Map {
 
     /// Enters a point, unless it lies in another slice than the first.
     pub(super) fn add(&mut self, axes: &[Axis], point: &PointSummary) {
-        let across = axes.len().min(2) - 1;
+        let across = self.across;
         let mut further = axes[across + 1..]
             .iter()
             .zip(&point.axis_values[across + 1..]);
@@ -71,12 +85,25 @@ impl Map {
         }
         let place = |index: usize| position(&axes[index], point.axis_values[index]);
         let column = self.columns.of(place(across));
-        let row = if across > 0 {
-            self.rows.of(place(0))
-        } else {
-            0
-        };
-        let cell = Cell::of(point);
+        let row = self.down.map_or(0, |down| self.rows.of(place(down)));
+        self.show(row, column, Cell::of(point));
+    }
+
+    /// Enters the plane of a refined grid.
+    pub(super) fn fill(&mut self, plane: &Plane, points: &[PointSummary]) {
+        let cells: Vec<Cell> = points.iter().map(Cell::of).collect();
+        let [rows, columns] = plane.sides;
+        for row in 0..rows {
+            for column in 0..columns {
+                if let Some(index) = plane.at(row, column) {
+                    let (row, column) = (self.rows.of(row), self.columns.of(column));
+                    self.show(row, column, cells[index]);
+                }
+            }
+        }
+    }
+
+    fn show(&mut self, row: usize, column: usize, cell: Cell) {
         if let Cell::Chaotic(lambda) = cell {
             self.largest = self.largest.max(lambda);
         }

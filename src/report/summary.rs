@@ -14,12 +14,17 @@ use serde::Serialize;
 use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
 use super::error::ReportError;
+use super::expansion::{self, ExpansionSummary};
 use super::followed::{Followed, FollowedSummary};
 use super::heat::Map;
+use super::orbits::{self, Orbits};
 use super::point::{Axis, ClassCount, PointSummary};
+use super::refined::{Plane, complete};
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
-use crate::store::{ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs};
+use crate::store::{
+    RefinedColumns, ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs,
+};
 use census::{Census, by_id, in_order, livelier, scan};
 
 /// Said of tables that nothing vouches for.
@@ -56,8 +61,12 @@ pub struct Summary {
     pub axes: Vec<Axis>,
     /// The axis along which the state is carried; absent where points are independent.
     pub carried_along: Option<String>,
-    /// Refined changes of motion along it, in `point_id` order.
+    /// How the grid is refined; absent where all its points are computed.
+    pub refined: Option<RefinedColumns>,
+    /// Changes of motion along it, in `point_id` order.
     pub transitions: Vec<TransitionSummary>,
+    /// How many of them are changes of `class`, of `period`, and jumps of the `deflection`.
+    pub transition_counts: BTreeMap<String, usize>,
     /// Followed orbits; absent where none were.
     pub followed: Option<FollowedSummary>,
     /// Points with a largest exponent.
@@ -77,10 +86,14 @@ pub struct Summary {
     /// The same as points.
     #[serde(skip)]
     pub coexisting_points: Vec<PointSummary>,
+    /// Points with averages over unstable orbits, at the last order.
+    pub expansions: Vec<ExpansionSummary>,
     /// Every attractor that probes found, by point and number.
     pub attractors: Vec<Attractor>,
     /// The branch of each of `attractors` along the last axis with more than one value.
     pub branches: Vec<usize>,
+    /// Periodic orbits; absent where they were not asked for.
+    pub orbits: Option<Orbits>,
     /// Points with any status but ok.
     pub troubled_points: usize,
     /// The first of them.
@@ -92,7 +105,8 @@ pub struct Summary {
     /// The map of the largest exponent.
     #[serde(skip)]
     pub map: Option<Map>,
-    /// Every point, in `point_id` order, where they were asked for or attractors follow them.
+    /// Every point, in `point_id` order, where they were asked for, where attractors or orbits
+    /// are told of them, or where the grid is refined.
     #[serde(skip)]
     pub all: Vec<PointSummary>,
 }
@@ -130,12 +144,19 @@ impl Summary {
         let followed = Followed::read(folder)?;
         let runs = read_runs(folder)?;
         let attractors = branches::read_attractors(folder)?;
-        // Attractors are followed from point to point.
-        let mut census = Census::new(head.axes()?.len(), keep || !attractors.is_empty());
+        let orbits = orbits::read(folder)?;
+        // Attractors are followed from point to point, and orbits are told by point.
+        let keep = keep || !attractors.is_empty() || orbits.is_some();
+        let mut census = Census::new(head.axes()?.len(), keep);
+        let refined: Option<RefinedColumns> =
+            (head.metadata("refined")).and_then(|text| serde_json::from_str(text).ok());
+        if refined.is_some() {
+            census.all.get_or_insert_default();
+        }
         scan(folder, &head, |points, extra| {
             census.take(points, extra);
         })?;
-        let axes = census.axes(&head)?;
+        let mut axes = census.axes(&head)?;
         let Census {
             points,
             statuses,
@@ -152,14 +173,19 @@ impl Summary {
             all,
             ..
         } = census;
-        let mut map = Map::new(&axes).filter(|_| points > 0);
-        if let Some(map) = &mut map {
-            scan(folder, &head, |points, _| {
-                points.iter().for_each(|point| map.add(&axes, point));
-            })?;
-        }
         let mut all = all.unwrap_or_default();
         all.sort_by_key(|point| point.point_id);
+        if let Some(refined) = &refined {
+            complete(&mut axes, refined, &all);
+        }
+        let mut map = Map::new(&axes, refined.as_ref()).filter(|_| points > 0);
+        match (&mut map, &refined) {
+            (Some(map), Some(refined)) => map.fill(&Plane::new(refined, &all), &all),
+            (Some(map), None) => scan(folder, &head, |points, _| {
+                points.iter().for_each(|point| map.add(&axes, point));
+            })?,
+            (None, _) => {}
+        }
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
         let branches = along.map_or_else(
             || (0..attractors.len()).collect(),
@@ -173,9 +199,13 @@ impl Summary {
         let (chaotic_points, chaotic) = chaotic.finish(livelier);
         let (twin_disagrees_points, twin_disagrees) = twin_disagrees.finish(by_id);
         let (troubled_points, troubled) = troubled.finish(by_id);
+        let transitions = transitions::read(folder)?;
+        let mut transition_counts = BTreeMap::new();
+        for found in &transitions {
+            *transition_counts.entry(found.what.clone()).or_insert(0) += 1;
+        }
         let mut coexisting_points = coexisting;
         coexisting_points.sort_by_key(|point| point.point_id);
-        let transitions = transitions::read(folder)?;
         let followed = followed.map(|own| FollowedSummary::of(folder, &own, &transitions));
         Ok(Self {
             folder: folder.to_path_buf(),
@@ -194,6 +224,8 @@ impl Summary {
             worker_time_per_cycle: per_cycle(worker_time),
             carried_along: head.metadata("carried_along").map(shown),
             transitions,
+            transition_counts,
+            refined,
             followed: followed.transpose()?,
             axes,
             with_exponent,
@@ -204,8 +236,10 @@ impl Summary {
             twin_disagrees,
             coexisting: coexistence::read(folder, &coexisting_points)?,
             coexisting_points,
+            expansions: expansion::read(folder)?,
             attractors,
             branches,
+            orbits,
             troubled_points,
             troubled,
             worst_energy,

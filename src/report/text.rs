@@ -2,8 +2,10 @@
 
 mod branches;
 mod coexistence;
+mod expansion;
 mod followed;
 mod heat;
+mod orbits;
 mod style;
 mod table;
 mod transitions;
@@ -17,7 +19,7 @@ use super::numbers::number;
 use super::point::PointSummary;
 use super::summary::Summary;
 use crate::input::printable;
-use crate::store::RunState;
+use crate::store::{RefinedColumns, RunState};
 use heat::heat_map;
 use table::push_table;
 
@@ -40,6 +42,8 @@ pub fn render(summary: &Summary, style: Style) -> String {
     transitions::push(&mut text, summary);
     followed::push(&mut text, summary);
     coexistence::push(&mut text, summary);
+    expansion::push(&mut text, summary);
+    orbits::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
     if !summary.warnings.is_empty() {
@@ -80,7 +84,12 @@ fn push_header(text: &mut String, summary: &Summary) {
         Some(RunState::Interrupted) => {
             let missing = summary.expected - summary.points as u64;
             let missing = if missing > 0 {
-                format!("{missing} points are missing")
+                let least = if summary.refined.is_some() {
+                    "at least "
+                } else {
+                    ""
+                };
+                format!("{least}{missing} points are missing")
             } else {
                 String::new()
             };
@@ -109,6 +118,28 @@ fn push_header(text: &mut String, summary: &Summary) {
         parts.push(format!("{} µs a cycle on one worker", number(1e6 * time)));
     }
     _ = writeln!(text, "  {}", parts.join(", "));
+    if let Some(refined) = &summary.refined {
+        _ = writeln!(text, "  {}", refined_words(summary, refined));
+    }
+}
+
+/// What a refined map was refined by, how far, and where its points start.
+fn refined_words(summary: &Summary, refined: &RefinedColumns) -> String {
+    let nested = refined.nested;
+    let [rows, columns] = nested.sides(nested.levels);
+    let share = 100.0 * summary.points as f64 / nested.places(nested.levels) as f64;
+    let plural = if nested.levels == 1 { "" } else { "s" };
+    format!(
+        "refined by {}: from {} x {} points by up to {} halving{plural}, {} % of {rows} x {columns}\n  \
+         every point starts from run.initial ({}): where motions coexist, the map shows those \
+         reached from there",
+        printable(&refined.by),
+        nested.coarse[0],
+        nested.coarse[1],
+        nested.levels,
+        number(share),
+        printable(&refined.start),
+    )
 }
 
 fn push_classes(text: &mut String, summary: &Summary) {

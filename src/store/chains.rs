@@ -1,20 +1,11 @@
 //! What a point adds to its row when it is one of a chain, along which the state is carried:
-//! the direction of the sweep, the state it leaves, and `transitions.parquet`, the refined
+//! the direction of the sweep, the state it leaves, and `transitions.parquet`, the
 //! changes of motion between neighbours.
 
 use super::chain_part::Transition;
 use super::file::Row;
 use super::point_row::{AxisColumn, PointRow};
 use super::table::{Column, Table, columns};
-
-/// Chains of a job, as far as its files need to know.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ChainColumns {
-    /// The swept axis.
-    pub axis: AxisColumn,
-    /// Whether `transitions.parquet` is written.
-    pub transitions: bool,
-}
 
 /// The word for a direction in result files.
 pub(super) fn direction(upwards: bool) -> &'static str {
@@ -75,6 +66,6 @@ pub fn transitions_table(axis: &AxisColumn) -> Table<TransitionRow> {
             "RMS of the deflection about its mean before a jump";
         f64 "to_deflection_rms", "m", row.transition.jump?[1].rms[0], "RMS behind it";
         u32 "trials", "1", row.transition.trials,
-            "Points computed between those of the grid to narrow the bracket";
+            "Points computed between those of the grid to narrow the bracket; 0 where no refinement was asked for";
     ])
 }

@@ -2,10 +2,12 @@
 //! comes from.
 
 use super::StoreError;
-use super::chains::{ChainColumns, direction_columns};
+use super::chains::direction_columns;
 use super::horizon::horizon_columns;
+use super::layout::ResultLayout;
 use super::nvh::nvh_columns;
-use super::point_row::{AxisColumn, PointRow};
+use super::point_row::PointRow;
+use super::refined::level_columns;
 use super::table::{Column, Table, columns};
 use crate::analysis::{Class, PoincareSample, SpectrumLine, SpectrumMethod};
 use std::sync::Arc;
@@ -32,18 +34,24 @@ pub struct SpectrumRow {
     pub line: SpectrumLine,
 }
 
-/// Columns of `points.parquet`; `chains` where the state is carried along an axis.
+/// Columns of `points.parquet`, by axes, the swept one and refinement of the grid.
 ///
 /// # Errors
 /// An axis that has the name of another column.
-pub fn points_table(
-    axes: &[AxisColumn],
-    chains: Option<&ChainColumns>,
-) -> Result<Table<PointRow>, StoreError> {
-    let point_id = match chains {
-        None => "Row-major index into the grid",
-        Some(_) => {
+pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError> {
+    let ResultLayout {
+        axes,
+        swept,
+        refined,
+        ..
+    } = layout;
+    let point_id = match (swept, refined) {
+        (None, None) => "Row-major index into the grid",
+        (Some(_), _) => {
             "Index into the points: other axes slowest, then direction, then the swept axis in sweep order"
+        }
+        (None, Some(_)) => {
+            "Number of the place: by level, then row-major over the places that are new with it"
         }
     };
     let mut columns = columns![row: PointRow;
@@ -55,11 +63,9 @@ pub fn points_table(
                 &format!("Grid axis {}", axis.name);
         ]);
     }
-    columns.extend(
-        chains
-            .into_iter()
-            .flat_map(|chains| direction_columns(&chains.axis)),
-    );
+    columns.extend(swept.iter().flat_map(direction_columns));
+    let nested = refined.iter().map(|refined| refined.nested);
+    columns.extend(nested.flat_map(level_columns));
     columns.extend(motion_columns());
     columns.extend(horizon_columns());
     columns.extend(nvh_columns());

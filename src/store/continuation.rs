@@ -274,7 +274,7 @@ pub fn bifurcations_table(axes: &[AxisColumn]) -> Table<BifurcationRow> {
         u32 "branch", "1", row.branch, "The branch";
         u32 "after", "1", row.after, "The orbit of the branch that comes before";
         text "kind", "", Some(&*row.kind),
-            "fold, branch_point, period_doubling, torus, graze, sequence (the contact sequence changes and no graze is found), merging (into orbits of a part of the period), or end of the branch";
+            "fold, branch_point, period_doubling, torus, graze, jump (of multipliers across the unit circle, at a graze), sequence (the contact sequence changes and no graze is found), merging (into orbits of a part of the period), or end of the branch";
     ];
     all.extend(axis_columns(axes, |row: &BifurcationRow, index| {
         row.axis_values.get(index).copied()
@@ -381,4 +381,124 @@ fn whole<R: Row>(
         file.push(row)?;
     }
     file.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::ResultTable;
+    use std::collections::BTreeMap;
+
+    fn told() -> Told {
+        Told {
+            period: 2,
+            unstable: 1,
+            leading: [-1.5, 0.25],
+            lambda: 0.2,
+            events: 4,
+            sequence: "1+ 1-".into(),
+            margin: Some(0.3),
+            rms: 1e-6,
+            smallest: -2e-6,
+            largest: 3e-6,
+            force_peak: 700.0,
+            residual: 1e-13,
+            steps: 3,
+        }
+    }
+
+    /// Every column of a table with one row, as text.
+    fn only_row<R>(folder: &Path, kind: TableKind, table: &Table<R>) -> BTreeMap<String, String> {
+        let read = ResultTable::read(folder, kind).unwrap();
+        assert_eq!(read.rows(), 1);
+        (table.columns().iter())
+            .map(|column| {
+                let name = column.name.as_str();
+                let number = || Some(read.f64(name).ok()?[0]?.to_string());
+                let whole = || Some(read.u64(name).ok()?[0]?.to_string());
+                let text = || read.text(name).ok()?[0].clone();
+                let truth = || Some(read.bool(name).ok()?[0]?.to_string());
+                let value = number().or_else(whole).or_else(text).or_else(truth);
+                (
+                    name.to_owned(),
+                    value.unwrap_or_else(|| panic!("{name} is null")),
+                )
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_column_of_followed_orbits_comes_back() {
+        let axes = [("load", "1"), ("speed", "rad/s")].map(|(name, unit)| AxisColumn {
+            name: name.into(),
+            unit: unit.into(),
+        });
+        let axis_values = vec![0.1, 900.0];
+        let rows = FollowedRows {
+            branches: vec![BranchRow {
+                axis_values: axis_values.clone(),
+                branch: 5,
+                index: 6,
+                length: 0.75,
+                told: told(),
+            }],
+            bifurcations: vec![BifurcationRow {
+                axis_values: axis_values.clone(),
+                branch: 5,
+                after: 7,
+                kind: "fold".into(),
+                bracket: [899.0, 901.0],
+                critical: Some([1.0, 0.125]),
+                detail: "x".into(),
+                told: told(),
+            }],
+            curves: Some(vec![CurveRow {
+                axis_values,
+                curve: 8,
+                index: 9,
+                kind: "torus".into(),
+                note: Some("cusp".into()),
+                told: Some(told()),
+            }]),
+        };
+        let folder = tempfile::tempdir().unwrap();
+        write_followed(folder.path(), &axes, rows, &[]).unwrap();
+        let branch = only_row(folder.path(), TableKind::Branches, &branches_table(&axes));
+        let own = only_row(
+            folder.path(),
+            TableKind::Bifurcations,
+            &bifurcations_table(&axes),
+        );
+        let curve = only_row(folder.path(), TableKind::Curves, &curves_table(&axes));
+        for (table, name, value) in [
+            (&branch, "branch", "5"),
+            (&branch, "index", "6"),
+            (&branch, "length", "0.75"),
+            (&branch, "speed", "900"),
+            (&branch, "stable", "false"),
+            (&branch, "unstable", "1"),
+            (&branch, "multiplier_re", "-1.5"),
+            (&branch, "multiplier_im", "0.25"),
+            (&branch, "sequence", "1+ 1-"),
+            (&branch, "deflection_min", "-0.000002"),
+            (&branch, "deflection_max", "0.000003"),
+            (&branch, "deflection_rms", "0.000001"),
+            (&branch, "force_peak", "700"),
+            (&branch, "newton_steps", "3"),
+            (&own, "after", "7"),
+            (&own, "kind", "fold"),
+            (&own, "low", "899"),
+            (&own, "high", "901"),
+            (&own, "critical_re", "1"),
+            (&own, "critical_im", "0.125"),
+            (&own, "detail", "x"),
+            (&curve, "curve", "8"),
+            (&curve, "index", "9"),
+            (&curve, "load", "0.1"),
+            (&curve, "note", "cusp"),
+            (&curve, "period", "2"),
+        ] {
+            assert_eq!(table[name], value, "{name}");
+        }
+    }
 }

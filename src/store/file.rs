@@ -64,6 +64,8 @@ pub enum TableKind {
     Bifurcations,
     /// One row a point of a bifurcation curve.
     Curves,
+    /// One row an average over orbits up to a period.
+    CycleExpansion,
     /// One row an instant of a traced trajectory.
     Trace,
     /// One row a change of contact state of a traced trajectory.
@@ -72,12 +74,13 @@ pub enum TableKind {
 
 impl TableKind {
     /// The tables of a job, `points.parquet` last: it stands for a whole set of results.
-    pub(super) const OF_A_JOB: [Self; 9] = [
+    pub(super) const OF_A_JOB: [Self; 10] = [
         Self::Transitions,
         Self::Orbits,
         Self::Basins,
         Self::Attractors,
         Self::Horizon,
+        Self::CycleExpansion,
         Self::Probes,
         Self::Spectra,
         Self::Poincare,

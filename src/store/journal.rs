@@ -10,9 +10,10 @@
 //! cut off or damaged ends the journal: it and what follows is dropped and computed again.
 //! The file is locked while a run uses it, so that two runs cannot share a folder.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{FileExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -185,6 +186,35 @@ impl Journal {
             }
         }
         self.cut(end)
+    }
+
+    /// Hands over every point there once, by ascending number, one at a time in memory.
+    ///
+    /// # Errors
+    /// The file cannot be read, or `take` refuses a point.
+    pub fn in_order(
+        &mut self,
+        mut take: impl FnMut(PointRow) -> Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
+        let mut places = BTreeMap::new();
+        {
+            let mut at = self.points;
+            let mut reader = self.reader(at)?;
+            while let Some((row, length)) = next_record::<PointRow>(&mut reader, &self.path)? {
+                // Twice the same point, twice the same numbers.
+                places.entry(row.point_id).or_insert((at, length));
+                at += length;
+            }
+        }
+        for (at, length) in places.into_values() {
+            let mut bytes = vec![0; length as usize];
+            let read = self.file.read_exact_at(&mut bytes, at);
+            read.map_err(|source| StoreError::io(&self.path, "read", source))?;
+            if let Some((row, _)) = next_record(&mut bytes.as_slice(), &self.path)? {
+                take(row)?;
+            }
+        }
+        self.cut(self.end)
     }
 
     /// Adds a finished point. It is safe from a crash of the program at once, from a power

@@ -2,7 +2,7 @@
 //!
 //! A job writes `points.parquet` and, where asked for, `poincare.parquet`,
 //! `spectra.parquet`, `probes.parquet` with `attractors.parquet`, `basins.parquet`,
-//! `orbits.parquet`, `transitions.parquet` and `horizon.parquet`, then `run.json`. Files appear
+//! `orbits.parquet`, `transitions.parquet`, `horizon.parquet` and `cycle_expansion.parquet`, then `run.json`. Files appear
 //! under their final
 //! name only when they are whole; until then a journal keeps what is finished. The shards
 //! of a split job lie as `shard-i-of-n.parquet` in a *folder* of
@@ -22,12 +22,14 @@ mod characteristics;
 mod clock;
 mod columns;
 mod continuation;
+mod cycle_expansion;
 mod error;
 mod file;
 mod horizon;
 mod interleave;
 mod io_fault;
 mod journal;
+mod layout;
 mod merge;
 mod nvh;
 mod open;
@@ -35,6 +37,7 @@ mod orbits;
 mod point_row;
 mod probes;
 mod read;
+mod refined;
 mod reorder;
 mod replace;
 mod run;
@@ -47,7 +50,7 @@ mod writer;
 pub use attractors::{AttractorRow, attractors_table};
 pub use basins::{CellRow, basins_table};
 pub use chain_part::{ChainEnd, ChainPart, Level, Transition};
-pub use chains::{ChainColumns, TransitionRow, transitions_table};
+pub use chains::{TransitionRow, transitions_table};
 pub use characteristics::{
     ArithmeticKey, BandwidthKey, Characteristics, Cliff, Description, Figure, HugePages,
     LatencyKey, Measurement, MountainKey, NodeRecord, Noise, OperatorKey, RoofRow, SolverKey,
@@ -58,17 +61,20 @@ pub use continuation::{
     BifurcationRow, BranchRow, CurveRow, FollowedRows, Told, bifurcation_rows, bifurcations_table,
     branch_rows, branches_table, curve_rows, curves_table, with, write_followed,
 };
+pub use cycle_expansion::{ExpansionRow, cycle_expansion_table};
 pub use error::{Damage, StoreError};
 pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_path, write_whole};
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
+pub use layout::ResultLayout;
 pub use merge::{MergeError, merge};
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use point_row::{AxisColumn, Placement, PointRow};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{ResultTable, read_run, read_runs, record_paths, verify};
+pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
     ForecastRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord,
@@ -82,4 +88,4 @@ pub use tables::{
     Origin, TableStore, Unwanted,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
-pub use writer::{ResultLayout, ResultWriter, Written};
+pub use writer::{ResultWriter, Written};

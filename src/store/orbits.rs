@@ -1,29 +1,72 @@
 //! The columns of `orbits.parquet`.
 
+use super::file::Row;
 use super::table::{Table, columns};
-use crate::analysis::{Bifurcation, OrbitOutcome};
+use crate::analysis::{Bifurcation, MissedState, OrbitOutcome};
 use num_complex::Complex64;
 
-/// A row of `orbits.parquet`.
+/// A row of `orbits.parquet`: an orbit, or a given state that led to none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrbitRow {
-    /// The point.
-    pub point_id: u64,
-    /// Its orbit.
-    pub orbit: OrbitOutcome,
+    point_id: u64,
+    /// What the search came to.
+    search: Result<OrbitOutcome, MissedState>,
     /// Real and imaginary parts of the multipliers, where they were asked for.
-    pub multipliers: Option<[Vec<f64>; 2]>,
+    multipliers: Option<[Vec<f64>; 2]>,
 }
 
 impl OrbitRow {
     /// The row of an orbit of a point.
-    pub fn new(point_id: u64, orbit: OrbitOutcome) -> Self {
+    pub fn found(point_id: u64, orbit: OrbitOutcome) -> Self {
         let part = |of: fn(&Complex64) -> f64| orbit.multipliers.iter().map(of).collect();
         let multipliers = (!orbit.multipliers.is_empty()).then(|| [part(|m| m.re), part(|m| m.im)]);
         Self {
             point_id,
-            orbit,
+            search: Ok(orbit),
             multipliers,
+        }
+    }
+
+    /// The row of a given state that led to no orbit of a point.
+    pub fn missed(point_id: u64, missed: MissedState) -> Self {
+        Self {
+            point_id,
+            search: Err(missed),
+            multipliers: None,
+        }
+    }
+
+    fn orbit(&self) -> Option<&OrbitOutcome> {
+        self.search.as_ref().ok()
+    }
+
+    /// The given state that was searched from, counted from 1.
+    fn state(&self) -> Option<u32> {
+        let counted_from_zero = match &self.search {
+            Ok(orbit) => orbit.state?,
+            Err(missed) => missed.state,
+        };
+        Some(counted_from_zero + 1)
+    }
+
+    fn period(&self) -> u32 {
+        match &self.search {
+            Ok(orbit) => orbit.period,
+            Err(missed) => missed.period,
+        }
+    }
+}
+
+impl Row for OrbitRow {
+    fn list_bytes(&self) -> usize {
+        match &self.search {
+            Ok(orbit) => {
+                let values = 2 * orbit.multipliers.len()
+                    + 2 * orbit.start[0].len()
+                    + 2 * orbit.kick.distance.len();
+                size_of::<f64>() * values
+            }
+            Err(missed) => missed.reason.len(),
         }
     }
 }
@@ -32,30 +75,44 @@ impl OrbitRow {
 pub fn orbits_table() -> Table<OrbitRow> {
     Table::new(columns![row: OrbitRow;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
-        u32 "period", "mesh cycles", row.orbit.period, "Shortest period of the orbit";
-        f64 "residual", "half gaps", row.orbit.residual,
+        bool "found", "", row.search.is_ok(),
+            "Whether the row is an orbit; else a state of analyses.orbits.states led to none, and most columns are null";
+        text "reason", "", row.search.as_ref().err()?.reason.as_str(), "Why there is no orbit";
+        u32 "state", "1", row.state(),
+            "State of analyses.orbits.states, counted from 1, that the search started from; null where a near return was";
+        u32 "period", "mesh cycles", row.period(),
+            "Shortest period of the orbit; the period sought where there is none";
+        f64 "residual", "half gaps", row.orbit()?.residual,
             "Distance between start and end of a period in the energy norm";
-        bool "stable", "", row.orbit.character.stable,
+        bool "stable", "", row.orbit()?.character.stable,
             "Whether all multipliers lie inside the unit circle";
-        f64 "deflection", "m", row.orbit.deflection,
+        f64 "deflection", "m", row.orbit()?.deflection,
             "Mesh deflection at the start of the mesh cycle at which it is smallest";
-        f64 "velocity", "m/s", row.orbit.velocity, "Its rate there";
-        f64 "deflection_pp", "m", row.orbit.character.deflection_pp,
+        f64 "velocity", "m/s", row.orbit()?.velocity, "Its rate there";
+        f64 "deflection_pp", "m", row.orbit()?.character.deflection_pp,
             "Largest minus smallest deflection over the period";
-        u64 "events", "1", row.orbit.character.events, "Contact-state changes in a period";
-        f64 "lambda", "1/cycle", row.orbit.lambda,
+        u64 "events", "1", row.orbit()?.character.events, "Contact-state changes in a period";
+        f64 "lambda", "1/cycle", row.orbit()?.lambda,
             "Largest exponent: logarithm of the largest multiplier over the period";
         list "multipliers_re", "1", &*row.multipliers.as_ref()?[0],
             "Real parts of the Floquet multipliers, largest modulus first; null without `floquet`";
         list "multipliers_im", "1", &*row.multipliers.as_ref()?[1],
             "Imaginary parts of the Floquet multipliers, in the same order";
-        text "bifurcation", "", row.orbit.character.bifurcation.map(Bifurcation::name),
+        text "bifurcation", "", row.orbit()?.character.bifurcation.map(Bifurcation::name),
             "What the largest multiplier crosses the unit circle as: fold (+1), flip (-1), neimark_sacker (a pair); null where its modulus is below 0.9";
-        f64 "grazing_margin", "half gaps", row.orbit.character.grazing_margin,
+        f64 "grazing_margin", "half gaps", row.orbit()?.character.grazing_margin,
             "Smallest distance of an extreme of the deflection from a contact surface; at 0 the event sequence changes";
-        f64 "kick_growth", "1", row.orbit.character.kick_growth,
+        f64 "kick_growth", "1", row.orbit()?.character.kick_growth,
             "Growth over one period of a kick of 1e-5 half gaps in the direction of strongest growth, integrated in full";
-        f64 "kick_growth_linear", "1", row.orbit.character.kick_growth_linear,
+        f64 "kick_growth_linear", "1", row.orbit()?.character.kick_growth_linear,
             "The same as the monodromy matrix predicts it; far from kick_growth where the kick changes the event sequence";
+        list "kick_distance", "half gaps", &*row.orbit()?.kick.distance,
+            "Distance from the orbit after 0, 1, 2 ... returns of that kick, integrated in full";
+        list "kick_distance_linear", "half gaps", &*row.orbit()?.kick.linear,
+            "The same as powers of the monodromy matrix predict it";
+        list "displacement", "m sqrt(kg)", &*row.orbit()?.start[0],
+            "Modal displacements on the orbit at mesh phase 0, one a mode, as run.initial and analyses.orbits.states take them";
+        list "modal_velocity", "m sqrt(kg)/s", &*row.orbit()?.start[1],
+            "Modal velocities there";
     ])
 }

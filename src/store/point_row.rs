@@ -2,7 +2,8 @@
 
 use super::chain_part::ChainPart;
 use crate::analysis::{
-    HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey, PointOutcome,
+    ExpansionOutcome, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey,
+    PointOutcome,
 };
 use serde::{Deserialize, Serialize};
 
@@ -44,6 +45,8 @@ pub struct PointRow {
     pub chain: Option<Box<ChainPart>>,
     /// How far ahead it can be foretold, where asked for and chaotic.
     pub horizon: Option<HorizonOutcome>,
+    /// Averages over its unstable orbits, where asked for and chaotic.
+    pub cycle_expansion: Option<ExpansionOutcome>,
     /// Name of the kernel that integrated it.
     pub kernel: String,
     /// Where and for how long.
@@ -62,9 +65,13 @@ impl PointRow {
         }
         if let Some(found) = &mut self.orbits {
             found.orbits.clear();
+            found.missed.clear();
         }
         if let Some(found) = &mut self.horizon {
             found.measures.clear();
+        }
+        if let Some(found) = &mut self.cycle_expansion {
+            found.orders.clear();
         }
         if let Some(chain) = &mut self.chain {
             chain.end = None;

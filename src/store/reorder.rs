@@ -24,6 +24,12 @@ impl<T> Reorder<T> {
         }
     }
 
+    /// Expects these ids, strictly ascending, instead of what is left of those before.
+    pub(super) fn expect(&mut self, expected: impl Iterator<Item = u64> + Send + 'static) {
+        self.expected = Box::new(expected);
+        self.next = self.expected.next();
+    }
+
     /// Takes an item in.
     pub(super) fn insert(&mut self, id: u64, item: T) -> Result<(), StoreError> {
         let passed = self.next.is_none_or(|next| id < next);

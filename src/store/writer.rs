@@ -11,13 +11,14 @@ use std::sync::Arc;
 use super::file::{
     ClosedTable, Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path,
 };
+use super::layout::ResultLayout;
 use super::reorder::Reorder;
 use super::run::run_path;
 use super::seal::TableRecord;
 use super::table::Table;
 use super::{
-    AttractorRow, AxisColumn, CellRow, ChainColumns, HorizonRow, OrbitRow, PoincareRow, PointRow,
-    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
+    AttractorRow, CellRow, ExpansionRow, HorizonRow, OrbitRow, PoincareRow, PointRow, ProbeRow,
+    SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table, cycle_expansion_table,
     horizon_table, orbits_table, poincare_table, points_table, probes_table, spectra_table,
     transitions_table,
 };
@@ -48,12 +49,9 @@ impl Row for PoincareRow {}
 
 impl Row for SpectrumRow {}
 
-impl Row for OrbitRow {
-    fn list_bytes(&self) -> usize {
-        size_of::<f64>() * 2 * self.orbit.multipliers.len()
-    }
-}
 impl Row for HorizonRow {}
+
+impl Row for ExpansionRow {}
 
 impl Row for ProbeRow {
     fn list_bytes(&self) -> usize {
@@ -68,46 +66,6 @@ impl Row for AttractorRow {
 }
 
 impl Row for CellRow {}
-
-/// What a job writes.
-#[derive(Debug, Clone, Default)]
-pub struct ResultLayout {
-    /// The grid's axes, slowest first.
-    pub axes: Vec<AxisColumn>,
-    /// Whether `poincare.parquet` is written.
-    pub poincare: bool,
-    /// Whether `spectra.parquet` is written.
-    pub spectra: bool,
-    /// Whether `probes.parquet` and `attractors.parquet` are written.
-    pub probes: bool,
-    /// Whether `orbits.parquet` is written.
-    pub orbits: bool,
-    /// Chains of points, where the state is carried along an axis.
-    pub chains: Option<ChainColumns>,
-    /// Names of the axes of the slices in `basins.parquet`, where it is written.
-    pub basins: Option<[String; 2]>,
-    /// Whether `horizon.parquet` is written.
-    pub horizon: bool,
-    /// Which part of a split job this is.
-    pub shard: Option<Shard>,
-}
-
-impl ResultLayout {
-    /// Tables that are written beside `points.parquet`.
-    pub fn beside(&self) -> usize {
-        let one = [
-            self.poincare,
-            self.spectra,
-            self.orbits,
-            self.basins.is_some(),
-            self.horizon,
-            self.chains
-                .as_ref()
-                .is_some_and(|chains| chains.transitions),
-        ];
-        one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
-    }
-}
 
 /// What a finished [`ResultWriter`] has written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -146,6 +104,7 @@ pub struct ResultWriter {
     attractors: Option<TableFile<AttractorRow>>,
     basins: Option<TableFile<CellRow>>,
     horizon: Option<TableFile<HorizonRow>>,
+    cycle_expansion: Option<TableFile<ExpansionRow>>,
 }
 
 /// `transitions.parquet` on its way, and the name of the swept axis.
@@ -184,23 +143,25 @@ impl ResultWriter {
         remove_stale(folder)?;
         let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
         let mut metadata = vec![("axes", serde_json::json!(axes).to_string())];
-        if let Some(chains) = &layout.chains {
-            metadata.push(("carried_along", chains.axis.name.clone()));
+        if let Some(refined) = &layout.refined {
+            metadata.push(("refined", serde_json::json!(refined).to_string()));
+        }
+        if let Some(swept) = &layout.swept {
+            metadata.push(("carried_along", swept.name.clone()));
         }
         let shard = layout.shard;
-        let points = points_table(&layout.axes, layout.chains.as_ref())?;
+        let points = points_table(layout)?;
         let destination = Destination {
             folder: folder.to_path_buf(),
             shard,
         };
         let transitions = layout
-            .chains
+            .swept
             .as_ref()
-            .filter(|chains| chains.transitions)
-            .map(|chains| {
-                let table = transitions_table(&chains.axis);
+            .map(|axis| {
+                let table = transitions_table(axis);
                 Ok::<_, StoreError>(TransitionFile {
-                    axis: chains.axis.name.clone(),
+                    axis: axis.name.clone(),
                     file: TableFile::create(folder, TableKind::Transitions, shard, table, &[])?,
                 })
             })
@@ -228,8 +189,22 @@ impl ResultWriter {
             orbits: destination.start(layout.orbits, TableKind::Orbits, orbits_table)?,
             transitions,
             horizon: destination.start(layout.horizon, TableKind::Horizon, horizon_table)?,
+            cycle_expansion: destination.start(
+                layout.cycle_expansion,
+                TableKind::CycleExpansion,
+                cycle_expansion_table,
+            )?,
             destination,
         })
+    }
+
+    /// Says which points come, strictly ascending, where that was not known before.
+    pub fn expect<I>(&mut self, expected: I)
+    where
+        I: IntoIterator<Item = u64>,
+        I::IntoIter: Send + 'static,
+    {
+        self.order.expect(expected.into_iter());
     }
 
     /// Takes a point in; it is written once every point before it has come. The state that it
@@ -275,6 +250,7 @@ impl ResultWriter {
         close(self.basins, &mut closed)?;
         close(self.attractors, &mut closed)?;
         close(self.horizon, &mut closed)?;
+        close(self.cycle_expansion, &mut closed)?;
         close(self.probes, &mut closed)?;
         close(self.spectra, &mut closed)?;
         close(self.poincare, &mut closed)?;
@@ -314,6 +290,9 @@ impl ResultWriter {
         }
         if self.horizon.is_none() {
             old.push(table_path(folder, TableKind::Horizon, *shard));
+        }
+        if self.cycle_expansion.is_none() {
+            old.push(table_path(folder, TableKind::CycleExpansion, *shard));
         }
         old
     }
@@ -367,7 +346,10 @@ impl ResultWriter {
         }
         if let (Some(file), Some(found)) = (&mut self.orbits, &mut row.orbits) {
             for orbit in std::mem::take(&mut found.orbits) {
-                file.push(OrbitRow::new(point_id, orbit))?;
+                file.push(OrbitRow::found(point_id, orbit))?;
+            }
+            for missed in std::mem::take(&mut found.missed) {
+                file.push(OrbitRow::missed(point_id, missed))?;
             }
         }
         if let (Some(own), Some(chain)) = (&mut self.transitions, &row.chain)
@@ -383,6 +365,21 @@ impl ResultWriter {
         if let (Some(file), Some(found)) = (&mut self.horizon, &mut row.horizon) {
             for measure in std::mem::take(&mut found.measures) {
                 file.push(HorizonRow { point_id, measure })?;
+            }
+        }
+        if let (Some(file), Some(found)) = (&mut self.cycle_expansion, &mut row.cycle_expansion) {
+            let cycles = found.cycles;
+            for mut order in std::mem::take(&mut found.orders) {
+                let averages = std::mem::take(&mut order.averages);
+                let order = Arc::new(order);
+                for average in averages {
+                    file.push(ExpansionRow {
+                        point_id,
+                        cycles,
+                        order: Arc::clone(&order),
+                        average,
+                    })?;
+                }
             }
         }
         self.admit_what_is_not_finite(&mut row);

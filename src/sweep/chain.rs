@@ -10,6 +10,9 @@
 //! Neighbours of one class and period may still lie on different branches. Where the deflection
 //! changes by much more between them than between those before, the interval is halved as well: a
 //! jump stays as large as it was, a continuous change is halved with it.
+//!
+//! Where no halving is asked for, a change is told between the neighbours of the grid as they are,
+//! and one of the deflection only where the change before it is known.
 
 use super::parts::Parts;
 use super::point::{Answer, Worker, attempt, row};
@@ -62,8 +65,10 @@ struct Near {
     class: Class,
     end: ChainEnd,
     level: Option<Level>,
-    /// Change of the level since the point before, where that was of the same class.
+    /// Change of the level since the point before.
     step: Option<f64>,
+    /// Whether that was of the same class.
+    alike: bool,
 }
 
 impl Link {
@@ -87,7 +92,7 @@ impl Link {
             (&job.carried, verdict(&row.outcome), &self.end)
         {
             let level = row.chain.as_ref().and_then(|chain| chain.level);
-            let before = self.near.as_ref().filter(|near| near.class == class);
+            let before = self.near.as_ref();
             let half_gap = job.points.at(row.point_id as usize).mesh.half_gap;
             self.near = Some(Near {
                 value: row.axis_values[carried.axis],
@@ -95,6 +100,7 @@ impl Link {
                 end: end.clone(),
                 level,
                 step: before.and_then(|near| Some(apart([near.level?, level?], half_gap))),
+                alike: before.is_some_and(|near| near.class == class),
             });
         }
     }
@@ -201,7 +207,7 @@ pub fn compute(
     let levelled = refined.then(|| with_level(point));
     let asked = levelled.as_ref().unwrap_or(point);
     let mut answer = attempt(asked, link.end.as_ref(), job.seed, parts, called_off)?;
-    let level = level(&answer.outcome).filter(|_| refined);
+    let level = level(&answer.outcome).filter(|_| point.direction.is_some());
     if point.analyses.nvh.is_none() {
         answer.outcome.nvh = None;
     }
@@ -250,8 +256,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The change, if there is one and it is to be refined. The work is added to the
-    /// point's.
+    /// The change, if there is one, as narrow as asked for. The work is added to the point's.
     fn narrow(
         &self,
         link: &Link,
@@ -268,9 +273,12 @@ impl Search<'_> {
         let half_gap = self.point.mesh.half_gap;
         let change = |near: &Near, far: Option<Level>| Some(apart([near.level?, far?], half_gap));
         let at_first = change(near, level).filter(|change| {
-            *change > NOTABLE && near.step.is_none_or(|step| *change > STANDS_OUT * step)
+            // What is not known to stand out among its like is left to halving to tell.
+            let step = near.step.filter(|_| near.alike || halvings == 0);
+            let stands_out = |step| *change > STANDS_OUT * step;
+            *change > NOTABLE && step.map_or(halvings > 0, stands_out)
         });
-        if halvings == 0 || near.class == to && at_first.is_none() {
+        if near.class == to && at_first.is_none() {
             return Ok(None);
         }
         let (mut near, mut far) = (near.clone(), level);
@@ -286,11 +294,11 @@ impl Search<'_> {
         let jumps = |near: &Near, far| left(near, far) >= JUMPS * at_first.unwrap_or(f64::INFINITY);
         let asked = self.trial(near.class == to);
         let mut halved = 0;
-        let halvings = match near.class == to {
-            true => halvings.max(FEWEST_HALVINGS),
-            false => halvings,
+        let fewest = match near.class == to && halvings > 0 {
+            true => FEWEST_HALVINGS,
+            false => 0,
         };
-        for _ in 0..halvings {
+        for _ in 0..halvings.max(fewest) {
             let value = 0.5 * (near.value + found.bracket[1]);
             let Some(between) = self.job.point_between(&asked, value) else {
                 break;
@@ -314,6 +322,7 @@ impl Search<'_> {
                 end,
                 level: here,
                 step: None,
+                alike: false,
             };
             // Of one class on both sides, the side is the one whose level is nearer.
             let as_before = class == found.from
@@ -332,7 +341,7 @@ impl Search<'_> {
             }
         }
         if found.to == found.from {
-            if halved < FEWEST_HALVINGS {
+            if halved < fewest {
                 return Ok(None);
             }
             found.jump = near.level.zip(far).map(|(before, behind)| [before, behind]);
@@ -353,6 +362,7 @@ impl Search<'_> {
         analyses.multistability = None;
         analyses.orbits = None;
         analyses.horizon = None;
+        analyses.cycle_expansion = None;
         trial.run = Arc::new(RunSpec {
             audit_cycles: 0,
             ..(*trial.run).clone()

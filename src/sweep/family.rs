@@ -69,7 +69,7 @@ impl<'a> PointFamily<'a> {
     }
 
     /// A change of a parameter that is small against its size.
-    fn size(&self, at: At, axis: usize) -> f64 {
+    pub(super) fn size(&self, at: At, axis: usize) -> f64 {
         let natural = match self.parameters[axis].unit() {
             "m" => self.point.mesh.half_gap,
             _ => 1.0,

@@ -1,8 +1,9 @@
 //! Which tables a job writes, and their axes.
 
 use crate::analysis::{Analyses, SliceOf};
-use crate::manifest::{Axis, Job};
-use crate::store::{AxisColumn, ChainColumns, ResultLayout, Shard};
+use crate::manifest::{Axis, Job, Refine};
+use crate::model::InitialState;
+use crate::store::{AxisColumn, RefinedColumns, ResultLayout, Shard};
 
 /// The tables of a job (of a shard of it).
 pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
@@ -18,16 +19,35 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
         probes: any(|a| a.multistability.is_some()),
         orbits: any(|a| a.orbits.is_some()),
-        chains: job.carried.as_ref().map(|carried| ChainColumns {
-            axis: column(&job.axes[carried.axis]),
-            transitions: any(|a| a.poincare.is_some_and(|p| p.refine > 0)),
-        }),
+        swept: job
+            .carried
+            .as_ref()
+            .map(|carried| column(&job.axes[carried.axis])),
         basins: variants
             .iter()
             .find_map(|v| v.analyses.multistability?.slice)
             .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.of))),
         horizon: any(|a| a.horizon.is_some()),
+        cycle_expansion: any(|a| a.cycle_expansion.is_some()),
+        refined: job.refine.as_ref().map(|refine| refined(job, refine)),
         shard,
+    }
+}
+
+/// How the grid is refined.
+fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
+    let mut varied = (job.axes.iter()).filter(|axis| axis.values.len() > 1);
+    let mut name = || varied.next().map_or("", Axis::name).to_owned();
+    let start = match &job.points.variants()[0].run.initial {
+        InitialState::Static => "static",
+        InitialState::Rest => "rest",
+        InitialState::Modal { .. } => "modal",
+    };
+    RefinedColumns {
+        nested: refine.nested,
+        axes: [name(), name()],
+        by: refine.by_words(),
+        start: start.to_owned(),
     }
 }
 

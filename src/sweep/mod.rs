@@ -6,6 +6,9 @@
 //! next. A chain's numbers depend on the chain alone, so they are the same for any number
 //! of threads. A point that fails or panics is a row, never the end of the job. Every row is in
 //! the journal before it reaches the writer, so that a killed run can be taken up.
+//!
+//! Which points a refined grid takes follows from their results: it is computed in rounds, and its
+//! tables are written when the last is over.
 
 pub mod build;
 mod chain;
@@ -23,7 +26,9 @@ mod parts;
 mod point;
 mod queue;
 mod recorder;
+mod refine;
 mod run;
+mod sensitivity;
 mod turns;
 
 pub use chain::{Link, compute, lead_up};
@@ -39,4 +44,5 @@ pub use parts::{Parts, structures};
 pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};
 pub use run::{Finished, Options, SweepError, run};
+pub use sensitivity::{Sensitivities, Sensitivity, SensitivityError, sensitivities};
 pub use turns::Share;

@@ -3,9 +3,9 @@
 use super::build::{BuildError, affordable, questions};
 use super::parts::Parts;
 use crate::analysis::{
-    Analyses, CalledOff, Class, HorizonError, HorizonOutcome, MultistabilityOutcome, OrbitSurvey,
-    PointOutcome, Probes, Questions, Status, investigate_onward, predictability, probe_basins,
-    survey_orbits,
+    Analyses, CalledOff, Class, ExpansionError, ExpansionOutcome, HorizonError, HorizonOutcome,
+    MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes, Questions, Status, cycle_expansion,
+    investigate_onward, predictability, probe_basins, survey_orbits,
 };
 use crate::manifest::PointSpec;
 use crate::model::{Model, TrajectoryState};
@@ -33,6 +33,7 @@ pub(super) struct Answer {
     pub multistability: Option<MultistabilityOutcome>,
     pub orbits: Option<OrbitSurvey>,
     pub horizon: Option<HorizonOutcome>,
+    pub cycle_expansion: Option<ExpansionOutcome>,
     /// Where the integration ended; none where it diverged or was never begun.
     pub end: Option<ChainEnd>,
 }
@@ -44,6 +45,7 @@ impl Answer {
             multistability: None,
             orbits: None,
             horizon: None,
+            cycle_expansion: None,
             end: None,
         }
     }
@@ -90,6 +92,7 @@ pub(super) fn row(
         orbits: answer.orbits,
         chain: None,
         horizon: answer.horizon,
+        cycle_expansion: answer.cycle_expansion,
         kernel: point.run.kernel.name().to_owned(),
         placement: Placement {
             worker: worker.index,
@@ -190,6 +193,21 @@ impl KernelUse for Ask<'_> {
             }
         };
         outcome.cycles += horizon.iter().map(|h| h.cycles).sum::<u64>();
+        let asked = self.analyses.cycle_expansion.filter(|_| chaotic);
+        let averaged = asked.map(|question| {
+            cycle_expansion(model, kernel, &trajectory, &question, self.seed, called_off)
+        });
+        let expansion = match averaged {
+            None => None,
+            Some(Ok(found)) => Some(found),
+            Some(Err(ExpansionError::CalledOff(called_off))) => return Err(called_off),
+            Some(Err(error)) => {
+                let reason = &mut outcome.reason;
+                reason.push_str(&format!(" (no cycle expansion: {error})"));
+                None
+            }
+        };
+        outcome.cycles += expansion.iter().map(|e| 2 * e.cycles).sum::<u64>();
         // An integration that was cut short may have been taken for one that found nothing.
         CalledOff::check(called_off)?;
         Ok(Answer {
@@ -197,6 +215,7 @@ impl KernelUse for Ask<'_> {
             multistability,
             orbits,
             horizon,
+            cycle_expansion: expansion,
             end: whole.then_some(ChainEnd {
                 state: trajectory.state,
                 cycle: trajectory.cycle,

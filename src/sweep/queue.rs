@@ -129,7 +129,9 @@ impl<'a> Queue<'a> {
     ) -> Self {
         let length = job.chain_length();
         let row = row(job);
-        let regular = row.is_multiple_of(shards) && row / shards <= LONGEST_ROW;
+        // Which points of a refined grid lie beside each other does not show in their numbers.
+        let regular =
+            job.refine.is_none() && row.is_multiple_of(shards) && row / shards <= LONGEST_ROW;
         let first: VecDeque<usize> = (drawn.into_iter())
             .filter(|&place| !taken_over.has(&share, place))
             .collect();

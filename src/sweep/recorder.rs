@@ -2,18 +2,18 @@
 //! watch, and to the result files.
 
 use super::early_forecast::{EarlyForecast, EarlySample};
+use super::refine::{Refinement, lock};
 use crate::analysis::Status;
 use crate::store::{Journal, PointRow, ResultWriter, SYNC_INTERVAL, StoreError, Written};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// What a sweep is about to do.
 #[derive(Debug, Clone, Copy)]
 pub struct Begun<'a> {
-    /// Points of this run.
-    pub points: u64,
-    /// Of these, taken over from an earlier, interrupted run.
+    /// Points known so far, of these those taken over from an earlier, interrupted run.
     pub progress: Progress,
     /// Worker threads.
     pub threads: usize,
@@ -34,6 +34,10 @@ pub struct Progress {
     pub failed: u64,
     /// Of `done`, taken over from an earlier, interrupted run.
     pub resumed: u64,
+    /// Points of this run, as far as they are known.
+    pub points: u64,
+    /// Whether more may follow from their results, as they do on a refined grid.
+    pub open: bool,
     /// Mesh cycles integrated by this run.
     pub cycles: u64,
     /// Time since the first point was begun.
@@ -58,10 +62,12 @@ impl Progress {
         }
     }
 
-    /// Time that the rest of so many points takes at that rate \[s\]; none before the first.
-    pub fn left(&self, points: u64) -> Option<f64> {
+    /// Time that the rest of the points takes at that rate \[s\]; none before the first, and where
+    /// nobody knows how many there are.
+    pub fn left(&self) -> Option<f64> {
         let rate = self.rate();
-        (rate > 0.0).then(|| points.saturating_sub(self.done) as f64 / rate)
+        let known = rate > 0.0 && !self.open;
+        known.then(|| self.points.saturating_sub(self.done) as f64 / rate)
     }
 }
 
@@ -92,6 +98,10 @@ pub(super) struct Recorder<'a> {
     pub forecast: EarlySample<'a>,
     /// Points that have left the writer's memory, for the workers to see.
     pub written: &'a AtomicU64,
+    /// Points of this run, as far as they are known.
+    pub points: &'a AtomicU64,
+    /// The refined grid, whose tables are written when all its points are known.
+    pub refinement: Option<&'a Mutex<Refinement>>,
     /// Failed points, taken-over ones not counted, after which the sweep is called off.
     pub most_failures: Option<u64>,
     pub called_off: &'a AtomicBool,
@@ -117,6 +127,7 @@ impl Recorder<'_> {
                 Err(RecvTimeoutError::Timeout) => {
                     self.journal.sync_if_due()?;
                     self.progress.elapsed = self.begun.elapsed();
+                    self.progress.points = self.points.load(Ordering::Relaxed);
                     self.watcher.tick(&self.progress);
                 }
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -128,6 +139,11 @@ impl Recorder<'_> {
             }
         }
         self.journal.sync()?;
+        if let Some(refinement) = self.refinement {
+            self.writer.expect(lock(refinement).take_asked());
+            let writer = &mut self.writer;
+            self.journal.in_order(|row| writer.push(row))?;
+        }
         let written = self.writer.finish()?;
         Ok(Recorded {
             progress: self.progress,
@@ -142,8 +158,12 @@ impl Recorder<'_> {
         self.progress.count(&row);
         self.progress.cycles += row.outcome.cycles;
         self.progress.elapsed = self.begun.elapsed();
+        self.progress.points = self.points.load(Ordering::Relaxed);
         self.forecast.count(&row, self.progress.elapsed);
         self.watcher.point(&row, &self.progress);
+        if self.refinement.is_some() {
+            return Ok(());
+        }
         self.writer.push(row)?;
         let waiting = self.writer.waiting() as u64;
         self.written

@@ -7,13 +7,15 @@ use super::parts::Parts;
 use super::point::Worker;
 use super::queue::{Next, Queue};
 use super::recorder::{Begun, Progress, Recorder, Watcher};
+use super::refine::{Refinement, lock};
 use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::Job;
-use crate::store::{Journal, ResultWriter, Shard, StoreError, Written};
+use crate::store::{Journal, PointRow, ResultWriter, Shard, StoreError, Written};
 use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
-use crossbeam_channel::bounded;
+use crossbeam_channel::{Sender, bounded};
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -38,7 +40,7 @@ pub struct Options<'a> {
 /// How a sweep ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finished {
-    /// Points of this run.
+    /// Points of this run; of a refined grid that was called off, those known to be needed.
     pub points: u64,
     /// What was done of them.
     pub progress: Progress,
@@ -112,45 +114,70 @@ pub fn run(
     if let Some(only) = options.only {
         share = share.with(only);
     }
-    let points = share.points() as u64;
     let shard = options.shard.filter(|_| options.only.is_none());
-    let mut writer = ResultWriter::create(folder, &layout(job, shard), share.clone().ids())?;
-    let mut progress = Progress::default();
-    let taken_over = TakenOver::replay(job, journal, |row| {
+    let mut writer = ResultWriter::create(folder, &layout(job, shard), [])?;
+    let mut progress = Progress {
+        open: job.refine.is_some(),
+        ..Progress::default()
+    };
+    let mut refinement = job.refine.as_ref().map(Refinement::new);
+    if refinement.is_none() {
+        writer.expect(share.clone().ids());
+    }
+    let mut taken_over = TakenOver::replay(job, journal, |row| {
         progress.count(&row);
-        writer.push(row)
+        match &mut refinement {
+            Some(refinement) => {
+                refinement.learn(&row);
+                Ok(())
+            }
+            None => writer.push(row),
+        }
     })?;
     progress.resumed = progress.done;
-    let Workers {
-        pool,
-        threads,
-        places,
-        obtained,
-    } = start_workers(job, &share, options, topology)?;
-    let asked = places.to_string();
+    let crew = start_workers(job, &share, options, topology)?;
+    let threads = crew.threads;
+    if let Some(refinement) = &mut refinement {
+        share = Share::of_points(refinement.next_round());
+        taken_over = TakenOver::default();
+    }
+    progress.points = match &refinement {
+        Some(refinement) => refinement.points(),
+        None => share.points() as u64,
+    };
+    let asked = crew.places.to_string();
     watcher.begun(&Begun {
-        points,
         progress,
         threads,
         asked: &asked,
-        obtained: &obtained,
+        obtained: &crew.obtained,
     });
 
     let shards = shard.map_or(1, |shard| shard.count as usize);
-    let mut forecast = EarlySample::new(job, &share, &taken_over, threads);
-    let drawn = forecast.draw(&share, &taken_over);
+    // Nobody knows how many points a refined grid takes: its end is not forecast.
+    let forecast_of = match &refinement {
+        Some(_) => Share::of_points(Vec::new()),
+        None => share.clone(),
+    };
+    let mut forecast = EarlySample::new(job, &forecast_of, &taken_over, threads);
+    let drawn = forecast.draw(&forecast_of, &taken_over);
     let left = (0..share.chains()).filter(|&place| !taken_over.has(&share, place));
     let firsts = left.map(|place| share.id(place * length));
-    pool.install(|| parts.prepare(job, firsts, &mut || ()));
-    let queue = Queue::new(job, share, taken_over, drawn, shards, threads);
+    crew.pool.install(|| parts.prepare(job, firsts, &mut || ()));
     for warning in parts.meshes().warnings() {
         watcher.warning(&warning);
     }
 
-    let copies = copies(&places);
+    let copies = copies(&crew.places);
     let of_nodes: Vec<Parts> = copies.nodes.iter().map(|_| parts.on_node()).collect();
     forecast.begin(clock.elapsed());
-    let written = AtomicU64::new(progress.done - writer.waiting() as u64);
+    let written = AtomicU64::new(match &refinement {
+        // Its points do not wait in memory for others.
+        Some(_) => u64::MAX / 2,
+        None => progress.done - writer.waiting() as u64,
+    });
+    let points = AtomicU64::new(progress.points);
+    let refinement = refinement.map(Mutex::new);
     let (sender, receiver) = bounded(CHANNEL);
     let ended = std::thread::scope(|scope| {
         let recorder = Recorder {
@@ -161,6 +188,8 @@ pub fn run(
             begun: Instant::now(),
             forecast,
             written: &written,
+            points: &points,
+            refinement: refinement.as_ref(),
             most_failures: options.most_failures,
             called_off,
         };
@@ -175,46 +204,37 @@ pub fn run(
         let writing = std::thread::Builder::new()
             .spawn_scoped(scope, record)
             .map_err(|error| SweepError::threads(threads + 1, &error))?;
-        pool.broadcast(|context| {
-            let worker = Worker {
-                index: context.index() as u32,
+        let mut queue = Queue::new(job, share, taken_over, drawn, shards, threads);
+        loop {
+            let round = Round {
+                job,
+                queue: &queue,
+                parts,
+                of_nodes: &of_nodes,
+                copies: &copies,
+                written: &written,
+                refinement: refinement.as_ref(),
                 topology,
+                called_off,
             };
-            let copy = copies.of_worker.get(context.index()).copied().flatten();
-            let parts = copy.map_or(parts, |copy| &of_nodes[copy]);
-            let sender = sender.clone();
-            while !called_off.load(Ordering::Relaxed) {
-                let (turn, work) = match queue.next(written.load(Ordering::Relaxed)) {
-                    Next::Chain { turn, work } => (turn, work),
-                    Next::Wait => {
-                        std::thread::sleep(Duration::from_millis(1));
-                        continue;
-                    }
-                    Next::End => return,
-                };
-                let Turn {
-                    place,
-                    first,
-                    mut link,
-                } = turn;
-                let clock = Instant::now();
-                while link.passed() < length {
-                    let point = job.points.at(first + link.passed());
-                    let Ok(row) = compute(job, &point, &link, parts, worker, called_off) else {
-                        return;
-                    };
-                    link.pass(job, &row);
-                    if sender.send(row).is_err() {
-                        // The writer has given up.
-                        return;
-                    }
-                    if called_off.load(Ordering::Relaxed) {
-                        return;
-                    }
-                }
-                queue.finished(place, work, clock.elapsed());
+            crew.pool
+                .broadcast(|context| round.work(context.index(), &sender));
+            let Some(refinement) = &refinement else {
+                break;
+            };
+            let next = lock(refinement).next_round();
+            if next.is_empty() {
+                break;
             }
-        });
+            points.store(lock(refinement).points(), Ordering::Relaxed);
+            if called_off.load(Ordering::Relaxed) {
+                break;
+            }
+            crew.pool
+                .install(|| parts.prepare(job, next.iter().copied(), &mut || ()));
+            let (share, none) = (Share::of_points(next), TakenOver::default());
+            queue = Queue::new(job, share, none, Vec::new(), shards, threads);
+        }
         drop(sender);
         let recorded = writing
             .join()
@@ -223,17 +243,78 @@ pub fn run(
     });
     let recorded = ended?;
     Ok(Finished {
-        points,
+        points: points.into_inner(),
         progress: recorded.progress,
         written: recorded.written,
         threads,
         asked,
-        obtained,
+        obtained: crew.obtained,
         copies_obtained: copies_obtained(&of_nodes, &copies, topology),
         copies_asked: copies.to_string(),
         gave_up: recorded.gave_up,
         forecast: recorded.forecast,
     })
+}
+
+/// Chains that are computed without waiting for the results of others: all of a job, or a round of
+/// a refined grid.
+struct Round<'a> {
+    job: &'a Job,
+    queue: &'a Queue<'a>,
+    parts: &'a Parts,
+    of_nodes: &'a [Parts],
+    copies: &'a Copies,
+    written: &'a AtomicU64,
+    refinement: Option<&'a Mutex<Refinement>>,
+    topology: Option<&'a Topology>,
+    called_off: &'a AtomicBool,
+}
+
+impl Round<'_> {
+    /// What the worker of a number does until nothing is left or the run is called off.
+    fn work(&self, index: usize, sender: &Sender<PointRow>) {
+        let (job, called_off) = (self.job, self.called_off);
+        let worker = Worker {
+            index: index as u32,
+            topology: self.topology,
+        };
+        let copy = self.copies.of_worker.get(index).copied().flatten();
+        let parts = copy.map_or(self.parts, |copy| &self.of_nodes[copy]);
+        while !called_off.load(Ordering::Relaxed) {
+            let (turn, work) = match self.queue.next(self.written.load(Ordering::Relaxed)) {
+                Next::Chain { turn, work } => (turn, work),
+                Next::Wait => {
+                    std::thread::sleep(Duration::from_millis(1));
+                    continue;
+                }
+                Next::End => return,
+            };
+            let Turn {
+                place,
+                first,
+                mut link,
+            } = turn;
+            let clock = Instant::now();
+            while link.passed() < job.chain_length() {
+                let point = job.points.at(first + link.passed());
+                let Ok(row) = compute(job, &point, &link, parts, worker, called_off) else {
+                    return;
+                };
+                link.pass(job, &row);
+                if let Some(refinement) = self.refinement {
+                    lock(refinement).learn(&row);
+                }
+                if sender.send(row).is_err() {
+                    // The writer has given up.
+                    return;
+                }
+                if called_off.load(Ordering::Relaxed) {
+                    return;
+                }
+            }
+            self.queue.finished(place, work, clock.elapsed());
+        }
+    }
 }
 
 /// Threads that are ready to work.
@@ -270,7 +351,12 @@ pub(super) fn start_workers(
         .unwrap_or_else(|| default_workers(cores.len(), parallelism.map(usize::from)));
     let most = most_workers(parallelism.map_or(1, usize::from));
     let threads = threads.min(most);
-    let threads = threads.clamp(1, pieces(job, share, threads).max(1));
+    let pieces = match job.refine {
+        // Later rounds may have more points than the first.
+        Some(_) => threads,
+        None => pieces(job, share, threads),
+    };
+    let threads = threads.clamp(1, pieces.max(1));
     let places = plan(cores, threads, options.pinning);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)

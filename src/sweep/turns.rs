@@ -27,9 +27,22 @@ enum Chains {
 
 impl Share {
     /// Every n-th chain of a job for its n-th shard, so that neighbours, which cost alike, are
-    /// dealt out evenly; all chains where there is no shard.
+    /// dealt out evenly; all chains where there is no shard. Of a refined grid the points that are
+    /// computed in any case, which have the first numbers.
     pub fn of_shard(job: &Job, shard: Option<Shard>) -> Self {
-        Self::every(job.points.len(), job.chain_length(), shard)
+        let points = match &job.refine {
+            Some(refine) => refine.nested.places(0),
+            None => job.points.len(),
+        };
+        Self::every(points, job.chain_length(), shard)
+    }
+
+    /// These independent points.
+    pub(super) fn of_points(points: Vec<usize>) -> Self {
+        Self {
+            length: 1,
+            chains: Chains::Listed(points),
+        }
     }
 
     fn every(points: usize, length: usize, shard: Option<Shard>) -> Self {

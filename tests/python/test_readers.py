@@ -216,6 +216,28 @@ def test_followed_orbits():
     assert joined == [(2 * branches["branch"].nunique(),)]
 
 
+def test_orbits(results):
+    orbits = pd.read_parquet(results / "orbits.parquet")
+    assert len(orbits) == 2 * 79
+    found, missed = orbits[orbits["found"]], orbits[~orbits["found"]]
+    assert len(found) == 79 and found["reason"].isna().all() and found["state"].isna().all()
+    assert (found["stable"].astype(bool) == (found["point_id"] % 2 == 0)).all()
+    leading = found["multipliers_re"].str[0]
+    assert np.allclose(np.log(leading.abs()) / found["period"], found["lambda"])
+    assert np.allclose(found["kick_distance"].str[1] / found["kick_distance"].str[0], 3.0)
+    assert np.allclose(found["kick_distance_linear"].str[1], 2e-5)
+    assert (found["displacement"].str.len() == 1).all()
+    # A given state that led to no orbit says why; all that describes an orbit is null.
+    assert (missed["reason"] == "as designed").all() and (missed["state"] == 1).all()
+    assert missed[["stable", "lambda", "kick_distance", "displacement"]].isna().all(axis=None)
+    polars = pl.read_parquet(results / "orbits.parquet").filter(pl.col("found"))
+    assert polars["kick_distance"].list.len().to_list() == [2] * 79
+    flips = f"select count(*) from '{results / 'orbits.parquet'}' where bifurcation = 'flip'"
+    assert duckdb.sql(flips).fetchall() == [(39,)]
+    units = json.loads(pyarrow.dataset.dataset(results / "orbits.parquet").schema.metadata[b"units"])
+    assert units["kick_distance"] == "half gaps" and units["modal_velocity"] == "m sqrt(kg)/s"
+
+
 def test_shards_hold_the_same_points():
     whole, sharded = (by_id(pd.read_parquet(f / "points.parquet")) for f in (SAMPLE, SHARDED))
     pd.testing.assert_frame_equal(whole, sharded)

@@ -13,7 +13,7 @@
 //! corrected orbit.
 
 use super::map::CycleMap;
-use super::orbit::{NoOrbit, Orbit};
+use super::orbit::{Border, NoOrbit, Orbit, find};
 use super::path::{Span, Vector, guess, place};
 use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
@@ -28,6 +28,9 @@ const MOST_TRIALS: usize = 60;
 
 /// Part of P_p outside the range of M − I from which a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
+
+/// Distance from the unit circle, or from ±1, at which a multiplier counts as on it.
+const ON_CIRCLE: f64 = 1e-4;
 
 /// Angle \[rad\] from a strong resonance at which a pair counts as resonant.
 const RESONANT: f64 = 0.02;
@@ -48,6 +51,8 @@ pub enum Kind {
         /// The extreme.
         extreme: Extreme,
     },
+    /// Multipliers jump across the unit circle, at a graze or another corner of the map.
+    Jump,
     /// The sequence of contact changes becomes another, and no extreme on a surface says how.
     Sequence,
     /// The orbit becomes one of a part of its period, where that doubles.
@@ -66,6 +71,7 @@ impl Kind {
             Self::PeriodDoubling => "period_doubling",
             Self::Torus => "torus",
             Self::Graze { .. } => "graze",
+            Self::Jump => "jump",
             Self::Sequence => "sequence",
             Self::Merging { .. } => "merging",
         }
@@ -128,7 +134,7 @@ fn critical(kind: &Kind, orbit: &Orbit) -> Option<Complex64> {
                 .min_by(|a, b| (a.norm() - 1.0).abs().total_cmp(&(b.norm() - 1.0).abs()))
                 .copied()
         }
-        Kind::Graze { .. } | Kind::Sequence | Kind::Merging { .. } => None,
+        Kind::Graze { .. } | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => None,
     }
 }
 
@@ -229,7 +235,8 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
     if pairs(a) != pairs(b) && changes(&Test::Pair) {
         tests.push((Some(Kind::Torus), Test::Pair));
     }
-    for cycles in (1..b.period).filter(|d| b.period.is_multiple_of(*d)) {
+    // A branch of doubled period comes home at half of it.
+    for cycles in (1..b.period).filter(|d| 2 * d == b.period) {
         let test = Test::Offset(cycles, a.offset(cycles));
         if changes(&test) {
             tests.push((Some(Kind::Merging { period: cycles }), test));
@@ -245,7 +252,12 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
     );
     let mut found: Vec<Bifurcation> = (tests.into_iter())
         .filter_map(|(kind, test)| {
-            let (orbit, length, bracket) = locate(map, span, knots, &test)?;
+            let (orbit, length, bracket) = match kind {
+                Some(Kind::Merging { period }) => {
+                    merging(map, span, knots, period).or_else(|| locate(map, span, knots, &test))?
+                }
+                _ => locate(map, span, knots, &test)?,
+            };
             let kind = match kind {
                 Some(Kind::Graze { extreme }) => Kind::Graze {
                     extreme: *orbit
@@ -257,9 +269,18 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
                 Some(kind) => kind,
                 None => turns(map, span, &orbit),
             };
-            let on_circle = critical(&kind, &orbit)
-                .is_none_or(|m| kind != Kind::Torus || (m.norm() - 1.0).abs() < 1e-3);
-            on_circle.then_some(Bifurcation {
+            // Where a graze lets a multiplier jump, the determinant changes its sign without a zero.
+            let wanted = |m: Complex64| match kind {
+                Kind::PeriodDoubling => (m + 1.0).norm(),
+                Kind::Torus => (m.norm() - 1.0).abs(),
+                _ => (m - 1.0).norm(),
+            };
+            let jumps = match critical(&kind, &orbit) {
+                Some(multiplier) => wanted(multiplier) > ON_CIRCLE,
+                None => !matches!(kind, Kind::Graze { .. } | Kind::Merging { .. }),
+            };
+            let kind = if jumps { Kind::Jump } else { kind };
+            Some(Bifurcation {
                 kind,
                 orbit,
                 after: 0,
@@ -310,6 +331,57 @@ fn turns(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> Kind {
         true => Kind::Fold,
         false => Kind::BranchPoint,
     }
+}
+
+/// Where the orbits of a part of the period double: the place where a branch merges into them. On that
+/// branch itself the equations are singular there.
+fn merging(
+    map: &mut impl CycleMap,
+    span: &Span,
+    knots: &[(f64, &Orbit)],
+    period: u32,
+) -> Option<(Orbit, f64, [f64; 2])> {
+    let [.., (_, a), (s_b, _)] = knots else {
+        return None;
+    };
+    let halfway = |orbit: &Orbit| -> Vec<f64> {
+        let later = &orbit.course.strobes[period as usize];
+        orbit
+            .u
+            .iter()
+            .zip(later)
+            .map(|(a, b)| 0.5 * (a + b))
+            .collect()
+    };
+    let mut parent = |guess: &[f64], value: f64| -> Option<(f64, f64, Orbit)> {
+        let mut at = a.at;
+        at[span.axis] = value;
+        let orbit = find(map, guess, at, period, &Border::Parameters).ok()?;
+        let (size, sign) = Test::MinusOne.at(&orbit)?;
+        Some((value, sign * size.exp(), orbit))
+    };
+    let start = a.at[span.axis];
+    let mut older = parent(&halfway(a), start)?;
+    let mut newer = parent(&older.2.u, start + 1e-6 * span.scale())?;
+    for _ in 0..MOST_TRIALS {
+        let change = -newer.1 * (newer.0 - older.0) / (newer.1 - older.1);
+        if !change.is_finite() || change.abs() > 0.1 * span.scale() {
+            return None;
+        }
+        let next = parent(&newer.2.u, newer.0 + change)?;
+        older = std::mem::replace(&mut newer, next);
+        if change.abs() <= LOCATED * span.scale() || newer.1 == 0.0 {
+            break;
+        }
+    }
+    // Where multipliers jump the determinant has no zero.
+    let there = critical(&Kind::PeriodDoubling, &newer.2)?;
+    if (there + 1.0).norm() > ON_CIRCLE {
+        return None;
+    }
+    let mut bracket = [older.0, newer.0];
+    bracket.sort_by(f64::total_cmp);
+    Some((newer.2, *s_b, bracket))
 }
 
 /// The zero of a test between the last two orbits: the orbit there, its length, its bracket.

@@ -68,7 +68,16 @@ const LARGEST_TURN: f64 = 0.5;
 
 /// Part of an interval to which a point is located, and most orbits that it takes.
 const LOCATED: f64 = 1e-10;
-const MOST_TRIALS: usize = 14;
+const MOST_TRIALS: usize = 40;
+
+/// Logarithm of a depth \[half gaps\] that is none.
+const NEARLY_ZERO: f64 = -23.0;
+
+/// Places tried first, as parts of the interval: on one side of a graze there may be no orbit.
+const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
+
+/// How often a place without an orbit is brought nearer.
+const MOST_REFUSALS: usize = 12;
 
 /// First change of the sought parameter, as a part of its interval, or of ξ \[half gaps\].
 const FIRST_TRIAL: f64 = 1e-5;
@@ -80,17 +89,28 @@ pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Op
         Kind::PeriodDoubling => Test::MinusOne,
         Kind::Torus => Test::Pair,
         Kind::Graze { extreme } => Test::Depth(extreme),
-        Kind::BranchPoint | Kind::Sequence | Kind::Merging { .. } => return None,
+        Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => return None,
     };
     let own = CurvePoint {
         orbit: start.orbit.clone(),
         note: None,
     };
-    let (mut back, first) = one_way(map, plane, &start.kind, &test, &own, -1.0);
-    let (ahead, last) = match first {
-        "closed" => (Vec::new(), first),
-        _ => one_way(map, plane, &start.kind, &test, &own, 1.0),
-    };
+    // Along the second parameter at first; along the first where the curve turns in the second.
+    let mut both = None;
+    for axis in [1, 0] {
+        let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
+        let (back, first) = one_way(map, plane, &start.kind, &test, &own, towards(-1.0));
+        let (ahead, last) = match first {
+            "closed" => (Vec::new(), first),
+            _ => one_way(map, plane, &start.kind, &test, &own, towards(1.0)),
+        };
+        let found = back.len() + ahead.len();
+        both = Some((back, ahead, [first, last]));
+        if found > 0 {
+            break;
+        }
+    }
+    let (mut back, ahead, [first, last]) = both?;
     back.reverse();
     back.push(own);
     back.extend(ahead);
@@ -107,12 +127,10 @@ fn one_way(
     kind: &Kind,
     test: &Test,
     start: &CurvePoint,
-    sense: f64,
+    mut direction: [f64; 2],
 ) -> (Vec<CurvePoint>, &'static str) {
     let mut points = vec![start.clone()];
     let mut test = test.clone();
-    // First along the second parameter.
-    let mut direction = [0.0, sense];
     let mut step = FIRST;
     let end = loop {
         if points.len() > plane.most {
@@ -258,38 +276,53 @@ fn point(
             }
         }
     };
-    let first = at_trial(0.0, &guess).map_err(|_| NO_ORBIT)?;
+    let (mut x, first) = FIRST_PLACES
+        .into_iter()
+        .find_map(|x| Some((x, at_trial(x, &guess).ok()?)))
+        .ok_or(NO_ORBIT)?;
     let reference = test.at(&first).ok_or(NO_TEST)?.0;
     let value = |orbit: &Orbit| {
         test.at(orbit)
             .map(|(size, sign)| sign * (size - reference).exp())
             .ok_or(NO_TEST)
     };
-    let mut older = (0.0, value(&first)?, first);
+    let mut older = (x, value(&first)?, first);
     if older.1 == 0.0 || !reference.is_finite() {
         return Ok(older.2);
     }
-    let orbit = at_trial(FIRST_TRIAL, &older.2.u).map_err(|_| NO_ORBIT)?;
-    let mut newer = (FIRST_TRIAL, value(&orbit)?, orbit);
-    for _ in 0..MOST_TRIALS {
+    let mut change = FIRST_TRIAL;
+    for trial in 0..MOST_TRIALS {
+        // Beyond a graze there may be no orbit: less of the way then, and the other way at first.
+        let mut shorter = change;
+        let mut found = None;
+        for refusal in 0..MOST_REFUSALS {
+            if let Ok(orbit) = at_trial(x + shorter, &older.2.u) {
+                found = Some((x + shorter, value(&orbit)?, orbit));
+                break;
+            }
+            shorter *= if trial == 0 && refusal == 0 {
+                -1.0
+            } else {
+                0.5
+            };
+        }
+        let newer = found.ok_or(NO_ORBIT)?;
         let slope = (newer.1 - older.1) / (newer.0 - older.0);
-        let change = (-newer.1 / slope).clamp(-0.02, 0.02);
+        change = (-newer.1 / slope).clamp(-0.02, 0.02);
+        x = newer.0;
+        older = newer;
+        if older.1 == 0.0 || change.abs() <= LOCATED {
+            return Ok(older.2);
+        }
         if !change.is_finite() {
             break;
         }
-        if change.abs() <= LOCATED {
-            return Ok(newer.2);
-        }
-        let x = newer.0 + change;
-        let orbit = at_trial(x, &newer.2.u).map_err(|_| NO_ORBIT)?;
-        let own = value(&orbit)?;
-        older = std::mem::replace(&mut newer, (x, own, orbit));
-        if newer.1 == 0.0 {
-            return Ok(newer.2);
-        }
     }
-    match newer.1.abs() < 1e-6 {
-        true => Ok(newer.2),
+    match test
+        .at(&older.2)
+        .is_some_and(|(size, _)| size < NEARLY_ZERO && matches!(test, Test::Depth(_)))
+    {
+        true => Ok(older.2),
         false => Err("the test of the bifurcation does not vanish near by"),
     }
 }
@@ -339,7 +372,7 @@ fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
             (a.course.touches.sequence.len() != b.course.touches.sequence.len())
                 .then_some("another graze")
         }
-        Kind::BranchPoint | Kind::Sequence | Kind::Merging { .. } => None,
+        Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => None,
     }
 }
 

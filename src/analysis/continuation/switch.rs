@@ -8,7 +8,7 @@ use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 
 /// Distances \[half gaps\] from the bifurcation at which the first orbit of a branch is sought.
-const AWAY: [f64; 4] = [0.02, 0.005, 0.1, 0.3];
+const AWAY: [f64; 5] = [0.02, 0.005, 0.1, 0.001, 0.3];
 
 /// The first two orbits of every branch that begins at a bifurcation: the bifurcation's own as one of
 /// theirs, and one away from it.
@@ -30,10 +30,9 @@ pub fn branches(map: &mut impl CycleMap, span: &Span, at: &Bifurcation) -> Vec<[
     };
     // Where M² − I is singular the orbit is what it was.
     let here = here.or_else(|_| described(map, own, period));
-    let (Ok(here), Ok(column)) = (here, map.by_parameter(&own.u, own.at, period, span.axis)) else {
+    let Ok(here) = here else {
         return Vec::new();
     };
-    let column: Vec<f64> = column.iter().map(|c| c * span.scale()).collect();
     (sides.iter())
         .filter_map(|side| {
             AWAY.iter().find_map(|away| {
@@ -43,12 +42,14 @@ pub fn branches(map: &mut impl CycleMap, span: &Span, at: &Bifurcation) -> Vec<[
                     .zip(direction)
                     .map(|(u, v)| u + side * away * v)
                     .collect();
+                // At the bifurcation itself the derivative by the parameter lies in the range of M − I.
+                let column = map.by_parameter(&guess, own.at, period, span.axis).ok()?;
                 let border = Border::Plane {
                     axis: span.axis,
                     scale: span.scale(),
                     normal: direction.clone(),
                     along: 0.0,
-                    column: column.clone(),
+                    column: column.iter().map(|c| c * span.scale()).collect(),
                 };
                 let found = find(map, &guess, own.at, period, &border).ok()?;
                 let off = distance(&found.u, &own.u);

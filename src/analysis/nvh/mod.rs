@@ -12,7 +12,7 @@
 
 mod contacts;
 mod fourier;
-mod rule;
+pub(super) mod rule;
 pub(super) mod stretches;
 mod sums;
 

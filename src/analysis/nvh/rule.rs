@@ -6,7 +6,7 @@ use crate::numerics::quadrature::GaussLegendre;
 use std::sync::OnceLock;
 
 /// Nodes of the rule for every series: exact to degree 95 ≥ 4·23, so for fourth powers.
-pub(super) const LONG: usize = 48;
+pub const LONG: usize = 48;
 
 /// Nodes of the rule for series that fall off as a smooth motion's do.
 pub(super) const SHORT: usize = 24;
@@ -20,7 +20,7 @@ const ROUND_OFF: f64 = 1e-16;
 
 /// Legendre polynomials at M nodes, a multiple of eight, and the weights, which add up to 1.
 #[derive(Debug, Clone)]
-pub(super) struct Rule<const M: usize> {
+pub struct Rule<const M: usize> {
     polynomials: Box<[[f64; M]; TERMS]>,
     pub(super) weights: Box<[f64; M]>,
     /// The nodes, in (−1, 1).
@@ -29,14 +29,16 @@ pub(super) struct Rule<const M: usize> {
 
 /// Both rules.
 #[derive(Debug, Clone)]
-pub(super) struct Rules {
+pub struct Rules {
+    /// For series that fall off.
     pub(super) short: Rule<SHORT>,
-    pub(super) long: Rule<LONG>,
+    /// For every series.
+    pub long: Rule<LONG>,
 }
 
 impl Rules {
     /// The rules, which know nothing of any drive and are made once.
-    pub(super) fn shared() -> &'static Self {
+    pub fn shared() -> &'static Self {
         static RULES: OnceLock<Rules> = OnceLock::new();
         RULES.get_or_init(|| Self {
             short: Rule::new(),
@@ -83,7 +85,7 @@ impl<const M: usize> Rule<M> {
     }
 
     /// Values of a series at the nodes: the nodes are the lanes.
-    pub(super) fn values(&self, series: &[f64; TERMS]) -> [f64; M] {
+    pub fn values(&self, series: &[f64; TERMS]) -> [f64; M] {
         let mut values = [0.0; M];
         combine(series, &self.polynomials, &mut values);
         values
@@ -95,7 +97,7 @@ impl<const M: usize> Rule<M> {
     }
 
     /// Largest value of a series, from its `values` at the nodes.
-    pub(super) fn maximum(&self, series: &[f64; TERMS], values: &[f64; M]) -> f64 {
+    pub fn maximum(&self, series: &[f64; TERMS], values: &[f64; M]) -> f64 {
         let mut best = 0;
         for j in 1..M {
             if values[j] > values[best] {

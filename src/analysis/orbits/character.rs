@@ -1,25 +1,15 @@
 //! How robust is a periodic orbit, and how does it lose its stability?
 
+use super::kick::{KICK, Kicked};
 use super::shooting::PeriodicOrbit;
 use crate::analysis::modal_series::padded;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::poincare::extrema;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
-use crate::numerics::linalg::{norm, product};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
-use faer::Mat;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
-
-/// Size of the kick that an orbit is tried with, in half gaps.
-pub const KICK: f64 = 1e-5;
-
-/// Power iterations for the direction of strongest growth; they stop when it stands still.
-const MOST_ITERATIONS: usize = 200;
-
-/// Turn of the direction, per iteration, at which it stands still.
-const STILL: f64 = 1e-10;
 
 /// Modulus of the leading multiplier from which a stable orbit is near losing its stability.
 const NEAR_THE_CIRCLE: f64 = 0.9;
@@ -100,55 +90,18 @@ pub fn of<K: Kernel>(
         kernel.advance(1, &mut state, workspace, &mut extremes, &mut counters)?;
     }
     let events = counters.events;
-    let (direction, kick_growth_linear) = strongest(&orbit.monodromy);
-    let mut kicked = orbit.start.state.clone();
-    let kick = KICK * norm.unit();
-    for (&i, u) in norm.felt().iter().zip(&direction) {
-        kicked[i] += kick * u / norm.weights()[i];
-    }
-    let mut kicked = TrajectoryState::new(model, kicked, orbit.start.cycle);
-    kernel.advance(
-        u64::from(orbit.period),
-        &mut kicked,
-        workspace,
-        &mut (),
-        &mut counters,
-    )?;
+    let [kicked, kicked_linear] =
+        Kicked::new(model, norm, orbit).after_return(kernel, workspace)?;
     let character = Character {
         stable: orbit.spectral_radius() < 1.0,
         bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
         events,
         deflection_pp: extremes.largest - extremes.smallest,
         grazing_margin: extremes.margin.is_finite().then_some(extremes.margin),
-        kick_growth: norm.distance(&kicked.state, &state.state) / kick,
-        kick_growth_linear,
+        kick_growth: kicked / KICK,
+        kick_growth_linear: kicked_linear / KICK,
     };
     Ok((points, character))
-}
-
-/// The direction of unit norm that a matrix stretches most, and by how much: power iteration
-/// on `Mᵀ M`.
-fn strongest(matrix: &Mat<f64>) -> (Vec<f64>, f64) {
-    let n = matrix.nrows();
-    let mut direction = Mat::from_fn(n, 1, |i, _| 1.0 + 0.1 * (i as f64).sin());
-    direction = &direction * (1.0 / norm(&direction));
-    let mut growth = 0.0;
-    for _ in 0..MOST_ITERATIONS {
-        let image = product(matrix.as_ref(), direction.as_ref());
-        growth = norm(&image);
-        let back = product(matrix.transpose(), image.as_ref());
-        let length = norm(&back);
-        if length == 0.0 {
-            break;
-        }
-        let next = &back * (1.0 / length);
-        let turned = norm(&(&next - &direction));
-        direction = next;
-        if turned <= STILL {
-            break;
-        }
-    }
-    ((0..n).map(|i| direction[(i, 0)]).collect(), growth)
 }
 
 /// Extremes of δ along an orbit.

@@ -2,6 +2,7 @@
 
 pub mod character;
 pub mod floquet;
+pub mod kick;
 pub mod shooting;
 pub mod survey;
 pub mod twins;

@@ -4,14 +4,15 @@
 //! state midway between a state and its return is a guess for Newton's method on the k-cycle
 //! map. A chaotic set is threaded by unstable orbits, which its trajectory visits again and
 //! again; of a settled motion the survey finds its own orbit, and midway between the points
-//! of a doubled one lies its parent.
+//! of a doubled one lies its parent. States that are given are guesses as well.
 
 use super::character::{self, Character};
+use super::kick::{self, Kick};
 use super::shooting::{PeriodicOrbit, shoot, shortest};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::recurrence::Recurrence;
-use crate::model::{Model, TrajectoryState};
+use crate::model::{InitialState, Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -24,7 +25,7 @@ pub const LONGEST_PERIOD: u32 = 64;
 const SAME_ORBIT: f64 = 1e-6;
 
 /// What is asked of periodic orbits.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OrbitQuestion {
     /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`].
     pub periods: Vec<u32>,
@@ -34,6 +35,10 @@ pub struct OrbitQuestion {
     pub cycles: u32,
     /// Whether the multipliers are kept, not only the largest.
     pub floquet: bool,
+    /// Returns that a kick is followed over.
+    pub returns: u32,
+    /// Further guesses, for every period, at mesh cycle 0.
+    pub states: Vec<InitialState>,
 }
 
 /// What a survey found.
@@ -41,13 +46,31 @@ pub struct OrbitQuestion {
 pub struct OrbitSurvey {
     /// The orbits, by period, then in the order found.
     pub orbits: Vec<OrbitOutcome>,
+    /// Given states that led to no orbit, by period, then in the order given.
+    pub missed: Vec<MissedState>,
     /// Mesh cycles integrated for guesses; Newton searches are not counted.
     pub cycles: u64,
+}
+
+/// A search from a given state that led to no orbit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MissedState {
+    /// Which of the given states, from 0.
+    pub state: u32,
+    /// The period sought \[mesh cycles\].
+    pub period: u32,
+    /// Why there is no orbit.
+    pub reason: String,
 }
 
 /// A periodic orbit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrbitOutcome {
+    /// The given state that led to it, from 0; none where a near return did.
+    pub state: Option<u32>,
+    /// Modal displacements \[m √kg\] and velocities \[m √kg/s\] at the start of a mesh cycle at
+    /// which the excitation is as at cycle 0.
+    pub start: [Vec<f64>; 2],
     /// Its own, shortest period \[mesh cycles\].
     pub period: u32,
     /// Distance between start and end of a period, in half gaps.
@@ -62,6 +85,8 @@ pub struct OrbitOutcome {
     pub multipliers: Vec<Complex64>,
     /// What else is to be said of it.
     pub character: Character,
+    /// How a kick grows over several returns.
+    pub kick: Kick,
 }
 
 /// Seeks periodic orbits from where `trajectory` stands, which is advanced.
@@ -90,38 +115,128 @@ pub fn survey<K: Kernel>(
     }
     // Nothing repeats sooner than what drives it.
     let unit = Recurrence::new(model).excitation();
-    let mut found: Vec<(Vec<TrajectoryState>, OrbitOutcome)> = Vec::new();
+    let mut search = Search {
+        model,
+        kernel,
+        norm: &norm,
+        question,
+        unit: unit.unwrap_or(1),
+        workspace,
+        found: Vec::new(),
+    };
+    let mut missed = Vec::new();
     let mut periods = question.periods.clone();
     periods.sort_unstable();
     periods.dedup();
-    for period in periods
-        .into_iter()
-        .filter(|p| unit.is_some_and(|u| p.is_multiple_of(u)))
-    {
+    for period in periods {
+        let possible = unit.is_some_and(|unit| period.is_multiple_of(unit));
+        for (state, given) in (0..).zip(&question.states) {
+            CalledOff::check(called_off)?;
+            let led = match possible {
+                true => search.from(&model.start(given), period, Some(state)),
+                false => Err("the excitation does not repeat after this period".to_owned()),
+            };
+            missed.extend(led.err().map(|reason| MissedState {
+                state,
+                period,
+                reason,
+            }));
+        }
+        if !possible {
+            continue;
+        }
         for guess in guesses(&norm, &path, period as usize, question.guesses as usize) {
             CalledOff::check(called_off)?;
             let guess = midway(model, &path[guess], &path[guess + period as usize]);
-            let searched = seek(model, kernel, &norm, &guess, period, &mut workspace);
-            // An iterate that diverges or storms is no orbit, and no fault of the point.
-            let Ok(Some(orbit)) = searched else { continue };
-            if found
-                .iter()
-                .any(|(points, _)| passes(&norm, points, &orbit))
-            {
-                continue;
-            }
-            let Ok(described) = describe(model, kernel, &norm, &orbit, question, &mut workspace)
-            else {
-                continue;
-            };
-            found.push(described);
+            // Most near returns belong to no orbit of this period, and no one asked for them.
+            _ = search.from(&guess, period, None);
         }
     }
+    let mut found = search.found;
     found.sort_by_key(|(_, outcome)| outcome.period);
     Ok(OrbitSurvey {
         orbits: found.into_iter().map(|(_, outcome)| outcome).collect(),
+        missed,
         cycles: counters.cycles,
     })
+}
+
+/// The orbits of a model, as far as they are found.
+struct Search<'a, K: Kernel> {
+    model: &'a Model,
+    kernel: &'a K,
+    norm: &'a EnergyNorm,
+    question: &'a OrbitQuestion,
+    /// Cycles after which the excitation repeats.
+    unit: u32,
+    workspace: K::Workspace,
+    /// Strobe states and what is reported.
+    found: Vec<(Vec<TrajectoryState>, OrbitOutcome)>,
+}
+
+impl<K: Kernel> Search<'_, K> {
+    /// Seeks the orbit next to a guess, and adds it where it is a new one.
+    ///
+    /// # Errors
+    /// Why there is no orbit; an iterate that diverges or storms is no fault of the point.
+    fn from(
+        &mut self,
+        guess: &TrajectoryState,
+        period: u32,
+        state: Option<u32>,
+    ) -> Result<(), String> {
+        let (model, kernel, norm) = (self.model, self.kernel, self.norm);
+        let stopped = |stop: Stop| match stop {
+            Stop::FarStart { half_gaps, .. } => {
+                format!("the state is {half_gaps:.1e} half gaps away, too far for any motion")
+            }
+            other => other.to_string(),
+        };
+        let orbit = seek(model, kernel, norm, guess, period, &mut self.workspace)
+            .map_err(stopped)?
+            .ok_or("Newton's method does not converge from this state")?;
+        let known = (self.found.iter()).any(|(points, _)| passes(norm, points, &orbit));
+        if !known {
+            let described = self.describe(&orbit, state).map_err(stopped)?;
+            self.found.push(described);
+        }
+        Ok(())
+    }
+
+    /// The strobe states of an orbit, and what is reported of it.
+    fn describe(
+        &mut self,
+        orbit: &PeriodicOrbit,
+        state: Option<u32>,
+    ) -> Result<(Vec<TrajectoryState>, OrbitOutcome), Stop> {
+        let (model, kernel, norm) = (self.model, self.kernel, self.norm);
+        let workspace = &mut self.workspace;
+        let (points, character) = character::of(model, kernel, norm, orbit, workspace)?;
+        let (deflection, velocity) = points
+            .iter()
+            .map(|point| model.deflection(&point.state, 0.0))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or_default();
+        let as_at_first =
+            |point: &&TrajectoryState| point.cycle.is_multiple_of(u64::from(self.unit));
+        let start = points.iter().find(as_at_first).unwrap_or(&orbit.start);
+        let outcome = OrbitOutcome {
+            state,
+            start: model.basis.modes(&start.state),
+            period: orbit.period,
+            residual: orbit.residual,
+            deflection,
+            velocity,
+            lambda: orbit.spectral_radius().ln() / f64::from(orbit.period),
+            multipliers: match self.question.floquet {
+                true => orbit.multipliers.clone(),
+                false => Vec::new(),
+            },
+            character,
+            kick: kick::follow(model, kernel, norm, orbit, self.question.returns, workspace),
+        };
+        Ok((points, outcome))
+    }
 }
 
 /// Places on the path that nearly return after `period` cycles, nearest first, no two within
@@ -171,34 +286,4 @@ fn passes(norm: &EnergyNorm, points: &[TrajectoryState], orbit: &PeriodicOrbit) 
         && points.iter().any(|point| {
             norm.distance(&point.state, &orbit.start.state) <= SAME_ORBIT * norm.unit()
         })
-}
-
-/// The strobe states of an orbit, and what is reported of it.
-fn describe<K: Kernel>(
-    model: &Model,
-    kernel: &K,
-    norm: &EnergyNorm,
-    orbit: &PeriodicOrbit,
-    question: &OrbitQuestion,
-    workspace: &mut K::Workspace,
-) -> Result<(Vec<TrajectoryState>, OrbitOutcome), Stop> {
-    let (points, character) = character::of(model, kernel, norm, orbit, workspace)?;
-    let (deflection, velocity) = points
-        .iter()
-        .map(|point| model.deflection(&point.state, 0.0))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .unwrap_or_default();
-    let outcome = OrbitOutcome {
-        period: orbit.period,
-        residual: orbit.residual,
-        deflection,
-        velocity,
-        lambda: orbit.spectral_radius().ln() / f64::from(orbit.period),
-        multipliers: match question.floquet {
-            true => orbit.multipliers.clone(),
-            false => Vec::new(),
-        },
-        character,
-    };
-    Ok((points, outcome))
 }

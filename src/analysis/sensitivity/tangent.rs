@@ -51,15 +51,15 @@ pub trait Witness {
     /// A window was passed.
     fn window(&mut self, derivative: &WindowDerivative<'_>);
 
-    /// A contact opened or closed, at a time that moves by so much \[s\] per unit of the parameter; the
-    /// mesh force jumps there by `jump` \[N\].
-    fn event(&mut self, event: &Event, moved: f64, jump: f64);
+    /// The mesh force jumped by `jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\] per unit of
+    /// the parameter.
+    fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64);
 }
 
 /// Nobody looks.
 impl Witness for () {
     fn window(&mut self, _: &WindowDerivative<'_>) {}
-    fn event(&mut self, _: &Event, _: f64, _: f64) {}
+    fn jump(&mut self, _: u64, _: f64, _: f64, _: f64) {}
 }
 
 /// The derivative of a trajectory by a parameter, window after window.
@@ -281,6 +281,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
     fn cross_breakpoints(&mut self, closed: &[Closed<'_>]) {
         let n = self.model.modes();
         let mut kicks: Vec<(usize, f64)> = Vec::new();
+        let mut jumps: Vec<(f64, f64)> = Vec::new();
         for contact in closed {
             let Some((_, before, force)) = self
                 .closed
@@ -294,10 +295,16 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
                 // (f⁻ − f⁺) moved, f = … − g F.
                 kicks.push((before.direction, -force * moved));
                 kicks.push((contact.direction, at_start(&contact.force) * moved));
+                if Model::of_mesh(contact.index) {
+                    jumps.push((moved, at_start(&contact.force) - force));
+                }
             }
         }
         for (direction, kick) in kicks {
             push(&self.model.directions[direction], kick, n, &mut self.state);
+        }
+        for (moved, jump) in jumps {
+            self.witness.jump(self.cycle, self.time, moved, jump);
         }
     }
 
@@ -492,6 +499,7 @@ impl<W: Witness> Observer for ParameterTangent<'_, W> {
         } else {
             0.0
         };
-        self.witness.event(event, -moved / event.rate, jump);
+        self.witness
+            .jump(event.cycle, event.time, -moved / event.rate, jump);
     }
 }

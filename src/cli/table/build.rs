@@ -17,7 +17,7 @@ use crate::cli::{BAD_INPUT, answer, check, fail, start_threads, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
-use crate::sweep::Parts;
+use crate::sweep::{Parts, Share};
 use crate::units::{self, Dimension};
 
 /// Arguments of `atlas table build`.
@@ -115,15 +115,16 @@ fn drawings(job: &Job) -> Vec<GearPair> {
     drawings
 }
 
-/// The tables that the points of a job use.
+/// The tables that the points of a job use; of a refined grid those that are computed in any case.
 fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
     let parts = Parts::new(args.folder.store());
     let bar = progress_bar(args, "{spinner} {pos} loads and misalignments");
-    parts.prepare(job, 0..job.points.len(), &mut || bar.inc(1));
+    let ids = || (Share::of_shard(job, None).ids()).map(|id| id as usize);
+    parts.prepare(job, ids(), &mut || bar.inc(1));
     bar.finish_and_clear();
     // What could not be computed says why where it is asked for again.
-    let faults: BTreeSet<String> = (job.points.iter())
-        .filter_map(|point| parts.model(&point).err())
+    let faults: BTreeSet<String> = ids()
+        .filter_map(|id| parts.model(&job.points.at(id)).err())
         .map(|error| error.to_string())
         .collect();
     if !faults.is_empty() {

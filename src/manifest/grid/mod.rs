@@ -2,13 +2,14 @@
 
 mod grid_axis;
 mod order;
+mod refine;
 mod values;
 
 use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use super::reader::Section;
 use super::schema::{self, Key, Kind, MANIFEST, VARIABLE_TABLES};
-use super::spec::{Axis, Carried};
+use super::spec::{Axis, Carried, Refine};
 use super::tree::{Entry, Value};
 use crate::units::Dimension;
 pub(super) use grid_axis::GridAxis;
@@ -27,6 +28,8 @@ pub(super) struct Axes {
     /// Along which of the valid axes the state is carried, and how; none where points are
     /// independent.
     pub carried: Option<Carried>,
+    /// How the grid is refined, where it is; values are then those of the finest grid.
+    pub refine: Option<Refine>,
     /// Whether there are more points than accepted.
     pub too_large: bool,
 }
@@ -48,7 +51,7 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
     for entry in section
         .entries()
         .iter()
-        .filter(|entry| !matches!(entry.key.as_str(), "order" | "along"))
+        .filter(|entry| !matches!(entry.key.as_str(), "order" | "along" | "refine"))
     {
         match read_axis(issues, entry) {
             Some(axis) => axes.valid.push(axis),
@@ -57,6 +60,8 @@ pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
     }
     axes.valid.sort_by(|a, b| a.axis.key.cmp(&b.axis.key));
     axes.carried = order::read(&section, issues, &axes.valid, &axes.faulty);
+    let whole = axes.faulty.is_empty();
+    axes.refine = refine::read(root, &section, issues, &mut axes.valid, whole);
     let directions = axes.carried.as_ref().map_or(1, |c| c.directions.len());
     axes.too_large = !size_is_accepted(issues, &section, &axes.valid, directions);
     axes

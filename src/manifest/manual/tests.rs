@@ -238,6 +238,11 @@ fn surroundings(path: &str) -> String {
                 &format!("[excitation]\ntorque_ripple = {ripple} #"),
             );
         }
+        _ if path.starts_with("continuation.states.") => {
+            text.push_str(
+                "[continuation]\nstates = [{ at = 1000, displacement = [0], velocity = [0] }]\n",
+            );
+        }
         _ => {}
     }
     text
@@ -273,7 +278,16 @@ fn with(text: &str, key: &Key, line: &str) -> String {
             text,
             &format!("[analyses.multistability.slice]\nmodes = [3, 4]\nextent = 1e-5\n{line}"),
         ),
-        "analyses.horizon" => analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}")),
+        "analyses.horizon" | "analyses.cycle_expansion" => {
+            analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}"))
+        }
+        "grid.refine" => {
+            let by = match key.path {
+                "grid.refine.tolerance" => "by = [\"events_per_cycle\"]",
+                _ => "",
+            };
+            format!("{text}\n[grid.refine]\nlevels = 1\n{by}\n{line}\n")
+        }
         _ if table.starts_with("analyses.") => analyses(text, &format!("[{table}]\n{line}")),
         _ if text.contains(&format!("[{table}]")) => {
             let header = format!("[{table}]");
@@ -285,7 +299,10 @@ fn with(text: &str, key: &Key, line: &str) -> String {
 
 fn hash(text: &str) -> String {
     match manifest::parse(text, "test.toml", root()) {
-        Ok(job) => job.hash,
+        // What is followed changes no result of a run, and so not the hash.
+        Ok(job) => {
+            blake3::hash(format!("{} {:?}", job.hash, job.continuation).as_bytes()).to_string()
+        }
         Err(errors) => errors.to_string(),
     }
 }

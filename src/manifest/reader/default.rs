@@ -75,6 +75,17 @@ impl Section<'_> {
         }
     }
 
+    /// A list of the schema's words, or its default.
+    pub fn choices_or_default(&self, issues: &mut Issues, name: &str) -> Option<Vec<&'static str>> {
+        match self.has(name) {
+            true => self.choices(issues, name),
+            false => {
+                let elements = self.key(&format!("{name}.*"));
+                Some(self.key(name).default_words(elements))
+            }
+        }
+    }
+
     fn default_list(&self, name: &str) -> Vec<f64> {
         let elements = self.key(&format!("{name}.*"));
         self.key(name).default_quantities(elements)

@@ -5,7 +5,7 @@ mod default;
 mod value;
 
 pub(super) use value::{
-    entries, in_range, integer, quantity, quantity_unbounded, wrong_type, wrong_unit,
+    choice, entries, in_range, integer, quantity, quantity_unbounded, wrong_type, wrong_unit,
 };
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
@@ -230,29 +230,18 @@ impl<'t> Section<'t> {
     pub fn choice(&self, issues: &mut Issues, name: &str) -> Option<&'static str> {
         let entry = self.required(issues, name)?;
         let path = self.path_of(name);
-        let spec = self.spec(&path);
-        let Kind::Choice(choices) = spec.kind else {
-            unreachable!("`{path}` is read as a choice but is none in the schema")
-        };
-        let Value::Text(text) = &entry.node.value else {
-            wrong_type(issues, &entry.node, &path, spec);
-            return None;
-        };
-        if let Some(choice) = choices.iter().find(|choice| *choice == text) {
-            return Some(choice);
-        }
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::OutOfRange,
-                entry.node.span,
-                &path,
-                format!("`{path}` cannot be \"{text}\""),
-            )
-            .label("not one of the choices")
-            .accepted(spec.accepted())
-            .suggestion(schema::nearest(text, choices).map(|near| format!("\"{near}\""))),
-        );
-        None
+        choice(issues, &entry.node, &path, self.spec(&path))
+    }
+
+    /// A list of the schema's words for its elements.
+    pub fn choices(&self, issues: &mut Issues, name: &str) -> Option<Vec<&'static str>> {
+        let items = self.list(issues, name, None)?;
+        let spec = self.spec(&self.path_of(&format!("{name}.*")));
+        // Every element is read before any failure counts, so that all faults are found.
+        let words: Vec<_> = (items.iter().enumerate())
+            .map(|(i, item)| choice(issues, item, &self.path_of(&format!("{name}.{i}")), spec))
+            .collect();
+        words.into_iter().collect()
     }
 
     /// The elements of a list; `None` when it is no list or not of the wanted length.

@@ -193,3 +193,34 @@ pub(in crate::manifest) fn integer(
     );
     None
 }
+
+/// One of the schema's words.
+pub(in crate::manifest) fn choice(
+    issues: &mut Issues,
+    node: &Node,
+    path: &str,
+    spec: &Key,
+) -> Option<&'static str> {
+    let Kind::Choice(choices) = spec.kind else {
+        unreachable!("`{path}` is read as a choice but is none in the schema")
+    };
+    let Value::Text(text) = &node.value else {
+        wrong_type(issues, node, path, spec);
+        return None;
+    };
+    if let Some(choice) = choices.iter().find(|choice| *choice == text) {
+        return Some(choice);
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::OutOfRange,
+            node.span,
+            path,
+            format!("`{path}` cannot be \"{text}\""),
+        )
+        .label("not one of the choices")
+        .accepted(spec.accepted())
+        .suggestion(schema::nearest(text, choices).map(|near| format!("\"{near}\""))),
+    );
+    None
+}

@@ -38,6 +38,24 @@ impl Key {
         }
     }
 
+    /// A default that is a list of words; `elements` says which there are.
+    pub fn default_words(&self, elements: &Self) -> Vec<&'static str> {
+        let known = |text: &'static str| match (elements.kind, quoted(text.trim())) {
+            (Kind::Choice(choices), Some(word)) if choices.contains(&word) => word,
+            _ => self.no_such_default(),
+        };
+        self.listed().map(known).collect()
+    }
+
+    /// The elements of a list, as text.
+    fn listed(&self) -> impl Iterator<Item = &'static str> {
+        let inner = self.default_text().strip_prefix('[');
+        match inner.and_then(|rest| rest.strip_suffix(']')) {
+            Some(inner) => inner.split(','),
+            None => self.no_such_default(),
+        }
+    }
+
     /// A default that is a quantity, in SI.
     pub fn default_quantity(&self) -> f64 {
         self.quantity_in(self.default_text())
@@ -45,13 +63,8 @@ impl Key {
 
     /// A default that is a list of quantities in SI; `elements` says what they are.
     pub fn default_quantities(&self, elements: &Self) -> Vec<f64> {
-        let inner = self.default_text().strip_prefix('[');
-        match inner.and_then(|rest| rest.strip_suffix(']')) {
-            Some(inner) => (inner.split(','))
-                .map(|number| elements.quantity_in(number.trim()))
-                .collect(),
-            None => self.no_such_default(),
-        }
+        let numbers = self.listed().map(str::trim);
+        numbers.map(|number| elements.quantity_in(number)).collect()
     }
 
     fn quantity_in(&self, text: &str) -> f64 {

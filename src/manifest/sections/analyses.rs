@@ -2,8 +2,9 @@
 
 use super::orbits;
 use crate::analysis::{
-    Analyses, GrowthNorm, HorizonQuestion, LyapunovQuestion, MultistabilityQuestion, NvhQuestion,
-    PoincareQuestion, Section as PoincareSection, SliceOf, SliceQuestion,
+    Analyses, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
+    MultistabilityQuestion, NvhQuestion, PoincareQuestion, Section as PoincareSection, SliceOf,
+    SliceQuestion,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -41,20 +42,31 @@ pub(super) fn read(
     let multistability = optional(section, issues, "multistability", |table, issues| {
         multistability(table, issues, retained, run)
     });
-    let orbits = optional(section, issues, "orbits", orbits::read);
+    let orbits = optional(section, issues, "orbits", |table, issues| {
+        orbits::read(table, issues, retained)
+    });
     let horizon = optional(section, issues, "horizon", horizon);
-    if section.has("horizon") && !section.has("lyapunov") {
+    let cycle_expansion = optional(section, issues, "cycle_expansion", expansion);
+    let without = ["horizon", "cycle_expansion"]
+        .into_iter()
+        .filter(|name| section.has(name) && !section.has("lyapunov"));
+    let before = issues.count();
+    for name in without {
+        let path = format!("analyses.{name}");
         issues.push(
             Diagnostic::new(
                 DiagnosticKind::Inconsistent,
-                section.span_of("horizon"),
-                "analyses.horizon",
-                "`analyses.horizon` is measured where the motion is chaotic, which only an exponent tells"
-                    .to_owned(),
+                section.span_of(name),
+                &path,
+                format!(
+                    "`{path}` is measured where the motion is chaotic, which only an exponent tells"
+                ),
             )
             .label("needs `analyses.lyapunov`")
             .remedy("add `lyapunov = {}` to [analyses]"),
         );
+    }
+    if issues.count() > before {
         return None;
     }
     Some(Analyses {
@@ -64,6 +76,7 @@ pub(super) fn read(
         multistability: multistability?,
         orbits: orbits?,
         horizon: horizon?,
+        cycle_expansion: cycle_expansion?,
     })
 }
 
@@ -145,6 +158,17 @@ fn horizon(table: &Section, issues: &mut Issues) -> Option<HorizonQuestion> {
         separation: separation?,
         cycles: cycles?,
         averages: averages?,
+    })
+}
+
+fn expansion(table: &Section, issues: &mut Issues) -> Option<ExpansionQuestion> {
+    let longest = table.integer_or_default(issues, "longest");
+    let guesses = table.integer_or_default(issues, "guesses");
+    let cycles = table.integer_or_default(issues, "cycles");
+    Some(ExpansionQuestion {
+        longest: u32::try_from(longest?).ok()?,
+        guesses: u32::try_from(guesses?).ok()?,
+        cycles: u32::try_from(cycles?).ok()?,
     })
 }
 

@@ -1,12 +1,11 @@
 //! `[continuation]`: what orbits are followed over.
 
-use super::run::modal_vector;
+use super::modal_state;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::parameter::Parameter;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{Axis, ContinuationSpec, GivenStateSpec};
-use crate::model::InitialState;
 
 /// The section, `Some(None)` where there is none; `None` where it is faulty.
 pub(in crate::manifest) fn read(
@@ -14,6 +13,7 @@ pub(in crate::manifest) fn read(
     issues: &mut Issues,
     axes: &[&Axis],
     faulty: &[String],
+    retained: Option<usize>,
 ) -> Option<Option<ContinuationSpec>> {
     let section = match root.child(issues, "continuation") {
         Child::Absent => return Some(None),
@@ -50,7 +50,10 @@ pub(in crate::manifest) fn read(
     let step = section.quantity_or_default(issues, "step");
     let states = match section.has("states") {
         true => section.tables(issues, "states").and_then(|tables| {
-            let read: Vec<_> = tables.iter().map(|table| state(table, issues)).collect();
+            let read: Vec<_> = tables
+                .iter()
+                .map(|table| state(table, issues, retained))
+                .collect();
             read.into_iter().collect::<Option<Vec<_>>>()
         }),
         false => Some(Vec::new()),
@@ -70,19 +73,14 @@ pub(in crate::manifest) fn read(
     }))
 }
 
-fn state(table: &Section, issues: &mut Issues) -> Option<GivenStateSpec> {
+fn state(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<GivenStateSpec> {
     let at = table.quantity(issues, "at");
     let period = table.integer_or_default(issues, "period");
-    let displacement = table.quantities(issues, "displacement", None);
-    let length = displacement.as_ref().map(Vec::len);
-    let velocity = modal_vector(table, issues, "velocity", length);
+    let state = modal_state::read(table, issues, retained);
     Some(GivenStateSpec {
         at: at?,
         period: u32::try_from(period?).ok()?,
-        state: InitialState::Modal {
-            displacement: displacement?,
-            velocity: velocity?,
-        },
+        state: state?,
     })
 }
 

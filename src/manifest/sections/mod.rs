@@ -11,6 +11,7 @@ mod excitation;
 mod gear;
 mod job;
 mod mesh;
+mod modal_state;
 mod model;
 mod orbits;
 mod run;

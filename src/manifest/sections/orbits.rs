@@ -1,19 +1,35 @@
 //! `[analyses.orbits]`: which periodic orbits are sought.
 
+use super::modal_state;
 use crate::analysis::OrbitQuestion;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;
 
-pub(super) fn read(table: &Section, issues: &mut Issues) -> Option<OrbitQuestion> {
+pub(super) fn read(
+    table: &Section,
+    issues: &mut Issues,
+    retained: Option<usize>,
+) -> Option<OrbitQuestion> {
     let periods = periods(table, issues);
     let guesses = table.integer_or_default(issues, "guesses");
     let cycles = table.integer_or_default(issues, "cycles");
     let floquet = table.boolean_or_default(issues, "floquet");
+    let returns = table.integer_or_default(issues, "returns");
+    let states = table.tables(issues, "states").map(|tables| {
+        // Every state is read before any failure counts, so that all faults are found.
+        let read: Vec<_> = tables
+            .iter()
+            .map(|state| modal_state::read(state, issues, retained))
+            .collect();
+        read.into_iter().collect::<Option<Vec<_>>>()
+    });
     Some(OrbitQuestion {
         periods: periods?,
         guesses: u32::try_from(guesses?).ok()?,
         cycles: u32::try_from(cycles?).ok()?,
         floquet: floquet?,
+        returns: u32::try_from(returns?).ok()?,
+        states: states??,
     })
 }
 

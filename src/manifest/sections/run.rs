@@ -1,7 +1,8 @@
 //! `[run]`: how long, with which kernel, from which state.
 
+use super::modal_state;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{self, Child, Section, entries, wrong_type};
+use crate::manifest::reader::{self, Child, Section, wrong_type};
 use crate::manifest::schema;
 use crate::manifest::spec::RunSpec;
 use crate::manifest::tree::Value;
@@ -209,45 +210,11 @@ fn initial(
             let Child::Present(state) = section.child(issues, "initial") else {
                 return None;
             };
-            let displacement = modal_vector(&state, issues, "displacement", retained);
-            let velocity = modal_vector(&state, issues, "velocity", retained);
-            Some(InitialState::Modal {
-                displacement: displacement?,
-                velocity: velocity?,
-            })
+            modal_state::read(&state, issues, retained)
         }
         _ => {
             wrong_type(issues, node, PATH, spec);
             None
         }
     }
-}
-
-/// One number a retained mode.
-pub(super) fn modal_vector(
-    state: &Section,
-    issues: &mut Issues,
-    name: &str,
-    retained: Option<usize>,
-) -> Option<Vec<f64>> {
-    let values = state.quantities(issues, name, None)?;
-    let retained = retained?;
-    if values.len() == retained {
-        return Some(values);
-    }
-    let path = state.path_of(name);
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            state.span_of(name),
-            &path,
-            format!(
-                "`{path}` has {} for {retained} retained modes",
-                entries(values.len())
-            ),
-        )
-        .label(format!("{retained} are needed"))
-        .remedy("give one number for each retained mode, in ascending frequency"),
-    );
-    None
 }

@@ -1,12 +1,16 @@
 //! A grid of points as a grid of cells: the layout that the maps share.
 
+use std::collections::BTreeMap;
+
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, SOFT};
 use super::draw::text_width;
 use super::panel::{LABEL_SIZE, TICK_SIZE, label_place};
 use super::ramp::ink_on;
 use super::results::{Results, Slice};
+use crate::report::refined::Plane;
 use crate::report::{Axis as GridAxis, PointSummary};
+use crate::store::RefinedColumns;
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 735.0;
@@ -22,6 +26,8 @@ pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 pub(super) struct Cells<'a> {
     across: (usize, &'a GridAxis),
     up: (usize, &'a GridAxis),
+    /// Of a refined grid: its places are the cells.
+    refined: Option<&'a RefinedColumns>,
 }
 
 impl<'a> Cells<'a> {
@@ -32,11 +38,15 @@ impl<'a> Cells<'a> {
             let [slow, fast] = [slow, fast].map(|index| axis(index).1.values.len());
             slow.saturating_mul(fast)
         };
+        let refined = results.summary.refined.as_ref();
         match results.varied()[..] {
-            [slow, fast, ..] if cells(slow, fast) <= MOST_CELLS => Some(Self {
-                across: axis(fast),
-                up: axis(slow),
-            }),
+            [slow, fast, ..] if refined.is_some() || cells(slow, fast) <= MOST_CELLS => {
+                Some(Self {
+                    across: axis(fast),
+                    up: axis(slow),
+                    refined,
+                })
+            }
             _ => None,
         }
     }
@@ -54,6 +64,72 @@ impl<'a> Cells<'a> {
     /// list of texts, the first that fits is taken), and the axes. Gives how many cells are
     /// without a point.
     pub fn draw(
+        &self,
+        canvas: &mut Canvas,
+        slice: &Slice<'_>,
+        show: impl Fn(&PointSummary) -> (Colour, Vec<String>),
+    ) -> usize {
+        match self.refined {
+            Some(refined) => {
+                let plane = Plane::new(refined, slice.points.iter().copied());
+                self.draw_plane(canvas, &plane, |index| show(slice.points[index]).0);
+                0
+            }
+            None => self.draw_points(canvas, slice, show),
+        }
+    }
+
+    /// Draws the places of a refined plane, runs of one colour as one rectangle, and the axes with
+    /// the values of the undivided grid.
+    fn draw_plane(&self, canvas: &mut Canvas, plane: &Plane, show: impl Fn(usize) -> Colour) {
+        let [rows, columns] = plane.sides;
+        let [wide, high] = [
+            (RIGHT - LEFT) / columns as f64,
+            (BOTTOM - TOP) / rows as f64,
+        ];
+        let mut block = |rows: [usize; 2], columns: [usize; 2], colour: Colour| {
+            // A little too large, because abutting edges show as seams in some viewers.
+            let left = LEFT + wide * columns[0] as f64;
+            let right = (LEFT + wide * columns[1] as f64 + 0.2).min(RIGHT);
+            let top = (BOTTOM - high * rows[1] as f64 - 0.2).max(TOP);
+            let bottom = BOTTOM - high * rows[0] as f64;
+            canvas.rectangle([left, top], [right, bottom], colour);
+        };
+        // Runs of the row before that may go on, by their first column: end, first row, colour.
+        let mut open: BTreeMap<usize, (usize, usize, Colour)> = BTreeMap::new();
+        for row in 0..rows {
+            let colours: Vec<Option<Colour>> = (0..columns)
+                .map(|column| plane.at(row, column).map(&show))
+                .collect();
+            let (mut start, mut now) = (0, BTreeMap::new());
+            for run in colours.chunk_by(|a, b| a == b) {
+                let end = start + run.len();
+                if let Some(colour) = run[0] {
+                    let from = match open.get(&start) {
+                        Some(&(to, from, shade)) if to == end && shade == colour => {
+                            open.remove(&start);
+                            from
+                        }
+                        _ => row,
+                    };
+                    now.insert(start, (end, from, colour));
+                }
+                start = end;
+            }
+            for (start, (end, from, colour)) in open {
+                block([from, row], [start, end], colour);
+            }
+            open = now;
+        }
+        for (start, (end, from, colour)) in open {
+            block([from, rows], [start, end], colour);
+        }
+        canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
+        self.ticks_across(canvas, wide, plane.step);
+        self.ticks_up(canvas, high, plane.step);
+    }
+
+    fn draw_points(
         &self,
         canvas: &mut Canvas,
         slice: &Slice<'_>,
@@ -98,17 +174,18 @@ impl<'a> Cells<'a> {
             canvas.line(&[[x, y], [x + wide, y + high]], FAINT, 1.0);
         }
         canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
-        self.ticks_across(canvas, wide);
-        self.ticks_up(canvas, high);
+        self.ticks_across(canvas, wide, 1);
+        self.ticks_up(canvas, high, 1);
         filled.iter().filter(|filled| !**filled).count()
     }
 
-    fn ticks_across(&self, canvas: &mut Canvas, wide: f64) {
+    fn ticks_across(&self, canvas: &mut Canvas, wide: f64, step: usize) {
         let (_, axis) = self.across;
         let scale = scale(axis);
         let texts: Vec<String> = axis.values.iter().map(|v| scale.shown(*v)).collect();
         let widest = texts.iter().map(|text| text_width(text, TICK_SIZE));
         let stride = ((widest.fold(0.0, f64::max) + 12.0) / wide).ceil().max(1.0) as usize;
+        let stride = stride.next_multiple_of(step);
         for (column, text) in texts.iter().enumerate().step_by(stride) {
             let x = LEFT + wide * (column as f64 + 0.5);
             canvas.line(&[[x, BOTTOM], [x, BOTTOM + 5.0]], INK, 1.0);
@@ -119,10 +196,11 @@ impl<'a> Cells<'a> {
         canvas.text(at, &scale.label, LABEL_SIZE, INK, Anchor::Middle);
     }
 
-    fn ticks_up(&self, canvas: &mut Canvas, high: f64) {
+    fn ticks_up(&self, canvas: &mut Canvas, high: f64, step: usize) {
         let (_, axis) = self.up;
         let scale = scale(axis);
         let stride = (1.7 * TICK_SIZE / high).ceil().max(1.0) as usize;
+        let stride = stride.next_multiple_of(step);
         let mut widest = 0.0_f64;
         for (row, value) in axis.values.iter().enumerate().step_by(stride) {
             let y = BOTTOM - high * (row as f64 + 0.5);

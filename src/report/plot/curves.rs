@@ -17,6 +17,7 @@ use super::results::{MOST_SLICES, Results};
 use super::what::What;
 use crate::report::PointSummary;
 use crate::report::followed::{Curve, Followed, Held};
+use crate::report::refined::Plane;
 
 const RIGHT: f64 = 735.0;
 const MARGIN: f64 = RIGHT + 20.0;
@@ -246,6 +247,8 @@ struct Map<'a> {
     axes: [usize; 2],
     /// Ends of the cells on both axes: halfway between neighbouring values.
     ends: [Vec<f64>; 2],
+    /// Of a refined grid: its places, and which of both axes its columns are of.
+    refined: Option<(Plane, usize)>,
     largest: f64,
     unit: &'a str,
     /// The direction of the sweep, where there is one.
@@ -276,10 +279,15 @@ impl<'a> Map<'a> {
             .filter(|point| direction.is_none() || point.direction.as_deref() == direction)
             .collect();
         points.iter().find(|point| point.lambda.is_some())?;
+        let refined = results.summary.refined.as_ref().map(|refined| {
+            let columns = usize::from(names[axes[1]] == refined.axes[1]);
+            (Plane::new(refined, points.iter().copied()), columns)
+        });
         Some(Self {
             points,
             axes,
             ends: axes.map(|axis| ends(&grid[axis].values)),
+            refined,
             largest: largest_of(results),
             unit: results.unit("lambda_max"),
             direction,
@@ -291,17 +299,37 @@ impl<'a> Map<'a> {
     }
 
     fn draw(&self, canvas: &mut Canvas, panel: &Panel) {
+        // Abutting edges show as seams in some viewers.
+        let mut cell = |[x, y]: [[f64; 2]; 2], colour: Colour| {
+            let [from, to] = [panel.at(x[0], y[1]), panel.at(x[1], y[0])];
+            canvas.rectangle(from, [to[0] + 0.2, to[1] + 0.2], colour);
+        };
+        if let Some((plane, columns)) = &self.refined {
+            let shown = |index: usize| shade(self.points[index], self.largest);
+            for row in 0..plane.sides[0] {
+                let places = (0..plane.sides[1]).map(|column| plane.at(row, column).map(shown));
+                let mut start = 0;
+                for run in places.collect::<Vec<_>>().chunk_by(|a, b| a == b) {
+                    let end = start + run.len();
+                    let mut sides = [[0.0; 2]; 2];
+                    sides[*columns] = [start, end].map(|i| self.ends[*columns][i]);
+                    sides[1 - columns] = [row, row + 1].map(|i| self.ends[1 - columns][i]);
+                    if let Some(colour) = run[0] {
+                        cell(sides, colour);
+                    }
+                    start = end;
+                }
+            }
+            return;
+        }
         for point in &self.points {
-            let [x, y] = [0, 1].map(|i| {
+            let sides = [0, 1].map(|i| {
                 let (ends, value) = (&self.ends[i], point.axis_values[self.axes[i]]);
                 let cell = ends.partition_point(|end| *end <= value);
                 let cell = cell.clamp(1, ends.len() - 1);
                 [ends[cell - 1], ends[cell]]
             });
-            let [from, to] = [panel.at(x[0], y[1]), panel.at(x[1], y[0])];
-            // Abutting edges show as seams in some viewers.
-            let to = [to[0] + 0.2, to[1] + 0.2];
-            canvas.rectangle(from, to, shade(point, self.largest));
+            cell(sides, shade(point, self.largest));
         }
     }
 

@@ -4,13 +4,16 @@
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, INK};
 use super::cells::{Cells, HEIGHT, MARGIN, missing_key};
-use super::motion::{Motion, counts, key};
+use super::motion::{Motion, counts, key, leading};
 use super::panel::TICK_SIZE;
 use super::picture::{Drawn, Picture};
 use super::ramp::{bar, viridis};
 use super::results::Results;
 use super::what::What;
 use crate::report::PointSummary;
+
+/// Most kinds of motion named beside the colour bar.
+const MOST_OTHERS: usize = 8;
 
 /// Cells of points that are not chaotic: pale, so that the ramp stands out.
 fn calm(motion: Motion) -> Colour {
@@ -65,7 +68,8 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             bar(&mut canvas, MARGIN, [HEIGHT[0], bottom], &axis);
             y = bottom + 26.0;
         }
-        for (motion, count) in &others {
+        let (named, left) = leading(&others, MOST_OTHERS);
+        for (motion, count) in &named {
             canvas.rectangle([MARGIN, y], [MARGIN + 20.0, y + 18.0], calm(*motion));
             let ink = super::ramp::ink_on(calm(*motion));
             let mark = motion.mark();
@@ -84,6 +88,11 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
                 INK,
                 Anchor::Start,
             );
+            y += 24.0;
+        }
+        if left > 0 {
+            let text = format!("… and {left} more");
+            canvas.text([MARGIN, y + 13.5], &text, TICK_SIZE, INK, Anchor::Start);
             y += 24.0;
         }
         missing_key(&mut canvas, y + 2.0, missing);

@@ -16,12 +16,15 @@ mod curves;
 mod draw;
 mod error;
 mod horizon;
+mod kicks;
 mod lambda_curve;
 mod lambda_map;
 mod machine;
 mod marker;
 mod mesh;
 mod motion;
+mod multipliers;
+mod orbits;
 mod over_axis;
 mod panel;
 mod phase;
@@ -169,6 +172,7 @@ impl Source {
             // Only where they were asked for: most results have neither.
             What::Shares => self.holds(TableKind::Attractors),
             What::Basins => self.holds(TableKind::Basins),
+            What::Multipliers | What::Kicks => self.holds(TableKind::Orbits),
             // Few jobs ask for it: no word where none did.
             What::Horizon => (self.results.as_ref()).is_some_and(|results| {
                 results.folder.join(TableKind::Horizon.file_name()).exists()
@@ -221,6 +225,8 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Bifurcation => bifurcation::draw(results, results.along(what, over)?),
         What::Shares => shares::draw(results, results.along(what, over)?),
         What::Basins => basins::draw(results, request),
+        What::Multipliers => multipliers::draw(results, request),
+        What::Kicks => kicks::draw(results, request),
         What::Spectrum => spectrum::draw(results, request),
         What::Horizon => horizon::draw(results, request),
         What::Phase => phase::of_results(results, request),

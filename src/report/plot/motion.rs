@@ -40,7 +40,8 @@ impl Motion {
             Self::Periodic(0 | 1) => Colour(0x9f, 0xcf, 0xee),
             Self::Periodic(2) => Colour(0x3f, 0x9b, 0xd5),
             Self::Periodic(3 | 4) => Colour(0x00, 0x62, 0xa3),
-            Self::Periodic(_) => Colour(0x00, 0x33, 0x66),
+            Self::Periodic(5..=8) => Colour(0x00, 0x33, 0x66),
+            Self::Periodic(_) => Colour(0x00, 0x14, 0x29),
             Self::QuasiPeriodic => Colour(0x00, 0x9e, 0x73),
             Self::Chaotic => Colour(0xd5, 0x5e, 0x00),
             Self::NotConverged => Colour(0xea, 0xb8, 0xd4),
@@ -91,19 +92,32 @@ pub(super) fn counts<'p>(
 /// Most entries of a key.
 const MOST_ENTRIES: usize = 14;
 
+/// The kinds of motion that a key of so many entries names, those that occur most, the calmest
+/// first; and how many it leaves out.
+pub(super) fn leading(
+    counts: &BTreeMap<Motion, usize>,
+    most: usize,
+) -> (BTreeMap<Motion, usize>, usize) {
+    let mut frequent: Vec<(Motion, usize)> = counts.iter().map(|(m, n)| (*m, *n)).collect();
+    frequent.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let left = frequent.len().saturating_sub(most);
+    (frequent.into_iter().take(most).collect(), left)
+}
+
 /// Names beside their colours, downwards from a place; gives the height used \[px\].
 pub(super) fn key(canvas: &mut Canvas, at: Place, counts: &BTreeMap<Motion, usize>) -> f64 {
     const PITCH: f64 = 23.0;
-    for (row, (motion, count)) in counts.iter().take(MOST_ENTRIES).enumerate() {
+    let (named, left) = leading(counts, MOST_ENTRIES);
+    for (row, (motion, count)) in named.iter().enumerate() {
         let [x, y] = [at[0], at[1] + PITCH * row as f64];
         canvas.rectangle([x, y], [x + 14.0, y + 14.0], motion.colour());
         canvas.outline([x, y], [x + 14.0, y + 14.0], SOFT, 1.0);
         let text = format!("{} ({count})", motion.name());
         canvas.text([x + 21.0, y + 12.0], &text, TICK_SIZE, INK, Anchor::Start);
     }
-    if counts.len() > MOST_ENTRIES {
+    if left > 0 {
         let y = at[1] + PITCH * MOST_ENTRIES as f64;
-        let text = format!("… and {} more", counts.len() - MOST_ENTRIES);
+        let text = format!("… and {left} more");
         canvas.text([at[0], y + 12.0], &text, TICK_SIZE, SOFT, Anchor::Start);
     }
     PITCH * counts.len().min(MOST_ENTRIES + 1) as f64

@@ -173,7 +173,11 @@ impl Results {
                     .map(|(axis, value)| format!("{}={}", axis.name, distinct(axis, *value)))
                     .chain(direction.map(str::to_owned))
                     .collect();
-                let count_words = format!("{} points", points.len());
+                let mut count_words = format!("{} points", points.len());
+                if let Some(refined) = &self.summary.refined {
+                    let [rows, columns] = refined.nested.sides(refined.nested.levels);
+                    count_words += &format!(" of {rows} x {columns} places");
+                }
                 Slice {
                     points,
                     words: match words.is_empty() {

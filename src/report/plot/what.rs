@@ -23,6 +23,10 @@ pub enum What {
     Shares,
     /// Slices of initial states, a colour an attractor.
     Basins,
+    /// Multipliers of a point's periodic orbits, about the unit circle.
+    Multipliers,
+    /// How a kick off each periodic orbit of a point grows from return to return.
+    Kicks,
     /// Deflection and force of a point over mesh orders.
     Spectrum,
     /// How twins of a point part, and how its averages settle.

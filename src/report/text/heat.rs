@@ -22,6 +22,8 @@ const COLOURS: [u8; 5] = [54, 60, 31, 78, 227];
 pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
     let Some(Map {
         cells,
+        down,
+        across: across_index,
         rows,
         columns,
         largest,
@@ -29,10 +31,10 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
     else {
         return String::new();
     };
-    let (largest, across_index) = (*largest, summary.axes.len().min(2) - 1);
-    let across = &summary.axes[across_index];
-    let down = (across_index > 0).then(|| &summary.axes[0]);
-    let further = summary.axes.get(2..).unwrap_or_default();
+    let largest = *largest;
+    let across = &summary.axes[*across_index];
+    let down = down.map(|down| &summary.axes[down]);
+    let further = summary.axes.get(across_index + 1..).unwrap_or_default();
 
     let mut text = String::from("largest Lyapunov exponent");
     if let Some(down) = down {

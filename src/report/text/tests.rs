@@ -97,6 +97,7 @@ fn write(
                 orbits: None,
                 chain: None,
                 horizon: None,
+                cycle_expansion: None,
                 kernel,
                 placement,
             })

@@ -18,7 +18,21 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     }
     let unit = summary.axes.iter().find(|known| known.name == *axis);
     let unit = unit.map_or("", |known| known.unit.as_str());
-    _ = writeln!(text, "\nchanges of motion along {axis}");
+    let counts = ["class", "period", "deflection"]
+        .into_iter()
+        .filter_map(|what| {
+            let count = summary.transition_counts.get(what)?;
+            Some(match what {
+                "deflection" => format!("{count} by a jump of the deflection"),
+                _ => format!("{count} of {what}"),
+            })
+        });
+    let counts: Vec<String> = counts.collect();
+    _ = writeln!(
+        text,
+        "\nchanges of motion along {axis}: {}",
+        counts.join(", ")
+    );
     for found in summary.transitions.iter().take(MOST_ROWS) {
         _ = writeln!(text, "{}", line(found, unit));
     }

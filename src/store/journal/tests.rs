@@ -6,6 +6,9 @@ use crate::analysis::{
     MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
     Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
+use crate::analysis::{
+    Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
+};
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
 use proptest::prelude::*;
@@ -72,6 +75,37 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 spread: 0.7,
                 samples: 16,
             }],
+        }),
+        cycle_expansion: Some(ExpansionOutcome {
+            orders: vec![ExpansionOrder {
+                order: 1,
+                orbits: 2,
+                unseen: 0.5,
+                apart: 3,
+                searches: 512,
+                closed: 300,
+                entropy: Some(0.69),
+                conservation: 0.9,
+                escape_zeta: Some(0.02),
+                escape_determinant: None,
+                averages: vec![ExpansionAverage {
+                    quantity: ExpansionQuantity::CyclePeak,
+                    zeta: Some(Estimate {
+                        value: number(0),
+                        error: Some(number(1)),
+                    }),
+                    determinant: None,
+                    plain: Some(Estimate {
+                        value: number(2),
+                        error: None,
+                    }),
+                    time: Estimate {
+                        value: 101.0,
+                        error: Some(f64::INFINITY),
+                    },
+                }],
+            }],
+            cycles: 70_000,
         }),
         multistability: Some(MultistabilityOutcome {
             attractors: vec![AttractorOutcome {
@@ -330,4 +364,31 @@ fn a_journal_knows_the_instructions_of_its_points() {
     drop(Journal::open(folder.path(), HASH, None, true).unwrap());
     open(folder.path()).append(&row(0, &[1.0])).unwrap();
     assert_eq!(open(folder.path()).instructions(), [here]);
+}
+
+/// What was finished in any order is handed over in the order of numbers, once, and the journal
+/// goes on behind it.
+#[test]
+fn points_come_back_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut journal = open(folder.path());
+    for point_id in [5, 1, 9, 1, 3] {
+        journal.append(&row(point_id, &[point_id as f64])).unwrap();
+    }
+    let ordered = |journal: &mut Journal| {
+        let mut rows = Vec::new();
+        let keep = |row| {
+            rows.push(row);
+            Ok(())
+        };
+        journal.in_order(keep).unwrap();
+        rows
+    };
+    let rows = ordered(&mut journal);
+    let numbers: Vec<u64> = rows.iter().map(|row| row.point_id).collect();
+    assert_eq!(numbers, [1, 3, 5, 9]);
+    assert_eq!(bits(&rows[2]), bits(&row(5, &[5.0])));
+    journal.append(&row(2, &[2.0])).unwrap();
+    assert_eq!(ordered(&mut journal).len(), 5);
+    assert_eq!(ids(&mut journal), [5, 1, 9, 1, 3, 2]);
 }

@@ -8,16 +8,18 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, DurationOutcome,
-    HorizonMeasure, HorizonOutcome, HorizonQuantity, LyapunovMethod, LyapunovOutcome, ModalState,
-    MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, PoincareSample,
-    PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
-    TraceSample, TraceSink,
+    Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
+    HorizonMeasure, HorizonOutcome, HorizonQuantity, Kick, LyapunovMethod, LyapunovOutcome,
+    MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome,
+    OrbitSurvey, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine,
+    SpectrumMethod, Status, TraceSample, TraceSink,
 };
 use crate::model::{ActiveSet, COAST_FLANK};
+use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
-    ChainPart, Level, Placement, ResultTable, TraceLabel, TraceWriter, Transition, events_table,
-    trace_table,
+    AxisColumn, ChainPart, Level, Placement, RefinedColumns, ResultTable, TraceLabel, TraceWriter,
+    Transition, bifurcations_table, branches_table, curves_table, events_table, trace_table,
 };
 use strum::VariantArray;
 
@@ -36,19 +38,23 @@ fn layout() -> ResultLayout {
         spectra: true,
         probes: true,
         orbits: false,
-        chains: None,
+        swept: None,
         basins: Some(["of mode 1".into(), "of mode 2".into()]),
         horizon: true,
+        cycle_expansion: true,
+        refined: None,
         shard: None,
     }
 }
 
-/// Chains along the speed, whose changes of motion are refined.
-fn chains() -> ChainColumns {
-    ChainColumns {
-        axis: layout().axes.remove(1),
-        transitions: true,
-    }
+/// The speed, along which the state is carried.
+fn swept() -> AxisColumn {
+    layout().axes.remove(1)
+}
+
+/// A number with its error.
+fn estimate(value: f64, error: Option<f64>) -> Estimate {
+    Estimate { value, error }
 }
 
 /// A point with a different number in every column.
@@ -162,6 +168,28 @@ fn full(point_id: u64) -> PointRow {
                 samples: 16,
             }],
         }),
+        cycle_expansion: Some(ExpansionOutcome {
+            orders: vec![ExpansionOrder {
+                order: 1,
+                orbits: 2,
+                unseen: 0.5,
+                apart: 3,
+                searches: 512,
+                closed: 300,
+                entropy: Some(0.69),
+                conservation: 0.9,
+                escape_zeta: Some(0.02),
+                escape_determinant: None,
+                averages: vec![ExpansionAverage {
+                    quantity: ExpansionQuantity::CyclePeak,
+                    zeta: Some(estimate(100.0, Some(4.0))),
+                    determinant: None,
+                    plain: Some(estimate(110.0, None)),
+                    time: estimate(101.0, Some(0.5)),
+                }],
+            }],
+            cycles: 70_000,
+        }),
         multistability: Some(MultistabilityOutcome {
             attractors: vec![attractor()],
             probes: vec![probe(0, Some(0)), probe(1, None)],
@@ -239,6 +267,8 @@ fn cell(column: u32, attractor: Option<u32>) -> CellOutcome {
 fn orbits() -> OrbitSurvey {
     OrbitSurvey {
         orbits: vec![OrbitOutcome {
+            state: Some(2),
+            start: [vec![1e-7, 2e-7], vec![3e-4, 4e-4]],
             period: 5,
             residual: 1e-14,
             deflection: 8e-6,
@@ -254,6 +284,15 @@ fn orbits() -> OrbitSurvey {
                 kick_growth: 1.6,
                 kick_growth_linear: 1.7,
             },
+            kick: Kick {
+                distance: vec![1e-5, 1.6e-5],
+                linear: vec![1e-5, 1.7e-5],
+            },
+        }],
+        missed: vec![MissedState {
+            state: 6,
+            period: 8,
+            reason: "for a test".into(),
         }],
         cycles: 60,
     }
@@ -315,6 +354,7 @@ fn failed(point_id: u64) -> PointRow {
     };
     row.multistability = None;
     row.horizon = None;
+    row.cycle_expansion = None;
     row.placement.numa_node = None;
     row
 }
@@ -340,25 +380,54 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn columns_units_and_descriptions() {
-    let points = |chains| points_table(&layout().axes, chains).unwrap().listing();
+    let points = |layout: ResultLayout| points_table(&layout).unwrap().listing();
     for kind in TableKind::VARIANTS {
         let listed = match kind {
-            TableKind::Points => points(None),
+            TableKind::Points => points(layout()),
             TableKind::Poincare => poincare_table().listing(),
             TableKind::Spectra => spectra_table().listing(),
             TableKind::Probes => probes_table().listing(),
             TableKind::Orbits => orbits_table().listing(),
-            TableKind::Transitions => transitions_table(&chains().axis).listing(),
+            TableKind::Transitions => transitions_table(&swept()).listing(),
             TableKind::Attractors => attractors_table().listing(),
             TableKind::Basins => basins_table().listing(),
             TableKind::Horizon => horizon_table().listing(),
+            TableKind::Branches => branches_table(&layout().axes).listing(),
+            TableKind::Bifurcations => bifurcations_table(&layout().axes).listing(),
+            TableKind::Curves => curves_table(&layout().axes).listing(),
+            TableKind::CycleExpansion => cycle_expansion_table().listing(),
             TableKind::Trace => trace_table(true).listing(),
             TableKind::Events => events_table().listing(),
         };
         let name = kind.file_name().strip_suffix(".parquet").unwrap();
         insta::assert_snapshot!(name, listed);
     }
-    insta::assert_snapshot!("points_of_chains", points(Some(&chains())));
+    let swept = ResultLayout {
+        swept: Some(swept()),
+        ..layout()
+    };
+    insta::assert_snapshot!("points_of_chains", points(swept));
+    let refined = Some(RefinedColumns {
+        nested: NestedGrid {
+            coarse: [9, 9],
+            levels: 7,
+        },
+        axes: ["load".into(), "speed".into()],
+        by: "class".into(),
+        start: "static".into(),
+    });
+    let plane = ResultLayout {
+        refined,
+        ..layout()
+    };
+    // A column more than those of a full grid, behind the axes, and another numbering.
+    let (own, full) = (points(plane), points(layout()));
+    let more: Vec<&str> = own.lines().filter(|line| !full.contains(*line)).collect();
+    assert_eq!(more.len(), 2, "{more:?}");
+    assert!(
+        more[0].contains("by level") && more[1].contains("halved"),
+        "{more:?}"
+    );
 }
 
 /// A table that notes which of its columns were asked for.
@@ -417,7 +486,7 @@ fn every_column_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let whole = ResultLayout {
         orbits: true,
-        chains: Some(chains()),
+        swept: Some(swept()),
         ..layout()
     };
     let row = PointRow {
@@ -433,11 +502,12 @@ fn every_column_comes_back() {
         (TableKind::Poincare, 1),
         (TableKind::Spectra, 2),
         (TableKind::Probes, 2),
-        (TableKind::Orbits, 1),
+        (TableKind::Orbits, 2),
         (TableKind::Transitions, 1),
         (TableKind::Attractors, 1),
         (TableKind::Basins, 2),
         (TableKind::Horizon, 1),
+        (TableKind::CycleExpansion, 1),
     ] {
         assert_eq!(written.rows(kind), rows, "{kind:?}");
     }
@@ -659,8 +729,13 @@ fn every_column_comes_back() {
     read.push(cells.read_through(TableKind::Basins));
 
     let orbits = Asked::read(folder.path(), TableKind::Orbits);
-    for (name, value) in [("point_id", 0), ("period", 5), ("events", 24)] {
-        assert_eq!(orbits.u64(name), [Some(value)], "{name}");
+    for (name, values) in [
+        ("point_id", [Some(0), Some(0)]),
+        ("state", [Some(3), Some(7)]),
+        ("period", [Some(5), Some(8)]),
+        ("events", [Some(24), None]),
+    ] {
+        assert_eq!(orbits.u64(name), values, "{name}");
     }
     for (name, value) in [
         ("residual", 1e-14),
@@ -672,12 +747,30 @@ fn every_column_comes_back() {
         ("kick_growth", 1.6),
         ("kick_growth_linear", 1.7),
     ] {
-        assert_eq!(orbits.f64(name), [Some(value)], "{name}");
+        assert_eq!(orbits.f64(name), [Some(value), None], "{name}");
     }
-    assert_eq!(orbits.bool("stable"), [Some(true)]);
-    assert_eq!(orbits.text("bifurcation"), [Some("neimark_sacker".into())]);
-    assert_eq!(orbits.lists("multipliers_re"), [Some(some([0.7, 0.7]))]);
-    assert_eq!(orbits.lists("multipliers_im"), [Some(some([0.1, -0.1]))]);
+    assert_eq!(orbits.bool("found"), [Some(true), Some(false)]);
+    assert_eq!(orbits.bool("stable"), [Some(true), None]);
+    for (name, texts) in [
+        ("reason", [None, Some("for a test")]),
+        ("bifurcation", [Some("neimark_sacker"), None]),
+    ] {
+        assert_eq!(
+            orbits.text(name),
+            texts.map(|text| text.map(str::to_owned)),
+            "{name}"
+        );
+    }
+    for (name, list) in [
+        ("multipliers_re", [0.7, 0.7]),
+        ("multipliers_im", [0.1, -0.1]),
+        ("kick_distance", [1e-5, 1.6e-5]),
+        ("kick_distance_linear", [1e-5, 1.7e-5]),
+        ("displacement", [1e-7, 2e-7]),
+        ("modal_velocity", [3e-4, 4e-4]),
+    ] {
+        assert_eq!(orbits.lists(name), [Some(some(list)), None], "{name}");
+    }
     read.push(orbits.read_through(TableKind::Orbits));
 
     let changes = Asked::read(folder.path(), TableKind::Transitions);
@@ -719,9 +812,47 @@ fn every_column_comes_back() {
     assert_eq!(growth.f64("spread"), [Some(0.7)]);
     read.push(growth.read_through(TableKind::Horizon));
 
+    let averages = Asked::read(folder.path(), TableKind::CycleExpansion);
+    for (name, value) in [
+        ("point_id", 0),
+        ("order", 1),
+        ("orbits", 2),
+        ("apart", 3),
+        ("searches", 512),
+        ("closed", 300),
+        ("cycles", 70_000),
+    ] {
+        assert_eq!(averages.u64(name), [Some(value)], "{name}");
+    }
+    assert_eq!(averages.text("quantity"), [Some("cycle_peak".into())]);
+    for (name, value) in [
+        ("unseen", Some(0.5)),
+        ("entropy", Some(0.69)),
+        ("conservation", Some(0.9)),
+        ("escape_zeta", Some(0.02)),
+        ("escape_determinant", None),
+        ("zeta", Some(100.0)),
+        ("zeta_error", Some(4.0)),
+        ("determinant", None),
+        ("determinant_error", None),
+        ("plain", Some(110.0)),
+        ("plain_error", None),
+        ("time", Some(101.0)),
+        ("time_stderr", Some(0.5)),
+    ] {
+        assert_eq!(averages.f64(name), [value], "{name}");
+    }
+    read.push(averages.read_through(TableKind::CycleExpansion));
+
     read.extend(every_column_of_a_trace_comes_back());
+    // Those of followed orbits are written by another writer, and read in its own test.
+    let followed = [
+        TableKind::Branches,
+        TableKind::Bifurcations,
+        TableKind::Curves,
+    ];
     for kind in TableKind::VARIANTS {
-        assert!(read.contains(kind), "{kind:?}");
+        assert!(read.contains(kind) || followed.contains(kind), "{kind:?}");
     }
 }
 
@@ -860,7 +991,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        7,
+        8,
         "{partial:?}"
     );
     assert!(
@@ -875,6 +1006,7 @@ fn a_file_has_its_name_only_when_whole() {
         [
             "attractors.parquet",
             "basins.parquet",
+            "cycle_expansion.parquet",
             "horizon.parquet",
             "poincare.parquet",
             "points.parquet",
@@ -948,6 +1080,7 @@ fn a_hundred_thousand_points_stream() {
         orbits: false,
         basins: None,
         horizon: false,
+        cycle_expansion: false,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();
@@ -984,6 +1117,7 @@ fn shards_read_as_one_table() {
         [
             "attractors.parquet",
             "basins.parquet",
+            "cycle_expansion.parquet",
             "horizon.parquet",
             "poincare.parquet",
             "points.parquet",

@@ -3,7 +3,7 @@
 use crate::manifest::schema::key::{
     ANY, Key, Kind, MANY, POSITIVE, bounds, choice, integer, key, quantity, table,
 };
-use crate::units::Dimension::{Length, Ratio};
+use crate::units::Dimension::{Length, ModalDisplacement, ModalVelocity, Ratio};
 
 /// Fewest measured cycles from which an exponent gets an error bar: 32 blocks of ten.
 pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
@@ -71,7 +71,8 @@ pub(super) const KEYS: &[Key] = &[
     integer("analyses.multistability.slice.count", 1.0, 512.0, "96").or("48")
         .about("Cells along each side; their square is the number of initial states."),
     table("analyses.orbits").otherwise(ABSENT)
-        .about("Periodic orbits, stable or not, sought by Newton's method from near returns of the motion."),
+        .about("Periodic orbits, stable or not, sought by Newton's method from near returns of the motion and from \
+                states that are given."),
     key("analyses.orbits.periods", Kind::List("whole numbers from 1 to 64: mesh cycles"), ANY, "[1, 2, 4]").or("[1, 2]")
         .about("Periods that are sought, in mesh cycles."),
     integer("analyses.orbits.periods.*", 1.0, 64.0, "2"),
@@ -81,6 +82,18 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mesh cycles of motion that first guesses are taken from."),
     key("analyses.orbits.floquet", Kind::Boolean, ANY, "false").or("true")
         .about("Whether all Floquet multipliers are kept, besides the verdict on stability."),
+    integer("analyses.orbits.returns", 1.0, 1000.0, "20").or("10")
+        .about("Returns to each orbit that a kick of 1e-5 half gaps, in the direction of strongest growth, is followed over."),
+    key("analyses.orbits.states", Kind::List("tables"), ANY, "[{ displacement = [0.0, 1e-6], velocity = [0.0, 1e-3] }]").or("[]")
+        .about("Further states that every period is sought from, each as `run.initial` takes a modal state. One that \
+                leads to no orbit has a row of its own in orbits.parquet, which says why."),
+    table("analyses.orbits.states.*"),
+    key("analyses.orbits.states.*.displacement", Kind::List("numbers in m sqrt(kg), one a retained mode"), ANY, "[0.0, 1e-6]")
+        .about("Modal displacements, mass-normalised, one a retained mode in ascending frequency."),
+    quantity("analyses.orbits.states.*.displacement.*", ModalDisplacement, ANY, "1e-6"),
+    key("analyses.orbits.states.*.velocity", Kind::List("numbers in m sqrt(kg)/s, one a retained mode"), ANY, "[0.0, 1e-3]")
+        .about("Modal velocities, mass-normalised, one a retained mode in ascending frequency."),
+    quantity("analyses.orbits.states.*.velocity.*", ModalVelocity, ANY, "1e-3"),
     table("analyses.horizon").otherwise(ABSENT)
         .about("How far ahead chaotic motion can be foretold, and how averages settle. Needs `analyses.lyapunov`."),
     integer("analyses.horizon.twins", 2.0, 10_000.0, "32").or("16")
@@ -91,4 +104,13 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mesh cycles that each pair is followed."),
     integer("analyses.horizon.averages", 1.0, 1e6, "1000").or("400")
         .about("Mesh cycles in the longest averages."),
+    table("analyses.cycle_expansion").otherwise(ABSENT)
+        .about("Averages over the unstable periodic orbits of chaotic motion beside averages over time \
+                (cycle_expansion.parquet). Needs `analyses.lyapunov`."),
+    integer("analyses.cycle_expansion.longest", 1.0, 16.0, "10").or("8")
+        .about("Longest period of the orbits, in mesh cycles: the last order of the expansions."),
+    integer("analyses.cycle_expansion.guesses", 1.0, 1e6, "5000").or("2000")
+        .about("Most Newton searches for each period; they end sooner where a doubling of them finds no orbit more."),
+    integer("analyses.cycle_expansion.cycles", 100.0, 1e6, "100000").or("50000")
+        .about("Mesh cycles of motion that first guesses are taken from; they stay in memory."),
 ];

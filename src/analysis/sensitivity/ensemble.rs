@@ -1,0 +1,172 @@
+//! How do the averages of a chaotic motion change with a parameter?
+//!
+//! Tangents of a chaotic motion grow without bound, and the derivative of a long average by a
+//! parameter is not the average of derivatives. What can be measured is a difference: averages over
+//! many trajectories at two values of the parameter, from common starts, each over a stretch of cycles
+//! behind a transient. The members of the ensemble give the error. Where a step twice as large does
+//! not give the same slope within the errors, or the error is as large as the slope, there is no
+//! derivative to be told.
+
+use crate::analysis::called_off::CalledOff;
+use crate::analysis::modal_series::{integral, padded};
+use crate::model::{Model, TrajectoryState};
+use crate::numerics::legendre::evaluate;
+use crate::numerics::legendre::transforms24;
+use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
+use std::sync::atomic::AtomicBool;
+
+/// Averages of a stretch of motion: mean and RMS of the deflection \[m\], mean of the mesh force \[N\] and of
+/// its modulus.
+pub const AVERAGES: [(&str, &str); 4] = [
+    ("deflection_mean", "m"),
+    ("deflection_rms", "m"),
+    ("force_mean", "N"),
+    ("force_modulus", "N"),
+];
+
+/// How long members are followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ensemble {
+    /// Members.
+    pub members: usize,
+    /// Cycles of each before anything counts.
+    pub transient: u64,
+    /// Cycles of each that count.
+    pub cycles: u64,
+}
+
+/// A slope, its error, and what the doubled step says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// The average between both values of the parameter.
+    pub value: f64,
+    /// Its derivative, per unit of the parameter.
+    pub by: f64,
+    /// Standard error of that.
+    pub error: f64,
+    /// The derivative and its error from a step twice as large.
+    pub doubled: [f64; 2],
+}
+
+/// Standard errors by which slopes of both steps may differ.
+const AGREE: f64 = 3.0;
+
+impl Slope {
+    /// Why it is not to be relied on; none where it is.
+    pub fn objection(&self) -> Option<&'static str> {
+        let both = self.error.hypot(self.doubled[1]);
+        if (self.by - self.doubled[0]).abs() > AGREE * both {
+            return Some(
+                "a step twice as large gives another slope: the average is not linear in the parameter",
+            );
+        }
+        (self.by.abs() < 2.0 * self.error).then_some("the error is as large as the slope")
+    }
+}
+
+/// Averages of every member at one value of the parameter.
+///
+/// # Errors
+/// [`Stop`] of the first member that ends early, or called off.
+pub fn averages<K: Kernel>(
+    model: &Model,
+    kernel: &K,
+    starts: &[TrajectoryState],
+    asked: &Ensemble,
+    called_off: &AtomicBool,
+) -> Result<Vec<[f64; 4]>, MemberError> {
+    let mut workspace = kernel.workspace();
+    (starts.iter())
+        .map(|start| {
+            CalledOff::check(called_off)?;
+            let mut state = TrajectoryState::new(model, start.state.clone(), start.cycle);
+            kernel.advance(
+                asked.transient,
+                &mut state,
+                &mut workspace,
+                &mut (),
+                &mut Counters::default(),
+            )?;
+            let mut sums = Averages::default();
+            kernel.advance(
+                asked.cycles,
+                &mut state,
+                &mut workspace,
+                &mut sums,
+                &mut Counters::default(),
+            )?;
+            Ok(sums.all())
+        })
+        .collect()
+}
+
+/// Why a member has no averages.
+#[derive(Debug, thiserror::Error)]
+pub enum MemberError {
+    /// It cannot be integrated.
+    #[error(transparent)]
+    Stop(#[from] Stop),
+    /// It was called off.
+    #[error(transparent)]
+    CalledOff(#[from] CalledOff),
+}
+
+/// The slope of a quantity between members at `−2, −1, 1, 2` steps of `step`.
+pub fn slope(members: [&[f64]; 4], step: f64) -> Slope {
+    let of = |low: &[f64], high: &[f64], width: f64| {
+        let slopes: Vec<f64> = low.iter().zip(high).map(|(a, b)| (b - a) / width).collect();
+        let n = slopes.len() as f64;
+        let mean = slopes.iter().sum::<f64>() / n;
+        let square = slopes.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        [mean, (square / n).sqrt()]
+    };
+    let [by, error] = of(members[1], members[2], 2.0 * step);
+    let all = members[1].iter().chain(members[2]);
+    let value = all.sum::<f64>() / (members[1].len() + members[2].len()) as f64;
+    Slope {
+        value,
+        by,
+        error,
+        doubled: of(members[0], members[3], 4.0 * step),
+    }
+}
+
+/// Integrals over a stretch.
+#[derive(Debug, Default)]
+struct Averages {
+    time: f64,
+    sums: [f64; 4],
+}
+
+impl Averages {
+    fn all(&self) -> [f64; 4] {
+        let [mean, square, force, modulus] = self.sums.map(|sum| sum / self.time);
+        [mean, (square - mean * mean).max(0.0).sqrt(), force, modulus]
+    }
+}
+
+impl Observer for Averages {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let tau = window.duration;
+        let (deflection, force) = (padded(window.deflection), padded(window.force));
+        let (nodes, weights) = (transforms24().nodes(), transforms24().weights());
+        let modulus: f64 = nodes
+            .iter()
+            .zip(weights)
+            .map(|(x, w)| 0.5 * w * evaluate(&force, *x).abs())
+            .sum();
+        self.time += tau;
+        let square = integral(&deflection, &deflection, tau);
+        for (sum, value) in
+            self.sums
+                .iter_mut()
+                .zip([tau * deflection[0], square, tau * force[0], tau * modulus])
+        {
+            *sum += value;
+        }
+    }
+
+    fn event(&mut self, _: &Event) {}
+}

@@ -1,0 +1,93 @@
+//! Which analyses are asked of a point, in words.
+
+use crate::analysis::{GrowthNorm, Section};
+use crate::manifest::PointSpec;
+
+/// All of them with their settings, separated by commas.
+pub(super) fn analyses(point: &PointSpec) -> String {
+    let analyses = &point.analyses;
+    let lyapunov = analyses.lyapunov.map(|lyapunov| {
+        let stop = lyapunov.stop_at_stderr.map_or(String::new(), |bound| {
+            format!(", until standard error {bound}")
+        });
+        let raw = match lyapunov.norm {
+            GrowthNorm::Raw => ", raw norm",
+            GrowthNorm::Energy => "",
+        };
+        format!(
+            "lyapunov ({} exponent{}{raw}{stop})",
+            lyapunov.exponents,
+            if lyapunov.exponents == 1 { "" } else { "s" }
+        )
+    });
+    let poincare = analyses.poincare.map(|poincare| {
+        let section = match poincare.section {
+            Section::Strobe { phase: 0.0 } => String::new(),
+            Section::Strobe { phase } => format!(" at mesh phase {phase}"),
+            Section::Entry => " on entry into drive contact".to_owned(),
+            Section::Extremum => " at extrema".to_owned(),
+        };
+        let refine = match poincare.refine {
+            0 => String::new(),
+            1 => ", changes refined by 1 halving".to_owned(),
+            halvings => format!(", changes refined by {halvings} halvings"),
+        };
+        format!("poincare ({} samples{section}{refine})", poincare.samples)
+    });
+    let nvh = analyses.nvh.map(|nvh| {
+        let spectra = if nvh.spectrum { ", spectra" } else { "" };
+        let bearings = if nvh.bearings { ", bearings" } else { "" };
+        format!("nvh ({} harmonics{spectra}{bearings})", nvh.harmonics)
+    });
+    let multistability = analyses.multistability.map(|asked| {
+        let slice = asked.slice.map_or_else(String::new, |slice| {
+            let [first, second] = slice.modes.map(|mode| mode + 1);
+            format!(
+                ", a slice of {0} x {0} along modes {first} and {second}",
+                slice.count
+            )
+        });
+        format!(
+            "multistability ({} initial conditions over {} decades of energy{slice}, {} + {} cycles each)",
+            asked.initial_conditions, asked.decades, asked.transient, asked.cycles
+        )
+    });
+    let orbits = analyses.orbits.as_ref().map(|asked| {
+        let periods: Vec<String> = asked.periods.iter().map(u32::to_string).collect();
+        format!(
+            "orbits (periods {}; {} guesses and {} given states each; kicks over {} returns)",
+            periods.join(", "),
+            asked.guesses,
+            asked.states.len(),
+            asked.returns
+        )
+    });
+    let horizon = analyses.horizon.map(|asked| {
+        format!(
+            "horizon ({} twins over {} cycles, averages up to {} cycles)",
+            asked.twins, asked.cycles, asked.averages
+        )
+    });
+    let expansion = analyses.cycle_expansion.map(|asked| {
+        format!(
+            "cycle expansion (periods up to {}, at most {} guesses each)",
+            asked.longest, asked.guesses
+        )
+    });
+    let all: Vec<String> = [
+        lyapunov,
+        poincare,
+        nvh,
+        multistability,
+        orbits,
+        horizon,
+        expansion,
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    match all.is_empty() {
+        true => "none".to_owned(),
+        false => all.join(", "),
+    }
+}

@@ -1,0 +1,92 @@
+//! Which points does a job have, in words and for programs?
+
+use crate::manifest::{Carried, Job};
+use serde_json::{Value, json};
+
+/// `80 = 8 load x 10 speed`; of a refined grid what is computed in any case, and the most that may
+/// be.
+pub fn points(job: &Job) -> String {
+    let mut counts = counts(job, &[]);
+    if let Some(carried) = job.carried.as_ref().filter(|c| c.directions.len() > 1) {
+        counts.push(format!("{} directions", carried.directions.len()));
+    }
+    let all = format!("{} = {}", job.points.len(), counts.join(" x "));
+    let Some(refine) = &job.refine else {
+        return all;
+    };
+    let halvings = match refine.nested.levels {
+        1 => "1 halving".to_owned(),
+        levels => format!("{levels} halvings"),
+    };
+    format!(
+        "{} = {}; more where {} differ, up to {halvings} of an interval: at most {all}",
+        refine.nested.places(0),
+        self::counts(job, &refine.nested.coarse).join(" x "),
+        refine.by_words(),
+    )
+}
+
+/// `8 load`, `10 speed`; `varied` stands for the lengths of axes with several values.
+fn counts(job: &Job, varied: &[usize]) -> Vec<String> {
+    let mut varied = varied.iter().copied();
+    let count = |all: usize| match all {
+        1 => 1,
+        all => varied.next().unwrap_or(all),
+    };
+    let lengths: Vec<usize> = (job.axes.iter().map(|axis| axis.values.len()))
+        .map(count)
+        .collect();
+    let named = job.axes.iter().zip(lengths);
+    named
+        .map(|(axis, n)| format!("{n} {}", axis.name()))
+        .collect()
+}
+
+/// `16 chains of 200 points, carried along speed (up, then down); chains run side by side`.
+pub fn order(job: &Job, carried: &Carried) -> String {
+    let chains = job.points.len() / carried.length;
+    let directions: Vec<&str> = carried.directions.iter().map(|d| d.name()).collect();
+    format!(
+        "{chains} {} of {} points, carried along {} ({}); {}",
+        if chains == 1 { "chain" } else { "chains" },
+        carried.length,
+        job.axes[carried.axis].name(),
+        directions.join(", then "),
+        match chains {
+            1 => "one after another on one thread",
+            _ => "chains run side by side",
+        }
+    )
+}
+
+/// How the state is carried; null where points are independent.
+pub fn carried_json(job: &Job) -> Value {
+    json!(job.carried.as_ref().map(|carried| json!({
+        "along": job.axes[carried.axis].name(),
+        "directions": carried.directions.iter().map(|d| d.name()).collect::<Vec<_>>(),
+        "chains": job.points.len() / carried.length,
+        "chain_length": carried.length,
+    })))
+}
+
+/// How the grid is refined; null where it is not. `points` is then the most there can be.
+pub fn refine_json(job: &Job) -> Value {
+    json!(job.refine.as_ref().map(|refine| json!({
+        "coarse": refine.nested.coarse,
+        "coarse_points": refine.nested.places(0),
+        "levels": refine.nested.levels,
+        "by": refine.by.iter().map(|criterion| criterion.name()).collect::<Vec<_>>(),
+        "tolerance": refine.tolerance,
+        "longest_period": refine.longest_period,
+    })))
+}
+
+/// Why the points of a refined grid cannot be dealt out, or some of them computed again.
+pub fn refuses(job: &Job, option: &str) -> Option<String> {
+    job.refine.as_ref().map(|_| {
+        format!(
+            "{option} does not go with grid.refine: which points a refined grid takes follows from \
+             the results of all others; leave {option} out, or grid.refine"
+        )
+    })
+}

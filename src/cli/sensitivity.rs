@@ -1,0 +1,152 @@
+//! `atlas sensitivity m.toml --point …`: how the answers of a point change with keys of the manifest.
+
+use super::point::{self, number};
+use super::process::Process;
+use super::table::TablesFolder;
+use super::{BAD_INPUT, INTERRUPTED, answer, check, fail, start_threads, with_causes};
+use crate::analysis::sensitivity::ensemble::Ensemble;
+use crate::manifest::Parameter;
+use crate::sweep::{Parts, Sensitivities, SensitivityError, sensitivities};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Arguments of `atlas sensitivity`.
+#[derive(Debug, Args)]
+pub struct SensitivityArgs {
+    /// The manifest.
+    pub manifest: PathBuf,
+    /// The operating point: load and speed may be any, other axes are values of the grid.
+    #[arg(
+        long,
+        value_name = "AXIS=VALUE,...",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub point: String,
+    /// Keys to differentiate by, separated by commas: load, speed, or any key of the drive that takes a
+    /// quantity, such as mesh.half_gap [default: load, speed and all such keys of mesh and excitation
+    /// that the manifest sets].
+    #[arg(long, value_name = "KEY,...", value_delimiter = ',')]
+    pub by: Vec<String>,
+    /// Members of the ensemble that a chaotic motion is estimated with.
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub members: u32,
+    /// Mesh cycles of each member.
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub cycles: u64,
+    /// Step of each key that a chaotic motion is estimated with, as a part of its value.
+    #[arg(long, value_name = "PART", default_value_t = 0.02)]
+    pub step: f64,
+    #[command(flatten)]
+    tables: TablesFolder,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Tells the sensitivities of a point: status 0 when done, 2 for bad input, 130 when interrupted.
+pub fn run(args: &SensitivityArgs) -> ExitCode {
+    let job = match check::admit(&args.manifest) {
+        Ok(job) => job,
+        Err(status) => return status,
+    };
+    let point = match point::choose(&job, &args.point) {
+        Ok(point) => point.spec,
+        Err(errors) => {
+            let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+            return fail(BAD_INPUT, &lines.join("\nerror: "));
+        }
+    };
+    if !(args.step > 0.0 && args.step < 0.5) {
+        return fail(BAD_INPUT, "--step must be above 0 and below 0.5");
+    }
+    let names = match args.by.is_empty() {
+        true => job.between.continuous_keys(),
+        false => args.by.clone(),
+    };
+    let keys: Result<Vec<Parameter>, _> = names
+        .iter()
+        .map(|name| job.between.parameter(&point, name))
+        .collect();
+    let keys = match keys {
+        Ok(keys) => keys,
+        Err(error) => return fail(BAD_INPUT, &error.to_string()),
+    };
+    let process = match Process::prepare() {
+        Ok(process) => process,
+        Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
+    };
+    if let Err(message) = start_threads() {
+        return fail(1, &message);
+    }
+    let asked = Ensemble {
+        members: args.members as usize,
+        transient: 200,
+        cycles: args.cycles,
+    };
+    let parts = Parts::new(args.tables.store());
+    match sensitivities(
+        &job,
+        &point,
+        &keys,
+        &asked,
+        args.step,
+        &parts,
+        &process.called_off,
+    ) {
+        Ok(found) if args.json => answer(&format!("{:#}\n", in_json(&found)), ExitCode::SUCCESS),
+        Ok(found) => answer(&in_text(&found), ExitCode::SUCCESS),
+        Err(SensitivityError::CalledOff(_)) => fail(INTERRUPTED, "interrupted"),
+        Err(error) => fail(BAD_INPUT, &with_causes(&error)),
+    }
+}
+
+fn in_json(found: &Sensitivities) -> serde_json::Value {
+    let rows: Vec<_> = (found.rows.iter())
+        .map(|row| {
+            json!({
+                "key": row.key, "key_unit": row.key_unit, "at": row.at,
+                "quantity": row.quantity, "unit": row.unit, "value": row.value,
+                "derivative": row.by, "check": row.check, "stderr": row.error,
+                "method": row.method, "note": row.note,
+            })
+        })
+        .collect();
+    json!({ "class": found.class.name(), "reason": found.reason, "sensitivities": rows })
+}
+
+fn in_text(found: &Sensitivities) -> String {
+    let mut out = format!("motion    {}: {}\n\n", found.class.name(), found.reason);
+    out.push_str(&format!(
+        "{:<28}{:<24}{:>14}{:>16}{:>14}  {}\n",
+        "key", "quantity", "value", "derivative", "relative", "check"
+    ));
+    for row in &found.rows {
+        let by = row.by.map_or("-".to_owned(), |by| format!("{by:.6e}"));
+        let relative = row.by.map_or("-".to_owned(), |by| {
+            format!("{:+.4}", by * row.at / row.value)
+        });
+        let check = match (row.by, row.check, row.error) {
+            (Some(by), Some(check), None) if by == check => "differences agree".to_owned(),
+            (Some(by), Some(check), None) => {
+                format!("differences agree to {:.0e}", ((by - check) / by).abs())
+            }
+            (_, Some(check), Some(error)) => format!("± {error:.2e}, doubled step {check:.4e}"),
+            _ => String::new(),
+        };
+        let note = if row.note.is_empty() {
+            String::new()
+        } else {
+            format!("  ({})", row.note)
+        };
+        let key = format!("{} [{}]", row.key, row.key_unit);
+        let quantity = format!("{} [{}]", row.quantity, row.unit);
+        out.push_str(&format!(
+            "{key:<28}{quantity:<24}{:>14}{by:>16}{relative:>14}  {check}{note}\n",
+            number(row.value)
+        ));
+    }
+    out
+}

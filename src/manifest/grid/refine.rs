@@ -1,0 +1,192 @@
+//! `grid.refine`: whether the cells of the grid are divided where their corners differ, and how.
+
+use super::grid_axis::GridAxis;
+use super::values::MAX_POINTS;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use crate::manifest::reader::{Child, Section};
+use crate::manifest::schema::{self, Kind, MANIFEST};
+use crate::manifest::spec::{Criterion, Refine};
+use crate::numerics::nested_grid::NestedGrid;
+use strum::VariantArray;
+
+/// How the grid over `axes` is refined; their values become those of the finest grid. None where it
+/// is not, or where anything is wrong, reported; `whole` tells whether no axis has a fault.
+pub(super) fn read(
+    root: &Section,
+    grid: &Section,
+    issues: &mut Issues,
+    axes: &mut [GridAxis],
+    whole: bool,
+) -> Option<Refine> {
+    let Child::Present(section) = grid.child(issues, "refine") else {
+        return None;
+    };
+    let levels = section.integer(issues, "levels");
+    let by = criteria(root, &section, issues);
+    let tolerance = section.quantity_or_default(issues, "tolerance");
+    let longest = section.integer_or_default(issues, "longest_period");
+    if let Some(by) = &by {
+        without_effect(&section, issues, by);
+    }
+    if super::is_carried(root) {
+        let order = Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            section.span,
+            "grid.refine",
+            "a grid is refined point by point; no state is carried to points between others"
+                .to_owned(),
+        );
+        issues.push(order.label("with grid.order").remedy(
+            "set order = \"independent\", or leave refine out; analyses.poincare.refine narrows down \
+             changes along a carried state",
+        ));
+        return None;
+    }
+    let levels = u32::try_from(levels?).ok()?;
+    let varied = plane(section.span, issues, axes).filter(|_| whole)?;
+    let nested = NestedGrid {
+        coarse: varied.map(|axis| axes[axis].axis.values.len()),
+        levels,
+    };
+    fits(&section, issues, nested)?;
+    for axis in varied {
+        let values = &mut axes[axis].axis.values;
+        *values = values.halved(levels)?;
+    }
+    Some(Refine {
+        nested,
+        by: by?,
+        tolerance: tolerance?,
+        longest_period: u32::try_from(longest?).ok()?,
+    })
+}
+
+/// What is compared; a column must be computed.
+fn criteria(root: &Section, section: &Section, issues: &mut Issues) -> Option<Vec<Criterion>> {
+    let words = section.choices_or_default(issues, "by")?;
+    let named = |criterion: &&Criterion| words.contains(&criterion.name());
+    let by: Vec<Criterion> = Criterion::VARIANTS.iter().filter(named).copied().collect();
+    let fault = |message: String| {
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            section.span_of("by"),
+            "grid.refine.by",
+            message,
+        )
+    };
+    if by.is_empty() {
+        let nothing = fault("`grid.refine.by` is empty".to_owned()).label("nothing to compare");
+        issues.push(nothing.remedy("name a criterion, or leave by out"));
+        return None;
+    }
+    let analyses = root.entry("analyses").map(|analyses| &analyses.node);
+    let computed = |name: &str| analyses.is_some_and(|tables| tables.entry(name).is_some());
+    let lacking = (by.iter().copied())
+        .find_map(|criterion| Some((criterion, criterion.analysis().filter(|a| !computed(a))?)));
+    if let Some((criterion, analysis)) = lacking {
+        let name = criterion.name();
+        let message = format!("`{name}` is not computed without analyses.{analysis}");
+        let remedy = format!("add {analysis} = {{}} to [analyses], or take {name} out");
+        issues.push(fault(message).label("not computed").remedy(remedy));
+        return None;
+    }
+    Some(by)
+}
+
+/// Keys that say how criteria are compared that are not named.
+fn without_effect(section: &Section, issues: &mut Issues, by: &[Criterion]) {
+    if !by.iter().any(|criterion| criterion.is_number()) {
+        section.without_effect(
+            issues,
+            &["tolerance"],
+            "where no column is compared",
+            "name a column in by, or leave tolerance out",
+        );
+    }
+    if by.iter().all(|criterion| criterion.is_number()) {
+        section.without_effect(
+            issues,
+            &["longest_period"],
+            "where neither class nor period is compared",
+            "name one of them in by, or leave longest_period out",
+        );
+    }
+}
+
+/// The two axes that vary, which must be even ranges of what can be halved.
+fn plane(span: Span, issues: &mut Issues, axes: &[GridAxis]) -> Option<[usize; 2]> {
+    let several = |axis: &usize| axes[*axis].axis.values.len() > 1;
+    let varied: Vec<usize> = (0..axes.len()).filter(several).collect();
+    let fault = |span: Span, message: String| {
+        Diagnostic::new(DiagnosticKind::Inconsistent, span, "grid.refine", message)
+    };
+    let Ok(varied) = <[usize; 2]>::try_from(varied.as_slice()) else {
+        let names: Vec<&str> = varied.iter().map(|&axis| axes[axis].axis.name()).collect();
+        let found = match names.is_empty() {
+            true => "none has".to_owned(),
+            false => format!("{} of them: {}", names.len(), names.join(", ")),
+        };
+        let message = format!(
+            "`grid.refine` divides a plane: two axes of the grid must have several values ({found})"
+        );
+        let fault = fault(span, message).label("not a plane");
+        issues.push(fault.remedy("give two axes several values and all others one"));
+        return None;
+    };
+    let mut fits = true;
+    for axis in varied.map(|axis| &axes[axis]) {
+        let name = axis.axis.name();
+        let whole = schema::find(MANIFEST, name).is_some_and(|key| key.kind == Kind::Integer);
+        let (message, label, remedy) = if whole {
+            (
+                format!("`{name}` takes whole numbers: its intervals cannot be halved"),
+                "whole numbers",
+                "refine over keys that take any number",
+            )
+        } else if axis.axis.values.halved(0).is_none() {
+            (
+                format!(
+                    "`{name}` is a list of values; `grid.refine` halves the intervals of a range"
+                ),
+                "not an even range",
+                "give the axis as { from, to, count }, with spacing = \"log\" where that fits better",
+            )
+        } else {
+            continue;
+        };
+        issues.push(fault(axis.key_span, message).label(label).remedy(remedy));
+        fits = false;
+    }
+    fits.then_some(varied)
+}
+
+/// Whether the finest grid has no more points than a grid may have.
+fn fits(section: &Section, issues: &mut Issues, nested: NestedGrid) -> Option<()> {
+    let points = |levels: u32| {
+        let [rows, columns] = nested
+            .coarse
+            .map(|places| ((places as u128 - 1) << levels) + 1);
+        rows * columns
+    };
+    let fit = |levels: &u32| points(*levels) <= u128::from(MAX_POINTS);
+    if fit(&nested.levels) {
+        return Some(());
+    }
+    let most = (0..nested.levels).rev().find(fit);
+    let mut diagnostic = Diagnostic::new(
+        DiagnosticKind::GridTooLarge,
+        section.span_of("levels"),
+        "grid.refine.levels",
+        format!("the finest grid has {} points", points(nested.levels)),
+    )
+    .label("too many halvings")
+    .accepted(format!(
+        "at most {MAX_POINTS} points, however few of them are computed"
+    ));
+    diagnostic = match most.filter(|most| *most > 0) {
+        Some(most) => diagnostic.remedy(format!("set levels = {most} or less")),
+        None => diagnostic.remedy("use a coarser grid"),
+    };
+    issues.push(diagnostic);
+    None
+}

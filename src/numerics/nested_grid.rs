@@ -1,0 +1,223 @@
+//! How are the places of a plane numbered that is halved and halved again where it is of interest?
+//!
+//! Level 0 is a grid of `rows × columns` places, level l has `2^l` intervals for each of its
+//! intervals. Places are numbered level by level, each place at the first level that has it, and row
+//! by row within a level: numbers do not change where further levels follow, and those of level 0
+//! are the numbers of the grid without levels. Coordinates `[row, column]` count the intervals of
+//! the last level.
+
+use serde::{Deserialize, Serialize};
+
+/// A grid of two axes and its halvings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NestedGrid {
+    /// Rows and columns of level 0, two or more each.
+    pub coarse: [usize; 2],
+    /// How often its intervals may be halved.
+    pub levels: u32,
+}
+
+/// A square of the plane between four places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Cell {
+    /// Its least row and column.
+    pub corner: [usize; 2],
+    /// Intervals of the last level along its side, a power of two.
+    pub side: usize,
+}
+
+impl NestedGrid {
+    /// Rows and columns of the grid that all intervals halved `level` times make.
+    pub fn sides(&self, level: u32) -> [usize; 2] {
+        self.coarse.map(|places| ((places - 1) << level) + 1)
+    }
+
+    /// Places of levels 0 to `level`.
+    pub fn places(&self, level: u32) -> usize {
+        let [rows, columns] = self.sides(level);
+        rows * columns
+    }
+
+    /// The level of a place, by its number.
+    pub fn level(&self, number: usize) -> u32 {
+        (0..self.levels)
+            .find(|&level| number < self.places(level))
+            .unwrap_or(self.levels)
+    }
+
+    /// Row and column of a place, by its number.
+    pub fn at(&self, number: usize) -> [usize; 2] {
+        let level = self.level(number);
+        let [_, columns] = self.sides(level);
+        let [row, column] = match level.checked_sub(1) {
+            None => [number / columns, number % columns],
+            Some(before) => {
+                // Of two rows the first has every second place already.
+                let between = self.sides(before)[1] - 1;
+                let rest = number - self.places(before);
+                let (pair, along) = (rest / (between + columns), rest % (between + columns));
+                match along.checked_sub(between) {
+                    None => [2 * pair, 2 * along + 1],
+                    Some(along) => [2 * pair + 1, along],
+                }
+            }
+        };
+        [row, column].map(|along| along << (self.levels - level))
+    }
+
+    /// The number of a place.
+    pub fn number(&self, [row, column]: [usize; 2]) -> usize {
+        let halvings = (row | column).trailing_zeros().min(self.levels);
+        let level = self.levels - halvings;
+        let [row, column] = [row >> halvings, column >> halvings];
+        let [_, columns] = self.sides(level);
+        match level.checked_sub(1) {
+            None => row * columns + column,
+            Some(before) => {
+                let between = self.sides(before)[1] - 1;
+                let first = self.places(before) + row / 2 * (between + columns);
+                match row % 2 {
+                    0 => first + column / 2,
+                    _ => first + between + column,
+                }
+            }
+        }
+    }
+
+    /// The cells that nothing divides further, row by row within each cell of level 0; `known` tells
+    /// which places are there. A cell is divided where its centre is.
+    pub fn leaves(&self, known: impl Fn([usize; 2]) -> bool) -> Vec<Cell> {
+        let side = 1 << self.levels;
+        let mut leaves = Vec::new();
+        for row in 0..self.coarse[0] - 1 {
+            for column in 0..self.coarse[1] - 1 {
+                let corner = [row * side, column * side];
+                let mut open = vec![Cell { corner, side }];
+                while let Some(cell) = open.pop() {
+                    match cell.side > 1 && known(cell.centre()) {
+                        true => open.extend(cell.quarters().into_iter().rev()),
+                        false => leaves.push(cell),
+                    }
+                }
+            }
+        }
+        leaves
+    }
+}
+
+impl Cell {
+    fn place(&self, rows: usize, columns: usize) -> [usize; 2] {
+        [self.corner[0] + rows, self.corner[1] + columns]
+    }
+
+    /// Its corners.
+    pub fn corners(&self) -> [[usize; 2]; 4] {
+        let side = self.side;
+        [[0, 0], [0, side], [side, 0], [side, side]].map(|[r, c]| self.place(r, c))
+    }
+
+    /// Its centre; of a cell of side 2 or more.
+    pub fn centre(&self) -> [usize; 2] {
+        self.place(self.side / 2, self.side / 2)
+    }
+
+    /// The places that part each of its edges in two; of a cell of side 2 or more.
+    pub fn middles(&self) -> [[usize; 2]; 4] {
+        let (half, side) = (self.side / 2, self.side);
+        [[0, half], [half, 0], [half, side], [side, half]].map(|[r, c]| self.place(r, c))
+    }
+
+    /// The places that part the halves of its edges in two; of a cell of side 4 or more.
+    pub fn quarters_of_edges(&self) -> [[usize; 2]; 8] {
+        let (one, three, side) = (self.side / 4, 3 * self.side / 4, self.side);
+        [
+            [0, one],
+            [0, three],
+            [one, 0],
+            [three, 0],
+            [one, side],
+            [three, side],
+            [side, one],
+            [side, three],
+        ]
+        .map(|[r, c]| self.place(r, c))
+    }
+
+    /// The four cells that it is divided into.
+    fn quarters(&self) -> [Self; 4] {
+        let half = self.side / 2;
+        [[0, 0], [0, half], [half, 0], [half, half]].map(|[r, c]| Self {
+            corner: self.place(r, c),
+            side: half,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    const GRIDS: [NestedGrid; 3] = [
+        NestedGrid {
+            coarse: [3, 4],
+            levels: 3,
+        },
+        NestedGrid {
+            coarse: [2, 2],
+            levels: 4,
+        },
+        NestedGrid {
+            coarse: [5, 2],
+            levels: 0,
+        },
+    ];
+
+    #[test]
+    fn every_place_has_one_number() {
+        for grid in GRIDS {
+            let all = grid.places(grid.levels);
+            let places: BTreeSet<[usize; 2]> = (0..all).map(|number| grid.at(number)).collect();
+            assert_eq!(places.len(), all);
+            for number in 0..all {
+                assert_eq!(grid.number(grid.at(number)), number);
+            }
+        }
+    }
+
+    /// The numbers of a plane are those of the same plane with fewer levels.
+    #[test]
+    fn further_levels_leave_numbers_as_they_are() {
+        for grid in GRIDS {
+            for levels in 0..grid.levels {
+                let fewer = NestedGrid { levels, ..grid };
+                for number in 0..fewer.places(levels) {
+                    let scaled = fewer.at(number).map(|c| c << (grid.levels - levels));
+                    assert_eq!(scaled, grid.at(number));
+                }
+            }
+            let [_, columns] = grid.coarse;
+            let side = 1 << grid.levels;
+            assert_eq!(grid.at(columns + 1), [side, side]);
+        }
+    }
+
+    #[test]
+    fn leaves_cover_the_plane_once() {
+        let grid = GRIDS[0];
+        // Divided about one place, as deep as possible.
+        let known = |place: [usize; 2]| {
+            let level = grid.level(grid.number(place));
+            let reach = 1 << (grid.levels - level);
+            place.iter().all(|&along| along.abs_diff(9) <= reach)
+        };
+        let leaves = grid.leaves(known);
+        let area: usize = leaves.iter().map(|cell| cell.side * cell.side).sum();
+        assert_eq!(area, 16 * 24);
+        assert!(leaves.iter().any(|cell| cell.side == 1));
+        assert!(leaves.iter().any(|cell| cell.side == 8));
+        for cell in leaves {
+            assert!(cell.side == 1 || !known(cell.centre()));
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Periodic orbits of a results folder: each of them, how many are alike, and the given states
+//! that led to none.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::numbers::number;
+use crate::input::printable;
+use crate::store::{ResultTable, StoreError, TableKind};
+
+/// What `orbits.parquet` holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Orbits {
+    /// Points with an orbit.
+    pub points: usize,
+    /// The orbits of all points together, by period.
+    pub periods: Vec<OrbitCount>,
+    /// Every orbit, by point and period.
+    pub orbits: Vec<Orbit>,
+    /// Searches from given states that led to no orbit.
+    pub missed: Vec<MissedSearch>,
+}
+
+/// The orbits of one period.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OrbitCount {
+    /// The period \[mesh cycles\].
+    pub period: u64,
+    /// Orbits.
+    pub orbits: usize,
+    /// Points that have one.
+    pub points: usize,
+    /// Those of the orbits that are stable.
+    pub stable: usize,
+    /// Smallest and largest modulus of their leading multipliers.
+    pub modulus: [f64; 2],
+    /// Their smallest grazing margin \[half gaps\]; none where no deflection has an extreme.
+    pub grazing_margin: Option<f64>,
+    /// Largest growth of a kick over what the monodromy matrix predicts.
+    pub kick_over_linear: Option<f64>,
+}
+
+/// A periodic orbit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Orbit {
+    /// The point.
+    pub point_id: u64,
+    /// Its period \[mesh cycles\].
+    pub period: u64,
+    /// The given state that led to it, counted from 1; none where a near return did.
+    pub state: Option<u64>,
+    /// Whether all multipliers lie inside the unit circle.
+    pub stable: bool,
+    /// Largest modulus of its multipliers.
+    pub modulus: f64,
+    /// The leading multiplier, real and imaginary part; none where multipliers were not kept.
+    pub leading: Option<[f64; 2]>,
+    /// What it crosses the unit circle as; none where it is well inside.
+    pub bifurcation: Option<String>,
+    /// Smallest distance of an extreme of δ from a contact surface \[half gaps\].
+    pub grazing_margin: Option<f64>,
+    /// Growth of a kick over one period, integrated in full.
+    pub kick_growth: Option<f64>,
+    /// The same as the monodromy matrix predicts it.
+    pub kick_growth_linear: Option<f64>,
+    /// All multipliers, real and imaginary parts.
+    #[serde(skip)]
+    pub multipliers: Vec<[f64; 2]>,
+    /// Distance after 0, 1, 2, … returns of a kick, in full and linear \[half gaps\].
+    #[serde(skip)]
+    pub kick: [Vec<f64>; 2],
+}
+
+/// A search from a given state that led to no orbit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MissedSearch {
+    /// The point.
+    pub point_id: u64,
+    /// The given state, counted from 1.
+    pub state: u64,
+    /// The period sought \[mesh cycles\].
+    pub period: u64,
+    /// Why there is no orbit.
+    pub reason: String,
+}
+
+impl Orbit {
+    /// The leading multiplier in words: `-2.962`, `0.173 ± 0.982i`; its modulus where no more is
+    /// known.
+    pub(super) fn leading_words(&self) -> String {
+        let shown = |value: f64| number(value).replace('-', "−");
+        match self.leading {
+            None => format!("modulus {}", shown(self.modulus)),
+            Some([re, 0.0]) => shown(re),
+            Some([re, im]) => format!("{} ± {}i", shown(re), shown(im.abs())),
+        }
+    }
+
+    /// What the leading multiplier crosses the unit circle as, in words.
+    pub(super) fn crossing_words(&self) -> &str {
+        match self.bifurcation.as_deref() {
+            Some("neimark_sacker") => "torus (Neimark–Sacker)",
+            Some("flip") => "period doubling (flip)",
+            Some(other) => other,
+            None => "well inside",
+        }
+    }
+}
+
+/// The orbits of a results folder; none where they were not asked for.
+pub(super) fn read(folder: &Path) -> Result<Option<Orbits>, StoreError> {
+    let table = match ResultTable::read(folder, TableKind::Orbits) {
+        Err(StoreError::Missing { .. }) => return Ok(None),
+        table => table?,
+    };
+    let (ids, periods, states) = (
+        table.u64("point_id")?,
+        table.u64("period")?,
+        table.u64("state")?,
+    );
+    let (found, stable) = (table.bool("found")?, table.bool("stable")?);
+    let (reasons, bifurcations) = (table.text("reason")?, table.text("bifurcation")?);
+    let column = |name: &str| table.f64(name);
+    let (lambda, margin) = (column("lambda")?, column("grazing_margin")?);
+    let (growth, linear) = (column("kick_growth")?, column("kick_growth_linear")?);
+    let list = |name: &str| table.lists(name);
+    let (re, im) = (list("multipliers_re")?, list("multipliers_im")?);
+    let (full, predicted) = (list("kick_distance")?, list("kick_distance_linear")?);
+    let values = |lists: &[Option<Vec<Option<f64>>>], row: usize| -> Vec<f64> {
+        lists[row]
+            .iter()
+            .flatten()
+            .map_while(|value| *value)
+            .collect()
+    };
+    let orbit = |row: usize| {
+        let (period, [re, im]) = (periods[row]?, [values(&re, row), values(&im, row)]);
+        let multipliers: Vec<[f64; 2]> = re.into_iter().zip(im).map(Into::into).collect();
+        Some(Orbit {
+            point_id: ids[row]?,
+            period,
+            state: states[row],
+            stable: stable[row]?,
+            // An orbit that contracts to nothing has no finite exponent.
+            modulus: lambda[row].map_or(0.0, |lambda| (lambda * period as f64).exp()),
+            leading: multipliers.first().copied(),
+            bifurcation: bifurcations[row].clone(),
+            grazing_margin: margin[row],
+            kick_growth: growth[row],
+            kick_growth_linear: linear[row],
+            multipliers,
+            kick: [values(&full, row), values(&predicted, row)],
+        })
+    };
+    let missed = |row: usize| {
+        Some(MissedSearch {
+            point_id: ids[row]?,
+            state: states[row]?,
+            period: periods[row]?,
+            reason: printable(reasons[row].as_deref()?).into_owned(),
+        })
+    };
+    let rows = |found_ones: bool| {
+        let found = &found;
+        (0..table.rows()).filter(move |&row| found[row] == Some(found_ones))
+    };
+    let mut orbits: Vec<Orbit> = rows(true).filter_map(orbit).collect();
+    orbits.sort_by_key(|orbit| (orbit.point_id, orbit.period));
+    Ok(Some(Orbits {
+        points: distinct_points(orbits.iter()),
+        periods: counts(&orbits),
+        missed: rows(false).filter_map(missed).collect(),
+        orbits,
+    }))
+}
+
+fn distinct_points<'o>(orbits: impl Iterator<Item = &'o Orbit>) -> usize {
+    orbits
+        .map(|orbit| orbit.point_id)
+        .collect::<BTreeSet<_>>()
+        .len()
+}
+
+fn counts(orbits: &[Orbit]) -> Vec<OrbitCount> {
+    let mut by_period: BTreeMap<u64, Vec<&Orbit>> = BTreeMap::new();
+    for orbit in orbits {
+        by_period.entry(orbit.period).or_default().push(orbit);
+    }
+    let count = |(period, orbits): (u64, Vec<&Orbit>)| {
+        let moduli = || orbits.iter().map(|orbit| orbit.modulus);
+        let ratio = |orbit: &&Orbit| Some(orbit.kick_growth? / orbit.kick_growth_linear?);
+        OrbitCount {
+            period,
+            orbits: orbits.len(),
+            points: distinct_points(orbits.iter().copied()),
+            stable: orbits.iter().filter(|orbit| orbit.stable).count(),
+            modulus: [
+                moduli().fold(f64::INFINITY, f64::min),
+                moduli().fold(0.0, f64::max),
+            ],
+            grazing_margin: orbits
+                .iter()
+                .filter_map(|orbit| orbit.grazing_margin)
+                .reduce(f64::min),
+            kick_over_linear: orbits.iter().filter_map(ratio).reduce(f64::max),
+        }
+    };
+    by_period.into_iter().map(count).collect()
+}

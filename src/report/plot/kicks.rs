@@ -1,0 +1,140 @@
+//! How a small kick off each periodic orbit of a point grows or decays from return to return.
+
+use super::axis::{Axis, range};
+use super::canvas::{Anchor, Canvas, Place, SOFT};
+use super::error::PlotError;
+use super::orbits::{key, numbers, orbit_colour, pictures};
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::Drawn;
+use super::results::Results;
+use super::what::{PlotRequest, What};
+use crate::report::numbers::number;
+use crate::report::orbits::Orbit;
+
+const LEFT: f64 = 92.0;
+const RIGHT: f64 = 660.0;
+const TOP: f64 = 84.0;
+const BOTTOM: f64 = 526.0;
+
+/// How far beyond what is integrated linear predictions are shown, as a factor.
+const BEYOND: f64 = 30.0;
+
+pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    pictures(
+        results,
+        request,
+        What::Kicks,
+        "a kick off periodic orbits, return by return",
+        |orbit| orbit.kick[0].len() > 1,
+        growth,
+    )
+}
+
+fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
+    let [full, linear] = [0, 1].map(|which: usize| {
+        let values = orbits.iter().flat_map(move |orbit| &orbit.kick[which]);
+        range(values.copied().filter(|value| *value > 0.0))
+    });
+    let low = full[0].min(linear[0].max(full[0] / BEYOND));
+    let high = full[1].max(linear[1].min(full[1] * BEYOND));
+    let most = orbits.iter().map(|orbit| orbit.kick[0].len()).max();
+    let returns = most.unwrap_or(2) as f64 - 1.0;
+    let panel = Panel {
+        left: LEFT,
+        right: RIGHT,
+        top: TOP,
+        bottom: BOTTOM,
+        across: Axis::linear("returns to the orbit", "1", [0.0, returns]),
+        up: Axis::logarithmic(
+            "distance from the orbit",
+            "half gaps",
+            [0.5 * low, 2.0 * high],
+        ),
+    };
+    panel.frame(canvas, true);
+    for (place, orbit) in orbits.iter().enumerate() {
+        let colour = orbit_colour(place);
+        let [full, linear] = orbit.kick.each_ref().map(|kick| path(&panel, kick));
+        for [from, to] in parts(&panel, &linear) {
+            canvas.dashes(from, to, colour, 1.3);
+        }
+        for part in parts(&panel, &full) {
+            canvas.line(&part, colour, 2.0);
+        }
+        for at in full.iter().filter(|at| shown(&panel, at)) {
+            canvas.disc(*at, 3.2, colour);
+        }
+    }
+    let ends = (orbits.iter().enumerate()).filter_map(|(place, orbit)| {
+        let mut path = path(&panel, &orbit.kick[0]).into_iter();
+        Some((place, path.rfind(|at| shown(&panel, at))?))
+    });
+    numbers(canvas, &ends.collect::<Vec<_>>());
+    let note = "lines: integrated in full; dashes: powers of the monodromy matrix, where they part";
+    let at = [panel.left, TOP - 8.0];
+    canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
+    key(canvas, [RIGHT + 28.0, TOP + 2.0], orbits, |orbit| {
+        let first = orbit.kick[0][1] / orbit.kick[0][0];
+        format!(
+            "first return × {}, then × {}",
+            number(first),
+            number(orbit.modulus)
+        )
+    });
+}
+
+/// Distances after 0, 1, 2, … returns, as places.
+fn path(panel: &Panel, distances: &[f64]) -> Vec<Place> {
+    let at = |(count, distance): (usize, &f64)| panel.at(count as f64, *distance);
+    distances.iter().enumerate().map(at).collect()
+}
+
+/// Whether a place lies between the panel's bottom and top: distances of nothing do not.
+fn shown(panel: &Panel, at: &Place) -> bool {
+    (panel.top..=panel.bottom).contains(&at[1])
+}
+
+/// The straight lines of a path, as far as they lie between the panel's bottom and top.
+fn parts(panel: &Panel, path: &[Place]) -> Vec<[Place; 2]> {
+    let pairs = path.windows(2).map(|pair| [pair[0], pair[1]]);
+    pairs.filter_map(|pair| within(panel, pair)).collect()
+}
+
+/// The part of a straight line that lies between the panel's bottom and top.
+fn within(panel: &Panel, [from, to]: [Place; 2]) -> Option<[Place; 2]> {
+    let clipped = |[x, y]: Place, other: Place| {
+        let edge = y.clamp(panel.top, panel.bottom);
+        match edge == y || y == other[1] {
+            true => [x, y],
+            false => [x + (other[0] - x) * (edge - y) / (other[1] - y), edge],
+        }
+    };
+    let outside = |edge: fn(f64, &Panel) -> bool| edge(from[1], panel) && edge(to[1], panel);
+    let seen = !outside(|y, panel| y < panel.top) && !outside(|y, panel| y > panel.bottom);
+    seen.then(|| [clipped(from, to), clipped(to, from)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_ends_where_it_leaves_the_panel() {
+        let panel = Panel {
+            left: 0.0,
+            right: 100.0,
+            top: 0.0,
+            bottom: 100.0,
+            across: Axis::linear("", "1", [0.0, 1.0]),
+            up: Axis::linear("", "1", [0.0, 1.0]),
+        };
+        let whole = [[10.0, 20.0], [30.0, 90.0]];
+        assert_eq!(within(&panel, whole), Some(whole));
+        let leaving = within(&panel, [[0.0, 50.0], [40.0, -50.0]]);
+        assert_eq!(leaving, Some([[0.0, 50.0], [20.0, 0.0]]));
+        let entering = within(&panel, [[0.0, 150.0], [40.0, 50.0]]);
+        assert_eq!(entering, Some([[20.0, 100.0], [40.0, 50.0]]));
+        assert_eq!(within(&panel, [[0.0, -1.0], [40.0, -50.0]]), None);
+        assert_eq!(within(&panel, [[0.0, 101.0], [40.0, 150.0]]), None);
+    }
+}

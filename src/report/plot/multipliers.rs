@@ -1,0 +1,111 @@
+//! Floquet multipliers of a point's periodic orbits in the complex plane, about the unit circle.
+
+use std::f64::consts::TAU;
+
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas, FAINT, INK, Place, SOFT};
+use super::error::PlotError;
+use super::orbits::{key, numbers, orbit_colour, pictures};
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::Drawn;
+use super::results::Results;
+use super::what::{PlotRequest, What};
+use crate::report::numbers::number;
+use crate::report::orbits::Orbit;
+
+const LEFT: f64 = 92.0;
+const TOP: f64 = 72.0;
+/// Side of the plane \[px\].
+const SIDE: f64 = 520.0;
+const MARGIN: f64 = LEFT + SIDE + 28.0;
+
+/// Half the side of the plane shown, at least and at most; what lies further out is drawn at the
+/// edge, so that the circle stays visible.
+const EXTENT: [f64; 2] = [1.25, 4.0];
+
+/// Room around the outermost multiplier.
+const ROOM: f64 = 1.12;
+
+pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    pictures(
+        results,
+        request,
+        What::Multipliers,
+        "multipliers of periodic orbits",
+        |orbit| !orbit.multipliers.is_empty(),
+        plane,
+    )
+}
+
+fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
+    let outermost = orbits
+        .iter()
+        .fold(0.0_f64, |most, orbit| most.max(orbit.modulus));
+    let extent = (ROOM * outermost).clamp(EXTENT[0], EXTENT[1]);
+    let axis = |name: &str| Axis::linear(name, "1", [-extent, extent]);
+    let panel = Panel {
+        left: LEFT,
+        right: LEFT + SIDE,
+        top: TOP,
+        bottom: TOP + SIDE,
+        across: axis("real part"),
+        up: axis("imaginary part"),
+    };
+    let round = |radius: f64| -> Vec<Place> {
+        let angles = (0..=240).map(|step| TAU * f64::from(step) / 240.0);
+        let at = |angle: f64| panel.at(radius * angle.cos(), radius * angle.sin());
+        angles.map(at).collect()
+    };
+    panel.frame(canvas, true);
+    canvas.polygon(&round(1.0), FAINT);
+    for [from, to] in [
+        [[-extent, 0.0], [extent, 0.0]],
+        [[0.0, -extent], [0.0, extent]],
+    ] {
+        let ends = [from, to].map(|[x, y]| panel.at(x, y));
+        canvas.line(&ends, super::canvas::Colour(0xc4, 0xc4, 0xc4), 1.0);
+    }
+    canvas.line(&round(1.0), INK, 1.6);
+    let inside = |[re, im]: [f64; 2]| {
+        let beyond = (re.abs().max(im.abs()) / extent).max(1.0);
+        panel.at(re / beyond, im / beyond)
+    };
+    for (place, orbit) in orbits.iter().enumerate() {
+        for multiplier in &orbit.multipliers {
+            canvas.disc(inside(*multiplier), 3.4, orbit_colour(place));
+        }
+    }
+    let leading = (orbits.iter().enumerate()).flat_map(|(place, orbit)| {
+        let places = leading(orbit).into_iter();
+        places.map(move |multiplier| (place, inside(multiplier)))
+    });
+    numbers(canvas, &leading.collect::<Vec<_>>());
+    canvas.height = TOP + SIDE + 66.0;
+    key(canvas, [MARGIN, TOP + 2.0], orbits, |orbit| {
+        let leading = orbit.leading_words();
+        match orbit.leading {
+            Some([_, im]) if im != 0.0 => format!("{leading}, modulus {}", number(orbit.modulus)),
+            _ => format!("leading {leading}"),
+        }
+    });
+    let mut notes = vec![
+        "grey: inside the unit circle, stable",
+        "numbers: leading multipliers",
+    ];
+    if outermost > EXTENT[1] / ROOM {
+        notes.push("at the edge: further out");
+    }
+    for (line, note) in notes.iter().rev().enumerate() {
+        let at = [MARGIN, TOP + SIDE - 2.0 - 18.0 * line as f64];
+        canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
+    }
+}
+
+/// The leading multiplier, and its conjugate where it has one.
+fn leading(orbit: &Orbit) -> Vec<[f64; 2]> {
+    match orbit.leading {
+        None => Vec::new(),
+        Some([re, 0.0]) => vec![[re, 0.0]],
+        Some([re, im]) => vec![[re, im], [re, -im]],
+    }
+}

@@ -1,0 +1,132 @@
+//! What pictures of periodic orbits have in common: whose orbits they show, and the key.
+
+use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT};
+use super::categories::colour;
+use super::error::PlotError;
+use super::panel::TICK_SIZE;
+use super::picture::{Drawn, Picture};
+use super::results::{MOST_SLICES, Results};
+use super::what::{PlotRequest, What};
+use crate::report::orbits::Orbit;
+
+/// Most entries of a key, and the height of one \[px\].
+const MOST_ENTRIES: usize = 11;
+const ENTRY: f64 = 42.0;
+
+/// A picture for each point with orbits that show what is drawn, or for the point asked for.
+pub(super) fn pictures(
+    results: &Results,
+    request: &PlotRequest,
+    what: What,
+    title: &str,
+    drawable: impl Fn(&Orbit) -> bool,
+    draw: impl Fn(&mut Canvas, &[&Orbit]),
+) -> Result<Drawn, PlotError> {
+    let unfit = |reason: &str| PlotError::Unfit {
+        what,
+        reason: reason.into(),
+    };
+    let found = results.summary.orbits.as_ref().ok_or_else(|| {
+        unfit("there is no orbits.parquet; ask for `orbits` in the manifest's [analyses]")
+    })?;
+    let mut ids: Vec<u64> = (found.orbits.iter())
+        .filter(|orbit| drawable(orbit))
+        .map(|orbit| orbit.point_id)
+        .collect();
+    ids.dedup();
+    if let Some(id) = request.point {
+        results.point(id)?;
+        ids.retain(|known| *known == id);
+    }
+    if ids.is_empty() {
+        return Err(unfit(match what {
+            What::Multipliers => {
+                "no orbit with multipliers was found; `analyses.orbits.floquet` keeps them"
+            }
+            _ => "no orbit was found",
+        }));
+    }
+    let mut drawn = Drawn::of_slices(what, ids.len().min(MOST_SLICES), ids.len());
+    for &id in ids.iter().take(MOST_SLICES) {
+        let own: Vec<&Orbit> = (found.orbits.iter())
+            .filter(|orbit| orbit.point_id == id && drawable(orbit))
+            .collect();
+        let words = results.point_words(results.point(id)?);
+        let title = format!("{}: {title}", results.job);
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words]));
+        draw(&mut canvas, &own);
+        let name = match results.summary.all.len() {
+            1 => what.name().to_owned(),
+            _ => format!("{}-point={id}", what.name()),
+        };
+        drawn.pictures.push(Picture::new(name, canvas));
+    }
+    Ok(drawn)
+}
+
+/// The colour of an orbit by its place.
+pub(super) fn orbit_colour(place: usize) -> Colour {
+    colour(place)
+}
+
+/// The orbits with their numbers, downwards from a place, with a second line for each.
+pub(super) fn key(
+    canvas: &mut Canvas,
+    at: Place,
+    orbits: &[&Orbit],
+    second: impl Fn(&Orbit) -> String,
+) {
+    let mut y = at[1];
+    for (place, orbit) in orbits.iter().enumerate().take(MOST_ENTRIES) {
+        numbered(canvas, [at[0] + 9.0, y + 9.0], place);
+        let stable = if orbit.stable { "stable" } else { "unstable" };
+        let name = format!("period {}, {stable}", orbit.period);
+        let text = [at[0] + 26.0, y + 8.0];
+        canvas.text(text, &name, TICK_SIZE, INK, Anchor::Start);
+        let below = [text[0], y + 25.0];
+        canvas.text(below, &second(orbit), TICK_SIZE, SOFT, Anchor::Start);
+        y += ENTRY;
+    }
+    if orbits.len() > MOST_ENTRIES {
+        let text = format!("… and {} more", orbits.len() - MOST_ENTRIES);
+        canvas.text([at[0], y + 8.0], &text, TICK_SIZE, SOFT, Anchor::Start);
+    }
+}
+
+/// Distance between the centres of two numbers \[px\].
+const APART: f64 = 20.0;
+
+/// Numbers of orbits where they belong, or above or below where others stand there already, with a
+/// line to where they belong. The first of the list stand nearest.
+pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
+    let mut taken: Vec<Place> = Vec::new();
+    for (_, wanted) in wanted {
+        let free = |at: &Place| {
+            let apart = |other: &Place| (at[0] - other[0]).hypot(at[1] - other[1]) >= APART;
+            taken.iter().all(apart)
+        };
+        let steps =
+            (0..=2 * taken.len()).flat_map(|step| [-0.5, 0.5].map(|side| side * step as f64));
+        let places = steps.map(|step| [wanted[0], wanted[1] + APART * step]);
+        let place = { places }.find(free).unwrap_or(*wanted);
+        canvas.line(&[*wanted, place], SOFT, 1.0);
+        taken.push(place);
+    }
+    for ((number, _), at) in wanted.iter().zip(&taken) {
+        numbered(canvas, *at, *number);
+    }
+}
+
+/// A disc in an orbit's colour with its number, from 1.
+fn numbered(canvas: &mut Canvas, centre: Place, place: usize) {
+    canvas.disc(centre, 9.5, Colour(255, 255, 255));
+    canvas.disc(centre, 8.5, orbit_colour(place));
+    let Colour(red, green, blue) = orbit_colour(place);
+    // Luminance of the colour decides which ink is read on it.
+    let light = 0.3 * f64::from(red) + 0.6 * f64::from(green) + 0.1 * f64::from(blue) > 130.0;
+    let ink = if light { INK } else { Colour(255, 255, 255) };
+    let text = (place + 1).to_string();
+    let size = if text.len() > 1 { 9.0 } else { 11.0 };
+    let at = [centre[0], centre[1] + 0.36 * size];
+    canvas.text(at, &text, size, ink, Anchor::Middle);
+}

@@ -1,0 +1,177 @@
+//! Which of its computed points stands for each place of a refined plane?
+//!
+//! In a cell that nothing divides further, the nearest corner does. What a place shows is so what was
+//! computed, never something between.
+
+use std::collections::HashMap;
+
+use super::point::{Axis, PointSummary};
+use crate::store::RefinedColumns;
+
+/// A refined plane.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Plane {
+    /// Rows and columns of the finest grid.
+    pub sides: [usize; 2],
+    /// Intervals of the finest grid between values of the undivided one.
+    pub step: usize,
+    /// For every place, row by row, which of the points stands for it; the largest number where
+    /// none does, since the run has not come so far.
+    stands: Vec<u32>,
+}
+
+impl Plane {
+    /// The plane of some points.
+    pub fn new<'p>(
+        refined: &RefinedColumns,
+        points: impl IntoIterator<Item = &'p PointSummary>,
+    ) -> Self {
+        let nested = refined.nested;
+        let sides @ [rows, columns] = nested.sides(nested.levels);
+        let known: HashMap<[usize; 2], u32> = (points.into_iter().zip(0..))
+            .map(|(point, index)| (nested.at(point.point_id as usize), index))
+            .collect();
+        let mut stands = vec![u32::MAX; rows * columns];
+        let mut leaves = nested.leaves(|place| known.contains_key(&place));
+        // On an edge that two cells share, the smaller knows better.
+        leaves.sort_by_key(|cell| std::cmp::Reverse(cell.side));
+        for cell in leaves {
+            let [row, column] = cell.corner;
+            let corners = cell.corners().map(|place| known.get(&place).copied());
+            for down in 0..=cell.side {
+                for across in 0..=cell.side {
+                    let nearest =
+                        2 * usize::from(2 * down > cell.side) + usize::from(2 * across > cell.side);
+                    if let Some(index) = corners[nearest] {
+                        stands[(row + down) * columns + column + across] = index;
+                    }
+                }
+            }
+        }
+        Self {
+            sides,
+            step: 1 << nested.levels,
+            stands,
+        }
+    }
+
+    /// The index of the point that stands for a place.
+    pub fn at(&self, row: usize, column: usize) -> Option<usize> {
+        let index = self.stands[row * self.sides[1] + column];
+        (index != u32::MAX).then_some(index as usize)
+    }
+}
+
+/// Gives the axes of a refined plane the values of its finest grid; those that no point has lie
+/// evenly between those that some have.
+pub(super) fn complete(axes: &mut [Axis], refined: &RefinedColumns, points: &[PointSummary]) {
+    let nested = refined.nested;
+    for (side, name) in refined.axes.iter().enumerate() {
+        let Some(index) = axes.iter().position(|axis| axis.name == *name) else {
+            continue;
+        };
+        let mut values = vec![None; nested.sides(nested.levels)[side]];
+        for point in points {
+            values[nested.at(point.point_id as usize)[side]] = Some(point.axis_values[index]);
+        }
+        axes[index].values = filled(&values);
+    }
+}
+
+/// A list whose gaps are filled evenly; what lies before the first and behind the last value is as
+/// these.
+fn filled(values: &[Option<f64>]) -> Vec<f64> {
+    let known: Vec<(usize, f64)> = (values.iter().enumerate())
+        .filter_map(|(place, value)| Some((place, (*value)?)))
+        .collect();
+    let at = |place: usize| {
+        let next = known.partition_point(|(known, _)| *known < place);
+        match (next.checked_sub(1).map(|i| known[i]), known.get(next)) {
+            (_, Some(&(there, value))) if there == place => value,
+            (Some((a, low)), Some(&(b, high))) => {
+                low + (high - low) * (place - a) as f64 / (b - a) as f64
+            }
+            (Some((_, value)), None) | (None, Some(&(_, value))) => value,
+            (None, None) => f64::NAN,
+        }
+    };
+    (0..values.len()).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::nested_grid::NestedGrid;
+
+    fn point(nested: NestedGrid, place: [usize; 2]) -> PointSummary {
+        PointSummary {
+            point_id: nested.number(place) as u64,
+            axis_values: place.map(|along| 10.0 * along as f64).to_vec(),
+            direction: None,
+            status: "ok".into(),
+            reason: String::new(),
+            class: None,
+            period: None,
+            lambda: None,
+            stderr: None,
+            twin: None,
+            twin_agrees: None,
+        }
+    }
+
+    /// One cell, of which a quarter is divided again.
+    fn plane() -> (RefinedColumns, Vec<PointSummary>) {
+        let nested = NestedGrid {
+            coarse: [2, 2],
+            levels: 3,
+        };
+        let coarse = [[0, 0], [0, 8], [8, 0], [8, 8]];
+        let halves = [[0, 4], [4, 0], [4, 4], [4, 8], [8, 4]];
+        let quarters = [[0, 2], [2, 0], [2, 2], [2, 4], [4, 2]];
+        let places = coarse.into_iter().chain(halves).chain(quarters);
+        let refined = RefinedColumns {
+            nested,
+            axes: ["load".into(), "speed".into()],
+            by: "class".into(),
+            start: "static".into(),
+        };
+        (refined, places.map(|place| point(nested, place)).collect())
+    }
+
+    #[test]
+    fn the_nearest_corner_stands_for_a_place() {
+        let (refined, points) = plane();
+        let plane = Plane::new(&refined, &points);
+        let stands = |row, column| {
+            let point = &points[plane.at(row, column).unwrap()];
+            refined.nested.at(point.point_id as usize)
+        };
+        for point in &points {
+            let place @ [row, column] = refined.nested.at(point.point_id as usize);
+            assert_eq!(stands(row, column), place);
+        }
+        assert_eq!(stands(7, 7), [8, 8]);
+        assert_eq!(stands(5, 7), [4, 8]);
+        assert_eq!(stands(1, 3), [0, 2], "of a small cell");
+        assert_eq!(stands(3, 4), [2, 4], "the smaller of two cells");
+        // Of a run that was called off, some are missing.
+        let plane = Plane::new(&refined, &points[..3]);
+        assert!(plane.at(7, 7).is_none() && plane.at(1, 1).is_some());
+    }
+
+    #[test]
+    fn axes_have_all_values_of_the_finest_grid() {
+        let (refined, points) = plane();
+        let axis = |name: &str| Axis {
+            name: name.into(),
+            unit: "1".into(),
+            values: vec![0.0],
+        };
+        let mut axes = [axis("load"), axis("speed")];
+        complete(&mut axes, &refined, &points);
+        for axis in axes {
+            let wanted: Vec<f64> = (0..=8).map(|along| 10.0 * f64::from(along)).collect();
+            assert_eq!(axis.values, wanted);
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Which tables does a job write, and with which columns?
+
+use super::file::Shard;
+use super::point_row::AxisColumn;
+use super::refined::RefinedColumns;
+
+/// What a job writes.
+#[derive(Debug, Clone, Default)]
+pub struct ResultLayout {
+    /// The grid's axes, slowest first.
+    pub axes: Vec<AxisColumn>,
+    /// Whether `poincare.parquet` is written.
+    pub poincare: bool,
+    /// Whether `spectra.parquet` is written.
+    pub spectra: bool,
+    /// Whether `probes.parquet` and `attractors.parquet` are written.
+    pub probes: bool,
+    /// Whether `orbits.parquet` is written.
+    pub orbits: bool,
+    /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
+    pub swept: Option<AxisColumn>,
+    /// Names of the axes of the slices in `basins.parquet`, where it is written.
+    pub basins: Option<[String; 2]>,
+    /// Whether `horizon.parquet` is written.
+    pub horizon: bool,
+    /// Whether `cycle_expansion.parquet` is written.
+    pub cycle_expansion: bool,
+    /// How the grid is refined, where it is.
+    pub refined: Option<RefinedColumns>,
+    /// Which part of a split job this is.
+    pub shard: Option<Shard>,
+}
+
+impl ResultLayout {
+    /// Tables that are written beside `points.parquet`.
+    pub fn beside(&self) -> usize {
+        let one = [
+            self.poincare,
+            self.spectra,
+            self.orbits,
+            self.basins.is_some(),
+            self.horizon,
+            self.cycle_expansion,
+            self.swept.is_some(),
+        ];
+        one.into_iter().map(usize::from).sum::<usize>() + 2 * usize::from(self.probes)
+    }
+}

@@ -1,0 +1,168 @@
+//! Planted planes: what is asked for finds their boundaries, and follows from results alone.
+
+use super::*;
+use crate::analysis::{PointOutcome, Status};
+use crate::store::Placement;
+use proptest::prelude::*;
+
+const NESTED: NestedGrid = NestedGrid {
+    coarse: [5, 4],
+    levels: 5,
+};
+
+fn refine(by: &[Criterion]) -> Refine {
+    Refine {
+        nested: NESTED,
+        by: by.to_vec(),
+        tolerance: 0.1,
+        longest_period: 64,
+    }
+}
+
+fn row(point_id: u64, class: Option<Class>, events: f64) -> PointRow {
+    let mut outcome = PointOutcome::unanswered(Status::Ok, String::new());
+    outcome.class = class;
+    outcome.events_per_cycle = Some(events);
+    PointRow {
+        point_id,
+        axis_values: Vec::new(),
+        outcome,
+        multistability: None,
+        orbits: None,
+        chain: None,
+        horizon: None,
+        cycle_expansion: None,
+        kernel: String::new(),
+        placement: Placement::default(),
+    }
+}
+
+/// The whole plane of a motion, computed from what is `known` already.
+fn plane(refine: &Refine, known: &[u64], motion: impl Fn([usize; 2]) -> PointRow) -> Refinement {
+    let mut plane = Refinement::new(refine);
+    let point = |id: u64| PointRow {
+        point_id: id,
+        ..motion(NESTED.at(id as usize))
+    };
+    known.iter().for_each(|&id| plane.learn(&point(id)));
+    loop {
+        let round = plane.next_round();
+        assert!(round.is_sorted());
+        if round.is_empty() {
+            return plane;
+        }
+        assert!(round.iter().all(|&id| !known.contains(&(id as u64))));
+        round.iter().for_each(|&id| plane.learn(&point(id as u64)));
+    }
+}
+
+/// Chaotic in a disc, else periodic.
+fn disc([row, column]: [usize; 2]) -> Option<Class> {
+    let (x, y) = (row as f64 - 61.3, column as f64 - 40.7);
+    Some(match x.hypot(y) < 27.2 {
+        true => Class::Chaotic,
+        false => Class::Periodic(1),
+    })
+}
+
+#[test]
+fn a_boundary_is_found_within_the_resolution_and_little_else() {
+    let both = [Criterion::Class, Criterion::Period];
+    let found = plane(&refine(&both), &[], |at| row(0, disc(at), 1.0));
+    let leaves = NESTED.leaves(|at| found.asked.contains(&found.id(at)));
+    for cell in &leaves {
+        let [first, ..] = cell.corners();
+        let one = cell.corners().iter().all(|&at| disc(at) == disc(first));
+        assert!(cell.side == 1 || one, "{cell:?}");
+        // All finest places of a larger leaf are like its corners.
+        for r in 0..=cell.side {
+            for c in 0..=cell.side {
+                let at = [cell.corner[0] + r, cell.corner[1] + c];
+                assert!(cell.side == 1 || disc(at) == disc(first), "{at:?}");
+            }
+        }
+    }
+    let all = NESTED.places(NESTED.levels) as u64;
+    assert!(found.points() < all / 8, "{} of {all}", found.points());
+    assert!(found.points() > 500);
+}
+
+#[test]
+fn neighbours_differ_by_no_more_than_one_halving() {
+    let found = plane(&refine(&[Criterion::Class]), &[], |at| {
+        row(0, disc(at), 1.0)
+    });
+    let there = |at: &[usize; 2]| found.asked.contains(&found.id(*at));
+    for cell in NESTED.leaves(|at| there(&at)) {
+        assert!(cell.side < 4 || !cell.quarters_of_edges().iter().any(there));
+    }
+}
+
+/// A tongue that no corner of a coarse cell lies in is followed from where it leaves the disc.
+#[test]
+fn what_leaves_a_divided_cell_is_followed() {
+    let tongue = |[r, c]: [usize; 2]| match c > 40 && r.abs_diff(52) <= 1 {
+        true => Some(Class::Chaotic),
+        false => disc([r, c]),
+    };
+    let found = plane(&refine(&[Criterion::Class]), &[], |at| {
+        row(0, tongue(at), 1.0)
+    });
+    let tip = [52, 96];
+    assert_eq!(tongue(tip), Some(Class::Chaotic));
+    assert!(found.asked.contains(&found.id(tip)));
+}
+
+#[test]
+fn motions_without_a_verdict_are_no_boundary_among_each_other() {
+    let by = [Criterion::Class, Criterion::Period];
+    let speckled = |[r, c]: [usize; 2]| match (r * 31 + c * 17) % 5 {
+        0 => Some(Class::NotConverged),
+        1 => None,
+        _ => Some(Class::Chaotic),
+    };
+    let coarse = NESTED.places(0) as u64;
+    let found = plane(&refine(&by), &[], |at| row(0, speckled(at), 1.0));
+    assert_eq!(found.points(), coarse);
+    // Locked on a torus, with ever another long period.
+    let locked = |[r, c]: [usize; 2]| match (r + c) % 3 {
+        0 => Class::QuasiPeriodic,
+        _ => Class::Periodic(65 + (r * 7 + c * 13) as u32),
+    };
+    let found = plane(&refine(&by), &[], |at| row(0, Some(locked(at)), 1.0));
+    assert_eq!(found.points(), coarse);
+    // What repeats is told from what has not settled.
+    let half = |[r, _]: [usize; 2]| match r < 40 {
+        true => Class::NotConverged,
+        false => Class::Periodic(2),
+    };
+    let found = plane(&refine(&by), &[], |at| row(0, Some(half(at)), 1.0));
+    assert!(found.points() > coarse + 100);
+}
+
+#[test]
+fn numbers_are_held_against_what_the_coarse_grid_spans() {
+    let by = [Criterion::EventsPerCycle];
+    let coarse = NESTED.places(0) as u64;
+    let slope = |steep: f64| {
+        let column = move |[_, c]: [usize; 2]| row(0, Some(Class::Chaotic), steep * c as f64);
+        plane(&refine(&by), &[], column).points()
+    };
+    // A third of the span from corner to corner: halved until less than a tenth is left, twice.
+    assert_eq!(slope(1.0), 17 * 13);
+    assert_eq!(slope(1.0), slope(1e-9));
+    assert_eq!(slope(0.0), coarse);
+}
+
+proptest! {
+    /// What a journal holds changes nothing of what is asked for.
+    #[test]
+    fn what_is_asked_for_follows_from_results_alone(seed in any::<u64>(), part in 1..9_u64) {
+        let by = refine(&[Criterion::Class, Criterion::Period]);
+        let motion = |at| row(0, disc(at), 1.0);
+        let whole = plane(&by, &[], motion);
+        let keep = |id: &&u64| blake3::hash(&(*id ^ seed).to_le_bytes()).as_bytes()[0] % 10 < part as u8;
+        let known: Vec<u64> = whole.asked.iter().filter(keep).copied().collect();
+        prop_assert_eq!(&plane(&by, &known, motion).asked, &whole.asked);
+    }
+}

@@ -1,0 +1,427 @@
+//! How the answers of a point change with keys of its manifest.
+
+use super::build::{BuildError, affordable, questions};
+use super::family::PointFamily;
+use super::parts::Parts;
+use crate::analysis::continuation::drive::Family;
+use crate::analysis::orbits::shooting::shoot;
+use crate::analysis::sensitivity::ensemble::{
+    self, AVERAGES, Ensemble, MemberError, averages, slope,
+};
+use crate::analysis::sensitivity::orbit::{QUANTITIES, derivatives};
+use crate::analysis::{CalledOff, Class, EnergyNorm, PointOutcome, Status, investigate_onward};
+use crate::manifest::{Job, Parameter, PointSpec};
+use crate::model::{Model, ShapeChange, TrajectoryState};
+use crate::numerics::random::PointSeed;
+use crate::propagate::{Counters, Kernel, KernelUse, Stop};
+use rayon::prelude::*;
+use std::sync::atomic::AtomicBool;
+
+/// Harmonics of the mesh frequency whose amplitudes are differentiated.
+const HARMONICS: usize = 3;
+
+/// Step of the differences that derivatives are checked with, relative to the parameter's size.
+const CHECK: f64 = 1e-5;
+
+/// Relative difference from which a derivative and a difference quotient disagree.
+const DISAGREE: f64 = 1e-2;
+
+/// Relative derivative `p ∂a/∂p / a` below which a key is not felt, and only round-off is compared.
+const UNFELT: f64 = 1e-5;
+
+/// What is said where they do.
+const KINK: &str =
+    "differences do not agree: the model has a kink here, or the orbit changes within a step";
+
+/// Cycles between the starts of an ensemble's members.
+const APART: u64 = 50;
+
+/// What a quantity does when a parameter changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// The key.
+    pub key: String,
+    /// Its unit.
+    pub key_unit: &'static str,
+    /// Its value.
+    pub at: f64,
+    /// The quantity.
+    pub quantity: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Its derivative by the key, in SI; none where there is none to be told.
+    pub by: Option<f64>,
+    /// The same by differences, or from a step twice as large.
+    pub check: Option<f64>,
+    /// Standard error, of an estimate.
+    pub error: Option<f64>,
+    /// How it was come by: `orbit` (exact), `difference` or `ensemble`.
+    pub method: &'static str,
+    /// Why there is no derivative.
+    pub note: String,
+}
+
+/// The sensitivities of a point.
+#[derive(Debug)]
+pub struct Sensitivities {
+    /// How the point moves.
+    pub class: Class,
+    /// In words.
+    pub reason: String,
+    /// One row a key and quantity.
+    pub rows: Vec<Sensitivity>,
+}
+
+/// Why there are none.
+#[derive(Debug, thiserror::Error)]
+pub enum SensitivityError {
+    /// There is no such drive.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The motion has no kind.
+    #[error("the point does not settle, so that there is nothing to differentiate: {reason}")]
+    Unsettled {
+        /// Why not.
+        reason: String,
+    },
+    /// The orbit cannot be integrated.
+    #[error(transparent)]
+    Stop(#[from] Stop),
+    /// It was called off.
+    #[error(transparent)]
+    CalledOff(#[from] CalledOff),
+}
+
+impl From<MemberError> for SensitivityError {
+    fn from(error: MemberError) -> Self {
+        match error {
+            MemberError::Stop(stop) => Self::Stop(stop),
+            MemberError::CalledOff(called_off) => Self::CalledOff(called_off),
+        }
+    }
+}
+
+/// The sensitivities of a point to some keys. Of a motion that repeats they are exact; of a chaotic one
+/// they are estimates over an ensemble, whose step is `step` relative to each key.
+///
+/// # Errors
+/// [`SensitivityError`].
+pub fn sensitivities(
+    job: &Job,
+    point: &PointSpec,
+    keys: &[Parameter],
+    asked: &Ensemble,
+    step: f64,
+    parts: &Parts,
+    called_off: &AtomicBool,
+) -> Result<Sensitivities, SensitivityError> {
+    let model = parts.model(point)?;
+    affordable(&model, &point.run.kernel)?;
+    let seed = PointSeed {
+        seed: job.seed,
+        point_id: point.point_id,
+    };
+    let settle = Settle {
+        model: &model,
+        start: model.start(&point.run.initial),
+        point,
+        seed,
+        called_off,
+    };
+    let (outcome, state) = with_kernel(point, &model, parts, settle)??;
+    let unsettled = || SensitivityError::Unsettled {
+        reason: outcome.reason.clone(),
+    };
+    let class = outcome
+        .class
+        .filter(|_| matches!(outcome.status, Status::Ok | Status::NotConverged))
+        .ok_or_else(unsettled)?;
+    let of_key = |key: &Parameter| -> Result<Vec<Sensitivity>, SensitivityError> {
+        CalledOff::check(called_off)?;
+        let family = PointFamily::new(point.clone(), vec![key.clone()], &job.between, parts);
+        match class {
+            Class::Periodic(period) | Class::SteadyContact(Some(period)) => {
+                of_orbit(&family, &model, &state, period, parts)
+            }
+            Class::Chaotic => of_ensemble(&family, &model, &state, asked, step, parts, called_off),
+            _ => Err(unsettled()),
+        }
+    };
+    let rows: Vec<Vec<Sensitivity>> = keys.par_iter().map(of_key).collect::<Result<_, _>>()?;
+    let rows = rows.into_iter().flatten().collect();
+    Ok(Sensitivities {
+        class,
+        reason: outcome.reason,
+        rows,
+    })
+}
+
+fn with_kernel<U: KernelUse>(
+    point: &PointSpec,
+    model: &Model,
+    parts: &Parts,
+    user: U,
+) -> Result<U::Output, BuildError> {
+    let kept = |kernel, cells| parts.kernels().get(kernel, model, cells);
+    let done = point
+        .run
+        .kernel
+        .apply(model, point.run.event_limit, kept, user);
+    done.map_err(|error| BuildError::tables(error, model))
+}
+
+struct Settle<'a> {
+    model: &'a Model,
+    start: TrajectoryState,
+    point: &'a PointSpec,
+    seed: PointSeed,
+    called_off: &'a AtomicBool,
+}
+
+impl KernelUse for Settle<'_> {
+    type Output = Result<(PointOutcome, TrajectoryState), CalledOff>;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
+        let mut trajectory = self.start;
+        let asked = questions(self.point, self.seed);
+        let outcome =
+            investigate_onward(self.model, kernel, &mut trajectory, &asked, self.called_off)?;
+        Ok((outcome, trajectory))
+    }
+}
+
+/// The values of an orbit's quantities, with its largest multiplier.
+struct Orbit<'a> {
+    model: &'a Model,
+    by: Option<&'a Model>,
+    start: &'a TrajectoryState,
+    period: u32,
+}
+
+impl KernelUse for Orbit<'_> {
+    type Output = Result<Option<(Vec<f64>, Vec<f64>)>, Stop>;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
+        let norm = EnergyNorm::new(self.model);
+        let start = TrajectoryState::new(self.model, self.start.state.clone(), self.start.cycle);
+        let found = shoot(
+            self.model,
+            kernel,
+            &norm,
+            &start,
+            self.period,
+            &mut kernel.workspace(),
+        )?;
+        let Some(orbit) = found else { return Ok(None) };
+        let still;
+        let by = match self.by {
+            Some(by) => by,
+            None => match Model::combined(&[(0.0, self.model)]) {
+                Ok(model) => {
+                    still = model;
+                    &still
+                }
+                Err(ShapeChange { .. }) => return Ok(None),
+            },
+        };
+        let all = derivatives(self.model, by, kernel, &orbit.start, self.period, HARMONICS)?;
+        let mut values: Vec<f64> = all.iter().map(|d| d.value).collect();
+        values.push(orbit.spectral_radius());
+        Ok(Some((values, all.iter().map(|d| d.by).collect())))
+    }
+}
+
+/// Exact derivatives along an orbit, each beside a difference quotient of the fourth order.
+fn of_orbit(
+    family: &PointFamily<'_>,
+    model: &Model,
+    start: &TrajectoryState,
+    period: u32,
+    parts: &Parts,
+) -> Result<Vec<Sensitivity>, SensitivityError> {
+    let key = &family.parameters[0];
+    let at = family.values();
+    let by = family.derivative(at, 0);
+    let names = QUANTITIES
+        .iter()
+        .map(|(name, unit)| ((*name).to_owned(), *unit));
+    let harmonics = (1..=HARMONICS).map(|m| (format!("deflection_harmonic_{m}"), "m"));
+    let multiplier = std::iter::once(("multiplier".to_owned(), "1"));
+    let own = Orbit {
+        model,
+        by: by.as_ref().ok(),
+        start,
+        period,
+    };
+    let found = with_kernel(&family.point, model, parts, own)??;
+    let Some((values, exact)) = found else {
+        return Err(SensitivityError::Unsettled {
+            reason: "Newton's method does not find the orbit again".to_owned(),
+        });
+    };
+    let h = CHECK * family.size(at, 0);
+    let near = |steps: f64| -> Option<Vec<f64>> {
+        let there = [at[0] + steps * h, at[1]];
+        let point = family.at(there).ok()?;
+        let model = family.model(there).ok()?;
+        let orbit = Orbit {
+            model: &model,
+            by: None,
+            start,
+            period,
+        };
+        Some(with_kernel(&point, &model, parts, orbit).ok()?.ok()??.0)
+    };
+    let around = [-2.0, -1.0, 1.0, 2.0].map(near);
+    let difference = |i: usize| -> Option<f64> {
+        let [a, b, c, d] = around
+            .each_ref()
+            .map(|values| values.as_ref().map(|v| v[i]));
+        Some((a? - 8.0 * b? + 8.0 * c? - d?) / (12.0 * h))
+    };
+    let fault = by.err().unwrap_or_default();
+    Ok((names.chain(harmonics).chain(multiplier).enumerate())
+        .map(|(i, (quantity, unit))| {
+            let exact = exact.get(i).copied().filter(|_| fault.is_empty());
+            let check = difference(i);
+            Sensitivity {
+                key: key.name().to_owned(),
+                key_unit: key.unit(),
+                at: at[0],
+                method: if exact.is_some() {
+                    "orbit"
+                } else {
+                    "difference"
+                },
+                value: values[i],
+                by: exact.or(check),
+                check: exact.and(check),
+                error: None,
+                note: match exact.zip(check) {
+                    Some((exact, check))
+                        if (exact - check).abs()
+                            > DISAGREE
+                                * exact
+                                    .abs()
+                                    .max(check.abs())
+                                    .max(UNFELT * (values[i] / at[0]).abs()) =>
+                    {
+                        KINK.to_owned()
+                    }
+                    _ if i < QUANTITIES.len() + HARMONICS => fault.clone(),
+                    _ => String::new(),
+                },
+                quantity,
+                unit,
+            }
+        })
+        .collect())
+}
+
+struct Members<'a> {
+    model: &'a Model,
+    starts: &'a [TrajectoryState],
+    asked: &'a Ensemble,
+    called_off: &'a AtomicBool,
+}
+
+impl KernelUse for Members<'_> {
+    type Output = Result<Vec<[f64; 4]>, MemberError>;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
+        averages(self.model, kernel, self.starts, self.asked, self.called_off)
+    }
+}
+
+struct Starts<'a> {
+    start: &'a TrajectoryState,
+    members: usize,
+}
+
+impl KernelUse for Starts<'_> {
+    type Output = Result<Vec<TrajectoryState>, Stop>;
+
+    fn with<K: Kernel + Sync>(self, kernel: &K) -> Self::Output {
+        let mut workspace = kernel.workspace();
+        let mut state = self.start.clone();
+        (0..self.members)
+            .map(|_| {
+                kernel.advance(
+                    APART,
+                    &mut state,
+                    &mut workspace,
+                    &mut (),
+                    &mut Counters::default(),
+                )?;
+                Ok(state.clone())
+            })
+            .collect()
+    }
+}
+
+/// Slopes of averages over an ensemble.
+fn of_ensemble(
+    family: &PointFamily<'_>,
+    model: &Model,
+    state: &TrajectoryState,
+    asked: &Ensemble,
+    step: f64,
+    parts: &Parts,
+    called_off: &AtomicBool,
+) -> Result<Vec<Sensitivity>, SensitivityError> {
+    let key = &family.parameters[0];
+    let at = family.values();
+    let starts = with_kernel(
+        &family.point,
+        model,
+        parts,
+        Starts {
+            start: state,
+            members: asked.members,
+        },
+    )??;
+    let h = step * family.size(at, 0);
+    let mut members = Vec::new();
+    for steps in [-2.0, -1.0, 1.0, 2.0] {
+        let there = [at[0] + steps * h, at[1]];
+        let values = |reason: String| SensitivityError::Build(BuildError::Values(reason));
+        let point = family.at(there).map_err(values)?;
+        let model = family.model(there).map_err(values)?;
+        members.push(with_kernel(
+            &point,
+            &model,
+            parts,
+            Members {
+                model: &model,
+                starts: &starts,
+                asked,
+                called_off,
+            },
+        )??);
+    }
+    Ok((AVERAGES.iter().enumerate())
+        .map(|(i, (quantity, unit))| {
+            let of: Vec<Vec<f64>> = members
+                .iter()
+                .map(|all| all.iter().map(|own| own[i]).collect())
+                .collect();
+            let found: ensemble::Slope = slope([&of[0], &of[1], &of[2], &of[3]], h);
+            let objection = found.objection();
+            Sensitivity {
+                key: key.name().to_owned(),
+                key_unit: key.unit(),
+                at: at[0],
+                quantity: (*quantity).to_owned(),
+                unit,
+                value: found.value,
+                by: objection.is_none().then_some(found.by),
+                check: Some(found.doubled[0]),
+                error: Some(found.error),
+                method: "ensemble",
+                note: objection.unwrap_or_default().to_owned(),
+            }
+        })
+        .collect())
+}

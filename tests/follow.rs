@@ -1,0 +1,177 @@
+//! `atlas follow` and `atlas sensitivity` as a user runs them.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// The rigid pair of the tiers, over a stretch of speed and load.
+fn manifest(grid: &str, continuation: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/tiers/torsional.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let (head, rest) = text.split_once("[grid]").unwrap();
+    let (_, tail) = rest.split_once("[run]").unwrap();
+    format!("{head}[grid]\n{grid}\n[run]{tail}\n{continuation}")
+}
+
+const GRID: &str =
+    "load = { values = [0.2, 0.4] }\nspeed = { from = 1000, to = 2200, count = 2 }\n";
+
+const FOLLOWED: &str = "[continuation]\nover = \"speed\"\nsecond = \"load\"\nstarts = 2\nlongest_period = 2\ntransient = 200\ncycles = 100\n";
+
+fn atlas(folder: &Path, text: &str, arguments: &[&str]) -> Output {
+    std::fs::write(folder.join("m.toml"), text).unwrap();
+    Command::new(env!("CARGO_BIN_EXE_atlas"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn refused(text: &str, arguments: &[&str], parts: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let output = atlas(folder.path(), text, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    for part in parts {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+}
+
+#[test]
+fn tables_are_the_same_for_any_number_of_threads() {
+    let text = manifest(GRID, FOLLOWED);
+    let folder = tempfile::tempdir().unwrap();
+    let mut written = Vec::new();
+    for threads in ["1", "2"] {
+        let out = format!("out-{threads}");
+        let output = atlas(
+            folder.path(),
+            &text,
+            &[
+                "follow",
+                "m.toml",
+                "--threads",
+                threads,
+                "--out",
+                &out,
+                "--json",
+            ],
+        );
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(summary["branches"].as_u64().unwrap() >= 2, "{summary}");
+        assert!(summary["orbits"].as_u64().unwrap() > 100, "{summary}");
+        assert!(summary["curves"]["onset"].as_u64() == Some(1), "{summary}");
+        let tables = ["branches", "bifurcations", "curves"];
+        written.push(tables.map(|name| {
+            std::fs::read(folder.path().join(&out).join(format!("{name}.parquet"))).unwrap()
+        }));
+    }
+    assert!(written[0] == written[1], "other bytes with two threads");
+}
+
+#[test]
+fn what_cannot_be_followed_is_said_with_its_remedy() {
+    let follow = ["follow", "m.toml"];
+    refused(&manifest(GRID, ""), &follow, &["[continuation]", "over ="]);
+    refused(
+        &manifest(
+            "load = 0.2\nspeed = 1500\n",
+            "[continuation]\nover = \"speed\"\n",
+        ),
+        &follow,
+        &["over = \"speed\"", "the interval of `speed` is empty"],
+    );
+    refused(
+        &manifest(
+            &format!("{GRID}\"gear.teeth.0\" = {{ values = [20, 21] }}\n"),
+            "[continuation]\nover = \"gear.teeth.0\"\n",
+        ),
+        &follow,
+        &["is not continuous", "gear.teeth.0"],
+    );
+    refused(
+        &manifest(GRID, "[continuation]\nover = \"sped\"\n"),
+        &follow,
+        &["no axis `sped`", "\"speed\""],
+    );
+    refused(
+        &manifest(
+            GRID,
+            "[continuation]\nover = \"speed\"\nsecond = \"speed\"\n",
+        ),
+        &follow,
+        &["second = \"speed\"", "followed over already"],
+    );
+    refused(
+        &manifest(
+            GRID,
+            "[continuation]\nover = \"speed\"\nstates = [{ at = 1500, displacement = [0.0], velocity = [0.0] }]\n",
+        ),
+        &follow,
+        &["continuation.states.0", "retained modes"],
+    );
+}
+
+#[test]
+fn a_given_state_next_to_no_orbit_is_reported() {
+    let far = "[continuation]\nover = \"speed\"\nstarts = 1\nlongest_period = 1\ntransient = 10\ncycles = 10\n\
+               states = [{ at = 1500, period = 1, displacement = [0.0, 1.0], velocity = [0.0, 900.0] }]\n";
+    let folder = tempfile::tempdir().unwrap();
+    let text = manifest(
+        "load = 0.2\nspeed = { from = 1400, to = 1600, count = 2 }\n",
+        far,
+    );
+    let output = atlas(folder.path(), &text, &["follow", "m.toml"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains("no orbit of period 1 lies next to given state 0"),
+        "{said}"
+    );
+}
+
+#[test]
+fn sensitivities_of_an_orbit_agree_with_differences() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = manifest("load = 0.4\nspeed = 2200\n", "");
+    let output = atlas(
+        folder.path(),
+        &text,
+        &[
+            "sensitivity",
+            "m.toml",
+            "--json",
+            "--by",
+            "load,speed,mesh.half_gap,mesh.mean_stiffness",
+        ],
+    );
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = found["sensitivities"].as_array().unwrap();
+    assert_eq!(rows.len(), 4 * 8, "{found}");
+    for row in rows.iter().filter(|row| row["method"] == "orbit") {
+        let (by, check) = (
+            row["derivative"].as_f64().unwrap(),
+            row["check"].as_f64().unwrap(),
+        );
+        let scale = row["value"].as_f64().unwrap().abs() / row["at"].as_f64().unwrap();
+        assert!(
+            (by - check).abs() <= 1e-4 * by.abs().max(1e-2 * scale),
+            "{row}"
+        );
+    }
+    refused(
+        &text,
+        &["sensitivity", "m.toml", "--by", "mesh.half_gp"],
+        &["mesh.half_gp", "did you mean `mesh.half_gap`"],
+    );
+    refused(
+        &text,
+        &["sensitivity", "m.toml", "--by", "mesh.segments"],
+        &["not continuous"],
+    );
+}

@@ -1,0 +1,209 @@
+//! Derivatives by parameters: against differences of trajectories in thirty digits, for every kind of key,
+//! and the order of those that go through differences of tables.
+
+#![allow(clippy::unwrap_used)]
+
+use atlas::analysis::continuation::drive::Family;
+use atlas::analysis::sensitivity::tangent::ParameterTangent;
+use atlas::manifest::{self, Job};
+use atlas::model::{InitialState, Model, TrajectoryState};
+use atlas::propagate::{Counters, Kernel, Volterra};
+use atlas::reference::Extended;
+use atlas::store::TableStore;
+use atlas::sweep::{Parts, PointFamily};
+use std::path::Path;
+
+fn text(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests");
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+fn job(text: &str) -> Job {
+    manifest::parse(text, "test.toml", Path::new("")).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The rattling tier of six degrees of freedom with something of everything.
+fn rattling() -> String {
+    text("tiers/translational.toml")
+        .replace("\"piecewise\"", "\"continuous\"")
+        .replace("segments = 60", "")
+        .replace("contact_ratio = 1.6 ", "contact_ratio = 1.62 ")
+        .replace("phase = 0.0 }]", "phase = 0.3 }, { harmonic = 2, amplitude = \"1 um\" }]")
+        .replace("torque_ripple = []", "torque_ripple = [{ shaft = \"pinion\", order = 20, amplitude = \"3 N*m\", phase = 0.4 }]")
+}
+
+/// The same with teeth computed, tips relieved and axes askew.
+fn toothed() -> String {
+    rattling()
+        .replace(
+            "stiffness = \"continuous\"",
+            "stiffness = \"table\"\nmisalignment = \"0.1 mrad\"\nsegments = 24",
+        )
+        .replace("mean_stiffness = \"4e8 N/m\"", "")
+        .replace("contact_ratio = 1.62 ", "#")
+        .replace("single_pair_drop", "#")
+}
+
+/// Where a trajectory that rattles has come to.
+fn start(model: &Model, cycles: u64) -> TrajectoryState {
+    let kernel = Volterra::new(model, f64::EPSILON, 1000);
+    let mut state = model.start(&InitialState::Static);
+    kernel
+        .advance(
+            cycles,
+            &mut state,
+            &mut kernel.workspace(),
+            &mut (),
+            &mut Counters::default(),
+        )
+        .unwrap();
+    state
+}
+
+fn tangent(model: &Model, by: &Model, start: &TrajectoryState, cycles: u64) -> (Vec<f64>, u64) {
+    let kernel = Volterra::new(model, f64::EPSILON, 1000);
+    let mut tangent =
+        ParameterTangent::new(model, by, &start.state, vec![0.0; start.state.len()], ());
+    let mut counters = Counters::default();
+    kernel
+        .advance(
+            cycles,
+            &mut start.clone(),
+            &mut kernel.workspace(),
+            &mut tangent,
+            &mut counters,
+        )
+        .unwrap();
+    (tangent.state().to_vec(), counters.events)
+}
+
+/// Largest error of first and of second components, each relative to its largest entry.
+fn error(found: &[f64], exact: &[f64]) -> f64 {
+    let n = found.len() / 2;
+    let half = |range: std::ops::Range<usize>| {
+        let size = exact[range.clone()]
+            .iter()
+            .fold(0.0_f64, |m, x| m.max(x.abs()));
+        range
+            .map(|i| (found[i] - exact[i]).abs() / size)
+            .fold(0.0, f64::max)
+    };
+    half(0..n).max(half(n..2 * n))
+}
+
+/// Differences of the sixth order of the 30-digit integrator over models of neighbouring values.
+fn differences(
+    family: &PointFamily<'_>,
+    at: [f64; 2],
+    step: f64,
+    start: &TrajectoryState,
+    cycles: u64,
+) -> (Vec<f64>, bool) {
+    let mut sum = vec![0.0; start.state.len()];
+    let mut counts = Vec::new();
+    for (steps, weight) in [(1.0, 45.0), (2.0, -9.0), (3.0, 1.0)] {
+        for side in [1.0, -1.0] {
+            let model = family.model([at[0] + side * steps * step, at[1]]).unwrap();
+            let own = TrajectoryState::new(&model, start.state.clone(), start.cycle);
+            let passage = Extended::new(&model).advance(&own, cycles).unwrap();
+            counts.push(passage.crossings.len());
+            for (sum, x) in sum.iter_mut().zip(&passage.state) {
+                *sum += side * weight / (60.0 * step) * x.value();
+            }
+        }
+    }
+    (sum, counts.iter().all(|count| *count == counts[0]))
+}
+
+fn every_key(text: &str, keys: &[&str], tolerance: f64) {
+    let job = job(text);
+    let folder = tempfile::tempdir().unwrap();
+    let parts = Parts::new(TableStore::open(folder.path()));
+    let point = job.points.at(0);
+    let cycles = 2;
+    for key in keys {
+        let parameter = job.between.parameter(&point, key).unwrap();
+        let family = PointFamily::new(point.clone(), vec![parameter], &job.between, &parts);
+        let at = family.values();
+        let model = family.model(at).unwrap();
+        let start = start(&model, 137);
+        let by = family.derivative(at, 0).unwrap();
+        let (found, events) = tangent(&model, &by, &start, cycles);
+        let size = if at[0] == 0.0 { 1e-2 } else { at[0].abs() };
+        let (exact, same) = differences(&family, at, 1e-3 * size, &start, cycles);
+        let (exact, same) = match same {
+            true => (exact, same),
+            false => differences(&family, at, 1e-4 * size, &start, cycles),
+        };
+        assert!(same, "{key}: events differ within a step");
+        let worst = error(&found, &exact);
+        println!("{key}: {worst:.1e}, {events} events");
+        assert!(events > 0 && worst < tolerance, "{key}: {worst:e}");
+    }
+}
+
+#[test]
+fn derivatives_by_every_kind_of_key_are_those_of_thirty_digits() {
+    every_key(
+        &rattling(),
+        &[
+            "load",
+            "speed",
+            "mesh.half_gap",
+            "mesh.mean_stiffness",
+            "mesh.single_pair_drop",
+            "mesh.contact_ratio",
+            "mesh.contact_damping",
+            "mesh.friction",
+            "excitation.transmission_error.0.amplitude",
+            "excitation.transmission_error.0.phase",
+            "excitation.torque_ripple.0.amplitude",
+            "excitation.torque_ripple.0.phase",
+            "model.damping",
+            "gear.pressure_angle",
+            "shafts.pinion.diameter",
+            "shafts.pinion.end_inertia",
+            "shafts.bearings.x",
+            "shafts.bearings.y",
+            "gear.rated_torque",
+        ],
+        1e-8,
+    );
+}
+
+#[test]
+fn derivatives_through_tables_of_teeth_are_those_of_thirty_digits() {
+    let keys = ["mesh.misalignment", "gear.face_width", "mesh.friction"];
+    every_key(&toothed(), &keys, 1e-8);
+    // A table follows its law to 1e-6, and under another load its pieces are others.
+    every_key(&toothed(), &["load"], 1e-5);
+}
+
+/// Central differences of a table, segment by segment, put through the cycle exactly: the error falls with
+/// the square of the step.
+#[test]
+fn differences_of_tables_are_of_the_second_order() {
+    let job = job(&toothed());
+    let folder = tempfile::tempdir().unwrap();
+    let parts = Parts::new(TableStore::open(folder.path()));
+    let point = job.points.at(0);
+    let parameter = job.between.parameter(&point, "mesh.misalignment").unwrap();
+    let family = PointFamily::new(point.clone(), vec![parameter], &job.between, &parts);
+    let at = family.values();
+    let model = family.model(at).unwrap();
+    let start = start(&model, 137);
+    let exact = tangent(&model, &family.derivative(at, 0).unwrap(), &start, 1).0;
+    let errors: Vec<f64> = [4e-2, 2e-2, 1e-2]
+        .map(|part| {
+            let step = part * at[0];
+            let ends = [-1.0, 1.0].map(|side| family.model([at[0] + side * step, 0.0]).unwrap());
+            let by = Model::combined(&[(-0.5 / step, &ends[0]), (0.5 / step, &ends[1])]).unwrap();
+            error(&tangent(&model, &by, &start, 1).0, &exact)
+        })
+        .to_vec();
+    println!("{errors:?}");
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((1.8..2.2).contains(&order), "{errors:?}");
+    }
+}
