@@ -89,14 +89,21 @@ pub fn run(args: &FollowArgs) -> ExitCode {
             unit: axis.unit.clone(),
         })
         .collect();
-    let metadata = [
-        ("job", job.name.clone()),
-        ("manifest_hash", job.hash.clone()),
+    let name = |index: usize| axes.get(index).map(|axis| axis.name.clone());
+    let asked = job.continuation.as_ref();
+    let metadata: Vec<(&str, String)> = [
+        ("job", Some(job.name.clone())),
+        ("manifest_hash", Some(job.hash.clone())),
         (
             "axes",
-            json!(axes.iter().map(|a| &a.name).collect::<Vec<_>>()).to_string(),
+            Some(json!(axes.iter().map(|a| &a.name).collect::<Vec<_>>()).to_string()),
         ),
-    ];
+        ("over", asked.and_then(|asked| name(asked.over))),
+        ("second", asked.and_then(|asked| name(asked.second?))),
+    ]
+    .into_iter()
+    .filter_map(|(key, value)| Some((key, value?)))
+    .collect();
     let census = Census::of(&followed);
     if let Err(error) = write_followed(&folder, &axes, rows(&job, &followed), &metadata) {
         return fail(failure(&error), &with_causes(&error));

@@ -11,11 +11,17 @@ pub enum ReportError {
     #[error(transparent)]
     Store(#[from] StoreError),
     /// A file lacks a value that every row has.
-    #[error("`{}` has a row without `{column}`; write the results anew with `atlas run`", folder.display())]
+    #[error("`{}` has a row without `{column}`; write the results anew", folder.display())]
     Incomplete {
         /// The results folder.
         folder: PathBuf,
         /// The column.
         column: String,
+    },
+    /// A table of followed orbits that does not name their axis.
+    #[error("`{}` does not say over which of its axes orbits were followed; write it anew with `atlas follow`", path.display())]
+    NoFollowedAxis {
+        /// The table.
+        path: PathBuf,
     },
 }

@@ -15,20 +15,23 @@ use super::branches::{self, Attractor};
 use super::coexistence::{self, Coexistence};
 use super::error::ReportError;
 use super::expansion::{self, ExpansionSummary};
+use super::followed::{Followed, FollowedSummary};
 use super::heat::Map;
 use super::orbits::{self, Orbits};
 use super::point::{Axis, ClassCount, PointSummary};
 use super::refined::{Plane, complete};
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
-use crate::store::{RefinedColumns, ResultTable, RunRecord, RunState, TableKind, read_runs};
+use crate::store::{
+    RefinedColumns, ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs,
+};
 use census::{Census, by_id, in_order, livelier, scan};
 
 /// Said of tables that nothing vouches for.
 const UNRECORDED: &str = "there is no run.json: whether the tables are whole cannot be checked";
 
 /// A results folder in numbers.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// The folder.
     pub folder: PathBuf,
@@ -64,6 +67,8 @@ pub struct Summary {
     pub transitions: Vec<TransitionSummary>,
     /// How many of them are changes of `class`, of `period`, and jumps of the `deflection`.
     pub transition_counts: BTreeMap<String, usize>,
+    /// Followed orbits; absent where none were.
+    pub followed: Option<FollowedSummary>,
     /// Points with a largest exponent.
     pub with_exponent: usize,
     /// Chaotic points.
@@ -123,8 +128,20 @@ impl Summary {
         Self::build(folder, true)
     }
 
+    /// Whether the folder holds followed orbits alone.
+    pub fn is_of_orbits_alone(&self) -> bool {
+        self.followed.is_some() && self.points == 0 && self.state.is_none()
+    }
+
     fn build(folder: &Path, keep: bool) -> Result<Self, ReportError> {
-        let head = ResultTable::head(folder, TableKind::Points)?;
+        let head = match ResultTable::head(folder, TableKind::Points) {
+            Err(missing @ StoreError::Missing { .. }) => {
+                let followed = Followed::read(folder)?.ok_or(missing)?;
+                return Self::of_orbits(folder, &followed);
+            }
+            head => head?,
+        };
+        let followed = Followed::read(folder)?;
         let runs = read_runs(folder)?;
         let attractors = branches::read_attractors(folder)?;
         let orbits = orbits::read(folder)?;
@@ -170,7 +187,7 @@ impl Summary {
             (None, _) => {}
         }
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
-        let followed = along.map_or_else(
+        let branches = along.map_or_else(
             || (0..attractors.len()).collect(),
             |along| branches::branches(&attractors, &all, &axes, along),
         );
@@ -189,6 +206,7 @@ impl Summary {
         }
         let mut coexisting_points = coexisting;
         coexisting_points.sort_by_key(|point| point.point_id);
+        let followed = followed.map(|own| FollowedSummary::of(folder, &own, &transitions));
         Ok(Self {
             folder: folder.to_path_buf(),
             job: runs.first().map(|run| shown(&run.job)),
@@ -208,6 +226,7 @@ impl Summary {
             transitions,
             transition_counts,
             refined,
+            followed: followed.transpose()?,
             axes,
             with_exponent,
             chaotic_points,
@@ -219,7 +238,7 @@ impl Summary {
             coexisting_points,
             expansions: expansion::read(folder)?,
             attractors,
-            branches: followed,
+            branches,
             orbits,
             troubled_points,
             troubled,
@@ -232,6 +251,17 @@ impl Summary {
             },
             map,
             all,
+        })
+    }
+
+    /// Of a folder without points.
+    fn of_orbits(folder: &Path, followed: &Followed) -> Result<Self, ReportError> {
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            job: followed.job.clone(),
+            axes: followed.axes.clone(),
+            followed: Some(FollowedSummary::of(folder, followed, &[])?),
+            ..Self::default()
         })
     }
 }

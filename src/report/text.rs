@@ -3,6 +3,7 @@
 mod branches;
 mod coexistence;
 mod expansion;
+mod followed;
 mod heat;
 mod orbits;
 mod style;
@@ -25,6 +26,11 @@ use table::push_table;
 /// The summary as text.
 pub fn render(summary: &Summary, style: Style) -> String {
     let mut text = String::new();
+    if summary.is_of_orbits_alone() {
+        push_title(&mut text, summary);
+        followed::push(&mut text, summary);
+        return text;
+    }
     push_header(&mut text, summary);
     push_classes(&mut text, summary);
     let map = heat_map(summary, style);
@@ -34,6 +40,7 @@ pub fn render(summary: &Summary, style: Style) -> String {
     push_chaotic(&mut text, summary);
     push_twins(&mut text, summary);
     transitions::push(&mut text, summary);
+    followed::push(&mut text, summary);
     coexistence::push(&mut text, summary);
     expansion::push(&mut text, summary);
     orbits::push(&mut text, summary);
@@ -48,13 +55,17 @@ pub fn render(summary: &Summary, style: Style) -> String {
     text
 }
 
-fn push_header(text: &mut String, summary: &Summary) {
+fn push_title(text: &mut String, summary: &Summary) {
     let job = summary.job.as_deref().unwrap_or("job unknown");
     _ = writeln!(
         text,
         "{job}  ({})",
         printable(&summary.folder.display().to_string())
     );
+}
+
+fn push_header(text: &mut String, summary: &Summary) {
+    push_title(text, summary);
     let statuses: Vec<String> = summary
         .statuses
         .iter()

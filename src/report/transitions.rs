@@ -11,6 +11,8 @@ use crate::store::{ResultTable, StoreError, TableKind};
 pub struct TransitionSummary {
     /// The first point behind it, in sweep order.
     pub point_id: u64,
+    /// The swept axis.
+    pub axis: String,
     /// `up` or `down`.
     pub direction: String,
     /// Kind of motion before and behind it.
@@ -36,7 +38,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> 
     let (ids, directions) = (table.u64("point_id")?, table.text("direction")?);
     let (from, to) = (table.text("from_class")?, table.text("to_class")?);
     let (before, behind) = (table.u64("from_period")?, table.u64("to_period")?);
-    let what = table.text("what")?;
+    let (axes, what) = (table.text("axis")?, table.text("what")?);
     let pair = |name: &str| -> Result<_, StoreError> {
         Ok([
             table.f64(&format!("from_{name}"))?,
@@ -48,6 +50,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<TransitionSummary>, StoreError> 
     let found = (0..table.rows()).filter_map(|row| {
         Some(TransitionSummary {
             point_id: ids[row]?,
+            axis: axes[row].clone()?,
             direction: directions[row].clone()?,
             classes: [from[row].clone()?, to[row].clone()?],
             periods: [before[row], behind[row]],

@@ -2,7 +2,7 @@
 //! bifurcation; `curves.parquet`, a row a point of a curve in two parameters.
 
 use super::StoreError;
-use super::file::{Row, TableFile, TableKind, create_folder, remove_stale};
+use super::file::{Row, TableFile, TableKind, create_folder, remove_stale, table_path};
 use super::point_row::AxisColumn;
 use super::seal::TableRecord;
 use super::table::{Column, Table, columns};
@@ -10,6 +10,8 @@ use crate::analysis::continuation::bifurcation::{Bifurcation, Kind};
 use crate::analysis::continuation::branch::Branch;
 use crate::analysis::continuation::curve::Curve;
 use crate::analysis::continuation::orbit::Orbit;
+use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// An orbit on a branch.
@@ -316,7 +318,8 @@ pub struct FollowedRows {
     pub curves: Option<Vec<CurveRow>>,
 }
 
-/// Writes the tables into a results folder, each whole or not at all.
+/// Writes the tables into a results folder, each whole or not at all. Curves of an earlier time, which
+/// were not asked for now, go: they would be taken for those of these branches.
 ///
 /// # Errors
 /// The folder cannot be created, or a file not be written.
@@ -329,14 +332,15 @@ pub fn write_followed(
     create_folder(folder)?;
     remove_stale(folder)?;
     let mut written = Vec::new();
-    if let Some(rows) = rows.curves {
-        written.push(whole(
+    match rows.curves {
+        Some(rows) => written.push(whole(
             folder,
             TableKind::Curves,
             curves_table(axes),
             rows,
             metadata,
-        )?);
+        )?),
+        None => remove(&table_path(folder, TableKind::Curves, None))?,
     }
     written.push(whole(
         folder,
@@ -353,6 +357,16 @@ pub fn write_followed(
         metadata,
     )?);
     Ok(written)
+}
+
+/// Removes a file where there is one.
+fn remove(path: &Path) -> Result<(), StoreError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(StoreError::io(path, "remove", error))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn whole<R: Row>(

@@ -87,6 +87,11 @@ impl TableKind {
         Self::Points,
     ];
 
+    /// Whether `atlas follow` writes it: no `run.json` vouches for it, and its rows are of orbits.
+    pub(super) fn is_followed(self) -> bool {
+        matches!(self, Self::Branches | Self::Bifurcations | Self::Curves)
+    }
+
     /// Name of the file, or of the folder of shards.
     pub fn file_name(self) -> &'static str {
         self.into()

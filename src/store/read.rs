@@ -39,7 +39,7 @@ impl ResultTable {
     /// what was written.
     pub fn read(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
         let mut table = Self::at(folder, kind);
-        table.walk(folder, None, |table, mut reader| {
+        table.walk(folder, kind, None, |table, mut reader| {
             while let Some(batch) = reader.next()? {
                 table.batches.push(batch);
             }
@@ -47,8 +47,9 @@ impl ResultTable {
         })?;
         let rows = table.batches.iter().map(RecordBatch::num_rows).sum();
         table.order = (0..rows).collect();
-        // A traced trajectory is of one point and stays in order of time.
-        if !matches!(kind, TableKind::Trace | TableKind::Events) {
+        // A traced trajectory is of one point and stays in order of time, orbits in that of their
+        // branch.
+        if !matches!(kind, TableKind::Trace | TableKind::Events) && !kind.is_followed() {
             let ids = table.u64("point_id")?;
             table.order.sort_by_key(|&row| ids[row]);
         }
@@ -61,7 +62,7 @@ impl ResultTable {
     /// As [`ResultTable::read`].
     pub fn head(folder: &Path, kind: TableKind) -> Result<Self, StoreError> {
         let mut table = Self::at(folder, kind);
-        table.walk(folder, Some(&[]), |_, _| Ok::<_, StoreError>(()))?;
+        table.walk(folder, kind, Some(&[]), |_, _| Ok::<_, StoreError>(()))?;
         Ok(table)
     }
 
@@ -76,7 +77,7 @@ impl ResultTable {
         columns: &[&str],
         mut each: impl FnMut(&Self) -> Result<(), E>,
     ) -> Result<(), E> {
-        Self::at(folder, kind).walk(folder, Some(columns), |part, mut reader| {
+        Self::at(folder, kind).walk(folder, kind, Some(columns), |part, mut reader| {
             while let Some(batch) = reader.next()? {
                 part.order = (0..batch.num_rows()).collect();
                 part.batches = vec![batch];
@@ -97,14 +98,16 @@ impl ResultTable {
     }
 
     /// Opens the files of the table one after the other, each held against the records of the
-    /// folder where it has some, and takes up what it says of itself.
+    /// folder where it has some, and takes up what it says of itself. Records of runs know nothing
+    /// of followed orbits, which are written beside them.
     fn walk<E: From<StoreError>>(
         &mut self,
         folder: &Path,
+        kind: TableKind,
         columns: Option<&[&str]>,
         mut each: impl FnMut(&mut Self, TableReader) -> Result<(), E>,
     ) -> Result<(), E> {
-        let runs = match folder.is_dir() {
+        let runs = match folder.is_dir() && !kind.is_followed() {
             true => read_runs(folder)?,
             false => Vec::new(),
         };

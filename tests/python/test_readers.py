@@ -172,6 +172,50 @@ def test_probes(results):
     assert units["amplitude"] == "half gaps" and units["lambda"] == "1/cycle"
 
 
+def test_followed_orbits():
+    folder = WRITTEN / "followed"
+    assert folder.is_dir(), "run `cargo test --release --test followed` first"
+    names = ("branches", "bifurcations", "curves")
+    branches, bifurcations, curves = (pd.read_parquet(folder / f"{n}.parquet") for n in names)
+    for name, frame in zip(names, (branches, bifurcations, curves)):
+        metadata = pyarrow.parquet.read_schema(folder / f"{name}.parquet").metadata
+        units = json.loads(metadata[b"units"])
+        assert set(units) == set(json.loads(metadata[b"descriptions"])) == set(frame.columns)
+        assert json.loads(metadata[b"axes"]) == ["speed", "load"]
+        assert (metadata[b"over"], metadata[b"second"]) == (b"speed", b"load")
+        assert units["speed"] == "rad/s" and units["deflection_rms"] == "m"
+        schema = pl.read_parquet(folder / f"{name}.parquet").schema
+        assert schema["period"] == pl.UInt32 and schema["stable"] == pl.Boolean
+    # Orbits are counted along their branch; a stable one has all multipliers inside the circle.
+    assert (branches.groupby("branch").cumcount() == branches["index"]).all()
+    assert branches.groupby("branch")["length"].is_monotonic_increasing.all()
+    size = np.hypot(branches["multiplier_re"], branches["multiplier_im"])
+    assert ((size < 1) == branches["stable"]).all()
+    assert np.allclose(np.log(size) / branches["period"], branches["lambda"])
+    # Every bifurcation lies in its bracket, behind the orbit that it names; every branch ends twice.
+    ends = bifurcations[bifurcations["kind"] == "end"]
+    assert (ends.groupby("branch").size() == 2).all()
+    assert set(ends["branch"]) == set(branches["branch"])
+    found = bifurcations[bifurcations["kind"] != "end"]
+    room = 1e-9 * found["speed"]
+    assert (found["low"] <= found["speed"] + room).all()
+    assert (found["speed"] <= found["high"] + room).all()
+    before = found.merge(branches, left_on=["branch", "after"], right_on=["branch", "index"])
+    assert len(before) == len(found) and (before["load_x"] == before["load_y"]).all()
+    # On a curve of doublings a multiplier is -1; an onset is no orbit.
+    doublings = found[found["kind"] == "period_doubling"]
+    assert len(doublings) and np.allclose(doublings["critical_re"], -1.0, atol=1e-6)
+    onset = curves[curves["kind"] == "onset"]
+    assert len(onset) and onset["period"].isna().all()
+    assert curves[curves["kind"] != "onset"]["period"].notna().all()
+    joined = duckdb.sql(
+        f"""select count(*) from '{folder / "branches.parquet"}' as b
+            join '{folder / "bifurcations.parquet"}' as f
+            on f.branch = b.branch and f.after = b.index where f.kind = 'end'"""
+    ).fetchall()
+    assert joined == [(2 * branches["branch"].nunique(),)]
+
+
 def test_orbits(results):
     orbits = pd.read_parquet(results / "orbits.parquet")
     assert len(orbits) == 2 * 79

@@ -139,6 +139,38 @@ impl Canvas {
         }
     }
 
+    /// A dashed line through some places, its dashes even along it.
+    pub fn dashed_line(&mut self, points: &[Place], colour: Colour, width: f64) {
+        const PATTERN: [f64; 2] = [5.0, 3.5];
+        let mut dash: Vec<Place> = points.iter().take(1).copied().collect();
+        let (mut left, mut gap) = (PATTERN[0], false);
+        for pair in points.windows(2) {
+            let (Some(mut from), Some(to)) = (bounded(pair[0]), bounded(pair[1])) else {
+                continue;
+            };
+            loop {
+                let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+                if length < left {
+                    left -= length;
+                    dash.push(to);
+                    break;
+                }
+                let part = left / length;
+                from = [0, 1].map(|i| from[i] + part * (to[i] - from[i]));
+                dash.push(from);
+                if !gap {
+                    self.line(&dash, colour, width);
+                }
+                gap = !gap;
+                left = PATTERN[usize::from(gap)];
+                dash = vec![from];
+            }
+        }
+        if !gap {
+            self.line(&dash, colour, width);
+        }
+    }
+
     pub fn rectangle(&mut self, from: Place, to: Place, colour: Colour) {
         if let (Some(from), Some(to)) = (bounded(from), bounded(to)) {
             self.shapes.push(Shape::Rectangle { from, to, colour });
@@ -203,5 +235,37 @@ impl Canvas {
             anchor,
             upwards,
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashes_are_even_however_many_places_a_line_has() {
+        let drawn = |count: usize| -> Vec<[f64; 2]> {
+            let mut canvas = Canvas::titled("", "");
+            let places = (0..=count).map(|i| [84.0 * i as f64 / count as f64, 7.0]);
+            canvas.dashed_line(&places.collect::<Vec<_>>(), INK, 1.0);
+            let dashes = canvas.shapes.iter().filter_map(|shape| match shape {
+                Shape::Line { points, .. } => Some([points[0][0], points[points.len() - 1][0]]),
+                _ => None,
+            });
+            dashes.collect()
+        };
+        let wanted: Vec<[f64; 2]> = (0..10)
+            .map(|i| 8.5 * f64::from(i))
+            .map(|x| [x, x + 5.0])
+            .collect();
+        for count in [1, 3, 400] {
+            let found = drawn(count);
+            assert_eq!(found.len(), wanted.len(), "{found:?}");
+            let pairs = found.iter().flatten().zip(wanted.iter().flatten());
+            assert!(
+                pairs.clone().all(|(a, b)| (a - b).abs() < 1e-9),
+                "{found:?}"
+            );
+        }
     }
 }

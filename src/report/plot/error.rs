@@ -18,10 +18,10 @@ pub enum PlotError {
     /// A table cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The folder holds neither results nor a trace.
+    /// The folder holds neither results nor followed orbits nor a trace.
     #[error(
-        "nothing to plot in `{}`: give a folder with points.parquet (from `atlas run`) or \
-         trace.parquet (from `atlas trace`), or a mesh table (see `atlas table list`)",
+        "nothing to plot in `{}`: give a folder with points.parquet (from `atlas run`), \
+         branches.parquet (from `atlas follow`) or trace.parquet (from `atlas trace`), or a mesh table (see `atlas table list`)",
         folder.display()
     )]
     Nothing {

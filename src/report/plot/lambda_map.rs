@@ -10,6 +10,7 @@ use super::picture::{Drawn, Picture};
 use super::ramp::{bar, viridis};
 use super::results::Results;
 use super::what::What;
+use crate::report::PointSummary;
 
 /// Most kinds of motion named beside the colour bar.
 const MOST_OTHERS: usize = 8;
@@ -23,14 +24,24 @@ fn calm(motion: Motion) -> Colour {
     }
 }
 
+/// The largest exponent of a chaotic point of the results: one scale for all slices, so that they
+/// compare.
+pub(super) fn largest_of(results: &Results) -> f64 {
+    let chaotic = (results.summary.all.iter()).filter(|point| Motion::of(point) == Motion::Chaotic);
+    chaotic.filter_map(|point| point.lambda).fold(0.0, f64::max)
+}
+
+/// The colour of a point.
+pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
+    match Motion::of(point) {
+        Motion::Chaotic if largest > 0.0 => viridis(point.lambda.unwrap_or(0.0) / largest),
+        Motion::Chaotic => viridis(0.0),
+        motion => calm(motion),
+    }
+}
+
 pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
-    let chaotic = |motion: Motion| motion == Motion::Chaotic;
-    // One scale for all slices, so that they compare.
-    let found = results.summary.all.iter();
-    let largest = found
-        .filter(|point| chaotic(Motion::of(point)))
-        .filter_map(|point| point.lambda)
-        .fold(0.0, f64::max);
+    let largest = largest_of(results);
     let unit = results.unit("lambda_max");
     let (slices, all) = results.slices(&cells.free());
     let mut drawn = Drawn::of_slices(What::Lambda, slices.len(), all);
@@ -41,16 +52,12 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             cells.words()
         );
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let missing = cells.draw(&mut canvas, &slice, |point| match Motion::of(point) {
-            Motion::Chaotic => {
-                let lambda = point.lambda.unwrap_or(0.0);
-                let texts = vec![format!("{lambda:.2}")];
-                (
-                    viridis(if largest > 0.0 { lambda / largest } else { 0.0 }),
-                    texts,
-                )
-            }
-            motion => (calm(motion), vec![motion.mark()]),
+        let missing = cells.draw(&mut canvas, &slice, |point| {
+            let text = match Motion::of(point) {
+                Motion::Chaotic => format!("{:.2}", point.lambda.unwrap_or(0.0)),
+                motion => motion.mark(),
+            };
+            (shade(point, largest), vec![text])
         });
         let mut others = counts(slice.points.iter().copied());
         let mut y = HEIGHT[0];

@@ -7,10 +7,12 @@
 mod axis;
 mod basins;
 mod bifurcation;
+mod branches;
 mod canvas;
 mod categories;
 mod cells;
 mod class_rows;
+mod curves;
 mod draw;
 mod error;
 mod horizon;
@@ -18,6 +20,7 @@ mod kicks;
 mod lambda_curve;
 mod lambda_map;
 mod machine;
+mod marker;
 mod mesh;
 mod motion;
 mod multipliers;
@@ -39,6 +42,7 @@ use std::path::Path;
 
 use strum::VariantArray;
 
+use crate::report::followed::Followed;
 use crate::store::{TableKind, record_paths};
 use mesh::MeshCurves;
 use recording::Recording;
@@ -52,9 +56,13 @@ pub use what::{PlotRequest, What};
 /// What pictures of a mesh need.
 const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table list` shows";
 
-/// What was given: a folder, which may be of two kinds at once, or a table file.
+/// What pictures of followed orbits need.
+const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writes it";
+
+/// What was given: a folder, which may be of several kinds at once, or a table file.
 struct Source {
     results: Option<Results>,
+    followed: Option<Followed>,
     recording: Option<Recording>,
     mesh: Option<MeshCurves>,
 }
@@ -101,6 +109,7 @@ impl Source {
         if path.is_file() {
             return Ok(Self {
                 results: None,
+                followed: None,
                 recording: None,
                 mesh: Some(MeshCurves::read(path)?),
             });
@@ -110,13 +119,15 @@ impl Source {
         let recorded = record_paths(path).is_ok_and(|records| !records.is_empty());
         let has_results = recorded || holds(TableKind::Points);
         let has_trace = holds(TableKind::Trace);
-        if !has_results && !has_trace {
+        let has_orbits = holds(TableKind::Branches);
+        if !has_results && !has_trace && !has_orbits {
             return Err(PlotError::Nothing {
                 folder: path.to_path_buf(),
             });
         }
         Ok(Self {
             results: has_results.then(|| Results::read(path)).transpose()?,
+            followed: Followed::read(path)?,
             recording: has_trace.then(|| Recording::read(path)).transpose()?,
             mesh: None,
         })
@@ -129,6 +140,15 @@ impl Source {
         };
         if let Some(curves) = &self.mesh {
             return mesh::draw(what, curves);
+        }
+        if let What::Branches | What::Curves = what {
+            let Some(followed) = &self.followed else {
+                return Err(unfit(FOLLOWED_NEEDED));
+            };
+            return match what {
+                What::Curves => curves::draw(followed, self.results.as_ref()),
+                _ => Ok(branches::draw(followed, self.results.as_ref())),
+            };
         }
         match (what, &self.results, &self.recording) {
             (What::Mesh | What::Sharing | What::Contact, _, _) => Err(unfit(MESH_NEEDED)),
@@ -146,7 +166,9 @@ impl Source {
             What::Trace => self.recording.is_some(),
             What::Mesh | What::Sharing | What::Contact => self.mesh.is_some(),
             _ if self.mesh.is_some() => false,
-            What::Phase => true,
+            What::Branches => self.followed.is_some(),
+            What::Curves => (self.followed.as_ref()).is_some_and(|own| own.second.is_some()),
+            What::Phase => self.results.is_some() || self.recording.is_some(),
             // Only where they were asked for: most results have neither.
             What::Shares => self.holds(TableKind::Attractors),
             What::Basins => self.holds(TableKind::Basins),
@@ -210,5 +232,6 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("a folder from `atlas trace` is needed")),
         What::Mesh | What::Sharing | What::Contact => Err(unfit(MESH_NEEDED)),
+        What::Branches | What::Curves => Err(unfit(FOLLOWED_NEEDED)),
     }
 }

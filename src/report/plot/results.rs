@@ -236,7 +236,7 @@ impl Results {
 }
 
 /// `speed 1108 rad/s`.
-fn held_words(axis: &GridAxis, value: f64) -> String {
+pub(super) fn held_words(axis: &GridAxis, value: f64) -> String {
     match axis.unit.as_str() {
         "" | "1" => format!("{} {}", axis.name, number(value)),
         unit => {
@@ -247,7 +247,7 @@ fn held_words(axis: &GridAxis, value: f64) -> String {
 }
 
 /// Four digits, or all where four do not tell the values of the axis apart.
-fn distinct(axis: &GridAxis, value: f64) -> String {
+pub(super) fn distinct(axis: &GridAxis, value: f64) -> String {
     let text = number(value);
     let same = axis.values.iter().filter(|other| number(**other) == text);
     if same.count() > 1 {

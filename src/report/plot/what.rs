@@ -15,6 +15,10 @@ pub enum What {
     Classes,
     /// Strobed deflection over one axis, with the exponent.
     Bifurcation,
+    /// Followed orbits over their axis, stable and not, with their bifurcations.
+    Branches,
+    /// Bifurcation curves in the plane of both followed axes.
+    Curves,
     /// Basin shares over one axis, a colour a branch of attractors.
     Shares,
     /// Slices of initial states, a colour an attractor.

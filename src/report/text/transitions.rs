@@ -17,10 +17,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         return;
     }
     let unit = summary.axes.iter().find(|known| known.name == *axis);
-    let unit = match unit.map_or("", |known| known.unit.as_str()) {
-        "1" => "",
-        unit => unit,
-    };
+    let unit = unit.map_or("", |known| known.unit.as_str());
     let counts = ["class", "period", "deflection"]
         .into_iter()
         .filter_map(|what| {
@@ -37,26 +34,32 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         counts.join(", ")
     );
     for found in summary.transitions.iter().take(MOST_ROWS) {
-        let [from, to] = [0, 1].map(|side| match found.periods[side] {
-            Some(period) if found.classes[side] == "periodic" => format!("period {period}"),
-            _ => found.classes[side].replace('_', " "),
-        });
-        // As many digits as tell the two ends apart.
-        let [lower, upper] = found.bracket;
-        let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
-        let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));
-        let line = format!(
-            "  {:>6}  {:<5} {from:<16} → {to:<16} {lower} … {upper} {unit}{}",
-            found.point_id,
-            found.direction,
-            jump(found)
-        );
-        _ = writeln!(text, "{}", line.trim_end());
+        _ = writeln!(text, "{}", line(found, unit));
     }
     if summary.transitions.len() > MOST_ROWS {
         let more = summary.transitions.len() - MOST_ROWS;
         _ = writeln!(text, "  … and {more} more");
     }
+}
+
+/// `     4  up    period 1         → chaotic          1040.5 … 1040.6 rad/s`.
+pub(super) fn line(found: &TransitionSummary, unit: &str) -> String {
+    let unit = if unit == "1" { "" } else { unit };
+    let [from, to] = [0, 1].map(|side| match found.periods[side] {
+        Some(period) if found.classes[side] == "periodic" => format!("period {period}"),
+        _ => found.classes[side].replace('_', " "),
+    });
+    // As many digits as tell the two ends apart.
+    let [lower, upper] = found.bracket;
+    let digits = (2.0 + (upper.abs() / (upper - lower)).log10().ceil()).clamp(4.0, 15.0);
+    let [lower, upper] = [lower, upper].map(|end| to_digits(end, digits as usize));
+    let line = format!(
+        "  {:>6}  {:<5} {from:<16} → {to:<16} {lower} … {upper} {unit}{}",
+        found.point_id,
+        found.direction,
+        jump(found)
+    );
+    line.trim_end().to_owned()
 }
 
 /// What jumps, of a jump: the RMS, or the mean where that changes more.

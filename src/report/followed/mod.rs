@@ -1,0 +1,298 @@
+//! What followed orbits a folder holds: branches, bifurcations and curves as `atlas follow` wrote them.
+
+mod explained;
+mod summary;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::error::ReportError;
+use super::point::Axis;
+use crate::input::printable;
+use crate::store::{ResultTable, StoreError, TableKind, table_path};
+
+pub use explained::{Explained, Explaining, Explanation};
+pub use summary::FollowedSummary;
+
+/// The three tables of followed orbits.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Followed {
+    pub job: Option<String>,
+    /// The axes, with the values that orbits have.
+    pub axes: Vec<Axis>,
+    /// Place of the axis that orbits are followed over.
+    pub over: usize,
+    /// Place of the second axis of curves.
+    pub second: Option<usize>,
+    /// Orbits of every branch, in order.
+    pub branches: BTreeMap<u64, Vec<Orbit>>,
+    /// Bifurcations of all branches, and their ends.
+    pub bifurcations: Vec<Bifurcation>,
+    /// Points of every curve, in order.
+    pub curves: BTreeMap<u64, Curve>,
+}
+
+/// An orbit of a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Orbit {
+    /// Value of every axis.
+    pub at: Vec<f64>,
+    /// Mesh cycles.
+    pub period: u64,
+    pub stable: bool,
+    /// Contact changes, in order.
+    pub sequence: String,
+    /// Root mean square deflection \[m\].
+    pub rms: f64,
+}
+
+/// A bifurcation of a branch, or one of its ends.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Bifurcation {
+    /// Value of every axis.
+    pub at: Vec<f64>,
+    pub branch: u64,
+    /// Place of the orbit before it.
+    pub after: usize,
+    pub kind: String,
+    pub detail: String,
+    /// Root mean square deflection \[m\].
+    pub rms: f64,
+}
+
+/// A bifurcation curve.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Curve {
+    pub kind: String,
+    /// Values of all axes, and the note, of every point.
+    pub points: Vec<(Vec<f64>, Option<String>)>,
+}
+
+impl Bifurcation {
+    /// Whether it is an end of the branch and no bifurcation.
+    pub fn is_end(&self) -> bool {
+        self.kind == "end"
+    }
+
+    /// Why the branch ends, without what it was lost at and where it came from; none where it was to be
+    /// followed one way only.
+    pub fn end(&self) -> Option<&str> {
+        let reason = self.detail.split("; from ").next()?.split(": ").next()?;
+        (self.is_end() && reason != "its first orbit").then_some(reason)
+    }
+}
+
+impl Curve {
+    /// Its points of codimension two. Notes at its ends say why it ends; those of an onset, whether it is
+    /// one.
+    pub fn codimension_two(&self) -> impl Iterator<Item = (&[f64], &str)> {
+        let inner = self.points.len().saturating_sub(1);
+        let points = self.points.iter().take(inner).skip(1);
+        let noted = points.filter_map(|(at, note)| Some((&at[..], note.as_deref()?)));
+        noted.filter(|_| self.kind != "onset")
+    }
+}
+
+/// Values of the axes that a picture or a comparison holds.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Held {
+    /// Name and value of each.
+    pub values: Vec<(String, f64)>,
+    places: Vec<usize>,
+}
+
+impl Held {
+    /// Whether a place of the tables has these values.
+    pub fn holds(&self, at: &[f64]) -> bool {
+        let own = self.places.iter().zip(&self.values);
+        own.clone().all(|(&place, (_, value))| at[place] == *value)
+    }
+
+    /// Whether a place on axes of these names, which may have another order, has these values.
+    pub fn holds_named(&self, names: &[String], at: &[f64]) -> bool {
+        self.values.iter().all(|(name, value)| {
+            let place = names.iter().position(|own| own == name);
+            place.is_some_and(|place| (at[place] - value).abs() <= 1e-9 * value.abs())
+        })
+    }
+}
+
+impl Followed {
+    /// Reads them; none where nothing was followed.
+    ///
+    /// # Errors
+    /// A table cannot be read, lacks a value, or does not say what was followed.
+    pub fn read(folder: &Path) -> Result<Option<Self>, ReportError> {
+        let table = match ResultTable::read(folder, TableKind::Branches) {
+            Err(StoreError::Missing { .. }) => return Ok(None),
+            table => table?,
+        };
+        let names = table.axes()?;
+        let place = |key: &str| {
+            let name = table.metadata(key)?;
+            names.iter().position(|axis| axis == name)
+        };
+        let over = place("over").ok_or_else(|| ReportError::NoFollowedAxis {
+            path: table_path(folder, TableKind::Branches, None),
+        })?;
+        let mut branches: BTreeMap<u64, Vec<Orbit>> = BTreeMap::new();
+        let own = Rows::of(folder, &table, &names)?;
+        let (numbers, stable) = (own.whole("branch")?, table.bool("stable")?);
+        let (periods, rms) = (own.whole("period")?, own.numbers("deflection_rms")?);
+        let sequences = own.texts("sequence")?;
+        for (row, at) in own.at.iter().enumerate() {
+            branches.entry(numbers[row]).or_default().push(Orbit {
+                at: at.clone(),
+                period: periods[row],
+                stable: stable[row].unwrap_or_default(),
+                sequence: sequences[row].clone(),
+                rms: rms[row],
+            });
+        }
+        let units = table.units()?;
+        let values = |place: usize| {
+            let mut met: Vec<f64> = own.at.iter().map(|at| at[place]).collect();
+            met.sort_by(f64::total_cmp);
+            met.dedup();
+            met
+        };
+        let axes = names.iter().enumerate().map(|(place, name)| Axis {
+            name: printable(name).into_owned(),
+            unit: printable(units.get(name).map_or("", String::as_str)).into_owned(),
+            values: values(place),
+        });
+        Ok(Some(Self {
+            job: table.metadata("job").map(|job| printable(job).into_owned()),
+            axes: axes.collect(),
+            over,
+            second: place("second"),
+            branches,
+            bifurcations: bifurcations(folder, &names)?,
+            curves: curves(folder, &names)?,
+        }))
+    }
+
+    /// The axis that orbits are followed over.
+    pub fn axis(&self) -> &Axis {
+        &self.axes[self.over]
+    }
+
+    /// The lines that orbits are followed on: the values met of all axes but the followed one.
+    pub fn lines(&self) -> Vec<Held> {
+        self.held(
+            &[self.over],
+            self.branches.values().flatten().map(|o| &o.at[..]),
+        )
+    }
+
+    /// The planes of the curves: the values met of all axes but those two.
+    pub fn planes(&self, second: usize) -> Vec<Held> {
+        let points = self.curves.values().flat_map(|curve| &curve.points);
+        self.held(&[self.over, second], points.map(|(at, _)| &at[..]))
+    }
+
+    fn held<'a>(&self, free: &[usize], met: impl Iterator<Item = &'a [f64]>) -> Vec<Held> {
+        let places: Vec<usize> = (0..self.axes.len()).filter(|i| !free.contains(i)).collect();
+        let mut all: Vec<Vec<f64>> = Vec::new();
+        for at in met {
+            let own: Vec<f64> = places.iter().map(|&place| at[place]).collect();
+            if all.last() != Some(&own) {
+                all.push(own);
+            }
+        }
+        all.sort_by(|a, b| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+        all.dedup();
+        let named = |own: Vec<f64>| {
+            let names = places.iter().map(|&place| self.axes[place].name.clone());
+            names.zip(own).collect()
+        };
+        let held = all.into_iter().map(|own| Held {
+            values: named(own),
+            places: places.clone(),
+        });
+        held.collect()
+    }
+}
+
+fn bifurcations(folder: &Path, names: &[String]) -> Result<Vec<Bifurcation>, ReportError> {
+    let table = ResultTable::read(folder, TableKind::Bifurcations)?;
+    let own = Rows::of(folder, &table, names)?;
+    let (branches, after) = (own.whole("branch")?, own.whole("after")?);
+    let (kinds, details) = (own.texts("kind")?, own.texts("detail")?);
+    let rms = own.numbers("deflection_rms")?;
+    let rows = own.at.iter().enumerate().map(|(row, at)| Bifurcation {
+        at: at.clone(),
+        branch: branches[row],
+        after: after[row] as usize,
+        kind: kinds[row].clone(),
+        detail: details[row].clone(),
+        rms: rms[row],
+    });
+    Ok(rows.collect())
+}
+
+fn curves(folder: &Path, names: &[String]) -> Result<BTreeMap<u64, Curve>, ReportError> {
+    let mut curves: BTreeMap<u64, Curve> = BTreeMap::new();
+    let table = match ResultTable::read(folder, TableKind::Curves) {
+        Err(StoreError::Missing { .. }) => return Ok(curves),
+        table => table?,
+    };
+    let own = Rows::of(folder, &table, names)?;
+    let (numbers, kinds) = (own.whole("curve")?, own.texts("kind")?);
+    let notes = table.text("note")?;
+    for (row, at) in own.at.iter().enumerate() {
+        let curve = curves.entry(numbers[row]).or_insert_with(|| Curve {
+            kind: kinds[row].clone(),
+            points: Vec::new(),
+        });
+        curve.points.push((at.clone(), notes[row].clone()));
+    }
+    Ok(curves)
+}
+
+/// Columns without nulls, and the values of the axes row by row.
+struct Rows<'t> {
+    folder: &'t Path,
+    table: &'t ResultTable,
+    at: Vec<Vec<f64>>,
+}
+
+impl<'t> Rows<'t> {
+    fn of(folder: &'t Path, table: &'t ResultTable, names: &[String]) -> Result<Self, ReportError> {
+        let mut own = Self {
+            folder,
+            table,
+            at: vec![Vec::with_capacity(names.len()); table.rows()],
+        };
+        for name in names {
+            for (at, value) in own.at.iter_mut().zip(own_values(folder, table, name)?) {
+                at.push(value);
+            }
+        }
+        Ok(own)
+    }
+
+    fn whole(&self, name: &str) -> Result<Vec<u64>, ReportError> {
+        filled(self.folder, name, self.table.u64(name)?)
+    }
+
+    fn numbers(&self, name: &str) -> Result<Vec<f64>, ReportError> {
+        own_values(self.folder, self.table, name)
+    }
+
+    fn texts(&self, name: &str) -> Result<Vec<String>, ReportError> {
+        filled(self.folder, name, self.table.text(name)?)
+    }
+}
+
+fn own_values(folder: &Path, table: &ResultTable, name: &str) -> Result<Vec<f64>, ReportError> {
+    filled(folder, name, table.f64(name)?)
+}
+
+fn filled<T>(folder: &Path, name: &str, column: Vec<Option<T>>) -> Result<Vec<T>, ReportError> {
+    let all: Option<Vec<T>> = column.into_iter().collect();
+    all.ok_or_else(|| ReportError::Incomplete {
+        folder: folder.to_path_buf(),
+        column: printable(name).into_owned(),
+    })
+}

@@ -1,0 +1,109 @@
+//! What the tables of followed orbits say, as numbers.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::Followed;
+use super::explained::Explanation;
+use crate::report::error::ReportError;
+use crate::report::transitions::TransitionSummary;
+
+/// Followed orbits in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FollowedSummary {
+    /// The axis that orbits are followed over.
+    pub over: String,
+    /// Its unit.
+    pub unit: String,
+    /// The second axis of the curves, where there is one.
+    pub second: Option<String>,
+    /// Smallest and largest value of the followed axis that an orbit has.
+    pub range: [f64; 2],
+    /// Combinations of values of the other axes.
+    pub lines: usize,
+    /// Branches.
+    pub branches: usize,
+    /// Their orbits.
+    pub orbits: usize,
+    /// Those of them that are stable.
+    pub stable_orbits: usize,
+    /// Bifurcations by kind.
+    pub bifurcations: BTreeMap<String, usize>,
+    /// Neighbours on a branch with another contact sequence.
+    pub changes_of_sequence: usize,
+    /// Why branches end.
+    pub ends: BTreeMap<String, usize>,
+    /// Curves by kind.
+    pub curves: BTreeMap<String, usize>,
+    /// Points of codimension two on them, by what happens there.
+    pub codimension_two: BTreeMap<String, usize>,
+    /// Which refined changes of motion along the same axis a bifurcation explains; absent where there are
+    /// none.
+    pub transitions: Option<Explanation>,
+}
+
+impl FollowedSummary {
+    /// Of followed orbits, and of the refined transitions of a sweep in the same folder.
+    pub(in crate::report) fn of(
+        folder: &Path,
+        followed: &Followed,
+        transitions: &[TransitionSummary],
+    ) -> Result<Self, ReportError> {
+        let axis = followed.axis();
+        let orbits = || followed.branches.values().flatten();
+        let found = followed.bifurcations.iter().filter(|b| !b.is_end());
+        let pairs = followed.branches.values().flat_map(|own| own.windows(2));
+        let ends = [axis.values.first(), axis.values.last()];
+        Ok(Self {
+            over: axis.name.clone(),
+            unit: axis.unit.clone(),
+            second: followed.second.map(|axis| followed.axes[axis].name.clone()),
+            range: ends.map(|end| end.copied().unwrap_or_default()),
+            lines: followed.lines().len(),
+            branches: followed.branches.len(),
+            orbits: orbits().count(),
+            stable_orbits: orbits().filter(|orbit| orbit.stable).count(),
+            bifurcations: counted(found.map(|found| &found.kind[..])),
+            changes_of_sequence: pairs
+                .filter(|pair| !alike(&pair[0].sequence, &pair[1].sequence))
+                .count(),
+            ends: counted(followed.bifurcations.iter().filter_map(|b| b.end())),
+            curves: counted(followed.curves.values().map(|curve| &curve.kind[..])),
+            codimension_two: counted(
+                (followed.curves.values())
+                    .flat_map(|curve| curve.codimension_two().map(|(_, note)| note)),
+            ),
+            transitions: Explanation::of(folder, followed, transitions)?,
+        })
+    }
+}
+
+fn counted<'a>(words: impl Iterator<Item = &'a str>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for word in words {
+        *counts.entry(word.to_owned()).or_insert(0) += 1;
+    }
+    counts
+}
+
+/// Whether two contact sequences are one, whichever change comes first.
+fn alike(a: &str, b: &str) -> bool {
+    let [a, b]: [Vec<&str>; 2] = [a, b].map(|text| text.split_whitespace().collect());
+    let turned = |shift: usize| a[shift..].iter().chain(&a[..shift]).eq(&b);
+    a.len() == b.len() && (a.is_empty() || (0..a.len()).any(turned))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sequence_is_the_same_from_any_of_its_changes_on() {
+        assert!(alike("1+ 1- 2+ 2-", "2+ 2- 1+ 1-"));
+        assert!(alike("", ""));
+        assert!(!alike("1+ 1- 2+ 2-", "1+ 2- 2+ 1-"));
+        assert!(!alike("1+ 1-", "1+ 1- 1+ 1-"));
+    }
+}

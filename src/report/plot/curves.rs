@@ -1,0 +1,380 @@
+//! Bifurcation curves in the plane of both followed axes, over the map of the largest exponent where
+//! points have both.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::axis::{Axis, padded, range};
+use super::branches::{suffix, words};
+use super::canvas::{Anchor, Canvas, Colour, INK, Place};
+use super::error::PlotError;
+use super::lambda_map::{largest_of, shade};
+use super::marker::{OTHERS, colour, entry, name};
+use super::over_axis::LEFT;
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
+use super::ramp::bar;
+use super::results::{MOST_SLICES, Results};
+use super::what::What;
+use crate::report::PointSummary;
+use crate::report::followed::{Curve, Followed, Held};
+use crate::report::refined::Plane;
+
+const RIGHT: f64 = 735.0;
+const MARGIN: f64 = RIGHT + 20.0;
+const WHITE: Colour = Colour(255, 255, 255);
+
+/// The kind of the curve that is in closed form.
+const ONSET: &str = "onset";
+
+/// Distance of the entries of the key \[px\].
+const PITCH: f64 = 22.0;
+
+/// Width of curves, of the onset of rattle, and of their edges on a map \[px\].
+const WIDTH: f64 = 1.8;
+const ONSET_WIDTH: f64 = 3.6;
+const EDGE: f64 = 2.4;
+
+/// A picture a plane.
+pub(super) fn draw(followed: &Followed, results: Option<&Results>) -> Result<Drawn, PlotError> {
+    let unfit = |reason: &str| PlotError::Unfit {
+        what: What::Curves,
+        reason: reason.into(),
+    };
+    let second = followed.second.ok_or_else(|| {
+        unfit("there is no curves.parquet; name a `second` axis in the manifest's [continuation]")
+    })?;
+    let planes = followed.planes(second);
+    if planes.is_empty() {
+        return Err(unfit("curves.parquet holds no curve"));
+    }
+    let count = planes.len();
+    let mut drawn = Drawn::of_slices(What::Curves, count.min(MOST_SLICES), count);
+    for plane in planes.iter().take(MOST_SLICES) {
+        let canvas = picture(followed, [followed.over, second], plane, results);
+        let name = format!("curves{}", suffix(followed, plane));
+        drawn.pictures.push(Picture::new(name, canvas));
+    }
+    Ok(drawn)
+}
+
+fn picture(
+    followed: &Followed,
+    axes: [usize; 2],
+    plane: &Held,
+    results: Option<&Results>,
+) -> Canvas {
+    let holds = |curve: &&Curve| curve.points.iter().all(|(at, _)| plane.holds(at));
+    let curves: Vec<&Curve> = followed.curves.values().filter(holds).collect();
+    let map = results.and_then(|results| Map::of(followed, axes, plane, results));
+    let spans = axes.map(|axis| {
+        let inner = curves.iter().filter(|curve| curve.kind != ONSET);
+        let points = inner.flat_map(|curve| &curve.points);
+        let met = followed.axes[axis].values.iter().copied();
+        range(points.map(|(at, _)| at[axis]).chain(met))
+    });
+    let frame = [0, 1].map(|i| {
+        let cells = map.as_ref().map(|map| map.edges(i));
+        range(spans[i].into_iter().chain(cells.into_iter().flatten()))
+    });
+    let room = if map.is_some() { 0.0 } else { 0.02 };
+    let frame = frame.map(|span| padded(span, room));
+    let [across, up] = [0, 1].map(|i| {
+        let axis = &followed.axes[axes[i]];
+        Axis::linear(&axis.name, &axis.unit, frame[i])
+    });
+    let panel = Panel {
+        left: LEFT,
+        right: RIGHT,
+        top: 72.0,
+        bottom: 526.0,
+        across,
+        up,
+    };
+    let job = followed.job.as_deref().unwrap_or("job unknown");
+    let [over, second] = axes.map(|axis| &followed.axes[axis].name);
+    let title = format!("{job}: bifurcations over {over} and {second}");
+    let mut parts = vec![words(followed, plane), format!("{} curves", curves.len())];
+    if let Some(map) = &map {
+        parts.push(format!("behind: {} points", map.points.len()));
+        parts.extend(map.direction.map(|direction| format!("sweep {direction}")));
+    }
+    parts.retain(|words| !words.is_empty());
+    let mut canvas = Canvas::titled(&title, &parts.join("  ·  "));
+    panel.frame(&mut canvas, true);
+    if let Some(map) = &map {
+        map.draw(&mut canvas, &panel);
+        panel.frame(&mut canvas, true);
+    }
+    let place = |at: Place| panel.at(at[0], at[1]);
+    // The onset last: it is the edge of all rattle.
+    let mut order = curves.clone();
+    order.sort_by_key(|curve| curve.kind == ONSET);
+    let mut kinds: BTreeMap<&str, Shown> = BTreeMap::new();
+    for curve in order {
+        let shown = kinds.entry(&curve.kind).or_default();
+        shown.curves += 1;
+        let width = width(&curve.kind);
+        for (dashed, path) in strokes(followed, axes, curve) {
+            for part in clipped(&path, frame) {
+                let part: Vec<Place> = part.into_iter().map(place).collect();
+                shown.visible = true;
+                if map.is_some() {
+                    canvas.line(&part, WHITE, width + EDGE);
+                }
+                match dashed {
+                    true => canvas.dashed_line(&part, colour(&curve.kind), width),
+                    false => canvas.line(&part, colour(&curve.kind), width),
+                }
+            }
+        }
+    }
+    let noted = || curves.iter().flat_map(|curve| curve.codimension_two());
+    let notes: BTreeSet<&str> = noted().map(|(_, note)| note).collect();
+    let notes: Vec<&str> = notes.into_iter().collect();
+    for (at, note) in noted() {
+        let index = notes.iter().position(|own| own == &note).unwrap_or(0);
+        symbol(&mut canvas, place(axes.map(|axis| at[axis])), index);
+    }
+    let mut y = 84.0;
+    let mut line = |canvas: &mut Canvas, text: &str| {
+        entry(canvas, [MARGIN, y], text);
+        y += PITCH;
+        [MARGIN, y - PITCH]
+    };
+    for (kind, shown) in &kinds {
+        let text = match (*kind, shown.visible) {
+            (ONSET, true) => name(kind),
+            (ONSET, false) => format!("{} (beyond)", name(kind)),
+            (kind, _) => format!("{} ({})", name(kind), shown.curves),
+        };
+        let [x, y] = line(&mut canvas, &text);
+        canvas.line(&[[x, y], [x + 22.0, y]], colour(kind), width(kind));
+    }
+    for (index, note) in notes.iter().enumerate() {
+        let count = noted().filter(|(_, own)| own == note).count();
+        let [x, y] = line(&mut canvas, &format!("{note} ({count})"));
+        symbol(&mut canvas, [x + 11.0, y], index);
+    }
+    if let Some(map) = &map {
+        map.key(&mut canvas, y + 8.0);
+    }
+    canvas
+}
+
+/// What is drawn of a kind.
+#[derive(Default)]
+struct Shown {
+    curves: usize,
+    /// Whether any part of them lies in the frame.
+    visible: bool,
+}
+
+fn width(kind: &str) -> f64 {
+    if kind == ONSET { ONSET_WIDTH } else { WIDTH }
+}
+
+/// The lines of a curve, and whether they are dashed. An onset, which is computed at even values of the
+/// axis that is not the load, is broken where it has none, and dashed where contact is unstable there.
+fn strokes(followed: &Followed, axes: [usize; 2], curve: &Curve) -> Vec<(bool, Vec<Place>)> {
+    let place = |at: &[f64]| -> Place { axes.map(|axis| at[axis]) };
+    if curve.kind != ONSET {
+        let path = curve.points.iter().map(|(at, _)| place(at));
+        return vec![(false, path.collect())];
+    }
+    let along = usize::from(followed.axes[axes[0]].name == "load");
+    let step = |pair: &[(Vec<f64>, Option<String>)]| {
+        (place(&pair[1].0)[along] - place(&pair[0].0)[along]).abs()
+    };
+    let smallest = curve
+        .points
+        .windows(2)
+        .map(step)
+        .fold(f64::INFINITY, f64::min);
+    let even = curve
+        .points
+        .windows(2)
+        .filter(|pair| step(pair) < 1.5 * smallest);
+    let mut parts: Vec<(bool, Vec<Place>)> = Vec::new();
+    for pair in even {
+        let [from, to] = [0, 1].map(|i| place(&pair[i].0));
+        let dashed = pair.iter().any(|(_, note)| note.is_some());
+        match parts.last_mut() {
+            Some((own, part)) if *own == dashed && part.last() == Some(&from) => part.push(to),
+            _ => parts.push((dashed, vec![from, to])),
+        }
+    }
+    parts
+}
+
+/// The parts of a path that lie within a frame.
+fn clipped(path: &[Place], frame: [[f64; 2]; 2]) -> Vec<Vec<Place>> {
+    let mut parts: Vec<Vec<Place>> = Vec::new();
+    for pair in path.windows(2) {
+        let (from, run) = (pair[0], [0, 1].map(|i| pair[1][i] - pair[0][i]));
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        for i in 0..2 {
+            let [mut enter, mut leave] = frame[i].map(|edge| (edge - from[i]) / run[i]);
+            if run[i] == 0.0 {
+                let inside = (frame[i][0]..=frame[i][1]).contains(&from[i]);
+                (enter, leave) = if inside { (0.0, 1.0) } else { (1.0, 0.0) };
+            } else if enter > leave {
+                (enter, leave) = (leave, enter);
+            }
+            (first, last) = (first.max(enter), last.min(leave));
+        }
+        if first > last {
+            continue;
+        }
+        let [a, b] = [first, last].map(|part| [0, 1].map(|i| from[i] + part * run[i]));
+        match parts.last_mut() {
+            Some(part) if first == 0.0 && part.last() == Some(&a) => part.push(b),
+            _ => parts.push(vec![a, b]),
+        }
+    }
+    parts
+}
+
+/// The symbol of a point of codimension two.
+fn symbol(canvas: &mut Canvas, at: Place, index: usize) {
+    let fill = if index < OTHERS.len() { WHITE } else { INK };
+    OTHERS[index % OTHERS.len()].filled(canvas, at, fill);
+}
+
+/// The map of the largest exponent behind the curves.
+struct Map<'a> {
+    points: Vec<&'a PointSummary>,
+    /// Places of both axes among those of the points.
+    axes: [usize; 2],
+    /// Ends of the cells on both axes: halfway between neighbouring values.
+    ends: [Vec<f64>; 2],
+    /// Of a refined grid: its places, and which of both axes its columns are of.
+    refined: Option<(Plane, usize)>,
+    largest: f64,
+    unit: &'a str,
+    /// The direction of the sweep, where there is one.
+    direction: Option<&'a str>,
+}
+
+impl<'a> Map<'a> {
+    /// Of the points in a plane; none where they do not spread over both axes or have no exponent.
+    fn of(
+        followed: &Followed,
+        axes: [usize; 2],
+        plane: &Held,
+        results: &'a Results,
+    ) -> Option<Self> {
+        let grid = &results.summary.axes;
+        let names: Vec<String> = grid.iter().map(|axis| axis.name.clone()).collect();
+        let place = |axis: usize| {
+            let found = names
+                .iter()
+                .position(|name| *name == followed.axes[axis].name);
+            found.filter(|place| grid[*place].values.len() > 1)
+        };
+        let axes = [place(axes[0])?, place(axes[1])?];
+        // Of two sweeps the one up.
+        let direction = results.directions().first().copied();
+        let points: Vec<&PointSummary> = (results.summary.all.iter())
+            .filter(|point| plane.holds_named(&names, &point.axis_values))
+            .filter(|point| direction.is_none() || point.direction.as_deref() == direction)
+            .collect();
+        points.iter().find(|point| point.lambda.is_some())?;
+        let refined = results.summary.refined.as_ref().map(|refined| {
+            let columns = usize::from(names[axes[1]] == refined.axes[1]);
+            (Plane::new(refined, points.iter().copied()), columns)
+        });
+        Some(Self {
+            points,
+            axes,
+            ends: axes.map(|axis| ends(&grid[axis].values)),
+            refined,
+            largest: largest_of(results),
+            unit: results.unit("lambda_max"),
+            direction,
+        })
+    }
+
+    fn edges(&self, axis: usize) -> [f64; 2] {
+        range(self.ends[axis].iter().copied())
+    }
+
+    fn draw(&self, canvas: &mut Canvas, panel: &Panel) {
+        // Abutting edges show as seams in some viewers.
+        let mut cell = |[x, y]: [[f64; 2]; 2], colour: Colour| {
+            let [from, to] = [panel.at(x[0], y[1]), panel.at(x[1], y[0])];
+            canvas.rectangle(from, [to[0] + 0.2, to[1] + 0.2], colour);
+        };
+        if let Some((plane, columns)) = &self.refined {
+            let shown = |index: usize| shade(self.points[index], self.largest);
+            for row in 0..plane.sides[0] {
+                let places = (0..plane.sides[1]).map(|column| plane.at(row, column).map(shown));
+                let mut start = 0;
+                for run in places.collect::<Vec<_>>().chunk_by(|a, b| a == b) {
+                    let end = start + run.len();
+                    let mut sides = [[0.0; 2]; 2];
+                    sides[*columns] = [start, end].map(|i| self.ends[*columns][i]);
+                    sides[1 - columns] = [row, row + 1].map(|i| self.ends[1 - columns][i]);
+                    if let Some(colour) = run[0] {
+                        cell(sides, colour);
+                    }
+                    start = end;
+                }
+            }
+            return;
+        }
+        for point in &self.points {
+            let sides = [0, 1].map(|i| {
+                let (ends, value) = (&self.ends[i], point.axis_values[self.axes[i]]);
+                let cell = ends.partition_point(|end| *end <= value);
+                let cell = cell.clamp(1, ends.len() - 1);
+                [ends[cell - 1], ends[cell]]
+            });
+            cell(sides, shade(point, self.largest));
+        }
+    }
+
+    fn key(&self, canvas: &mut Canvas, top: f64) {
+        if self.largest > 0.0 {
+            let axis = Axis::linear("λ of chaotic points", self.unit, [0.0, self.largest]);
+            bar(canvas, MARGIN, [top, 496.0], &axis);
+        }
+        let at = [MARGIN, 522.0];
+        canvas.text(at, "pale: not chaotic", TICK_SIZE, INK, Anchor::Start);
+    }
+}
+
+/// Ends of the cells of some ascending values, at least two.
+fn ends(values: &[f64]) -> Vec<f64> {
+    let inner: Vec<f64> = values
+        .windows(2)
+        .map(|pair| 0.5 * (pair[0] + pair[1]))
+        .collect();
+    let last = values.len() - 1;
+    let outer = [
+        values[0] - (inner[0] - values[0]),
+        values[last] + (values[last] - inner[last - 1]),
+    ];
+    [&outer[..1], &inner, &outer[1..]].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_cut_at_the_frame() {
+        let frame = [[0.0, 10.0], [0.0, 1.0]];
+        let path = [[-5.0, 0.5], [5.0, 0.5], [5.0, 2.0], [8.0, 2.0], [8.0, 0.0]];
+        let wanted = vec![
+            vec![[0.0, 0.5], [5.0, 0.5], [5.0, 1.0]],
+            vec![[8.0, 1.0], [8.0, 0.0]],
+        ];
+        assert_eq!(clipped(&path, frame), wanted);
+        assert!(clipped(&[[11.0, 0.0], [12.0, 0.0]], frame).is_empty());
+    }
+
+    #[test]
+    fn cells_meet_halfway_between_their_values() {
+        assert_eq!(ends(&[1.0, 2.0, 4.0]), [0.5, 1.5, 3.0, 5.0]);
+    }
+}

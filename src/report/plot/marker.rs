@@ -1,0 +1,113 @@
+//! How bifurcations look: one symbol, one colour and one name for every kind, in all pictures.
+
+use super::canvas::{Anchor, Canvas, Colour, INK, Place};
+use super::panel::TICK_SIZE;
+
+/// Fill of symbols.
+const WHITE: Colour = Colour(255, 255, 255);
+
+/// A symbol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Marker {
+    Disc,
+    Square,
+    Diamond,
+    Triangle,
+    Inverted,
+    Plus,
+    Cross,
+    Dot,
+    Bar,
+}
+
+/// Symbols without a meaning of their own, told apart when filled.
+pub(super) const OTHERS: [Marker; 5] = [
+    Marker::Disc,
+    Marker::Square,
+    Marker::Diamond,
+    Marker::Triangle,
+    Marker::Inverted,
+];
+
+impl Marker {
+    /// Of a bifurcation's kind.
+    pub fn of(kind: &str) -> Self {
+        match kind {
+            "fold" => Self::Disc,
+            "period_doubling" => Self::Square,
+            "torus" => Self::Triangle,
+            "merging" => Self::Diamond,
+            "branch_point" => Self::Plus,
+            "graze" => Self::Cross,
+            "sequence" => Self::Dot,
+            _ => Self::Bar,
+        }
+    }
+
+    /// Draws it, closed symbols in white.
+    pub fn draw(self, canvas: &mut Canvas, at: Place) {
+        self.filled(canvas, at, WHITE);
+    }
+
+    /// Draws it, closed symbols in a colour with an edge of ink.
+    pub fn filled(self, canvas: &mut Canvas, [x, y]: Place, fill: Colour) {
+        let corners: &[Place] = match self {
+            Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
+            Self::Diamond => &[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]],
+            Self::Triangle => &[[0.0, -1.2], [1.15, 0.8], [-1.15, 0.8]],
+            Self::Inverted => &[[0.0, 1.2], [1.15, -0.8], [-1.15, -0.8]],
+            _ => &[],
+        };
+        let shape = |size: f64| -> Vec<Place> {
+            let corners = corners.iter();
+            corners.map(|[a, b]| [x + size * a, y + size * b]).collect()
+        };
+        let mut strokes = |ends: &[[Place; 2]], width: f64| {
+            for [from, to] in ends {
+                let [from, to] = [from, to].map(|[a, b]| [x + a, y + b]);
+                canvas.line(&[from, to], INK, width);
+            }
+        };
+        match self {
+            Self::Disc => {
+                canvas.disc([x, y], 4.6, INK);
+                canvas.disc([x, y], 3.3, fill);
+            }
+            Self::Dot => canvas.disc([x, y], 2.2, INK),
+            Self::Cross => strokes(
+                &[[[-3.0, -3.0], [3.0, 3.0]], [[-3.0, 3.0], [3.0, -3.0]]],
+                1.2,
+            ),
+            Self::Plus => strokes(&[[[-4.5, 0.0], [4.5, 0.0]], [[0.0, -4.5], [0.0, 4.5]]], 1.8),
+            Self::Bar => strokes(&[[[0.0, -6.0], [0.0, 6.0]]], 1.8),
+            _ => {
+                canvas.polygon(&shape(4.8), INK);
+                canvas.polygon(&shape(3.1), fill);
+            }
+        }
+    }
+}
+
+/// The colour of a kind's curve: from Okabe and Ito's palette, told apart by colour-blind readers.
+pub(super) fn colour(kind: &str) -> Colour {
+    match kind {
+        "fold" => Colour(0xd5, 0x5e, 0x00),
+        "period_doubling" => Colour(0x00, 0x72, 0xb2),
+        "torus" => Colour(0x00, 0x9e, 0x73),
+        "graze" => Colour(0xcc, 0x79, 0xa7),
+        _ => INK,
+    }
+}
+
+/// `period doubling`; of an onset, of what.
+pub(super) fn name(kind: &str) -> String {
+    match kind {
+        "onset" => "onset of rattle".to_owned(),
+        kind => kind.replace('_', " "),
+    }
+}
+
+/// The words of an entry of a key, right of the 22 pixels of its sample.
+pub(super) fn entry(canvas: &mut Canvas, [x, y]: Place, text: &str) {
+    canvas.text([x + 30.0, y + 4.5], text, TICK_SIZE, INK, Anchor::Start);
+}
