@@ -93,7 +93,7 @@ impl Explanation {
         followed: &Followed,
         transitions: &[&TransitionSummary],
         names: &[String],
-        places: &BTreeMap<u64, Vec<f64>>,
+        places: &Places,
     ) -> Self {
         let length = match followed.axis().values[..] {
             [low, .., high] => high - low,
@@ -180,11 +180,14 @@ fn stable(followed: &Followed, found: &Bifurcation) -> bool {
     near.into_iter().any(|orbit| orbit.stable)
 }
 
+/// Values of the axes, by `point_id`.
+type Places = BTreeMap<u64, Vec<f64>>;
+
 /// The names of the axes of the points, and where those of some transitions lie on them.
 fn places(
     folder: &Path,
     transitions: &[&TransitionSummary],
-) -> Result<(Vec<String>, BTreeMap<u64, Vec<f64>>), ReportError> {
+) -> Result<(Vec<String>, Places), ReportError> {
     let names = ResultTable::head(folder, TableKind::Points)?.axes()?;
     let columns = names.iter().map(String::as_str).chain(["point_id"]);
     let columns: Vec<&str> = columns.collect();

@@ -39,7 +39,7 @@ impl Marker {
             "merging" => Self::Diamond,
             "branch_point" => Self::Plus,
             "graze" => Self::Cross,
-            "sequence" => Self::Dot,
+            "sequence" | "jump" => Self::Dot,
             _ => Self::Bar,
         }
     }
