@@ -8,7 +8,6 @@
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
 use super::hash::JobHash;
-use super::parameter::node_at;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
 use super::sections::{Context, resolve};
@@ -251,7 +250,7 @@ impl Between {
 
     /// What stands in the manifest at a dotted path.
     pub(super) fn node(&self, path: &str) -> Option<&Node> {
-        node_at(&self.0.tree, path)
+        self.0.tree.at(path)
     }
 
     /// The place of a model key among the axes.

@@ -273,15 +273,3 @@ fn gather(node: &Node, path: &str, names: &mut Vec<String>) {
         _ => {}
     }
 }
-
-/// The node at a dotted path of a tree.
-pub(super) fn node_at<'t>(tree: &'t Node, path: &str) -> Option<&'t Node> {
-    let mut node = tree;
-    for part in path.split('.') {
-        node = match &node.value {
-            Value::Array(items) => items.get(part.parse::<usize>().ok()?)?,
-            _ => &node.entry(part)?.node,
-        };
-    }
-    Some(node)
-}

@@ -61,6 +61,15 @@ impl Node {
         }
     }
 
+    /// What stands at a dotted path of keys and array indices.
+    pub fn at(&self, path: &str) -> Option<&Self> {
+        path.split('.')
+            .try_fold(self, |node, part| match &node.value {
+                Value::Array(items) => items.get(part.parse::<usize>().ok()?),
+                _ => Some(&node.entry(part)?.node),
+            })
+    }
+
     /// How many values it holds, itself among them.
     pub fn size(&self) -> usize {
         1 + match &self.value {

@@ -71,9 +71,9 @@ const LARGEST_TURN: f64 = 0.5;
 
 /// Part of an interval to which a point is located, and most orbits that it takes.
 const LOCATED: f64 = 1e-10;
-const MOST_TRIALS: usize = 40;
+const MOST_TRIALS: usize = 60;
 
-/// Logarithm of a depth \[half gaps\] that is none.
+/// Logarithm of a test that is none: of a depth in half gaps.
 const NEARLY_ZERO: f64 = -23.0;
 
 /// Places tried first, as parts of the interval: on one side of a graze there may be no orbit.
@@ -302,6 +302,8 @@ fn point(
         return Ok(older.2);
     }
     let mut change = FIRST_TRIAL;
+    // Where the test was last seen negative and positive.
+    let mut bracket: [Option<f64>; 2] = [None; 2];
     for trial in 0..MOST_TRIALS {
         // Beyond a graze there may be no orbit: less of the way then, and the other way at first.
         let mut shorter = change;
@@ -318,24 +320,31 @@ fn point(
             };
         }
         let newer = found.ok_or(NO_ORBIT)?;
+        for end in [&older, &newer] {
+            bracket[usize::from(end.1 > 0.0)] = Some(end.0);
+        }
         let slope = (newer.1 - older.1) / (newer.0 - older.0);
         change = (-newer.1 / slope).clamp(-0.02, 0.02);
         x = newer.0;
         older = newer;
-        if older.1 == 0.0 || change.abs() <= LOCATED {
+        let nothing = test
+            .at(&older.2)
+            .is_some_and(|(size, _)| size < NEARLY_ZERO);
+        if older.1 == 0.0 || nothing || !watched && change.abs() <= LOCATED {
             return Ok(older.2);
+        }
+        if let [Some(low), Some(high)] = bracket {
+            // Where the slope steps the secant alone may miss.
+            let outside = (x + change - low) * (x + change - high) >= 0.0;
+            if outside || trial % 3 == 2 {
+                change = 0.5 * (low + high) - x;
+            }
         }
         if !change.is_finite() {
             break;
         }
     }
-    match test
-        .at(&older.2)
-        .is_some_and(|(size, _)| size < NEARLY_ZERO && matches!(test, Test::Depth(_)))
-    {
-        true => Ok(older.2),
-        false => Err("the test of the bifurcation does not vanish near by"),
-    }
+    Err("the test of the bifurcation does not vanish near by")
 }
 
 /// What of codimension two lies between two points of a curve.

@@ -8,7 +8,7 @@ use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 
 /// Distances \[half gaps\] from the bifurcation at which the first orbit of a branch is sought.
-const AWAY: [f64; 5] = [0.02, 0.005, 0.1, 0.001, 0.3];
+const AWAY: [f64; 5] = [0.005, 0.02, 0.001, 0.1, 0.3];
 
 /// The first two orbits of every branch that begins at a bifurcation: the bifurcation's own as one of
 /// theirs, and one away from it.

@@ -3,3 +3,4 @@
 pub mod ensemble;
 pub mod orbit;
 pub mod tangent;
+pub mod witness;

@@ -4,7 +4,8 @@
 //! Along it, every average over mesh phase is differentiated under the integral; where the mesh force
 //! jumps at a time t* that moves, by `−(F⁺ − F⁻) t*_p` besides.
 
-use super::tangent::{ParameterTangent, WindowDerivative, Witness};
+use super::tangent::ParameterTangent;
+use super::witness::{WindowDerivative, Witness};
 use crate::analysis::modal_series::{Series, TERMS, integral};
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;

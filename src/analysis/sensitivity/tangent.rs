@@ -17,6 +17,7 @@
 //!
 //! Nothing of a kernel is used but what it shows, so that all exact kernels serve.
 
+use super::witness::{WindowDerivative, Witness};
 use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
 use crate::model::{Contact, Direction, Model, Segment};
 use crate::numerics::convolution::convolution24;
@@ -34,33 +35,6 @@ const ON_SURFACE: f64 = 1e-7;
 
 /// Terms of the exponentials.
 const KERNEL_TERMS: usize = 32;
-
-/// What a window is by the parameter.
-#[derive(Debug, Clone, Copy)]
-pub struct WindowDerivative<'a> {
-    /// The window.
-    pub window: &'a Window<'a>,
-    /// δ_p of the mesh deflection.
-    pub deflection: &'a Series,
-    /// F_p of the mesh force, the sum over its closed flanks.
-    pub force: &'a Series,
-}
-
-/// Sees the derivative of every window.
-pub trait Witness {
-    /// A window was passed.
-    fn window(&mut self, derivative: &WindowDerivative<'_>);
-
-    /// The mesh force jumped by `jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\] per unit of
-    /// the parameter.
-    fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64);
-}
-
-/// Nobody looks.
-impl Witness for () {
-    fn window(&mut self, _: &WindowDerivative<'_>) {}
-    fn jump(&mut self, _: u64, _: f64, _: f64, _: f64) {}
-}
 
 /// The derivative of a trajectory by a parameter, window after window.
 #[derive(Debug)]

@@ -239,9 +239,9 @@ fn surroundings(path: &str) -> String {
             );
         }
         _ if path.starts_with("continuation.states.") => {
-            text.push_str(
-                "[continuation]\nstates = [{ at = 1000, displacement = [0], velocity = [0] }]\n",
-            );
+            let still = vec!["0"; 12].join(", ");
+            let state = format!("at = 1000, displacement = [{still}], velocity = [{still}]");
+            text.push_str(&format!("[continuation]\nstates = [{{ {state} }}]\n"));
         }
         _ => {}
     }

@@ -1,0 +1,31 @@
+//! Who sees how windows move with a parameter?
+
+use crate::analysis::modal_series::Series;
+use crate::propagate::Window;
+
+/// What a window is by the parameter.
+#[derive(Debug, Clone, Copy)]
+pub struct WindowDerivative<'a> {
+    /// The window.
+    pub window: &'a Window<'a>,
+    /// δ_p of the mesh deflection.
+    pub deflection: &'a Series,
+    /// F_p of the mesh force, the sum over its closed flanks.
+    pub force: &'a Series,
+}
+
+/// Sees the derivative of every window.
+pub trait Witness {
+    /// A window was passed.
+    fn window(&mut self, derivative: &WindowDerivative<'_>);
+
+    /// The mesh force jumped by `jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\] per unit of
+    /// the parameter.
+    fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64);
+}
+
+/// Nobody looks.
+impl Witness for () {
+    fn window(&mut self, _: &WindowDerivative<'_>) {}
+    fn jump(&mut self, _: u64, _: f64, _: f64, _: f64) {}
+}
