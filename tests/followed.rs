@@ -196,7 +196,11 @@ fn orbits_alone_are_shown_and_drawn() {
     }
 
     // Curves of a plane that is no longer asked for go.
-    write(folder, "m.toml", &[TWO_LOADS, LINE]);
+    write(
+        folder,
+        "m.toml",
+        &[TWO_LOADS, &PLANE.replace("second = \"load\"", "")],
+    );
     said(folder, &["follow", "m.toml", "--out", "r", "--quiet"]);
     assert!(!folder.join("r/curves.parquet").exists());
     assert_eq!(pictures(folder, &[]), &wanted[..2]);

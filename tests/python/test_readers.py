@@ -181,7 +181,7 @@ def test_followed_orbits():
         metadata = pyarrow.parquet.read_schema(folder / f"{name}.parquet").metadata
         units = json.loads(metadata[b"units"])
         assert set(units) == set(json.loads(metadata[b"descriptions"])) == set(frame.columns)
-        assert json.loads(metadata[b"axes"]) == ["speed", "load"]
+        assert json.loads(metadata[b"axes"]) == ["load", "speed"]
         assert (metadata[b"over"], metadata[b"second"]) == (b"speed", b"load")
         assert units["speed"] == "rad/s" and units["deflection_rms"] == "m"
         schema = pl.read_parquet(folder / f"{name}.parquet").schema
