@@ -239,7 +239,7 @@ fn surroundings(path: &str) -> String {
             );
         }
         _ if path.starts_with("continuation.states.") => {
-            let still = vec!["0"; 12].join(", ");
+            let still = ["0"; 12].join(", ");
             let state = format!("at = 1000, displacement = [{still}], velocity = [{still}]");
             text.push_str(&format!("[continuation]\nstates = [{{ {state} }}]\n"));
         }
