@@ -22,7 +22,7 @@ use std::time::Instant;
 /// Arguments of `atlas follow`.
 #[derive(Debug, Args)]
 pub struct FollowArgs {
-    /// The manifest; its [continuation] says what is followed.
+    /// The manifest; its table `continuation` says what is followed.
     pub manifest: PathBuf,
     /// Folder for the results [default: results/JOB].
     #[arg(long, value_name = "DIR")]
