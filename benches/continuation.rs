@@ -1,5 +1,5 @@
 //! Time of one orbit along a branch: of an oscillator with a stop, and of the drive of flex80 with
-//! forty modes, everything included (models, tables, Newton's method, multipliers, course, steps made
+//! forty modes, everything included (models, tables, Newton's method, multipliers, details, steps made
 //! again, bifurcations located).
 //!
 //! ```text
@@ -9,63 +9,21 @@
 // Criterion's macros generate undocumented items; a bench may end on an unwrap as a test may.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
+#[path = "../tests/common/stopped.rs"]
+mod stopped;
+
 use atlas::analysis::continuation::branch::{Branch, Steps, follow};
 use atlas::analysis::continuation::drive::{DriveMap, Family};
-use atlas::analysis::continuation::map::At;
 use atlas::analysis::continuation::orbit::Orbit;
 use atlas::analysis::continuation::path::Span;
 use atlas::analysis::continuation::search::{Search, orbits};
 use atlas::manifest;
-use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Release};
-use atlas::shaft::{HarmonicLoad, ModalStructure};
+use atlas::model::InitialState;
 use atlas::store::TableStore;
 use atlas::sweep::{Parts, PointFamily};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::path::Path;
-
-/// `x'' + 0.02 x' + x = A cos(ωt) − 29 (x − 1)` beyond 1, over ω.
-struct Stopped;
-
-impl Family for Stopped {
-    fn model(&self, [omega, _]: At) -> Result<Model, String> {
-        let mut structure = ModalStructure::of_modes(&[1.0], 0.01, &[1.0], &[1.0]);
-        structure.harmonic_loads = vec![HarmonicLoad {
-            name: "force".to_owned(),
-            force: vec![0.9 * 0.64 / 1.26],
-            turns_per_cycle: 1.0,
-            phase: 0.0,
-        }];
-        let drive = Drive {
-            half_gap: 51.0,
-            mesh: Division::levels(&[29.0], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            release: Release::Deflection,
-            coast: None,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
-        };
-        let point = OperatingPoint {
-            load: 50.0,
-            speed: omega,
-        };
-        Model::new(&structure, &drive, point).map_err(|error| error.to_string())
-    }
-
-    fn derivative(&self, at: At, _: usize) -> Result<Model, String> {
-        let ends = [-1e-5, 1e-5].map(|h| self.model([at[0] + h, 0.0]));
-        let [low, high] = ends;
-        Model::combined(&[(-5e4, &low?), (5e4, &high?)]).map_err(|error| error.to_string())
-    }
-
-    fn event_limit(&self) -> u32 {
-        1000
-    }
-
-    fn tolerance(&self) -> f64 {
-        f64::EPSILON
-    }
-}
+use stopped::{PUBLISHED, Stopped};
 
 const SEARCH: Search = Search {
     transient: 2000,
@@ -85,12 +43,12 @@ fn measure<F: Family>(
     c: &mut Criterion,
     name: &str,
     family: &F,
-    at: f64,
+    at: [f64; 2],
     period: u32,
     span: &Span,
 ) {
-    let mut map = DriveMap::new(family, [at, 0.0]).unwrap();
-    let found = orbits(&mut map, [at, 0.0], &SEARCH).unwrap();
+    let mut map = DriveMap::new(family, at).unwrap();
+    let found = orbits(&mut map, at, &SEARCH).unwrap();
     let first = found.iter().find(|orbit| orbit.period == period).unwrap();
     let whole = branch(family, span, first);
     let count = whole.orbits.len();
@@ -114,7 +72,18 @@ fn all(c: &mut Criterion) {
         from: 0.8,
         to: 0.85,
     };
-    measure(c, "oscillator with a stop", &Stopped, 0.82, 2, &span);
+    let family = Stopped {
+        damping: 0.01,
+        stop: 29.0,
+    };
+    measure(
+        c,
+        "oscillator with a stop",
+        &family,
+        [0.82, PUBLISHED],
+        2,
+        &span,
+    );
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("manifests/flex80.toml");
     let job = manifest::load(&manifest).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -127,7 +96,7 @@ fn all(c: &mut Criterion) {
         from: 600.0,
         to: 1500.0,
     };
-    measure(c, "forty modes", &family, 750.0, 1, &span);
+    measure(c, "forty modes", &family, [750.0, 0.0], 1, &span);
 }
 
 criterion_group!(benches, all);

@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+#[path = "common/stopped.rs"]
+mod stopped;
+
 use atlas::analysis::continuation::bifurcation::Kind;
 use atlas::analysis::continuation::branch::{End, Steps, follow};
 use atlas::analysis::continuation::curve::{self, Plane};
@@ -12,72 +15,7 @@ use atlas::analysis::continuation::orbit::{Border, find};
 use atlas::analysis::continuation::path::Span;
 use atlas::model::{Division, Drive, Model, OperatingPoint, Release};
 use atlas::shaft::{HarmonicLoad, ModalStructure};
-
-/// Where the flank that the oscillator must not meet is out of its way.
-const OFF: f64 = 50.0;
-
-/// `x'' + 2ζ x' + x = A cos(ωt) − κ (x − gap)` beyond the gap, over (ω, A).
-struct Stopped {
-    damping: f64,
-    stop: f64,
-}
-
-impl Family for Stopped {
-    fn model(&self, [omega, amplitude]: At) -> Result<Model, String> {
-        let mut structure = ModalStructure::of_modes(&[1.0], self.damping, &[1.0], &[1.0]);
-        structure.harmonic_loads = vec![HarmonicLoad {
-            name: "force".to_owned(),
-            force: vec![amplitude],
-            turns_per_cycle: 1.0,
-            phase: 0.0,
-        }];
-        // Shifted by a static load, so that only one flank is near.
-        let drive = Drive {
-            half_gap: 1.0 + OFF,
-            mesh: Division::levels(&[self.stop], &[]),
-            damping: 0.0,
-            friction: 0.0,
-            release: Release::Deflection,
-            coast: None,
-            transmission_error: Vec::new(),
-            torque_ripple: Vec::new(),
-        };
-        let point = OperatingPoint {
-            load: OFF,
-            speed: omega,
-        };
-        Model::new(&structure, &drive, point).map_err(|error| error.to_string())
-    }
-
-    fn derivative(&self, at: At, axis: usize) -> Result<Model, String> {
-        let h = 1e-3;
-        let models: Vec<(f64, Model)> = [
-            (1.0, 45.0),
-            (2.0, -9.0),
-            (3.0, 1.0),
-            (-1.0, -45.0),
-            (-2.0, 9.0),
-            (-3.0, -1.0),
-        ]
-        .into_iter()
-        .map(|(steps, weight)| {
-            let mut there = at;
-            there[axis] += steps * h;
-            Ok((weight / (60.0 * h), self.model(there)?))
-        })
-        .collect::<Result<_, String>>()?;
-        let models: Vec<(f64, &Model)> = models.iter().map(|(w, m)| (*w, m)).collect();
-        Model::combined(&models).map_err(|error| error.to_string())
-    }
-
-    fn event_limit(&self) -> u32 {
-        1000
-    }
-
-    fn tolerance(&self) -> f64 {
-        f64::EPSILON
-    }
-}
+use stopped::{OFF, PUBLISHED, Stopped};
 
 /// The amplitude at which the linear oscillator just reaches the stop.
 fn grazing(omega: f64, damping: f64) -> f64 {
@@ -92,7 +30,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
         damping: 0.01,
         stop: 29.0,
     };
-    let at = [0.8, 0.9 * 0.64 / 1.26];
+    let at = [0.8, PUBLISHED];
     let mut map = DriveMap::new(&family, at).unwrap();
     let model = map.model(at).unwrap().clone();
     let rest = model.basis.state(&[OFF], &[0.0]);
@@ -100,7 +38,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
     map.advance(at, 2000, &mut state, &mut ()).unwrap();
     let guess = map.coordinates(&state.state);
     let orbit = find(&mut map, &guess, at, 2, &Border::Parameters).unwrap();
-    let strobes: Vec<[f64; 2]> = (orbit.course.strobes.iter())
+    let strobes: Vec<[f64; 2]> = (orbit.details.strobes.iter())
         .map(|u| {
             let state = map.state(u).state;
             [state[0] - OFF, state[1]]

@@ -221,7 +221,7 @@ impl Census {
                 }
                 let pairs = branch.orbits.windows(2);
                 out.sequences += pairs
-                    .filter(|p| !p[0].course.touches.alike(&p[1].course.touches))
+                    .filter(|p| !p[0].details.touches.alike(&p[1].details.touches))
                     .count();
                 for end in branch.ends.iter().filter(|end| **end != End::Start) {
                     let word = match end {

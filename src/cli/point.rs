@@ -5,9 +5,11 @@
 //! the state is carried along an axis, `direction=up` or `down` asks for the point as the sweep
 //! meets it.
 
+use super::{BAD_INPUT, fail};
 use crate::manifest::{Axis, AxisKey, Direction, Job, PointSpec};
 use crate::report::to_digits;
 use crate::units::{self, Dimension};
+use std::process::ExitCode;
 
 /// An operating point that was asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,11 +107,20 @@ const LISTED: usize = 24;
 /// digit that messages show.
 const NEAR: f64 = 5e-7;
 
+/// The point of a job that an argument names; the exit status where it names none, everything wrong
+/// being told.
+pub fn admit(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
+    choose(job, text).map_err(|errors| {
+        let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+        fail(BAD_INPUT, &lines.join("\nerror: "))
+    })
+}
+
 /// The point of `job` that `text` names.
 ///
 /// # Errors
 /// Everything that is wrong with the text.
-pub fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
+fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     let mut errors = Vec::new();
     let mut typed: Vec<Option<(&str, f64)>> = vec![None; job.axes.len()];
     let mut named = vec![false; job.axes.len()];

@@ -52,12 +52,9 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
         Ok(job) => job,
         Err(status) => return status,
     };
-    let point = match point::choose(&job, &args.point) {
+    let point = match point::admit(&job, &args.point) {
         Ok(point) => point.spec,
-        Err(errors) => {
-            let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
-            return fail(BAD_INPUT, &lines.join("\nerror: "));
-        }
+        Err(status) => return status,
     };
     if !(args.step > 0.0 && args.step < 0.5) {
         return fail(BAD_INPUT, "--step must be above 0 and below 0.5");

@@ -61,12 +61,9 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         Ok(job) => job,
         Err(status) => return status,
     };
-    let point = match point::choose(&job, &args.point) {
+    let point = match point::admit(&job, &args.point) {
         Ok(point) => point,
-        Err(errors) => {
-            let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
-            return fail(BAD_INPUT, &lines.join("\nerror: "));
-        }
+        Err(status) => return status,
     };
     if let Err(message) = start_threads() {
         return fail(1, &message);

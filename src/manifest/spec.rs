@@ -5,7 +5,7 @@ mod continuation;
 mod mesh;
 mod refine;
 
-pub use continuation::{ContinuationSpec, GivenStateSpec};
+pub use continuation::ContinuationSpec;
 pub use mesh::{
     CoastSpec, CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
 };

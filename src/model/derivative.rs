@@ -23,8 +23,7 @@ impl Model {
     /// # Errors
     /// [`ShapeChange`] where they have not the same segments, directions, contacts and harmonics.
     pub fn combined(models: &[(f64, &Self)]) -> Result<Self, ShapeChange> {
-        let mut sum = models[0].1.clone();
-        sum.each_number(&mut |number| *number = 0.0);
+        let mut sum = models[0].1.unchanged();
         for &(weight, model) in models {
             same_shape(&sum, model)?;
             let mut numbers = Vec::new();
@@ -35,6 +34,13 @@ impl Model {
             sum.each_number(&mut |number| *number += weight * numbers.next().unwrap_or(0.0));
         }
         Ok(sum)
+    }
+
+    /// The derivative by what nothing depends on: all numbers are zero.
+    pub fn unchanged(&self) -> Self {
+        let mut still = self.clone();
+        still.each_number(&mut |number| *number = 0.0);
+        still
     }
 
     /// Visits every number that may depend on a parameter, always in the same order.

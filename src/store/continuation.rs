@@ -51,7 +51,7 @@ impl Told {
     /// Of an orbit.
     pub fn of(orbit: &Orbit) -> Self {
         let leading = orbit.multipliers.first().copied().unwrap_or_default();
-        let (touches, motion) = (&orbit.course.touches, &orbit.course.motion);
+        let (touches, motion) = (&orbit.details.touches, &orbit.details.motion);
         Self {
             period: orbit.period,
             unstable: orbit.unstable() as u32,

@@ -7,14 +7,13 @@ use crate::analysis::CalledOff;
 use crate::analysis::continuation::branch::Steps;
 use crate::analysis::continuation::curve::{Curve, Plane, follow, is_known};
 use crate::analysis::continuation::drive::DriveMap;
-use crate::analysis::continuation::explore::{
-    Branches, Exploration, ExploreError, GivenState, explore,
-};
+use crate::analysis::continuation::explore::{Branches, Exploration, ExploreError, explore};
 use crate::analysis::continuation::map::At;
 use crate::analysis::continuation::onset::{Onset, onset};
 use crate::analysis::continuation::path::Span;
 use crate::analysis::continuation::search::Search;
 use crate::manifest::{ContinuationSpec, Job, Parameter, ParameterError, PointSpec, StiffnessSpec};
+use crate::model::InitialState;
 use rayon::prelude::*;
 use std::sync::atomic::AtomicBool;
 
@@ -184,6 +183,7 @@ fn line(
     parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Line, FollowError> {
+    states_fit(asked, base.model.retained)?;
     let axes: Vec<usize> = std::iter::once(asked.over).chain(asked.second).collect();
     let family = family(job, base, &axes, parts)?;
     let mut axis_values = base.axis_values.clone();
@@ -202,7 +202,7 @@ fn line(
             guesses: asked.guesses,
             initial: base.run.initial.clone(),
         },
-        states: states(asked, base.model.retained)?,
+        states: asked.states.clone(),
         steps: Steps {
             longest: asked.step,
             most: asked.orbits,
@@ -232,25 +232,20 @@ fn line(
     }
 }
 
-fn states(asked: &ContinuationSpec, modes: usize) -> Result<Vec<GivenState>, FollowError> {
-    (asked.states.iter().enumerate())
-        .map(|(number, given)| {
-            if let crate::model::InitialState::Modal { displacement, .. } = &given.state
-                && displacement.len() != modes
-            {
-                return Err(FollowError::StateLength {
-                    number,
-                    given: displacement.len(),
-                    modes,
-                });
-            }
-            Ok(GivenState {
-                value: given.at,
-                period: given.period,
-                state: given.state.clone(),
-            })
-        })
-        .collect()
+/// That every given state has a number for each mode.
+fn states_fit(asked: &ContinuationSpec, modes: usize) -> Result<(), FollowError> {
+    for (number, given) in asked.states.iter().enumerate() {
+        if let InitialState::Modal { displacement, .. } = &given.state
+            && displacement.len() != modes
+        {
+            return Err(FollowError::StateLength {
+                number,
+                given: displacement.len(),
+                modes,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The curves of a plane: every kind by itself, each bifurcation of the lines that lies on no curve yet

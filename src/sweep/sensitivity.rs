@@ -11,7 +11,7 @@ use crate::analysis::sensitivity::ensemble::{
 use crate::analysis::sensitivity::orbit::{QUANTITIES, derivatives};
 use crate::analysis::{CalledOff, Class, EnergyNorm, PointOutcome, Status, investigate_onward};
 use crate::manifest::{Job, Parameter, PointSpec};
-use crate::model::{Model, ShapeChange, TrajectoryState};
+use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Kernel, KernelUse, Stop};
 use rayon::prelude::*;
@@ -195,7 +195,7 @@ impl KernelUse for Settle<'_> {
 /// The values of an orbit's quantities, with its largest multiplier.
 struct Orbit<'a> {
     model: &'a Model,
-    by: Option<&'a Model>,
+    by: &'a Model,
     start: &'a TrajectoryState,
     period: u32,
 }
@@ -215,18 +215,14 @@ impl KernelUse for Orbit<'_> {
             &mut kernel.workspace(),
         )?;
         let Some(orbit) = found else { return Ok(None) };
-        let still;
-        let by = match self.by {
-            Some(by) => by,
-            None => match Model::combined(&[(0.0, self.model)]) {
-                Ok(model) => {
-                    still = model;
-                    &still
-                }
-                Err(ShapeChange { .. }) => return Ok(None),
-            },
-        };
-        let all = derivatives(self.model, by, kernel, &orbit.start, self.period, HARMONICS)?;
+        let all = derivatives(
+            self.model,
+            self.by,
+            kernel,
+            &orbit.start,
+            self.period,
+            HARMONICS,
+        )?;
         let mut values: Vec<f64> = all.iter().map(|d| d.value).collect();
         values.push(orbit.spectral_radius());
         Ok(Some((values, all.iter().map(|d| d.by).collect())))
@@ -249,9 +245,10 @@ fn of_orbit(
         .map(|(name, unit)| ((*name).to_owned(), *unit));
     let harmonics = (1..=HARMONICS).map(|m| (format!("deflection_harmonic_{m}"), "m"));
     let multiplier = std::iter::once(("multiplier".to_owned(), "1"));
+    let still = model.unchanged();
     let own = Orbit {
         model,
-        by: by.as_ref().ok(),
+        by: by.as_ref().unwrap_or(&still),
         start,
         period,
     };
@@ -265,10 +262,10 @@ fn of_orbit(
     let near = |steps: f64| -> Option<Vec<f64>> {
         let there = [at[0] + steps * h, at[1]];
         let point = family.at(there).ok()?;
-        let model = family.model(there).ok()?;
+        let model = parts.model(&point).ok()?;
         let orbit = Orbit {
             model: &model,
-            by: None,
+            by: &model.unchanged(),
             start,
             period,
         };
@@ -386,9 +383,8 @@ fn of_ensemble(
     let mut members = Vec::new();
     for steps in [-2.0, -1.0, 1.0, 2.0] {
         let there = [at[0] + steps * h, at[1]];
-        let values = |reason: String| SensitivityError::Build(BuildError::Values(reason));
-        let point = family.at(there).map_err(values)?;
-        let model = family.model(there).map_err(values)?;
+        let point = family.at(there).map_err(BuildError::Values)?;
+        let model = parts.model(&point)?;
         members.push(with_kernel(
             &point,
             &model,

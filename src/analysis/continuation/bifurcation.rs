@@ -9,7 +9,7 @@
 //! | merging | the offset of a part of the period, along itself |
 //!
 //! Functions of all multipliers are smooth where single ones meet and part. A zero is bracketed by
-//! the two orbits and found by the secant method of Anderson and Björck, every value being that of a
+//! the two orbits and found by secants, every fourth step a halving, every value being that of a
 //! corrected orbit.
 
 use super::map::CycleMap;
@@ -119,7 +119,8 @@ impl Bifurcation {
     }
 }
 
-fn critical(kind: &Kind, orbit: &Orbit) -> Option<Complex64> {
+/// The multiplier of an orbit that is next to where a bifurcation of some kind has one.
+pub(super) fn critical(kind: &Kind, orbit: &Orbit) -> Option<Complex64> {
     let near = |wanted: f64| {
         let real = orbit.multipliers.iter().filter(|m| m.im == 0.0);
         real.min_by(|a, b| (a.re - wanted).abs().total_cmp(&(b.re - wanted).abs()))
@@ -187,7 +188,7 @@ impl Test {
             }
             Self::Depth(extreme) => signed(
                 orbit
-                    .course
+                    .details
                     .touches
                     .nearest(extreme, f64::from(orbit.period))?
                     .depth,
@@ -202,6 +203,17 @@ impl Test {
             ),
         })
     }
+
+    /// Whether it has another sign at one orbit than at the other.
+    pub fn changes(&self, a: &Orbit, b: &Orbit) -> bool {
+        matches!((self.at(a), self.at(b)), (Some(a), Some(b)) if a.1 != b.1)
+    }
+}
+
+/// Complex multipliers outside a circle of some radius.
+pub(super) fn pairs_outside(orbit: &Orbit, radius: f64) -> usize {
+    let outside = |m: &&Complex64| m.im != 0.0 && m.norm() > radius;
+    orbit.multipliers.iter().filter(outside).count()
 }
 
 fn signed(value: f64) -> (f64, f64) {
@@ -215,32 +227,21 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
         return Vec::new();
     };
     let mut tests: Vec<(Option<Kind>, Test)> = Vec::new();
-    let changes = |test: &Test| match (test.at(a), test.at(b)) {
-        (Some(a), Some(b)) => a.1 != b.1,
-        _ => false,
-    };
-    if changes(&Test::PlusOne) {
+    if Test::PlusOne.changes(a, b) {
         tests.push((None, Test::PlusOne));
     }
-    if changes(&Test::MinusOne) {
+    if Test::MinusOne.changes(a, b) {
         tests.push((Some(Kind::PeriodDoubling), Test::MinusOne));
     }
-    let pairs = |orbit: &Orbit| {
-        orbit
-            .multipliers
-            .iter()
-            .filter(|m| m.im != 0.0 && m.norm() > 1.0)
-            .count()
-    };
-    if pairs(a) != pairs(b) && changes(&Test::Pair) {
+    if pairs_outside(a, 1.0) != pairs_outside(b, 1.0) && Test::Pair.changes(a, b) {
         tests.push((Some(Kind::Torus), Test::Pair));
     }
     // A branch of doubled period comes home at half of it.
-    for cycles in (1..b.period).filter(|d| 2 * d == b.period) {
-        let test = Test::Offset(cycles, a.offset(cycles));
-        if changes(&test) {
-            tests.push((Some(Kind::Merging { period: cycles }), test));
-            break;
+    if b.period.is_multiple_of(2) {
+        let period = b.period / 2;
+        let test = Test::Offset(period, a.offset(period));
+        if test.changes(a, b) {
+            tests.push((Some(Kind::Merging { period }), test));
         }
     }
     let grazes = grazes(a, b);
@@ -261,7 +262,7 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
             let kind = match kind {
                 Some(Kind::Graze { extreme }) => Kind::Graze {
                     extreme: *orbit
-                        .course
+                        .details
                         .touches
                         .nearest(&extreme, f64::from(orbit.period))
                         .unwrap_or(&extreme),
@@ -289,7 +290,7 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
             })
         })
         .collect();
-    if !explained && !a.course.touches.alike(&b.course.touches) {
+    if !explained && !a.details.touches.alike(&b.details.touches) {
         let bracket = [a.at[span.axis], b.at[span.axis]];
         let length = knots[knots.len() - 1].0;
         found.push(Bifurcation {
@@ -307,10 +308,10 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
 /// Extremes whose depth changes its sign from one orbit to the other.
 fn grazes(a: &Orbit, b: &Orbit) -> Vec<Extreme> {
     let period = f64::from(b.period);
-    (a.course.touches.extremes.iter())
+    (a.details.touches.extremes.iter())
         .filter(|own| {
-            let other = b.course.touches.nearest(own, period);
-            let back = other.and_then(|other| a.course.touches.nearest(other, period));
+            let other = b.details.touches.nearest(own, period);
+            let back = other.and_then(|other| a.details.touches.nearest(other, period));
             other.is_some_and(|other| other.depth * own.depth < 0.0) && back == Some(own)
         })
         .copied()
@@ -345,7 +346,7 @@ fn merging(
         return None;
     };
     let halfway = |orbit: &Orbit| -> Vec<f64> {
-        let later = &orbit.course.strobes[period as usize];
+        let later = &orbit.details.strobes[period as usize];
         orbit
             .u
             .iter()
@@ -430,7 +431,7 @@ fn locate(
         let there: Result<Orbit, NoOrbit> =
             place_bare(map, span, a, &guess(span, &chosen, s), &chord).and_then(|found| {
                 match watched {
-                    true => found.with_course(map),
+                    true => found.with_details(map),
                     false => Ok(found),
                 }
             });
@@ -459,7 +460,7 @@ fn locate(
     });
     let mut bracket = [low.2.at[span.axis], high.2.at[span.axis]];
     bracket.sort_by(f64::total_cmp);
-    Some((orbit.with_course(map).ok()?, s, bracket))
+    Some((orbit.with_details(map).ok()?, s, bracket))
 }
 
 #[cfg(test)]

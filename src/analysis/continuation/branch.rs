@@ -386,7 +386,7 @@ fn look_back(map: &mut impl CycleMap, span: &Span, arm: &mut Arm) -> bool {
     if last > 8
         && passes
         && now
-            .course
+            .details
             .strobes
             .iter()
             .any(|u| distance(u, &first.u) < 1.5 * distance(&before.u, &now.u))

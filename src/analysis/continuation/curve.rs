@@ -4,7 +4,7 @@
 //! being that of a corrected orbit: of a fold, which has no orbits on one side, on a plane across its
 //! null vector. Which parameter is held follows the direction of the curve.
 
-use super::bifurcation::{Bifurcation, Kind, Test};
+use super::bifurcation::{Bifurcation, Kind, Test, critical, pairs_outside};
 use super::map::{At, CycleMap};
 use super::orbit::{Border, NoOrbit, Orbit, correct, distance};
 use crate::numerics::linalg::eigenpair;
@@ -148,7 +148,7 @@ fn one_way(
         };
         let known: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
         let found = point(map, plane, kind, &test, &known, target, held)
-            .and_then(|orbit| orbit.with_course(map).map_err(|_| NO_ORBIT));
+            .and_then(|orbit| orbit.with_details(map).map_err(|_| NO_ORBIT));
         match found {
             Ok(orbit) => {
                 let turn = turned(plane, direction, last.at, orbit.at);
@@ -177,7 +177,7 @@ fn one_way(
                 }
                 if let (Test::Depth(extreme), true) = (&mut test, true)
                     && let Some(now) = orbit
-                        .course
+                        .details
                         .touches
                         .nearest(extreme, f64::from(orbit.period))
                 {
@@ -260,7 +260,7 @@ fn point(
         ),
         None => None,
     };
-    // Only the depth of an extreme takes a course.
+    // Only the depth of an extreme takes details.
     let watched = matches!(test, Test::Depth(_));
     let mut at_trial = |x: f64, near: &[f64]| -> Result<Orbit, NoOrbit> {
         let found = match (&null, &column) {
@@ -283,7 +283,7 @@ fn point(
         };
         let found = found.with_multipliers(last.period)?;
         match watched {
-            true => found.with_course(map),
+            true => found.with_details(map),
             false => Ok(found),
         }
     };
@@ -349,32 +349,22 @@ fn point(
 
 /// What of codimension two lies between two points of a curve.
 fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
-    let changes = |test: Test| matches!((test.at(a), test.at(b)), (Some(a), Some(b)) if a.1 != b.1);
-    let pairs = |o: &Orbit| {
-        o.multipliers
-            .iter()
-            .filter(|m| m.im != 0.0 && m.norm() > 1.0 + 1e-6)
-            .count()
-    };
+    let pairs = |orbit: &Orbit| pairs_outside(orbit, 1.0 + 1e-6);
     match kind {
         Kind::Fold => {
-            if changes(Test::MinusOne) {
+            if Test::MinusOne.changes(a, b) {
                 return Some("fold and period doubling");
             }
             (pairs(a) != pairs(b)).then_some("fold and torus")
         }
         Kind::PeriodDoubling => {
-            if changes(Test::PlusOne) {
+            if Test::PlusOne.changes(a, b) {
                 return Some("fold and period doubling");
             }
             (pairs(a) != pairs(b)).then_some("period doubling and torus")
         }
         Kind::Torus => {
-            let angle = |orbit: &Orbit| {
-                let near = orbit.multipliers.iter().filter(|m| m.im > 0.0);
-                near.min_by(|a, b| (a.norm() - 1.0).abs().total_cmp(&(b.norm() - 1.0).abs()))
-                    .map(|m| m.arg())
-            };
+            let angle = |orbit: &Orbit| critical(kind, orbit).map(|m| m.arg());
             let (a, b) = (angle(a)?, angle(b)?);
             let passes = |turn: f64| (a - turn) * (b - turn) < 0.0;
             if passes(TAU / 3.0) {
@@ -383,13 +373,13 @@ fn codimension_two(kind: &Kind, a: &Orbit, b: &Orbit) -> Option<&'static str> {
             passes(TAU / 4.0).then_some("resonance 1:4")
         }
         Kind::Graze { .. } => {
-            if changes(Test::PlusOne) {
+            if Test::PlusOne.changes(a, b) {
                 return Some("graze and fold");
             }
-            if changes(Test::MinusOne) {
+            if Test::MinusOne.changes(a, b) {
                 return Some("graze and period doubling");
             }
-            (a.course.touches.sequence.len() != b.course.touches.sequence.len())
+            (a.details.touches.sequence.len() != b.details.touches.sequence.len())
                 .then_some("another graze")
         }
         Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => None,
@@ -415,7 +405,7 @@ pub fn is_known(plane: &Plane, curves: &[Curve], own: &Bifurcation) -> bool {
                             .collect();
                     let apart = distance(&a.u, &b.u);
                     own.orbit
-                        .course
+                        .details
                         .strobes
                         .iter()
                         .any(|o| distance(o, &u) < 0.2 * apart + 0.02)

@@ -1,6 +1,6 @@
 //! The cycle map of a drive, as continuation sees it.
 
-use super::map::{At, Course, CycleMap, Image, MapError};
+use super::map::{At, CycleMap, Details, Image, MapError};
 use super::touches::Watch;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
@@ -230,7 +230,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         Ok(self.coordinates(&end))
     }
 
-    fn course(&mut self, u: &[f64], at: At, period: u32) -> Result<Course, MapError> {
+    fn details(&mut self, u: &[f64], at: At, period: u32) -> Result<Details, MapError> {
         self.build(at)?;
         let mut state = self.state(u);
         let mut strobes = Vec::with_capacity(period as usize);
@@ -252,7 +252,7 @@ impl<F: Family> CycleMap for DriveMap<'_, F> {
         let motion = watch.motion();
         let touches = watch.touches;
         strobes.extend(starts.iter().map(|state| self.coordinates(state)));
-        Ok(Course {
+        Ok(Details {
             strobes,
             touches,
             motion,

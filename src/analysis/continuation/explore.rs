@@ -211,7 +211,7 @@ fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbi
         }
         let guess = interpolated(span, &pair[0], &pair[1], value);
         let near = orbit
-            .course
+            .details
             .strobes
             .iter()
             .any(|u| distance(u, &guess) < NEAR);

@@ -35,7 +35,7 @@ pub struct Image {
 
 /// What an orbit is like on its way.
 #[derive(Debug, Clone, Default)]
-pub struct Course {
+pub struct Details {
     /// u at the start of every cycle.
     pub strobes: Vec<Vec<f64>>,
     /// How contacts are touched.
@@ -91,5 +91,5 @@ pub trait CycleMap {
     ///
     /// # Errors
     /// [`MapError`].
-    fn course(&mut self, u: &[f64], at: At, period: u32) -> Result<Course, MapError>;
+    fn details(&mut self, u: &[f64], at: At, period: u32) -> Result<Details, MapError>;
 }

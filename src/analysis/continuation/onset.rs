@@ -125,7 +125,7 @@ fn in_contact<F: Family>(map: &mut DriveMap<'_, F>, at: At) -> Result<Option<Orb
     let unit = map.unit();
     let found = find(map, &guess, at, unit, &Border::Parameters).ok();
     Ok(found.filter(|orbit| {
-        orbit.course.touches.sequence.is_empty() && map.state(&orbit.u).contact.holds(DRIVE_FLANK)
+        orbit.details.touches.sequence.is_empty() && map.state(&orbit.u).contact.holds(DRIVE_FLANK)
     }))
 }
 

@@ -6,7 +6,7 @@
 //! | cᵀ      c_p | | Δp |  = −| c·(u − u₀) + c_p (p − p₀) |
 //! ```
 
-use super::map::{At, Course, CycleMap, MapError};
+use super::map::{At, CycleMap, Details, MapError};
 use crate::numerics::linalg::{eigenvalues, solve};
 use faer::Mat;
 use num_complex::Complex64;
@@ -41,7 +41,7 @@ pub struct Orbit {
     /// Floquet multipliers, largest modulus first.
     pub multipliers: Vec<Complex64>,
     /// What it is like on its way.
-    pub course: Course,
+    pub details: Details,
 }
 
 impl Orbit {
@@ -53,7 +53,7 @@ impl Orbit {
     /// How far a part of a period leads away from the start: zero where the orbit's own period is
     /// shorter.
     pub fn offset(&self, cycles: u32) -> Vec<f64> {
-        let later = &self.course.strobes[cycles as usize];
+        let later = &self.details.strobes[cycles as usize];
         later.iter().zip(&self.u).map(|(a, b)| a - b).collect()
     }
 }
@@ -92,7 +92,7 @@ pub enum NoOrbit {
     },
 }
 
-/// An orbit without its multipliers and its course.
+/// An orbit without its multipliers and its details.
 #[derive(Debug, Clone)]
 pub struct Bare {
     /// Coordinates.
@@ -195,7 +195,7 @@ fn newton_step(
 }
 
 impl Bare {
-    /// With multipliers, and without a course.
+    /// With multipliers, and without details.
     ///
     /// # Errors
     /// [`NoOrbit`] where its multipliers are not finite.
@@ -211,23 +211,23 @@ impl Bare {
             steps: self.steps,
             monodromy: self.monodromy,
             multipliers,
-            course: Course::default(),
+            details: Details::default(),
         })
     }
 }
 
 impl Orbit {
-    /// With its course.
+    /// With its details.
     ///
     /// # Errors
     /// [`NoOrbit`] where it cannot be integrated.
-    pub fn with_course(mut self, map: &mut impl CycleMap) -> Result<Self, NoOrbit> {
-        self.course = map.course(&self.u, self.at, self.period)?;
+    pub fn with_details(mut self, map: &mut impl CycleMap) -> Result<Self, NoOrbit> {
+        self.details = map.details(&self.u, self.at, self.period)?;
         Ok(self)
     }
 }
 
-/// Seeks the orbit next to a guess, with its multipliers and its course.
+/// Seeks the orbit next to a guess, with its multipliers and its details.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -240,7 +240,7 @@ pub fn find(
 ) -> Result<Orbit, NoOrbit> {
     correct(map, guess, at, period, border)?
         .with_multipliers(period)?
-        .with_course(map)
+        .with_details(map)
 }
 
 /// Euclidean length.
@@ -263,5 +263,5 @@ const SAME_ORBIT: f64 = 1e-6;
 /// Whether two orbits are one, whichever cycle they start in.
 pub fn same(a: &Orbit, b: &Orbit) -> bool {
     let meets = |u: &Vec<f64>| distance(u, &b.u) < SAME_ORBIT;
-    a.period == b.period && a.course.strobes.iter().any(meets)
+    a.period == b.period && a.details.strobes.iter().any(meets)
 }

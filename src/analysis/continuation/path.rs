@@ -111,10 +111,10 @@ pub fn place(
     guess: &Vector,
     direction: &Vector,
 ) -> Result<Orbit, NoOrbit> {
-    place_bare(map, span, like, guess, direction)?.with_course(map)
+    place_bare(map, span, like, guess, direction)?.with_details(map)
 }
 
-/// The same without its course.
+/// The same without its details.
 ///
 /// # Errors
 /// [`NoOrbit`].

@@ -4,6 +4,7 @@
 use super::drive::{DriveMap, Family};
 use super::map::{At, CycleMap, MapError};
 use super::orbit::{Border, Orbit, distance, find, length, same};
+use crate::analysis::orbits::returns;
 use crate::model::{InitialState, TrajectoryState};
 
 /// How orbits are sought.
@@ -90,20 +91,9 @@ fn strobes<F: Family>(
 /// Points midway between a state of the path and its return after `period` cycles, nearest returns
 /// first, no two within a period of each other, all in the first cycle of what drives the motion.
 fn near_returns(path: &[Vec<f64>], period: usize, unit: usize, most: usize) -> Vec<Vec<f64>> {
-    let mut returns: Vec<(f64, usize)> = (0..path.len().saturating_sub(period))
-        .filter(|n| n.is_multiple_of(unit))
-        .map(|n| (distance(&path[n], &path[n + period]), n))
-        .collect();
-    returns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut chosen: Vec<usize> = Vec::new();
-    for (_, n) in returns {
-        if chosen.len() == most {
-            break;
-        }
-        if chosen.iter().all(|other| n.abs_diff(*other) > period) {
-            chosen.push(n);
-        }
-    }
+    let apart = |n: usize| distance(&path[n], &path[n + period]);
+    let places = (0..path.len().saturating_sub(period)).step_by(unit);
+    let chosen = returns::nearest(places, apart, period, most);
     let midway = |n: usize| {
         path[n]
             .iter()

@@ -18,6 +18,7 @@ use super::closing::{Closed, close};
 use super::observables::{Cycles, GROWTH, SUMS, Sums};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::norm::EnergyNorm;
+use crate::analysis::orbits::returns;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel};
 use num_complex::Complex64;
@@ -148,22 +149,8 @@ impl<K: Kernel> Set<'_, K> {
     fn returns(&self, period: usize, most: usize) -> Vec<usize> {
         let apart =
             |n: usize| (self.norm).distance(&self.path[n].state, &self.path[n + period].state);
-        let mut returns: Vec<(f64, usize)> = (0..self.path.len().saturating_sub(period))
-            .map(|n| (apart(n), n))
-            .collect();
-        returns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut taken = vec![false; self.path.len()];
-        let mut chosen = Vec::new();
-        for (_, n) in returns {
-            if chosen.len() == most {
-                break;
-            }
-            let near = n.saturating_sub(period)..(n + period + 1).min(taken.len());
-            if !taken[near].contains(&true) {
-                taken[n] = true;
-                chosen.push(n);
-            }
-        }
+        let places = 0..self.path.len().saturating_sub(period);
+        let mut chosen = returns::nearest(places, apart, period, most);
         chosen.sort_unstable();
         chosen
     }

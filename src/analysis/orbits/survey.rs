@@ -8,6 +8,7 @@
 
 use super::character::{self, Character};
 use super::kick::{self, Kick};
+use super::returns;
 use super::shooting::{PeriodicOrbit, shoot, shortest};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::norm::EnergyNorm;
@@ -242,20 +243,9 @@ impl<K: Kernel> Search<'_, K> {
 /// Places on the path that nearly return after `period` cycles, nearest first, no two within
 /// a period of each other.
 fn guesses(norm: &EnergyNorm, path: &[TrajectoryState], period: usize, most: usize) -> Vec<usize> {
-    let mut returns: Vec<(f64, usize)> = (0..path.len().saturating_sub(period))
-        .map(|n| (norm.distance(&path[n].state, &path[n + period].state), n))
-        .collect();
-    returns.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut chosen: Vec<usize> = Vec::new();
-    for (_, n) in returns {
-        if chosen.len() == most {
-            break;
-        }
-        if chosen.iter().all(|other| n.abs_diff(*other) > period) {
-            chosen.push(n);
-        }
-    }
-    chosen
+    let apart = |n: usize| norm.distance(&path[n].state, &path[n + period].state);
+    let places = 0..path.len().saturating_sub(period);
+    returns::nearest(places, apart, period, most)
 }
 
 /// The state midway between two, at the time of the first.

@@ -1,11 +1,12 @@
 //! `[continuation]`: what orbits are followed over.
 
 use super::modal_state;
+use crate::analysis::continuation::explore::GivenState;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::parameter::Parameter;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
-use crate::manifest::spec::{Axis, ContinuationSpec, GivenStateSpec};
+use crate::manifest::spec::{Axis, ContinuationSpec};
 
 /// The section, `Some(None)` where there is none; `None` where it is faulty.
 pub(in crate::manifest) fn read(
@@ -73,12 +74,12 @@ pub(in crate::manifest) fn read(
     }))
 }
 
-fn state(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<GivenStateSpec> {
+fn state(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<GivenState> {
     let at = table.quantity(issues, "at");
     let period = table.integer_or_default(issues, "period");
     let state = modal_state::read(table, issues, retained);
-    Some(GivenStateSpec {
-        at: at?,
+    Some(GivenState {
+        value: at?,
         period: u32::try_from(period?).ok()?,
         state: state?,
     })

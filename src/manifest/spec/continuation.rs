@@ -1,6 +1,6 @@
 //! What orbits are followed over, and how.
 
-use crate::model::InitialState;
+use crate::analysis::continuation::explore::GivenState;
 
 /// What `[continuation]` asks for.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,16 +26,5 @@ pub struct ContinuationSpec {
     /// Longest step, as a part of the axis's length.
     pub step: f64,
     /// States to begin with.
-    pub states: Vec<GivenStateSpec>,
-}
-
-/// A state next to an orbit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GivenStateSpec {
-    /// Value of the axis, in SI.
-    pub at: f64,
-    /// Period of the orbit \[mesh cycles\].
-    pub period: u32,
-    /// The state.
-    pub state: InitialState,
+    pub states: Vec<GivenState>,
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::analysis::continuation::branch::{End, Steps, follow, follow_away};
-use crate::analysis::continuation::map::{At, Course, Image, MapError};
+use crate::analysis::continuation::map::{At, Details, Image, MapError};
 use crate::analysis::continuation::orbit::{Border, find};
 use crate::analysis::continuation::switch::branches;
 use faer::Mat;
@@ -48,13 +48,13 @@ impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> CycleMap for P
         Ok(self.run(u, at[0], period).2.to_vec())
     }
 
-    fn course(&mut self, u: &[f64], at: At, period: u32) -> Result<Course, MapError> {
+    fn details(&mut self, u: &[f64], at: At, period: u32) -> Result<Details, MapError> {
         let strobes = (0..period)
             .map(|k| self.run(u, at[0], k).0.to_vec())
             .collect();
-        Ok(Course {
+        Ok(Details {
             strobes,
-            ..Course::default()
+            ..Details::default()
         })
     }
 }

@@ -1,0 +1,81 @@
+//! An oscillator with a stop on one side, whose answers are known: a family for continuation.
+
+// Every test binary uses a part of it; benches use it too, outside any test.
+#![allow(dead_code)]
+
+use atlas::analysis::continuation::drive::Family;
+use atlas::analysis::continuation::map::At;
+use atlas::model::{Division, Drive, Model, OperatingPoint, Release};
+use atlas::shaft::{HarmonicLoad, ModalStructure};
+
+/// Where the flank that the oscillator must not meet is out of its way.
+pub const OFF: f64 = 50.0;
+
+/// Amplitude of the published motion at ω = 0.8.
+pub const PUBLISHED: f64 = 0.9 * 0.64 / 1.26;
+
+/// `x'' + 2ζ x' + x = A cos(ωt) − κ (x − gap)` beyond the gap, over (ω, A).
+pub struct Stopped {
+    /// Damping ratio ζ.
+    pub damping: f64,
+    /// Stiffness of the stop κ.
+    pub stop: f64,
+}
+
+impl Family for Stopped {
+    fn model(&self, [omega, amplitude]: At) -> Result<Model, String> {
+        let mut structure = ModalStructure::of_modes(&[1.0], self.damping, &[1.0], &[1.0]);
+        structure.harmonic_loads = vec![HarmonicLoad {
+            name: "force".to_owned(),
+            force: vec![amplitude],
+            turns_per_cycle: 1.0,
+            phase: 0.0,
+        }];
+        // Shifted by a static load, so that only one flank is near.
+        let drive = Drive {
+            half_gap: 1.0 + OFF,
+            mesh: Division::levels(&[self.stop], &[]),
+            damping: 0.0,
+            friction: 0.0,
+            release: Release::Deflection,
+            coast: None,
+            transmission_error: Vec::new(),
+            torque_ripple: Vec::new(),
+        };
+        let point = OperatingPoint {
+            load: OFF,
+            speed: omega,
+        };
+        Model::new(&structure, &drive, point).map_err(|error| error.to_string())
+    }
+
+    /// Central differences of the sixth order.
+    fn derivative(&self, at: At, axis: usize) -> Result<Model, String> {
+        let h = 1e-3;
+        let models: Vec<(f64, Model)> = [
+            (1.0, 45.0),
+            (2.0, -9.0),
+            (3.0, 1.0),
+            (-1.0, -45.0),
+            (-2.0, 9.0),
+            (-3.0, -1.0),
+        ]
+        .into_iter()
+        .map(|(steps, weight)| {
+            let mut there = at;
+            there[axis] += steps * h;
+            Ok((weight / (60.0 * h), self.model(there)?))
+        })
+        .collect::<Result<_, String>>()?;
+        let models: Vec<(f64, &Model)> = models.iter().map(|(w, m)| (*w, m)).collect();
+        Model::combined(&models).map_err(|error| error.to_string())
+    }
+
+    fn event_limit(&self) -> u32 {
+        1000
+    }
+
+    fn tolerance(&self) -> f64 {
+        f64::EPSILON
+    }
+}
