@@ -146,7 +146,7 @@ fn grazing_is_where_the_closed_form_says() {
             "omega {omega}: {off:.1e}, {} and {}",
             branch.ends[0], branch.ends[1]
         );
-        assert!(off.abs() < 1e-9, "{off:e}");
+        assert!(off.abs() < 1e-10, "{off:e}");
         assert_eq!(branch.ends[0], End::Interval);
         if omega == 1.0 {
             assert!((grazing(omega, damping) - 0.1).abs() < 1e-15);
@@ -165,7 +165,7 @@ fn grazing_is_where_the_closed_form_says() {
                 locus.points.len(),
                 locus.ends
             );
-            assert!(worst < 1e-5 && locus.points.len() > 20, "{worst:e}");
+            assert!(worst < 1e-10 && locus.points.len() > 20, "{worst:e}");
             let reach = locus.points.iter().map(|p| p.orbit.at[0]);
             let (low, high) =
                 reach.fold((f64::INFINITY, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));

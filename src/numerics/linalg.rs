@@ -125,10 +125,7 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
 /// Eigenvalues of a real matrix, largest modulus first; none where the
 /// iteration fails or the matrix is not finite.
 pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
-    let mut values = match portable() {
-        true => plain::eigenvalues(matrix)?,
-        false => matrix.eigenvalues().ok()?,
-    };
+    let mut values = plain::eigenvalues(matrix)?;
     values.sort_by(|a, b| {
         (b.norm().total_cmp(&a.norm()))
             .then(b.re.total_cmp(&a.re))

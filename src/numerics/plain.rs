@@ -1,6 +1,7 @@
 //! Dense algebra in plain loops, whose sums have one order on every processor: what
-//! [`super::linalg`] takes where a process keeps to portable instructions. The library that it
-//! takes otherwise chooses vectors, fused multiply-adds and block sizes by the processor.
+//! [`super::linalg`] takes where a process keeps to portable instructions, and always for eigenvalues,
+//! of which it is the faster way. The library that it takes otherwise chooses vectors, fused
+//! multiply-adds and block sizes by the processor.
 
 mod general;
 mod symmetric;

@@ -4,6 +4,7 @@
 use super::family::PointFamily;
 use super::parts::Parts;
 use crate::analysis::CalledOff;
+use crate::analysis::continuation::bifurcation::Bifurcation;
 use crate::analysis::continuation::branch::Steps;
 use crate::analysis::continuation::curve::{Curve, Plane, follow, is_known};
 use crate::analysis::continuation::drive::DriveMap;
@@ -248,8 +249,8 @@ fn states_fit(asked: &ContinuationSpec, modes: usize) -> Result<(), FollowError>
     Ok(())
 }
 
-/// The curves of a plane: every kind by itself, each bifurcation of the lines that lies on no curve yet
-/// being followed.
+/// The curves of a plane: every kind by itself, each bifurcation of the lines that is asked for and lies on
+/// no curve yet being followed.
 fn plane(
     job: &Job,
     asked: &ContinuationSpec,
@@ -281,7 +282,10 @@ fn plane(
             let mut map = DriveMap::new(&family, middle).map_err(|e| refused(e.into()))?;
             let mut curves: Vec<Curve> = Vec::new();
             let branches = lines.iter().flat_map(|line| &line.branches.all);
-            let found = branches.flat_map(|(_, branch)| &branch.bifurcations);
+            let found = branches.flat_map(|(_, branch)| {
+                let wanted = |b: &&Bifurcation| asked.all_curves || branch.is_stable_beside(b);
+                branch.bifurcations.iter().filter(wanted)
+            });
             for bifurcation in found.filter(|b| b.kind.name() == *kind) {
                 CalledOff::check(called_off)?;
                 if is_known(&plane, &curves, bifurcation) {

@@ -13,7 +13,7 @@
 //! corrected orbit.
 
 use super::map::CycleMap;
-use super::orbit::{Border, NoOrbit, Orbit, find};
+use super::orbit::{Border, NoOrbit, Orbit, SAME_ORBIT, find, length};
 use super::path::{Span, Vector, guess, place_bare};
 use super::touches::Extreme;
 use crate::numerics::linalg::eigenpair;
@@ -193,14 +193,15 @@ impl Test {
                     .nearest(extreme, f64::from(orbit.period))?
                     .depth,
             ),
-            Self::Offset(cycles, along) => signed(
-                orbit
-                    .offset(*cycles)
-                    .iter()
-                    .zip(along)
-                    .map(|(a, b)| a * b)
-                    .sum(),
-            ),
+            Self::Offset(cycles, along) => {
+                let offset = orbit.offset(*cycles);
+                let dot: f64 = offset.iter().zip(along).map(|(a, b)| a * b).sum();
+                // Orbits of the shorter period lie beyond the end of the branch.
+                match dot / length(along) {
+                    off if off.abs() < SAME_ORBIT => signed(-SAME_ORBIT),
+                    off => signed(off),
+                }
+            }
         })
     }
 
@@ -413,9 +414,10 @@ fn locate(
         {
             break;
         }
-        // Every fourth step halves, so that the bracket shrinks in any case.
-        let part = match trial % 4 {
-            3 => 0.5,
+        // Every fourth step halves, so that the bracket shrinks in any case; of orbits that have come home
+        // nothing but that is known.
+        let part = match (trial % 4, test) {
+            (3, _) | (_, Test::Offset(..)) => 0.5,
             _ => (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3),
         };
         let s = low.0 + part * width;

@@ -104,6 +104,14 @@ pub struct Branch {
     pub rejected: u64,
 }
 
+impl Branch {
+    /// Whether the orbit before or after a bifurcation of this branch is stable.
+    pub fn is_stable_beside(&self, bifurcation: &Bifurcation) -> bool {
+        let beside = self.orbits.iter().skip(bifurcation.after).take(2);
+        beside.into_iter().any(|orbit| orbit.unstable() == 0)
+    }
+}
+
 /// Half a branch: from its first orbit one way.
 struct Arm {
     orbits: Vec<Orbit>,

@@ -1,13 +1,16 @@
 //! A bifurcation followed in two parameters.
 //!
-//! At one parameter held, the other is sought where the test of the bifurcation vanishes, each value
-//! being that of a corrected orbit: of a fold, which has no orbits on one side, on a plane across its
-//! null vector. Which parameter is held follows the direction of the curve.
+//! At one parameter held, the other is sought by secants where a multiplier is on the unit circle or an
+//! extreme on a contact's surface, each value being that of a corrected orbit: of a fold, which has no
+//! orbits on one side, on a plane across its null vector. Of all multipliers only the one on the circle
+//! is computed, by inverse iteration from where it was. Which parameter is held follows the direction of
+//! the curve.
 
 use super::bifurcation::{Bifurcation, Kind, Test, critical, pairs_outside};
 use super::map::{At, CycleMap};
-use super::orbit::{Border, NoOrbit, Orbit, correct, distance};
-use crate::numerics::linalg::eigenpair;
+use super::orbit::{Bare, Border, Orbit, correct, distance};
+use super::touches::Extreme;
+use crate::numerics::linalg::{eigenpair, eigenvalues};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
@@ -69,12 +72,13 @@ const SHORTEST: f64 = 1e-6;
 /// Largest turn of a curve from step to step \[rad\].
 const LARGEST_TURN: f64 = 0.5;
 
-/// Part of an interval to which a point is located, and most orbits that it takes.
-const LOCATED: f64 = 1e-10;
+/// Part of an interval, or \[half gaps\] along a fold's null vector, to which a point is located, and most
+/// orbits that it takes.
+const LOCATED: f64 = 1e-9;
 const MOST_TRIALS: usize = 60;
 
-/// Logarithm of a test that is none: of a depth in half gaps.
-const NEARLY_ZERO: f64 = -23.0;
+/// A depth that is none \[half gaps\].
+const NO_DEPTH: f64 = 1e-12;
 
 /// Places tried first, as parts of the interval: on one side of a graze there may be no orbit.
 const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
@@ -82,18 +86,14 @@ const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 /// How often a place without an orbit is brought nearer.
 const MOST_REFUSALS: usize = 12;
 
-/// First change of the sought parameter, as a part of its interval, or of ξ \[half gaps\].
+/// First change of the sought parameter, as a part of its interval, or along a fold's null vector
+/// \[half gaps\]; and the longest.
 const FIRST_TRIAL: f64 = 1e-5;
+const LONGEST_TRIAL: f64 = 0.02;
 
 /// Follows a bifurcation in the plane of both parameters, both ways.
 pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Option<Curve> {
-    let test = match start.kind {
-        Kind::Fold => Test::PlusOne,
-        Kind::PeriodDoubling => Test::MinusOne,
-        Kind::Torus => Test::Pair,
-        Kind::Graze { extreme } => Test::Depth(extreme),
-        Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => return None,
-    };
+    Sought::new(&start.kind, &start.orbit)?;
     let own = CurvePoint {
         orbit: start.orbit.clone(),
         note: None,
@@ -102,10 +102,10 @@ pub fn follow(map: &mut impl CycleMap, plane: &Plane, start: &Bifurcation) -> Op
     let mut both = None;
     for axis in [1, 0] {
         let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
-        let (back, first) = one_way(map, plane, &start.kind, &test, &own, towards(-1.0));
+        let (back, first) = one_way(map, plane, &start.kind, &own, towards(-1.0));
         let (ahead, last) = match first {
             "closed" => (Vec::new(), first),
-            _ => one_way(map, plane, &start.kind, &test, &own, towards(1.0)),
+            _ => one_way(map, plane, &start.kind, &own, towards(1.0)),
         };
         let found = back.len() + ahead.len();
         both = Some((back, ahead, [first, last]));
@@ -128,13 +128,13 @@ fn one_way(
     map: &mut impl CycleMap,
     plane: &Plane,
     kind: &Kind,
-    test: &Test,
     start: &CurvePoint,
     mut direction: [f64; 2],
 ) -> (Vec<CurvePoint>, &'static str) {
     let mut points = vec![start.clone()];
-    let mut test = test.clone();
+    let mut kind = *kind;
     let mut step = FIRST;
+    let mut slopes: [Option<f64>; 2] = [None; 2];
     let end = loop {
         if points.len() > plane.most {
             break "as many points as asked for";
@@ -147,13 +147,12 @@ fn one_way(
             0
         };
         let known: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
-        let found = point(map, plane, kind, &test, &known, target, held)
-            .and_then(|orbit| orbit.with_details(map).map_err(|_| NO_ORBIT));
-        match found {
+        slopes[1 - held] = None;
+        match point(map, plane, &kind, &known, target, held, &mut slopes[held]) {
             Ok(orbit) => {
                 let turn = turned(plane, direction, last.at, orbit.at);
                 let far = plane.apart(last.at, orbit.at) > 3.0 * step;
-                let cusp = *kind == Kind::Fold && turn > 0.7 * PI && points.len() > 2;
+                let cusp = kind == Kind::Fold && turn > 0.7 * PI && points.len() > 2;
                 if (turn > LARGEST_TURN && points.len() > 1 && !cusp) || far {
                     step *= 0.4;
                     if step < SHORTEST {
@@ -167,7 +166,7 @@ fn one_way(
                 }
                 let note = match cusp {
                     true => Some("cusp"),
-                    false => codimension_two(kind, last, &orbit),
+                    false => codimension_two(&kind, last, &orbit),
                 };
                 let apart = plane.apart(last.at, orbit.at);
                 if apart > 0.0 {
@@ -175,7 +174,7 @@ fn one_way(
                         (orbit.at[i] - last.at[i]) / plane.scale(i) / apart
                     });
                 }
-                if let (Test::Depth(extreme), true) = (&mut test, true)
+                if let Kind::Graze { extreme } = &mut kind
                     && let Some(now) = orbit
                         .details
                         .touches
@@ -218,133 +217,190 @@ fn turned(plane: &Plane, direction: [f64; 2], from: At, to: At) -> f64 {
     }
 }
 
-/// The point of the curve at a value of the parameter that is held, near a target.
+/// What is sought at a point of a curve: a number at every orbit near by, zero on the curve.
+enum Sought {
+    /// Of the multiplier nearest to one, its distance from where the bifurcation has it.
+    Multiplier(Kind, Complex64),
+    /// The depth of the extreme nearest in time to one \[half gaps\].
+    Depth(Extreme),
+}
+
+const NO_TEST: &str = "the extreme that grazes is gone";
+const NO_MULTIPLIER: &str = "the multiplier leaves its kind";
+
+impl Sought {
+    fn new(kind: &Kind, last: &Orbit) -> Option<Self> {
+        Some(match *kind {
+            Kind::Fold => Self::Multiplier(*kind, Complex64::ONE),
+            Kind::PeriodDoubling => Self::Multiplier(*kind, -Complex64::ONE),
+            Kind::Torus => Self::Multiplier(*kind, critical(kind, last)?),
+            Kind::Graze { extreme } => Self::Depth(extreme),
+            Kind::BranchPoint | Kind::Jump | Kind::Sequence | Kind::Merging { .. } => return None,
+        })
+    }
+
+    fn at(
+        &mut self,
+        map: &mut impl CycleMap,
+        orbit: &Bare,
+        period: u32,
+    ) -> Result<f64, &'static str> {
+        let (kind, near) = match self {
+            Self::Depth(extreme) => {
+                let details = (map.details(&orbit.u, orbit.at, period)).map_err(|_| NO_ORBIT)?;
+                let nearest = details.touches.nearest(extreme, f64::from(period));
+                return Ok(nearest.ok_or(NO_TEST)?.depth);
+            }
+            Self::Multiplier(kind, near) => (kind, near),
+        };
+        let matrix = orbit.monodromy.as_ref();
+        let value = match eigenpair(matrix, *near) {
+            Some(pair) => pair.value,
+            // Others lie as near, so that inverse iteration does not choose.
+            None => (eigenvalues(matrix).into_iter().flatten())
+                .min_by(|a, b| (a - *near).norm().total_cmp(&(b - *near).norm()))
+                .ok_or(NO_ORBIT)?,
+        };
+        match kind {
+            Kind::Torus if value.im != 0.0 => {
+                *near = value;
+                Ok(value.norm() - 1.0)
+            }
+            Kind::Fold | Kind::PeriodDoubling if value.im == 0.0 => Ok(value.re - near.re),
+            _ => Err(NO_MULTIPLIER),
+        }
+    }
+}
+
+/// The place of the next point and the coordinates there: the polynomial through the last points by the
+/// parameter that is held, latest first, as far as that runs one way.
+fn extrapolated(known: &[&Orbit], target: At, held: usize) -> (Vec<f64>, At) {
+    let run = |i: usize| known[i - 1].at[held] - known[i].at[held];
+    let mut used = 1;
+    while used < known.len() && run(used) != 0.0 && run(used) * run(1) > 0.0 {
+        used += 1;
+    }
+    let free = 1 - held;
+    let mut u = vec![0.0; known[0].u.len()];
+    let mut place = target;
+    if used > 1 {
+        place[free] = 0.0;
+    }
+    for (i, own) in known[..used].iter().enumerate() {
+        let others = (0..used).filter(|&j| j != i).map(|j| known[j].at[held]);
+        let weight: f64 = others
+            .map(|other| (target[held] - other) / (own.at[held] - other))
+            .product();
+        for (sum, value) in u.iter_mut().zip(&own.u) {
+            *sum += weight * value;
+        }
+        if used > 1 {
+            place[free] += weight * own.at[free];
+        }
+    }
+    (u, place)
+}
+
+/// The point of the curve at a value of the parameter that is held, near a target; `slope` is that of what is
+/// sought, kept from point to point.
 fn point(
     map: &mut impl CycleMap,
     plane: &Plane,
     kind: &Kind,
-    test: &Test,
     known: &[&Orbit],
     target: At,
     held: usize,
+    slope: &mut Option<f64>,
 ) -> Result<Orbit, &'static str> {
-    const NO_TEST: &str = "the extreme that grazes is gone";
     let free = 1 - held;
     let last = known[0];
-    // Linear through the last two, by the parameter that is held.
-    let mut guess = last.u.clone();
-    let mut place = target;
-    if let [_, before, ..] = known {
-        let run = last.at[held] - before.at[held];
-        if run != 0.0 {
-            let part = (target[held] - last.at[held]) / run;
-            for (u, (a, b)) in guess.iter_mut().zip(last.u.iter().zip(&before.u)) {
-                *u = a + part * (a - b);
-            }
-            place[free] = last.at[free] + part * (last.at[free] - before.at[free]);
+    let period = last.period;
+    let mut sought = Sought::new(kind, last).ok_or(NO_MULTIPLIER)?;
+    let (guess, place) = extrapolated(known, target, held);
+    // A fold has orbits on one side only: it is sought along its null vector.
+    let across = match kind {
+        Kind::Fold => {
+            let null = eigenpair(last.monodromy.as_ref(), Complex64::ONE).ok_or(NO_ORBIT)?;
+            let column = map.by_parameter(&guess, place, period, free);
+            let scale = plane.scale(free);
+            let column: Vec<f64> = (column.map_err(|_| NO_ORBIT)?.iter())
+                .map(|c| c * scale)
+                .collect();
+            Some((null.vector[0].clone(), column))
         }
-    }
-    let null = match kind {
-        Kind::Fold => Some(
-            eigenpair(last.monodromy.as_ref(), Complex64::ONE)
-                .ok_or(NO_ORBIT)?
-                .vector[0]
-                .clone(),
-        ),
         _ => None,
     };
-    let column = match &null {
-        Some(_) => Some(
-            map.by_parameter(&guess, place, last.period, free)
-                .map_err(|_| NO_ORBIT)?,
-        ),
-        None => None,
-    };
-    // Only the depth of an extreme takes details.
-    let watched = matches!(test, Test::Depth(_));
-    let mut at_trial = |x: f64, near: &[f64]| -> Result<Orbit, NoOrbit> {
-        let found = match (&null, &column) {
-            (Some(null), Some(column)) => {
-                let there: Vec<f64> = guess.iter().zip(null).map(|(u, v)| u + x * v).collect();
-                let border = Border::Plane {
-                    axis: free,
-                    scale: plane.scale(free),
-                    normal: null.clone(),
-                    along: 0.0,
-                    column: column.iter().map(|c| c * plane.scale(free)).collect(),
-                };
-                correct(map, &there, place, last.period, &border)?
-            }
-            _ => {
-                let mut at = place;
-                at[free] += x * plane.scale(free);
-                correct(map, near, at, last.period, &Border::Parameters)?
-            }
-        };
-        let found = found.with_multipliers(last.period)?;
-        match watched {
-            true => found.with_details(map),
-            false => Ok(found),
+    let at_trial = |map: &mut _, x: f64, near: &[f64]| match &across {
+        Some((null, column)) => {
+            let there: Vec<f64> = guess.iter().zip(null).map(|(u, v)| u + x * v).collect();
+            let border = Border::Plane {
+                axis: free,
+                scale: plane.scale(free),
+                normal: null.clone(),
+                along: 0.0,
+                column: column.clone(),
+            };
+            correct(map, &there, place, period, &border)
+        }
+        None => {
+            let mut at = place;
+            at[free] += x * plane.scale(free);
+            correct(map, near, at, period, &Border::Parameters)
         }
     };
-    let (mut x, first) = FIRST_PLACES
+    let (x, first) = FIRST_PLACES
         .into_iter()
-        .find_map(|x| Some((x, at_trial(x, &guess).ok()?)))
+        .find_map(|x| Some((x, at_trial(map, x, &guess).ok()?)))
         .ok_or(NO_ORBIT)?;
-    let reference = test.at(&first).ok_or(NO_TEST)?.0;
-    let value = |orbit: &Orbit| {
-        test.at(orbit)
-            .map(|(size, sign)| sign * (size - reference).exp())
-            .ok_or(NO_TEST)
-    };
-    let mut older = (x, value(&first)?, first);
-    if older.1 == 0.0 || !reference.is_finite() {
-        return Ok(older.2);
-    }
-    let mut change = FIRST_TRIAL;
-    // Where the test was last seen negative and positive.
+    let mut older = (x, sought.at(map, &first, period)?, first);
+    let mut change = slope.map_or(FIRST_TRIAL, |slope| -older.1 / slope);
+    // Where what is sought was last seen negative and positive.
     let mut bracket: [Option<f64>; 2] = [None; 2];
+    let watched = matches!(sought, Sought::Depth(_));
     for trial in 0..MOST_TRIALS {
+        let located = match watched {
+            true => older.1.abs() < NO_DEPTH,
+            false => older.1 == 0.0 || change.abs() <= LOCATED,
+        };
+        if located {
+            let orbit = older.2.with_multipliers(period).map_err(|_| NO_ORBIT)?;
+            return orbit.with_details(map).map_err(|_| NO_ORBIT);
+        }
         // Beyond a graze there may be no orbit: less of the way then, and the other way at first.
-        let mut shorter = change;
+        let mut shorter = change.clamp(-LONGEST_TRIAL, LONGEST_TRIAL);
         let mut found = None;
         for refusal in 0..MOST_REFUSALS {
-            if let Ok(orbit) = at_trial(x + shorter, &older.2.u) {
-                found = Some((x + shorter, value(&orbit)?, orbit));
+            let x = older.0 + shorter;
+            if let Ok(orbit) = at_trial(map, x, &older.2.u) {
+                found = Some((x, sought.at(map, &orbit, period)?, orbit));
                 break;
             }
-            shorter *= if trial == 0 && refusal == 0 {
-                -1.0
-            } else {
-                0.5
+            shorter *= match (trial, refusal) {
+                (0, 0) => -1.0,
+                _ => 0.5,
             };
         }
         let newer = found.ok_or(NO_ORBIT)?;
         for end in [&older, &newer] {
             bracket[usize::from(end.1 > 0.0)] = Some(end.0);
         }
-        let slope = (newer.1 - older.1) / (newer.0 - older.0);
-        change = (-newer.1 / slope).clamp(-0.02, 0.02);
-        x = newer.0;
+        let rate = (newer.1 - older.1) / (newer.0 - older.0);
+        change = -newer.1 / rate;
         older = newer;
-        let nothing = test
-            .at(&older.2)
-            .is_some_and(|(size, _)| size < NEARLY_ZERO);
-        if older.1 == 0.0 || nothing || !watched && change.abs() <= LOCATED {
-            return Ok(older.2);
-        }
-        if let [Some(low), Some(high)] = bracket {
-            // Where the slope steps the secant alone may miss.
-            let outside = (x + change - low) * (x + change - high) >= 0.0;
-            if outside || trial % 3 == 2 {
-                change = 0.5 * (low + high) - x;
-            }
-        }
         if !change.is_finite() {
             break;
         }
+        // That of a depth steps where the extreme touches: it says nothing of the next point.
+        *slope = (!watched).then_some(rate);
+        if let [Some(low), Some(high)] = bracket {
+            // Where the slope steps the secant alone may miss.
+            let outside = (older.0 + change - low) * (older.0 + change - high) >= 0.0;
+            if change.abs() > LOCATED && (outside || trial % 3 == 2) {
+                change = 0.5 * (low + high) - older.0;
+            }
+        }
     }
-    Err("the test of the bifurcation does not vanish near by")
+    Err("the bifurcation is not found near by")
 }
 
 /// What of codimension two lies between two points of a curve.

@@ -14,11 +14,14 @@ use num_complex::Complex64;
 /// Most Newton steps; a good guess needs two or three.
 const MOST_STEPS: u32 = 10;
 
-/// Residual, in half gaps, at which an orbit counts as found.
+/// Residual, in half gaps, at which an orbit counts as found, but for one step more.
 const CONVERGED: f64 = 1e-11;
 
 /// The same where another step does not halve it: round-off of long periods and stiff tables.
 const STAGNANT: f64 = 1e-8;
+
+/// Longest step, in half gaps, that is made from an orbit that counts as found.
+const LAST_STEP: f64 = 1e-8;
 
 /// Longest step, in half gaps, from a state that is worth following.
 const LONGEST_STEP: f64 = 30.0;
@@ -32,9 +35,9 @@ pub struct Orbit {
     pub at: At,
     /// Period in cycles.
     pub period: u32,
-    /// Distance between start and end of a period \[half gaps\].
+    /// Distance between start and end of a period before the last step \[half gaps\].
     pub residual: f64,
-    /// Newton steps that it took.
+    /// Newton steps that it took until there.
     pub steps: u32,
     /// Derivative of the map of a period.
     pub monodromy: Mat<f64>,
@@ -132,7 +135,22 @@ pub fn correct(
         if residual.is_nan() || residual > 2.0 * last.max(1.0) {
             return Err(NoOrbit::Newton { residual });
         }
-        if residual <= CONVERGED || last <= STAGNANT && residual > 0.5 * last {
+        let found = residual <= CONVERGED || residual <= STAGNANT && residual > 0.5 * last;
+        let step = newton_step(&image.monodromy, &defect, (&u, here), (guess, at), border);
+        let long = length(&step[..n]);
+        if !found && (long.is_nan() || long > LONGEST_STEP) {
+            return Err(NoOrbit::Newton { residual });
+        }
+        // A last short step costs nothing, as its matrix is at hand. Next to a fold it would be long: noise.
+        if !found || long <= LAST_STEP {
+            for (u, step) in u.iter_mut().zip(&step) {
+                *u += step;
+            }
+            if let Border::Plane { axis, scale, .. } = border {
+                here[*axis] += scale * step[n];
+            }
+        }
+        if found {
             return Ok(Bare {
                 u,
                 at: here,
@@ -142,17 +160,6 @@ pub fn correct(
             });
         }
         last = residual;
-        let step = newton_step(&image.monodromy, &defect, (&u, here), (guess, at), border);
-        let long = length(&step[..n]);
-        if long.is_nan() || long > LONGEST_STEP {
-            return Err(NoOrbit::Newton { residual });
-        }
-        for (u, step) in u.iter_mut().zip(&step) {
-            *u += step;
-        }
-        if let Border::Plane { axis, scale, .. } = border {
-            here[*axis] += scale * step[n];
-        }
     }
     Err(NoOrbit::Newton { residual: last })
 }
@@ -258,7 +265,7 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Distance \[half gaps\] at which two orbits are one.
-const SAME_ORBIT: f64 = 1e-6;
+pub(super) const SAME_ORBIT: f64 = 1e-6;
 
 /// Whether two orbits are one, whichever cycle they start in.
 pub fn same(a: &Orbit, b: &Orbit) -> bool {

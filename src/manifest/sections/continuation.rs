@@ -41,6 +41,7 @@ pub(in crate::manifest) fn read(
             .remedy("name another axis, or leave it out"),
         );
     }
+    let curves = section.choice_or_default(issues, "curves");
     let starts = section.count_or_default(issues, "starts");
     let transient = section.integer_or_default(issues, "transient");
     let cycles = section.integer_or_default(issues, "cycles");
@@ -62,6 +63,7 @@ pub(in crate::manifest) fn read(
     Some(Some(ContinuationSpec {
         over: over?,
         second: second?,
+        all_curves: curves? == "all",
         starts: starts?,
         transient: transient?,
         cycles: cycles?,

@@ -9,6 +9,8 @@ pub struct ContinuationSpec {
     pub over: usize,
     /// The axis that bifurcations are followed over besides.
     pub second: Option<usize>,
+    /// Whether bifurcations of unstable orbits are followed over both axes, too.
+    pub all_curves: bool,
     /// Values of the axis at which orbits are sought.
     pub starts: usize,
     /// Cycles before returns are looked at.

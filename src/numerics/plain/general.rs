@@ -2,81 +2,161 @@
 //! *Matrix Eigensystem Routines*, 1976).
 
 use super::MOST_STEPS;
-use faer::{Mat, MatRef};
+use faer::MatRef;
+use multiversion::multiversion;
 use num_complex::{Complex64, c64};
+use std::ops::Range;
 
 /// Eigenvalues of a real matrix, in no order; none where the iteration fails or an
 /// entry is not finite.
 pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
     let n = matrix.nrows();
-    let mut h = matrix.to_owned();
-    for j in 0..n {
-        for i in 0..n {
-            if !h[(i, j)].is_finite() {
-                return None;
-            }
-        }
+    let mut h: Vec<f64> = (0..n)
+        .flat_map(|j| (0..n).map(move |i| matrix[(i, j)]))
+        .collect();
+    if !h.iter().all(|x| x.is_finite()) {
+        return None;
     }
-    hessenberg(&mut h);
-    shifted_steps(h)
+    hessenberg(&mut h, n);
+    shifted_steps(&mut h, n)
 }
 
 /// Householder's reduction to Hessenberg form. (`orthes`)
-fn hessenberg(h: &mut Mat<f64>) {
-    let n = h.nrows();
+#[multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512dq+avx2"))]
+fn hessenberg(h: &mut [f64], n: usize) {
+    let (mut u, mut row) = (vec![0.0; n], vec![0.0; n]);
     for m in 1..n.saturating_sub(1) {
-        let scale: f64 = (m..n).map(|i| h[(i, m - 1)].abs()).sum();
+        let below = &h[(m - 1) * n + m..m * n];
+        let scale: f64 = below.iter().map(|x| x.abs()).sum();
         if scale == 0.0 {
             continue;
         }
-        let mut u = vec![0.0; n];
-        let mut size = 0.0;
-        for i in (m..n).rev() {
-            u[i] = h[(i, m - 1)] / scale;
-            size += u[i] * u[i];
+        let u = &mut u[..n - m];
+        for (u, x) in u.iter_mut().zip(below) {
+            *u = x / scale;
         }
-        let g = if u[m] > 0.0 {
+        let mut size = dot(u, u);
+        let g = if u[0] > 0.0 {
             -size.sqrt()
         } else {
             size.sqrt()
         };
-        size -= u[m] * g;
-        u[m] -= g;
-        for j in m..n {
-            let mut f = 0.0;
-            for i in (m..n).rev() {
-                f += u[i] * h[(i, j)];
-            }
-            f /= size;
-            for i in m..n {
-                h[(i, j)] -= f * u[i];
+        size -= u[0] * g;
+        u[0] -= g;
+        for column in h.chunks_exact_mut(n).skip(m) {
+            let column = &mut column[m..];
+            let f = dot(u, column) / size;
+            for (x, u) in column.iter_mut().zip(&*u) {
+                *x -= f * u;
             }
         }
-        for i in 0..n {
-            let mut f = 0.0;
-            for j in (m..n).rev() {
-                f += u[j] * h[(i, j)];
-            }
-            f /= size;
-            for j in m..n {
-                h[(i, j)] -= f * u[j];
+        row.fill(0.0);
+        for (column, u) in h.chunks_exact(n).skip(m).zip(&*u) {
+            for (sum, x) in row.iter_mut().zip(column) {
+                *sum += x * u;
             }
         }
-        h[(m, m - 1)] = scale * g;
-        for i in m + 1..n {
-            h[(i, m - 1)] = 0.0;
+        for sum in &mut row {
+            *sum /= size;
+        }
+        for (column, u) in h.chunks_exact_mut(n).skip(m).zip(&*u) {
+            for (x, f) in column.iter_mut().zip(&row) {
+                *x -= f * u;
+            }
+        }
+        let column = &mut h[(m - 1) * n + m..m * n];
+        column[0] = scale * g;
+        column[1..].fill(0.0);
+    }
+}
+
+/// A dot product in eight sums side by side.
+#[inline(always)]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = (a.remainder().iter().zip(b.remainder()))
+        .map(|(a, b)| a * b)
+        .sum();
+    for (a, b) in a.zip(b) {
+        for i in 0..8 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+/// A Householder reflection of three neighbouring rows or columns, or of two (`c` and `r` zero).
+#[derive(Clone, Copy)]
+struct Reflection {
+    q: f64,
+    r: f64,
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+impl Reflection {
+    /// Applied to rows k … k + 2 of columns, and to columns k … k + 2 of rows.
+    #[inline(always)]
+    fn of_three(
+        self,
+        h: &mut [f64],
+        n: usize,
+        k: usize,
+        columns: Range<usize>,
+        rows: Range<usize>,
+    ) {
+        let Self { q, r, a, b, c } = self;
+        for column in h[columns.start * n..columns.end * n].chunks_exact_mut(n) {
+            let x: &mut [f64] = &mut column[k..k + 3];
+            let f = x[0] + q * x[1] + r * x[2];
+            x[0] -= f * a;
+            x[1] -= f * b;
+            x[2] -= f * c;
+        }
+        let (first, rest) = h[k * n..(k + 3) * n].split_at_mut(n);
+        let (second, third) = rest.split_at_mut(n);
+        let (first, second, third) = (
+            &mut first[rows.clone()],
+            &mut second[rows.clone()],
+            &mut third[rows],
+        );
+        for ((x, y), z) in first.iter_mut().zip(second).zip(third) {
+            let f = a * *x + b * *y + c * *z;
+            *x -= f;
+            *y -= f * q;
+            *z -= f * r;
+        }
+    }
+
+    /// Applied to rows k and k + 1, and to columns.
+    fn of_two(self, h: &mut [f64], n: usize, k: usize, columns: Range<usize>, rows: Range<usize>) {
+        let Self { q, a, b, .. } = self;
+        for column in h[columns.start * n..columns.end * n].chunks_exact_mut(n) {
+            let x: &mut [f64] = &mut column[k..k + 2];
+            let f = x[0] + q * x[1];
+            x[0] -= f * a;
+            x[1] -= f * b;
+        }
+        let (first, second) = h[k * n..(k + 2) * n].split_at_mut(n);
+        for (x, y) in first[rows.clone()].iter_mut().zip(&mut second[rows]) {
+            let f = a * *x + b * *y;
+            *x -= f;
+            *y -= f * q;
         }
     }
 }
 
 /// Francis' double QR steps on a Hessenberg matrix. (`hqr`)
-fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<Complex64>> {
-    let size = h.nrows();
+#[multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512dq+avx2"))]
+fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
+    let at = |i: usize, j: usize| j * size + i;
     let mut values = vec![Complex64::ZERO; size];
     let mut norm = 0.0;
     for i in 0..size {
         for j in i.saturating_sub(1)..size {
-            norm += h[(i, j)].abs();
+            norm += h[at(i, j)].abs();
         }
     }
     // Eigenvalues below `end` are still sought; what exceptional shifts took away is in `moved`.
@@ -85,33 +165,33 @@ fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<Complex64>> {
         let n = end - 1;
         let mut l = n;
         while l > 0 {
-            let near = h[(l - 1, l - 1)].abs() + h[(l, l)].abs();
+            let near = h[at(l - 1, l - 1)].abs() + h[at(l, l)].abs();
             let near = if near == 0.0 { norm } else { near };
-            if h[(l, l - 1)].abs() <= f64::EPSILON * near {
+            if h[at(l, l - 1)].abs() <= f64::EPSILON * near {
                 break;
             }
             l -= 1;
         }
         if l == n {
-            values[n] = (h[(n, n)] + moved).into();
+            values[n] = (h[at(n, n)] + moved).into();
             end -= 1;
             steps = 0;
             continue;
         }
-        let (mut x, mut y) = (h[(n, n)], h[(n - 1, n - 1)]);
-        let mut w = h[(n, n - 1)] * h[(n - 1, n)];
+        let (mut x, mut y) = (h[at(n, n)], h[at(n - 1, n - 1)]);
+        let mut w = h[at(n, n - 1)] * h[at(n - 1, n)];
         if l + 1 == n {
             let p = 0.5 * (y - x);
             let q = p * p + w;
             let z = q.abs().sqrt();
-            let at = x + moved;
+            let middle = x + moved;
             if q >= 0.0 {
                 let z = if p >= 0.0 { p + z } else { p - z };
-                values[n - 1] = (at + z).into();
-                values[n] = if z == 0.0 { at + z } else { at - w / z }.into();
+                values[n - 1] = (middle + z).into();
+                values[n] = if z == 0.0 { middle + z } else { middle - w / z }.into();
             } else {
-                values[n - 1] = c64(at + p, z);
-                values[n] = c64(at + p, -z);
+                values[n - 1] = c64(middle + p, z);
+                values[n] = c64(middle + p, -z);
             }
             end -= 2;
             steps = 0;
@@ -124,43 +204,43 @@ fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<Complex64>> {
         if steps % 10 == 0 {
             moved += x;
             for i in 0..=n {
-                h[(i, i)] -= x;
+                h[at(i, i)] -= x;
             }
-            let s = h[(n, n - 1)].abs() + h[(n - 1, n - 2)].abs();
+            let s = h[at(n, n - 1)].abs() + h[at(n - 1, n - 2)].abs();
             (x, y, w) = (0.75 * s, 0.75 * s, -0.4375 * s * s);
         }
         let mut m = n - 2;
         let (mut p, mut q, mut r);
         loop {
-            let z = h[(m, m)];
+            let z = h[at(m, m)];
             let (a, b) = (x - z, y - z);
-            p = (a * b - w) / h[(m + 1, m)] + h[(m, m + 1)];
-            q = h[(m + 1, m + 1)] - z - a - b;
-            r = h[(m + 2, m + 1)];
+            p = (a * b - w) / h[at(m + 1, m)] + h[at(m, m + 1)];
+            q = h[at(m + 1, m + 1)] - z - a - b;
+            r = h[at(m + 2, m + 1)];
             let s = p.abs() + q.abs() + r.abs();
             (p, q, r) = (p / s, q / s, r / s);
             if m == l {
                 break;
             }
-            let about = h[(m - 1, m - 1)].abs() + z.abs() + h[(m + 1, m + 1)].abs();
-            let left = h[(m, m - 1)].abs() * (q.abs() + r.abs());
+            let about = h[at(m - 1, m - 1)].abs() + z.abs() + h[at(m + 1, m + 1)].abs();
+            let left = h[at(m, m - 1)].abs() * (q.abs() + r.abs());
             if left < f64::EPSILON * p.abs() * about {
                 break;
             }
             m -= 1;
         }
         for i in m + 2..=n {
-            h[(i, i - 2)] = 0.0;
+            h[at(i, i - 2)] = 0.0;
             if i > m + 2 {
-                h[(i, i - 3)] = 0.0;
+                h[at(i, i - 3)] = 0.0;
             }
         }
         for k in m..n {
             let last = k + 1 == n;
             if k > m {
-                p = h[(k, k - 1)];
-                q = h[(k + 1, k - 1)];
-                r = if last { 0.0 } else { h[(k + 2, k - 1)] };
+                p = h[at(k, k - 1)];
+                q = h[at(k + 1, k - 1)];
+                r = if last { 0.0 } else { h[at(k + 2, k - 1)] };
                 x = p.abs() + q.abs() + r.abs();
                 if x == 0.0 {
                     continue;
@@ -173,30 +253,18 @@ fn shifted_steps(mut h: Mat<f64>) -> Option<Vec<Complex64>> {
                 continue;
             }
             if k > m {
-                h[(k, k - 1)] = -s * x;
+                h[at(k, k - 1)] = -s * x;
             } else if l != m {
-                h[(k, k - 1)] = -h[(k, k - 1)];
+                h[at(k, k - 1)] = -h[at(k, k - 1)];
             }
             p += s;
             let (a, b, c) = (p / s, q / s, r / s);
             (q, r) = (q / p, r / p);
-            for j in k..=n {
-                let mut f = h[(k, j)] + q * h[(k + 1, j)];
-                if !last {
-                    f += r * h[(k + 2, j)];
-                    h[(k + 2, j)] -= f * c;
-                }
-                h[(k, j)] -= f * a;
-                h[(k + 1, j)] -= f * b;
-            }
-            for i in l..=n.min(k + 3) {
-                let mut f = a * h[(i, k)] + b * h[(i, k + 1)];
-                if !last {
-                    f += c * h[(i, k + 2)];
-                    h[(i, k + 2)] -= f * r;
-                }
-                h[(i, k)] -= f;
-                h[(i, k + 1)] -= f * q;
+            let own = Reflection { q, r, a, b, c };
+            let (columns, rows) = (k..n + 1, l..n.min(k + 3) + 1);
+            match last {
+                true => own.of_two(h, size, k, columns, rows),
+                false => own.of_three(h, size, k, columns, rows),
             }
         }
     }

@@ -1,6 +1,8 @@
 //! `[continuation]`.
 
-use crate::manifest::schema::key::{ANY, Key, Kind, MANY, bounds, integer, key, quantity, table};
+use crate::manifest::schema::key::{
+    ANY, Key, Kind, MANY, bounds, choice, integer, key, quantity, table,
+};
 use crate::units::Dimension::{ModalDisplacement, ModalVelocity, Ratio};
 
 #[rustfmt::skip]
@@ -12,7 +14,10 @@ pub(super) const KEYS: &[Key] = &[
         .about("The axis that orbits are followed over, between its smallest and its largest value: load, speed, or a \
                 continuous key. For every combination of values of the other axes there are branches of their own."),
     key("continuation.second", Kind::Text, ANY, r#""load""#).otherwise("no curves")
-        .about("A second axis. Every bifurcation found at one of its values is followed in the plane of both axes."),
+        .about("A second axis. Bifurcations found at its values are followed in the plane of both axes."),
+    choice("continuation.curves", &["stable", "all"], r#""all""#).or(r#""stable""#)
+        .about("Which bifurcations are followed over both axes: those next to which the branch is stable, which bound \
+                the motions that a drive can settle on, or all."),
     integer("continuation.starts", 1.0, 10_000.0, "9").or("5")
         .about("Values of the axis, evenly between its ends, at which orbits are sought: the one next to static \
                 equilibrium, and those that a trajectory settles on or comes near."),
