@@ -241,7 +241,7 @@ pub fn between(map: &mut impl CycleMap, span: &Span, knots: &[(f64, &Orbit)]) ->
     if b.period.is_multiple_of(2) {
         let period = b.period / 2;
         let test = Test::Offset(period, a.offset(period));
-        if test.changes(a, b) {
+        if !a.repeats_sooner() && test.changes(a, b) {
             tests.push((Some(Kind::Merging { period }), test));
         }
     }

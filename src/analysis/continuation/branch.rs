@@ -6,7 +6,7 @@
 //! differentiable through a change of the contact sequence, with a curvature that may be large, so
 //! that nothing but the observed angle tells how far a step may go there.
 
-use super::bifurcation::{Bifurcation, between};
+use super::bifurcation::{Bifurcation, Kind, between};
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
 use super::path::{Span, Vector, apart, guess, place, tangent};
@@ -49,6 +49,10 @@ const FEW_REFUSALS: u32 = 2;
 
 /// Part of a step by which an orbit may be away from its guess.
 const OFF: f64 = 0.5;
+
+/// Longest step, as a part of the parameter's interval, by which a branch of doubled period comes home to the
+/// orbits of half of it; by a longer one Newton's method has only strayed there.
+const HOMECOMING: f64 = 1e-4;
 
 /// Why a branch goes no further.
 #[derive(Debug, Clone, PartialEq)]
@@ -330,7 +334,8 @@ fn advance(
         u: orbit.u.iter().zip(&ahead.u).map(|(a, b)| a - b).collect(),
         p: (orbit.at[span.axis] - ahead.p) / span.scale(),
     };
-    if angle > LARGEST_ANGLE || away.length() > OFF * step {
+    let strays = orbit.repeats_sooner() && !last.repeats_sooner() && step > HOMECOMING;
+    if angle > LARGEST_ANGLE || away.length() > OFF * step || strays {
         return Err(End::Corner);
     }
     Ok((orbit, angle))
@@ -384,6 +389,11 @@ fn look_back(map: &mut impl CycleMap, span: &Span, arm: &mut Arm) -> bool {
         own
     }));
     if let Some(period) = merged {
+        // A multiplier is +1 where the branch comes home; next to there it is no turn of the branch.
+        let home = arm.lengths[last] - 2.0 * HOMECOMING;
+        let turns = |own: &Bifurcation| matches!(own.kind, Kind::Fold | Kind::BranchPoint);
+        arm.bifurcations
+            .retain(|own| !(turns(own) && own.length > home));
         arm.end = End::Merged { period };
         return true;
     }

@@ -53,6 +53,11 @@ impl Orbit {
         self.multipliers.iter().filter(|m| m.norm() > 1.0).count()
     }
 
+    /// Whether it is an orbit of half its period.
+    pub(super) fn repeats_sooner(&self) -> bool {
+        self.period.is_multiple_of(2) && length(&self.offset(self.period / 2)) < SAME_ORBIT
+    }
+
     /// How far a part of a period leads away from the start: zero where the orbit's own period is
     /// shorter.
     pub fn offset(&self, cycles: u32) -> Vec<f64> {
