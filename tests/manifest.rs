@@ -792,6 +792,7 @@ poisson_ratio = [0.28, 0.25]"#,
         root_relief: [relief(5e-6, 2e-3), relief(5e-6, 1e-3)],
         bore: [Some(0.03); 2],
         material: [material(206e9, 0.28), material(115e9, 0.25)],
+        ..ToothForm::default()
     };
     assert_eq!(full.form, expected);
     assert_eq!(full.on_shafts([0.02; 2]).form.bore, [Some(0.03); 2]);

@@ -2,6 +2,7 @@
 
 mod assembly;
 mod beam;
+mod body;
 mod disc;
 mod drive;
 mod error;
