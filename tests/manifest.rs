@@ -413,8 +413,8 @@ fn any_numeric_model_key_can_be_an_axis() {
         assert_eq!(point.excitation.transmission_error[0].amplitude, amplitude);
         assert_eq!(point.mesh.damping, DampingSpec::Coefficient(damping));
         assert_eq!(
-            (point.mesh.friction, point.mesh.half_gap),
-            (friction, half_gap)
+            (point.mesh.friction.constant(), point.mesh.half_gap),
+            (Some(friction), half_gap)
         );
         assert_eq!(point.model.retained as f64, retained);
         assert_eq!((point.load, point.speed), (load, speed));

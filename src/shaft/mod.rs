@@ -1,6 +1,7 @@
 //! Structures: beam elements, assembly, modes. Knows nothing of files or dynamics.
 
 mod assembly;
+mod banded;
 mod beam;
 mod body;
 mod disc;
