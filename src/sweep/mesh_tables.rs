@@ -176,7 +176,7 @@ impl MeshTables {
                 (report.misalignment().unwrap_or(unloaded), Some(report))
             }
         };
-        let turning = point.mesh.friction > 0.0 || misalignment != 0.0;
+        let turning = point.mesh.friction.acts() || misalignment != 0.0;
         let resolution = match spec.division {
             CycleDivision::Segments(_) => MEANS,
             CycleDivision::Continuous => Resolution {
