@@ -18,7 +18,7 @@ use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
-    AxisColumn, ChainPart, Level, Placement, RefinedColumns, ResultTable,
+    AxisColumn, ChainPart, Level, MeshUnderLoad, Placement, RefinedColumns, ResultTable,
     TraceLabel, TraceWriter, Transition, bifurcations_table, branches_table, curves_table,
     events_table, trace_table,
 };
@@ -175,6 +175,13 @@ fn full(point_id: u64) -> PointRow {
                 spread: 0.7,
                 samples: 16,
             }],
+        }),
+        mesh: Some(MeshUnderLoad {
+            misalignment: 2e-4,
+            load_centre: -3e-3,
+            stiffness: 4e8,
+            contact_ratio: 1.5,
+            transmission_error: 6e-6,
         }),
         cycle_expansion: Some(ExpansionOutcome {
             orders: vec![ExpansionOrder {
@@ -363,6 +370,7 @@ fn failed(point_id: u64) -> PointRow {
     row.multistability = None;
     row.horizon = None;
     row.cycle_expansion = None;
+    row.mesh = None;
     row.placement.numa_node = None;
     row
 }
@@ -602,6 +610,11 @@ fn every_column_comes_back() {
         ("efficiency", Some(0.99)),
         ("efficiency_stderr", None),
         ("friction_coefficient", Some(0.05)),
+        ("misalignment_loaded", Some(2e-4)),
+        ("load_centre", Some(-3e-3)),
+        ("mesh_stiffness", Some(4e8)),
+        ("contact_ratio_loaded", Some(1.5)),
+        ("transmission_error_pp", Some(6e-6)),
         ("impact_rate_stderr", Some(6e-8)),
         ("impact_velocity_stderr", Some(7e-8)),
         ("impact_velocity_max", Some(0.4)),
