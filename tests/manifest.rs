@@ -413,8 +413,8 @@ fn any_numeric_model_key_can_be_an_axis() {
         assert_eq!(point.excitation.transmission_error[0].amplitude, amplitude);
         assert_eq!(point.mesh.damping, DampingSpec::Coefficient(damping));
         assert_eq!(
-            (point.mesh.friction, point.mesh.half_gap),
-            (friction, half_gap)
+            (point.mesh.friction.constant(), point.mesh.half_gap),
+            (Some(friction), half_gap)
         );
         assert_eq!(point.model.retained as f64, retained);
         assert_eq!((point.load, point.speed), (load, speed));
@@ -792,6 +792,7 @@ poisson_ratio = [0.28, 0.25]"#,
         root_relief: [relief(5e-6, 2e-3), relief(5e-6, 1e-3)],
         bore: [Some(0.03); 2],
         material: [material(206e9, 0.28), material(115e9, 0.25)],
+        ..ToothForm::default()
     };
     assert_eq!(full.form, expected);
     assert_eq!(full.on_shafts([0.02; 2]).form.bore, [Some(0.03); 2]);

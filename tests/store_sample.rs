@@ -103,6 +103,7 @@ fn row(point_id: u64) -> PointRow {
         outcome,
         horizon: None,
         cycle_expansion: None,
+        mesh: None,
         multistability: (point_id != 13).then(|| probes(point_id)),
         orbits: (point_id != 13).then(|| orbits(point_id)),
         chain: None,

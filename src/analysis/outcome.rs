@@ -157,6 +157,14 @@ pub struct NvhOutcome {
     pub force_std: f64,
     /// Largest |mesh force| \[N\].
     pub force_peak: f64,
+    /// Mean power lost in friction on the flanks \[W\]; none where it is not known at which places they touch.
+    pub power_loss: Option<f64>,
+    /// Mean power that goes through the mesh from the pinion to the wheel, `F r_b1 Ω₁` \[W\]; none without a drawing.
+    pub power_transmitted: Option<f64>,
+    /// One less the loss over the modulus of what goes through; none where nothing does.
+    pub efficiency: Option<f64>,
+    /// Coulomb friction coefficient of the flanks; none without a drawing.
+    pub friction_coefficient: Option<f64>,
     /// Impacts (entries into contact) on the drive and on the coast flank.
     pub impacts: [u64; 2],
     /// Impacts a second \[1/s\].
@@ -205,6 +213,9 @@ pub struct NvhErrors {
     pub suborders: Vec<f64>,
     pub force_mean: f64,
     pub force_std: f64,
+    pub power_loss: f64,
+    pub power_transmitted: f64,
+    pub efficiency: f64,
     pub impact_rate: f64,
     pub impact_velocity: f64,
     pub impact_velocity_quantiles: Vec<f64>,

@@ -3,7 +3,7 @@
 
 use super::error::MeasurementError;
 use super::plan::Mesh;
-use crate::manifest::{self, DampingSpec, StiffnessSpec, StructureSource};
+use crate::manifest::{self, DampingSpec, FrictionSpec, StiffnessSpec, StructureSource};
 use crate::model::{Division, Drive, InitialState, Model, OperatingPoint, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Volterra};
 use crate::shaft::{FlexibleDrive, ModalStructure};
@@ -40,10 +40,12 @@ impl DefaultDrive {
             StructureSource::Flexible(shafts),
             StiffnessSpec::Piecewise(levels),
             DampingSpec::Coefficient(damping),
+            FrictionSpec::Constant(friction),
         ) = (
             &point.model.source,
             &point.mesh.stiffness,
             &point.mesh.damping,
+            &point.mesh.friction,
         )
         else {
             return Err(lacks("flexible shafts and a piecewise mesh"));
@@ -56,7 +58,7 @@ impl DefaultDrive {
                 mesh: Vec::new(),
                 damping: *damping,
                 coast: None,
-                friction: point.mesh.friction,
+                friction: *friction,
                 release: point.mesh.release,
                 transmission_error: point.excitation.transmission_error.clone(),
                 torque_ripple: Vec::new(),

@@ -92,6 +92,7 @@ mod tests {
             chain: None,
             horizon: None,
             cycle_expansion: None,
+            mesh: None,
             kernel: "volterra".into(),
             placement: Placement {
                 worker,

@@ -169,7 +169,15 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
 
 fn mesh(job: &Job) -> String {
     let gap = range(job.points.variants().iter().map(|v| v.mesh.half_gap));
-    let friction = range(job.points.variants().iter().map(|v| v.mesh.friction));
+    let known = (job.points.variants().iter()).filter_map(|v| v.mesh.friction.constant());
+    let known: Vec<f64> = known.collect();
+    let friction = match known.is_empty() {
+        true => "by the law of load, speed, oil and roughness".to_owned(),
+        false => {
+            let (low, high) = range(known.into_iter());
+            span(low, high)
+        }
+    };
     let damping = |pick: fn(&DampingSpec) -> Option<f64>, unit: &str| {
         let values: Vec<f64> = job
             .points
@@ -202,7 +210,7 @@ fn mesh(job: &Job) -> String {
         span(gap.0, gap.1),
         stiffness(job),
         dampings.join(", "),
-        span(friction.0, friction.1)
+        friction
     )
 }
 

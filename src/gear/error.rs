@@ -147,4 +147,12 @@ pub enum GearError {
         /// Largest known ratio.
         most: f64,
     },
+    /// A law of friction gives what is no coefficient of friction.
+    #[error(
+        "the law of friction gives a coefficient of {coefficient:.3e}, which must be above 0 and below 1; check mesh.roughness, mesh.oil_viscosity and the speed, or give mesh.friction"
+    )]
+    MeanFriction {
+        /// What it gives.
+        coefficient: f64,
+    },
 }

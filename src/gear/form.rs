@@ -28,6 +28,8 @@ pub struct ToothForm {
     pub bore: [Option<f64>; 2],
     /// What the gears are made of.
     pub material: [Material; 2],
+    /// Hubs, webs and rims of the gear bodies. Of no effect on the flanks.
+    pub body: [BodyShape; 2],
 }
 
 impl Default for ToothForm {
@@ -42,8 +44,37 @@ impl Default for ToothForm {
             root_relief: [Relief::default(); 2],
             bore: [None; 2],
             material: [Material::default(); 2],
+            body: [BodyShape::default(); 2],
         }
     }
+}
+
+/// What a gear body is made of between shaft and teeth; by default one solid piece as long as the body, that
+/// leaves its shaft as it is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct BodyShape {
+    /// The hub; none where the shaft bends as if it were alone.
+    pub hub: Option<Hub>,
+    /// The web; none where the body is as thick as it is long.
+    pub web: Option<Web>,
+}
+
+/// The part of a gear body that bends and twists with its shaft, in the middle of the body.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Hub {
+    /// Diameter \[m\].
+    pub diameter: f64,
+    /// Length along the shaft \[m\].
+    pub length: f64,
+}
+
+/// The disc between hub (or shaft) and rim, in the middle of the body.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Web {
+    /// Thickness along the shaft \[m\].
+    pub thickness: f64,
+    /// Inner diameter of the rim \[m\], which is as long as the body.
+    pub rim_diameter: f64,
 }
 
 /// Basic rack of the gears, in modules (ISO 53). Its dedendum is the addendum of the tool.

@@ -7,6 +7,7 @@ mod flanks;
 mod form;
 mod friction;
 mod involute;
+mod mean_friction;
 mod mesh_table;
 mod misalignment;
 mod pair;
@@ -18,9 +19,10 @@ pub use compliance::{PairCompliance, ToothCompliance};
 pub use error::GearError;
 pub use flank_law::FlankLaw;
 pub use flanks::{Flanks, PathOfContact};
-pub use form::{BasicRack, Material, Relief, ToothForm};
+pub use form::{BasicRack, BodyShape, Hub, Material, Relief, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
 pub use involute::{inverse_involute, involute};
+pub use mean_friction::MeanFriction;
 pub use mesh_table::{
     MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES, SegmentMeans,
 };

@@ -7,7 +7,8 @@ mod refine;
 
 pub use continuation::ContinuationSpec;
 pub use mesh::{
-    CoastSpec, CycleDivision, DampingSpec, MeshSpec, MeshTableSpec, StiffnessSpec, TwoLevels,
+    CoastSpec, CycleDivision, DampingSpec, FrictionSpec, MeshSpec, MeshTableSpec, StiffnessSpec,
+    TwoLevels,
 };
 pub use refine::{Criterion, Refine};
 

@@ -16,6 +16,9 @@ pub struct Direction {
     pub gains: Vec<MeshGain>,
     /// Along which of [`super::Model::lines`] it sees its deflection.
     pub line: usize,
+    /// What friction takes of the contact force and of the speed at which the gears turn against each
+    /// other, `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their places on the path of contact.
+    pub rubbing: f64,
 }
 
 /// What a deflection is measured along: `δ = Σ w·x − e(t)`, the w being those of every direction
@@ -80,15 +83,21 @@ impl Directions {
                         (w, w + friction * rubbing)
                     })
                     .unzip();
-                let own = self.add(basis.gains(blocks, &w, &g), error);
+                let own = self.add(basis.gains(blocks, &w, &g), friction * lever.abs(), error);
                 last = Some((law, own));
                 own
             })
             .collect()
     }
 
-    /// The direction with these gains and this transmission error, added where it is new.
-    pub fn add(&mut self, gains: Vec<MeshGain>, error: &[TransmissionErrorHarmonic]) -> usize {
+    /// The direction with these gains, this arm of friction \[m\] and this transmission error, added
+    /// where it is new.
+    pub fn add(
+        &mut self,
+        gains: Vec<MeshGain>,
+        rubbing: f64,
+        error: &[TransmissionErrorHarmonic],
+    ) -> usize {
         let along = |known: &Direction| {
             let pairs = known.gains.iter().zip(&gains);
             let mut same = pairs.map(|(a, b)| a.deflection == b.deflection);
@@ -103,7 +112,11 @@ impl Directions {
                 self.lines.len() - 1
             }
         };
-        let direction = Direction { gains, line };
+        let direction = Direction {
+            gains,
+            line,
+            rubbing,
+        };
         let known = self.directions.iter().position(|known| *known == direction);
         known.unwrap_or_else(|| {
             self.directions.push(direction);

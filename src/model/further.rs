@@ -60,7 +60,7 @@ pub(super) fn contact(
         g[i] -= w[i];
         w[i] = 0.0;
     }
-    let direction = directions.add(basis.gains(blocks, &w, &g), &error);
+    let direction = directions.add(basis.gains(blocks, &w, &g), 0.0, &error);
     let divisions: Vec<Division> = (law.stiffness.iter())
         .map(|&(end, series)| Division {
             stiffness: Stiffness::series(series),

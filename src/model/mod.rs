@@ -32,6 +32,7 @@ mod further;
 mod initial;
 mod mesh;
 mod release;
+mod rolling;
 mod stiffness;
 mod system;
 
@@ -50,6 +51,7 @@ pub use flank_error::FlankError;
 pub use initial::{InitialState, TrajectoryState};
 pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use release::Release;
+pub use rolling::Rolling;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use system::{BearingOutput, Model};
 

@@ -6,7 +6,7 @@ use super::error::{ModelError, positive};
 use super::further;
 use super::{
     ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
-    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Segment,
+    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
 use crate::numerics::whole::greatest_divisor;
@@ -54,6 +54,8 @@ pub struct Model {
     pub bearings: Vec<BearingOutput>,
     /// From the structure's modes to the blocks.
     pub basis: Basis,
+    /// How the gears roll on each other; none where no drawing says.
+    pub rolling: Option<Rolling>,
 }
 
 /// The force on a bearing in one direction, springs and dampers, `Σ gain·x` \[N\].
@@ -217,6 +219,7 @@ impl Model {
             ripple,
             bearings,
             basis,
+            rolling: None,
         })
     }
 

@@ -38,4 +38,13 @@ impl Disc {
             polar_inertia,
         })
     }
+
+    /// This body and another about the same centre.
+    pub fn with(self, other: Self) -> Self {
+        Self {
+            mass: self.mass + other.mass,
+            transverse_inertia: self.transverse_inertia + other.transverse_inertia,
+            polar_inertia: self.polar_inertia + other.polar_inertia,
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The description of a drive: two parallel shafts, bearings, gear bodies.
 
 use super::assembly::Assembly;
-use super::disc::Disc;
+use super::body::GearBody;
 use super::error::{ShaftError, non_negative, positive};
 use crate::gear::GearPair;
 
@@ -121,20 +121,14 @@ pub(super) fn check(
     Ok(())
 }
 
-/// The gear body on one of the two shafts: a rigid annulus between shaft surface and pitch
-/// radius.
+/// The gear body on one of the two shafts.
 pub(super) fn gear_body(
     gears: &GearPair,
     shafts: &[Shaft; 2],
     density: f64,
     index: usize,
-) -> Result<Disc, ShaftError> {
-    Disc::annulus(
-        2.0 * gears.pitch_radii()[index],
-        shafts[index].diameter,
-        gears.body_length[index],
-        density,
-    )
+) -> Result<GearBody, ShaftError> {
+    GearBody::new(gears, index, shafts[index].diameter, density)
 }
 
 /// Speed of a shaft about z, right-handed, in units of the pinion's: the wheel runs the other

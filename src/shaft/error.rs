@@ -136,6 +136,34 @@ pub enum ShaftError {
         "the mass matrix is not positive definite: some freedom carries no inertia; give it one or constrain it"
     )]
     MassNotPositiveDefinite,
+    /// The parts of a gear body do not lie outside of one another.
+    #[error(
+        "gear {gear}: {inside} has a diameter of {inner} m and {outside} one of {outer} m, which must be larger; see gear.hub_diameter and gear.rim_diameter"
+    )]
+    BodyParts {
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// The inner part.
+        inside: &'static str,
+        /// Its diameter \[m\].
+        inner: f64,
+        /// The part that must be outside of it.
+        outside: &'static str,
+        /// Its diameter \[m\].
+        outer: f64,
+    },
+    /// A hub reaches beyond the bearings of its shaft.
+    #[error(
+        "shaft {shaft}: the hub is {length} m long, and between gear and bearing there is room for {room} m; shorten gear.hub_length, or gear.body_length where that is not given"
+    )]
+    HubBeyondBearings {
+        /// 1 = pinion, 2 = wheel.
+        shaft: usize,
+        /// Length of the hub \[m\].
+        length: f64,
+        /// Longest that fits \[m\].
+        room: f64,
+    },
     /// The stiffness matrix has a negative eigenvalue beyond round-off.
     #[error(
         "the stiffness matrix has the negative eigenvalue {eigenvalue} rad²/s²; a spring is negative"

@@ -7,6 +7,7 @@ use super::drive::{self, FlexibleDrive, Released};
 use super::error::ShaftError;
 use super::modal::ModalStructure;
 use super::pair::{PairedShafts, ShaftNodes, Support};
+use crate::gear::Hub;
 
 impl FlexibleDrive {
     /// The `retained` lowest of the `modes` lowest modes of the drive.
@@ -54,12 +55,19 @@ impl FlexibleDrive {
             divide(&mut stations, 0.0, self.elements[0], "the overhang")?;
         }
         let first_bearing = stations.len() - 1;
+        let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
+        let hub = (body.hub)
+            .map(|hub| HubEnds::new(hub, index + 1, gear_station, shaft.span))
+            .transpose()?;
         divide(
             &mut stations,
             gear_station,
             self.elements[1],
             "the stretch from the first bearing to the gear",
         )?;
+        if let Some(hub) = &hub {
+            put_between(&mut stations, first_bearing, hub.start);
+        }
         let gear = stations.len() - 1;
         divide(
             &mut stations,
@@ -67,6 +75,9 @@ impl FlexibleDrive {
             self.elements[2],
             "the stretch from the gear to the second bearing",
         )?;
+        if let Some(hub) = &hub {
+            put_between(&mut stations, gear, hub.end);
+        }
         let second_bearing = stations.len() - 1;
 
         let material = Material {
@@ -75,12 +86,16 @@ impl FlexibleDrive {
             density: self.density,
         };
         assembly.turn(drive::turning(&self.gears, index, self.gyroscopic));
-        let first = assembly.add_shaft(
-            &stations,
-            Section::solid(shaft.diameter)?,
-            material,
-            self.shear_coefficient,
-        )?;
+        let first = assembly.add_node();
+        for pair in stations.windows(2) {
+            let middle = 0.5 * (pair[0] + pair[1]);
+            let diameter = match &hub {
+                Some(hub) if hub.start < middle && middle < hub.end => hub.diameter,
+                _ => shaft.diameter,
+            };
+            let section = Section::solid(diameter)?;
+            assembly.continue_shaft(pair, section, material, self.shear_coefficient)?;
+        }
         let supports = [0, 1].map(|number| Support {
             node: first + [first_bearing, second_bearing][number],
             base: None,
@@ -90,8 +105,7 @@ impl FlexibleDrive {
             assembly.add_spring(support.node, support.stiffness.stiffness())?;
             support.stiffness.couple(assembly, support.node, None)?;
         }
-        let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
-        assembly.add_disc(first + gear, body)?;
+        assembly.add_disc(first + gear, body.rigid)?;
         assembly.add_polar_inertia(first, shaft.end_inertia)?;
         assembly.add_drag(first, None, shaft.drag.viscous)?;
         Ok(ShaftNodes {
@@ -99,6 +113,55 @@ impl FlexibleDrive {
             gear: first + gear,
             supports,
         })
+    }
+}
+
+/// Where along its shaft a hub is, from the first bearing on \[m\].
+struct HubEnds {
+    start: f64,
+    end: f64,
+    diameter: f64,
+}
+
+impl HubEnds {
+    /// A hub about the gear's place. `number` of the shaft is 1 or 2.
+    fn new(hub: Hub, number: usize, gear: f64, span: f64) -> Result<Self, ShaftError> {
+        let [start, end] = [-0.5, 0.5].map(|side| gear + side * hub.length);
+        let round_off = 8.0 * f64::EPSILON * span;
+        if start < -round_off || end > span + round_off {
+            return Err(ShaftError::HubBeyondBearings {
+                shaft: number,
+                length: hub.length,
+                room: 2.0 * gear.min(span - gear),
+            });
+        }
+        Ok(Self {
+            start: start.max(0.0),
+            end: end.min(span),
+            diameter: hub.diameter,
+        })
+    }
+}
+
+/// Part of an element within which a hub's end takes an existing station with it instead of adding one:
+/// much shorter elements than the others would only cost digits.
+const NEAR: f64 = 0.25;
+
+/// Makes a place a station, between those from `from` on: one that is near, but for the first and the last,
+/// moves there, else it is added.
+fn put_between(stations: &mut Vec<f64>, from: usize, place: f64) {
+    let after = from + stations[from..].partition_point(|&station| station < place);
+    if after >= stations.len() || stations[after] == place || after == from {
+        return;
+    }
+    let near = NEAR * (stations[after] - stations[after - 1]);
+    let last = stations.len() - 1;
+    if place - stations[after - 1] < near && after - 1 > from {
+        stations[after - 1] = place;
+    } else if stations[after] - place < near && after < last {
+        stations[after] = place;
+    } else {
+        stations.insert(after, place);
     }
 }
 

@@ -1,7 +1,9 @@
 //! Structures: beam elements, assembly, modes. Knows nothing of files or dynamics.
 
 mod assembly;
+mod banded;
 mod beam;
+mod body;
 mod disc;
 mod drive;
 mod error;

@@ -13,9 +13,14 @@
 //! leaves the round-off of the largest *requested* ω² and that of the entries of K; the
 //! projected stiffness needs no product with K, whose cancellation would hurt again.
 
+mod lanczos;
+mod pencil;
+
+use super::banded::Banded;
 use super::error::ShaftError;
 use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper, symmetric_eigen};
 use faer::{Mat, MatRef};
+use pencil::Pencil;
 
 /// Largest accepted relative residual of a mode. Round-off leaves 1e-16 to 1e-12 of the
 /// moduli summed; a failed solution leaves far more.
@@ -24,6 +29,13 @@ const RESIDUAL_BOUND: f64 = 1e-9;
 /// Largest difference of two entries that symmetry makes equal, relative to the geometric mean
 /// of the diagonal entries of their row and column: beyond what sums in another order leave.
 const ASYMMETRY_BOUND: f64 = 1e-10;
+
+/// Fewest freedoms of which only the lowest modes are sought.
+const LARGE: usize = 400;
+
+/// The band must be this many times narrower than the matrix, and the modes fewer than freedoms by as much,
+/// for that to be less work.
+const NARROW: usize = 8;
 
 /// The lowest modes of a structure.
 #[derive(Debug, Clone)]
@@ -58,6 +70,17 @@ impl Modes {
                 available: size,
             });
         }
+        // One mode beyond the rigid ones shows whether there are more of them than expected.
+        let block = requested.max(rigid + 1).min(size);
+        if size >= LARGE && NARROW * block <= size {
+            let band = Banded::width(&[mass, stiffness]);
+            if NARROW * band <= size
+                && let Some(found) =
+                    Self::of_band(mass, stiffness, band, [requested, block, rigid])?
+            {
+                return Ok(found);
+            }
+        }
         let lower = cholesky(mass).ok_or(ShaftError::MassNotPositiveDefinite)?;
         let (estimate, shape) = dense(&lower, stiffness)?;
         let largest = estimate[size - 1].max(0.0);
@@ -68,18 +91,11 @@ impl Modes {
                 eigenvalue: estimate[0],
             });
         }
-        // One mode beyond the rigid ones shows whether there are more of them than expected.
-        let block = requested.max(rigid + 1).min(size);
         // The shift makes K + σM definite and is no larger than the first elastic ω² needs.
         let shift = estimate[rigid.min(size - 1)].max(2.0 * dense_error);
+        let pencil = Pencil::Dense(mass, stiffness);
         let refined = if shift > 0.0 {
-            refine(
-                mass,
-                stiffness,
-                &estimate[..block],
-                shape.subcols(0, block),
-                shift,
-            )?
+            refine(pencil, &estimate[..block], shape.subcols(0, block), shift)?
         } else {
             // K = 0: every mode is rigid and there is nothing to refine.
             Self {
@@ -87,8 +103,38 @@ impl Modes {
                 shape: shape.subcols(0, block).to_owned(),
             }
         };
-        refined.check_residual(mass, stiffness, shift)?;
-        refined.finish(mass, stiffness, shift, requested, rigid)
+        refined.check_residual(pencil, shift)?;
+        refined.finish(pencil, shift, requested, rigid)
+    }
+
+    /// The same of matrices with few diagonals; none where a dense solution has to say.
+    fn of_band(
+        mass: &Mat<f64>,
+        stiffness: &Mat<f64>,
+        band: usize,
+        [requested, block, rigid]: [usize; 3],
+    ) -> Result<Option<Self>, ShaftError> {
+        let [mass, stiffness] = [mass, stiffness].map(|matrix| Banded::of(matrix, band));
+        let definite = mass.factor().is_some_and(|factor| factor.negative() == 0);
+        if !definite {
+            return Err(ShaftError::MassNotPositiveDefinite);
+        }
+        let Some(found) = lanczos::lowest(&mass, &stiffness, block, rigid) else {
+            return Ok(None);
+        };
+        let shift = found.squared_frequency[rigid];
+        if shift.is_nan() || shift <= 0.0 {
+            return Ok(None);
+        }
+        let pencil = Pencil::Banded(&mass, &stiffness);
+        let refined = refine(
+            pencil,
+            &found.squared_frequency,
+            found.shape.as_ref(),
+            shift,
+        )?;
+        refined.check_residual(pencil, shift)?;
+        refined.finish(pencil, shift, requested, rigid).map(Some)
     }
 
     /// Natural frequencies ω \[rad/s\].
@@ -110,8 +156,7 @@ impl Modes {
     /// Sets the rigid ω² to zero, checks their number, keeps the requested modes.
     fn finish(
         mut self,
-        mass: &Mat<f64>,
-        stiffness: &Mat<f64>,
+        pencil: Pencil<'_>,
         shift: f64,
         requested: usize,
         rigid: usize,
@@ -121,8 +166,7 @@ impl Modes {
         let projection_error = 8.0 * block as f64 * f64::EPSILON * top;
         let found = (0..block)
             .take_while(|&mode| {
-                let rounding =
-                    rounding_of_quotient(mass, stiffness, shift, self.shape.as_ref(), mode);
+                let rounding = rounding_of_quotient(pencil, shift, &self.column(mode));
                 self.squared_frequency[mode] <= rounding + projection_error
             })
             .count();
@@ -138,32 +182,25 @@ impl Modes {
         Ok(self)
     }
 
+    /// One shape.
+    fn column(&self, mode: usize) -> Vec<f64> {
+        self.shape.col(mode).iter().copied().collect()
+    }
+
     /// Holds every mode to its equation, row by row in units of the freedom's own inertia,
     /// against the moduli of what the shifted equation sums: without the shift a rigid motion
     /// that no spring couples to anything would be held to the round-off of its own zero.
-    fn check_residual(
-        &self,
-        mass: &Mat<f64>,
-        stiffness: &Mat<f64>,
-        shift: f64,
-    ) -> Result<(), ShaftError> {
-        let size = mass.nrows();
+    fn check_residual(&self, pencil: Pencil<'_>, shift: f64) -> Result<(), ShaftError> {
+        let size = pencil.size();
         for (mode, &squared) in self.squared_frequency.iter().enumerate() {
+            let terms = pencil.terms(&self.column(mode));
             let (mut residual, mut scale) = (0.0, 0.0);
             for row in 0..size {
-                let (mut sum, mut moduli) = (0.0, 0.0);
-                for column in 0..size {
-                    let value = self.shape[(column, mode)];
-                    let (elastic, inertial) = (
-                        stiffness[(row, column)] * value,
-                        squared * mass[(row, column)] * value,
-                    );
-                    sum += elastic - inertial;
-                    let shifted = shift * mass[(row, column)] * value;
-                    moduli += elastic.abs() + inertial.abs() + shifted.abs();
-                }
-                residual += sum * sum / mass[(row, row)];
-                scale += moduli * moduli / mass[(row, row)];
+                let sum = terms.elastic[row] - squared * terms.inertial[row];
+                let moduli = terms.elastic_moduli[row]
+                    + (squared.abs() + shift) * terms.inertial_moduli[row];
+                residual += sum * sum / pencil.inertia(row);
+                scale += moduli * moduli / pencil.inertia(row);
             }
             let relative = (residual / scale).sqrt();
             // A mode without stiffness sums nothing and is exact; a NaN must fail.
@@ -235,28 +272,27 @@ fn dense(lower: &Mat<f64>, stiffness: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>),
 
 /// One block step of inverse iteration with Rayleigh–Ritz projection; see the module.
 fn refine(
-    mass: &Mat<f64>,
-    stiffness: &Mat<f64>,
+    pencil: Pencil<'_>,
     estimate: &[f64],
     shape: MatRef<'_, f64>,
     shift: f64,
 ) -> Result<Modes, ShaftError> {
-    let size = mass.nrows();
-    let shifted = Mat::from_fn(size, size, |i, j| stiffness[(i, j)] + shift * mass[(i, j)]);
-    let lower = cholesky(&shifted).ok_or(ShaftError::StiffnessIndefinite {
-        eigenvalue: estimate[0],
-    })?;
+    let size = pencil.size();
+    let solver = pencil
+        .shifted(shift)
+        .ok_or(ShaftError::StiffnessIndefinite {
+            eigenvalue: estimate[0],
+        })?;
     // Columns scaled by ω² + σ: the solution is then close to the shapes themselves, and the
     // Gram matrix below close to the identity.
-    let inertia = product(mass.as_ref(), shape);
+    let inertia = pencil.mass_product(shape);
     let load = Mat::from_fn(size, estimate.len(), |i, j| {
         inertia[(i, j)] * (estimate[j] + shift)
     });
     let mut solution = load.clone();
-    solve_lower(&lower, &mut solution);
-    solve_upper(&lower, &mut solution);
+    solver.solve(&mut solution);
 
-    let moved = product(mass.as_ref(), solution.as_ref());
+    let moved = pencil.mass_product(solution.as_ref());
     let gram = product(solution.transpose(), moved.as_ref());
     let projected = product(solution.transpose(), load.as_ref());
     let projected = Mat::from_fn(estimate.len(), estimate.len(), |i, j| {
@@ -279,21 +315,12 @@ fn eigen(matrix: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), ShaftError> {
 
 /// Round-off of the Rayleigh quotient of one mode, from the moduli of what it sums:
 /// `16 eps · |φ|ᵀ (|K| + σ|M|) |φ|`.
-fn rounding_of_quotient(
-    mass: &Mat<f64>,
-    stiffness: &Mat<f64>,
-    shift: f64,
-    shape: MatRef<'_, f64>,
-    mode: usize,
-) -> f64 {
-    let size = mass.nrows();
-    let mut sum = 0.0;
-    for j in 0..size {
-        for i in 0..size {
-            let weight = stiffness[(i, j)].abs() + shift * mass[(i, j)].abs();
-            sum += shape[(i, mode)].abs() * weight * shape[(j, mode)].abs();
-        }
-    }
+fn rounding_of_quotient(pencil: Pencil<'_>, shift: f64, shape: &[f64]) -> f64 {
+    let terms = pencil.terms(shape);
+    let moduli = terms.elastic_moduli.iter().zip(&terms.inertial_moduli);
+    let sum: f64 = (moduli.zip(shape))
+        .map(|((elastic, inertial), value)| (elastic + shift * inertial) * value.abs())
+        .sum();
     16.0 * f64::EPSILON * sum
 }
 

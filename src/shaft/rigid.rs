@@ -136,7 +136,7 @@ impl RigidDrive {
 
         assembly.turn(drive::turning(&self.gears, index, self.gyroscopic));
         let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
-        assembly.add_disc(gear, body)?;
+        assembly.add_disc(gear, body.whole)?;
         let length = shaft.span + shaft.overhang;
         let rod = Disc::annulus(shaft.diameter, 0.0, length, self.density)?;
         assembly.add_disc(middle, rod)?;

@@ -5,6 +5,7 @@ use super::StoreError;
 use super::chains::direction_columns;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
+use super::mesh_under_load::mesh_columns;
 use super::nvh::nvh_columns;
 use super::point_row::PointRow;
 use super::refined::level_columns;
@@ -69,6 +70,7 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     columns.extend(motion_columns());
     columns.extend(horizon_columns());
     columns.extend(nvh_columns());
+    columns.extend(mesh_columns());
     columns.extend(work_columns());
     for axis in axes {
         if columns

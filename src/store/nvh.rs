@@ -75,6 +75,14 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "force_std", "N", found.force_std,
             "Standard deviation of the mesh force", error.force_std;
         f64 "force_peak", "N", found.force_peak, &format!("Largest |mesh force|; {SEEN}");
+        f64 "power_loss", "W", found.power_loss,
+            "Mean power lost in friction on the flanks of the mesh: friction coefficient, |force| and speed of sliding by the mean rotation; null where the mesh is not computed from the gears", error.power_loss;
+        f64 "power_transmitted", "W", found.power_transmitted,
+            "Mean power that goes through the mesh from the pinion to the wheel, force times speed of the base circles; null without a drawing of the gears", error.power_transmitted;
+        f64 "efficiency", "1", found.efficiency,
+            "1 - power_loss/|power_transmitted|, negative where more is lost than goes through; null where the loss is", error.efficiency;
+        f64 "friction_coefficient", "1", found.friction_coefficient,
+            "Friction coefficient of the flanks, given or by the law of load and speed; null without a drawing of the gears";
         f64 "impact_rate", "1/s", found.impact_rate,
             "Entries into contact a second", error.impact_rate;
         u64 "impacts_drive", "1", found.impacts[0],

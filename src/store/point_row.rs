@@ -1,6 +1,7 @@
 //! What is kept of a point: a row of `points.parquet`, and what it adds to the other tables.
 
 use super::chain_part::ChainPart;
+use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
     ExpansionOutcome, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey,
     PointOutcome,
@@ -47,6 +48,8 @@ pub struct PointRow {
     pub horizon: Option<HorizonOutcome>,
     /// Averages over its unstable orbits, where asked for and chaotic.
     pub cycle_expansion: Option<ExpansionOutcome>,
+    /// What the mean load makes of its mesh, where that is computed from the gears.
+    pub mesh: Option<MeshUnderLoad>,
     /// Name of the kernel that integrated it.
     pub kernel: String,
     /// Where and for how long.

@@ -2,10 +2,13 @@
 
 use super::mesh_tables::{MeshError, MeshTables, mean_stiffness};
 use crate::analysis::{Questions, SliceError};
+use crate::gear::GearError;
 use crate::manifest::{
     CoastSpec, DampingSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource,
 };
-use crate::model::{CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint};
+use crate::model::{
+    CoastFlank, Division, Drive, MeshHarmonic, Model, ModelError, OperatingPoint, Rolling,
+};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{KernelChoice, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
@@ -27,6 +30,9 @@ pub enum BuildError {
     /// The mesh cannot be computed from the drawing of the gears.
     #[error("the mesh cannot be computed: {0}")]
     Mesh(#[from] MeshError),
+    /// The law of friction cannot be applied.
+    #[error("the friction of the mesh cannot be computed: {0}")]
+    Friction(#[from] GearError),
     /// The kernel's tables cannot be come by.
     #[error("{error}{}", advice.as_ref().map_or(String::new(), |advice| format!("; {advice}")))]
     Tables {
@@ -156,12 +162,11 @@ pub fn mean_model(structure: &ModalStructure, point: &PointSpec) -> Result<Model
         StiffnessSpec::Table(spec) => mean_stiffness(point, spec)?,
         known => known.mean().unwrap_or_default(),
     };
-    with_mesh(
-        structure,
-        point,
-        (Division::levels(&[mean], &[]), mean),
-        Vec::new(),
-    )
+    let level = (Division::levels(&[mean], &[]), mean);
+    let mut model = with_mesh(structure, point, level, Vec::new())?;
+    // Where pairs touch is not in a mean.
+    model.rolling = None;
+    Ok(model)
 }
 
 /// The system of a point on a mesh, the divisions of its cycle and their mean stiffness \[N/m\];
@@ -178,6 +183,8 @@ fn with_mesh(
     };
     let mut error = point.excitation.transmission_error.clone();
     error.extend(lacking);
+    let force = point.load * structure.rated_force;
+    let friction = point.mesh.friction.coefficient(force, point.speed)?;
     let drive = Drive {
         half_gap: point.mesh.half_gap,
         damping: match point.mesh.damping {
@@ -185,7 +192,7 @@ fn with_mesh(
             DampingSpec::Ratio(ratio) => Model::damping_from_ratio(structure, ratio, mean),
         },
         mesh,
-        friction: point.mesh.friction,
+        friction,
         release: point.mesh.release,
         coast,
         transmission_error: error,
@@ -195,7 +202,21 @@ fn with_mesh(
         load: point.load,
         speed: point.speed,
     };
-    Ok(Model::new(structure, &drive, operating)?)
+    let mut model = Model::new(structure, &drive, operating)?;
+    model.rolling = rolling(point, friction);
+    Ok(model)
+}
+
+/// How the gears of a drawing roll on each other; a mesh table knows where they touch.
+fn rolling(point: &PointSpec, friction: f64) -> Option<Rolling> {
+    let gears = point.model.source.gears()?;
+    let [pinion, wheel] = gears.teeth.map(f64::from);
+    let tabled = matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
+    Some(Rolling {
+        base_speed: gears.base_radii()[0] * point.speed,
+        friction,
+        sliding: tabled.then_some(point.speed * (1.0 + pinion / wheel)),
+    })
 }
 
 /// The coast flank as the mirror image of the drive flank about a mesh phase.

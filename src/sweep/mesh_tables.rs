@@ -10,7 +10,7 @@ use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, FlankError, MeshHarmonic, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 use crate::shaft::ModalStructure;
-use crate::store::{MeshFetchError, Origin, TableStore};
+use crate::store::{MeshFetchError, MeshUnderLoad, Origin, TableStore};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -28,6 +28,9 @@ const COURSE_TOLERANCE: f64 = 1e-9;
 
 /// The same where segments take means of it: those come out closer by far.
 const MEANS_TOLERANCE: f64 = 1e-6;
+
+/// Share of a pair in the load that is the round-off of none.
+const NO_SHARE: f64 = 1e-12;
 
 /// Phases closer than this, in cycles, are one: only rounding keeps them apart.
 const SAME_PHASE: f64 = 1e-9;
@@ -94,6 +97,8 @@ pub struct TabledMesh {
     pub transmission_error: Vec<MeshHarmonic>,
     /// How the misalignment under load was found, where shafts tilt.
     pub tilt: Option<MisalignmentReport>,
+    /// What the load makes of the mesh.
+    pub under_load: MeshUnderLoad,
 }
 
 /// Mesh tables at hand. Points of a grid mostly share one.
@@ -176,7 +181,7 @@ impl MeshTables {
                 (report.misalignment().unwrap_or(unloaded), Some(report))
             }
         };
-        let turning = point.mesh.friction > 0.0 || misalignment != 0.0;
+        let turning = point.mesh.friction.acts() || misalignment != 0.0;
         let resolution = match spec.division {
             CycleDivision::Segments(_) => MEANS,
             CycleDivision::Continuous => Resolution {
@@ -198,6 +203,13 @@ impl MeshTables {
                 .map(|(harmonic, amplitude, phase)| MeshHarmonic::new(harmonic, amplitude, phase))
                 .collect(),
             tilt,
+            under_load: MeshUnderLoad {
+                misalignment,
+                load_centre: cycle.mean_centre(),
+                stiffness: cycle.mean_stiffness(),
+                contact_ratio: loaded_pairs(&cycle),
+                transmission_error: cycle.peak_to_peak(),
+            },
         })
     }
 
@@ -259,6 +271,17 @@ impl MeshTables {
             Some(near) => near.get(key.clone(), far),
         }
     }
+}
+
+/// Mean number of pairs that bear load: within a piece it does not change.
+fn loaded_pairs(cycle: &MeshTableCycle) -> f64 {
+    let pieces = cycle.breaks.windows(2).enumerate();
+    pieces
+        .map(|(piece, ends)| {
+            let bears = |share: &&Vec<[f64; NODES]>| share[piece][NODES / 2] > NO_SHARE;
+            (ends[1] - ends[0]) * cycle.share.iter().filter(bears).count() as f64
+        })
+        .sum()
 }
 
 /// What the flanks bear under a mean mesh force \[N\]: under a negative one the coast flanks bear

@@ -12,7 +12,7 @@ use crate::manifest::{
 };
 use crate::model::Model;
 use crate::shaft::{ModalStructure, ShaftError};
-use crate::store::TableStore;
+use crate::store::{MeshUnderLoad, TableStore};
 use crate::topology::Topology;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -164,6 +164,19 @@ impl Parts {
             return Err(BuildError::Values(fault.clone()));
         }
         model(&*self.structure(&point.model)?, point, &self.meshes)
+    }
+
+    /// What the mean load makes of the mesh of a point; none where it is not computed from the gears.
+    ///
+    /// # Errors
+    /// A structure or a mesh that is refused.
+    pub fn mesh_under_load(&self, point: &PointSpec) -> Result<Option<MeshUnderLoad>, BuildError> {
+        let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
+            return Ok(None);
+        };
+        let structure = self.structure(&point.model)?;
+        let mesh = self.meshes.mesh(point, spec, &structure)?;
+        Ok(Some(mesh.under_load))
     }
 
     /// Fetches or computes the mesh tables of some points of a job, each on all threads of the

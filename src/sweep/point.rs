@@ -11,7 +11,7 @@ use crate::manifest::PointSpec;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Interruptible, Kernel, KernelUse};
-use crate::store::{ChainEnd, Placement, PointRow};
+use crate::store::{ChainEnd, MeshUnderLoad, Placement, PointRow};
 use crate::topology::Topology;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
@@ -34,6 +34,8 @@ pub(super) struct Answer {
     pub orbits: Option<OrbitSurvey>,
     pub horizon: Option<HorizonOutcome>,
     pub cycle_expansion: Option<ExpansionOutcome>,
+    /// What the mean load makes of a mesh computed from the gears.
+    pub mesh: Option<MeshUnderLoad>,
     /// Where the integration ended; none where it diverged or was never begun.
     pub end: Option<ChainEnd>,
 }
@@ -46,6 +48,7 @@ impl Answer {
             orbits: None,
             horizon: None,
             cycle_expansion: None,
+            mesh: None,
             end: None,
         }
     }
@@ -93,6 +96,7 @@ pub(super) fn row(
         chain: None,
         horizon: answer.horizon,
         cycle_expansion: answer.cycle_expansion,
+        mesh: answer.mesh,
         kernel: point.run.kernel.name().to_owned(),
         placement: Placement {
             worker: worker.index,
@@ -135,7 +139,9 @@ fn answer(
     };
     let kept = |kernel, cells| parts.kernels().get(kernel, &model, cells);
     let asked = (point.run.kernel).apply(&model, point.run.event_limit, kept, ask);
-    asked.map_err(|error| BuildError::tables(error, &model))
+    let answered = asked.map_err(|error| BuildError::tables(error, &model))?;
+    let mesh = parts.mesh_under_load(point)?;
+    Ok(answered.map(|answer| Answer { mesh, ..answer }))
 }
 
 /// All that is asked of a point.
@@ -216,6 +222,7 @@ impl KernelUse for Ask<'_> {
             orbits,
             horizon,
             cycle_expansion: expansion,
+            mesh: None,
             end: whole.then_some(ChainEnd {
                 state: trajectory.state,
                 cycle: trajectory.cycle,

@@ -36,6 +36,8 @@ pub enum Dimension {
     Drag,
     /// Pressure or elastic modulus \[Pa\].
     Pressure,
+    /// Dynamic viscosity \[Pa s\].
+    Viscosity,
     /// Density \[kg/m³\].
     Density,
     /// Mass \[kg\].
@@ -68,7 +70,7 @@ pub enum Dimension {
 }
 
 /// The dimensions that have a text form, with the exponents of kg, m, s and rad.
-const TEXT_FORMS: [(Dimension, Exponents); 15] = [
+const TEXT_FORMS: [(Dimension, Exponents); 16] = [
     (Dimension::Length, Exponents([0, 1, 0, 0])),
     (Dimension::Time, Exponents([0, 0, 1, 0])),
     (Dimension::Angle, Exponents([0, 0, 0, 1])),
@@ -80,6 +82,7 @@ const TEXT_FORMS: [(Dimension, Exponents); 15] = [
     (Dimension::Damping, Exponents([1, 0, -1, 0])),
     (Dimension::Drag, Exponents([1, 2, -1, -1])),
     (Dimension::Pressure, Exponents([1, -1, -2, 0])),
+    (Dimension::Viscosity, Exponents([1, -1, -1, 0])),
     (Dimension::Density, Exponents([1, -3, 0, 0])),
     (Dimension::Mass, Exponents([1, 0, 0, 0])),
     (Dimension::Inertia, Exponents([1, 2, 0, 0])),
@@ -129,6 +132,7 @@ impl Dimension {
                 "Pa",
                 "Pa, kPa, MPa, GPa, N/mm^2",
             ],
+            Self::Viscosity => ["a dynamic viscosity", "Pa*s", "Pa*s, mPa*s"],
             Self::Density => ["a density", "kg/m^3", "kg/m^3, g/cm^3"],
             Self::Mass => ["a mass", "kg", "kg, g"],
             Self::Inertia => ["a moment of inertia", "kg*m^2", "kg*m^2, kg*mm^2, g*cm^2"],

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 #[test]
 fn units_of_the_data_sheet_are_read() {
     use Dimension::*;
-    let cases: [(&str, Dimension, f64); 32] = [
+    let cases: [(&str, Dimension, f64); 33] = [
         ("15 um", Length, 1.5e-5),
         ("15 µm", Length, 1.5e-5),
         ("15 μm", Length, 1.5e-5),
@@ -24,6 +24,7 @@ fn units_of_the_data_sheet_are_read() {
         ("400 kN/mm", Stiffness, 4e8),
         ("206 GPa", Pressure, 206e9),
         ("206000 N/mm^2", Pressure, 206e9),
+        ("46 mPa*s", Viscosity, 0.046),
         ("7850 kg/m^3", Density, 7850.0),
         ("7.85 g/cm³", Density, 7850.0),
         ("7.85e-9 t/mm^3", Density, 7850.0),

@@ -5,7 +5,7 @@
 use super::Trouble;
 use super::candidate::Propagator;
 use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
-use crate::manifest::{self, DampingSpec, Job, StiffnessSpec, StructureSource};
+use crate::manifest::{self, DampingSpec, FrictionSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
     Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model, OperatingPoint,
     Release, Stiffness, TorqueRipple, TrajectoryState,
@@ -255,8 +255,15 @@ fn default_drive() -> Result<Case, Trouble> {
     let point = job.points.first().ok_or(Trouble::Missing {
         what: "an operating point of the default drive",
     })?;
-    let (StiffnessSpec::Piecewise(levels), DampingSpec::Coefficient(damping)) =
-        (&point.mesh.stiffness, &point.mesh.damping)
+    let (
+        StiffnessSpec::Piecewise(levels),
+        DampingSpec::Coefficient(damping),
+        FrictionSpec::Constant(friction),
+    ) = (
+        &point.mesh.stiffness,
+        &point.mesh.damping,
+        &point.mesh.friction,
+    )
     else {
         return Err(Trouble::Missing {
             what: "a piecewise mesh of the default drive",
@@ -270,7 +277,7 @@ fn default_drive() -> Result<Case, Trouble> {
             half_gap: 9e-6,
             mesh: Division::levels(levels, &[]),
             damping: *damping,
-            friction: point.mesh.friction,
+            friction: *friction,
             release: point.mesh.release,
             transmission_error: point.excitation.transmission_error.clone(),
             torque_ripple: Vec::new(),

@@ -12,6 +12,7 @@
 
 mod contacts;
 mod fourier;
+mod losses;
 pub(super) mod rule;
 pub(super) mod stretches;
 mod sums;
@@ -24,6 +25,7 @@ use crate::numerics::statistics::{FEWEST_BLOCKS, standard_error};
 use crate::propagate::{Event, Observer, Window};
 use contacts::Contacts;
 use fourier::Fourier;
+use losses::Losses;
 use rule::{Rule, Rules, SHORT, falls_off};
 use stretches::Stretches;
 use sums::{Origin, Sums, ratio};
@@ -50,6 +52,8 @@ pub struct Nvh {
     /// None where no orders were asked for.
     fourier: Option<Fourier>,
     repeats: Option<u32>,
+    /// None where no drawing says how the gears roll.
+    losses: Option<Losses>,
 }
 
 impl Nvh {
@@ -72,6 +76,7 @@ impl Nvh {
             contacts: Contacts::new(model),
             fourier: (harmonics > 0).then(|| Fourier::new(mesh_frequency, harmonics)),
             repeats: None,
+            losses: Losses::of(model),
         }
     }
 
@@ -111,6 +116,9 @@ impl Nvh {
             (self.largest - found.deflection_mean).max(found.deflection_mean - self.smallest);
         found.deflection_crest = ratio(reach, found.deflection_rms);
         found.force_peak = self.force_peak;
+        if let Some(losses) = &self.losses {
+            losses.tell(total.loss / total.time, &mut found);
+        }
         found.impact_velocity_max = closed.contacts.fastest();
 
         let speeds = SHARES.map(|share| closed.contacts.speed(share));
@@ -148,7 +156,7 @@ impl Nvh {
                 },
                 flight_median: error(medians[0]),
                 contact_median: error(medians[1]),
-                ..sums::errors(stretches, &total, self.origin.half_gap)
+                ..sums::errors(stretches, &total, self.origin, self.losses.as_ref())
             });
         }
         Some(found)
@@ -204,6 +212,9 @@ impl Nvh {
         let powers = rule.powers(&values, centre[0], half_gap);
         for (moment, power) in sums.moments.iter_mut().zip(powers) {
             *moment += tau * power;
+        }
+        if let Some(losses) = &self.losses {
+            sums.loss += losses.over(window);
         }
         let mut about = *force;
         about[0] -= centre[1];

@@ -4,6 +4,7 @@
 //! linearisation: the averages of a stretch, weighted by the derivatives at the averages of
 //! the whole record, form a series in time whose mean has the error sought (delta method).
 
+use super::losses::Losses;
 use super::stretches::Summable;
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
 use crate::model::Flanks;
@@ -19,6 +20,8 @@ pub(super) struct Sums {
     pub moments: [f64; 4],
     /// ∫ (F − centre)^j dt, j = 1, 2.
     pub force: [f64; 2],
+    /// Energy lost in friction \[J\].
+    pub loss: f64,
     /// Time in drive contact, free flight, coast contact and contact on both flanks \[s\].
     pub times: [f64; Flanks::COUNT],
     /// Entries into contact on the drive and on the coast flank.
@@ -48,6 +51,7 @@ impl Summable for Sums {
         self.time += other.time;
         self.moments.add(&other.moments);
         self.force.add(&other.force);
+        self.loss += other.loss;
         self.times.add(&other.times);
         self.impacts.add(&other.impacts);
         self.impact_speed += other.impact_speed;
@@ -120,7 +124,13 @@ pub(super) fn ratio(numerator: f64, denominator: f64) -> f64 {
 
 /// Standard errors of [`statistics`], from stretches of equal length that make up `total`;
 /// those of distributions are left at zero.
-pub(super) fn errors(stretches: &[Sums], total: &Sums, half_gap: f64) -> NvhErrors {
+pub(super) fn errors(
+    stretches: &[Sums],
+    total: &Sums,
+    origin: Origin,
+    losses: Option<&Losses>,
+) -> NvhErrors {
+    let half_gap = origin.half_gap;
     // Of the mean over stretches of a weighted sum of their time averages.
     let error = |influence: &dyn Fn(&Sums) -> f64| {
         let series: Vec<f64> = stretches.iter().map(|s| influence(s) / s.time).collect();
@@ -154,7 +164,7 @@ pub(super) fn errors(stretches: &[Sums], total: &Sums, half_gap: f64) -> NvhErro
         let sum = total.harmonics[h];
         error(&|s| ratio(2.0 * (sum.conj() * s.harmonics[h]).re, sum.norm()))
     });
-    NvhErrors {
+    let mut found = NvhErrors {
         deflection_mean: half_gap * error(&|s| s.moments[0]),
         deflection_rms: half_gap * error(&|s| ratio(0.5 * of_variance(s.moments), spread)),
         deflection_kurtosis: error(&|s| {
@@ -169,6 +179,17 @@ pub(super) fn errors(stretches: &[Sums], total: &Sums, half_gap: f64) -> NvhErro
         flight_mean: of_quotient(&|s| [s.flights[1], s.flights[0]]),
         contact_mean: of_quotient(&|s| [s.touches[1], s.touches[0]]),
         fractions: [0, 1, 2, 3].map(|i| error(&|s| s.times[i])),
+        power_loss: f64::INFINITY,
+        power_transmitted: f64::INFINITY,
+        efficiency: f64::INFINITY,
         ..NvhErrors::default()
+    };
+    if let Some(losses) = losses {
+        // What goes through the mesh counts in the sense that it has on the whole.
+        let through = |s: &Sums| losses.base_speed() * (s.force[0] + origin.centre[1] * s.time);
+        let sense = through(total).signum();
+        let quotient = of_quotient(&|s| [s.loss, sense * through(s)]);
+        losses.tell_errors(quotient, error(&|s| s.loss), &mut found);
     }
+    found
 }

@@ -1,6 +1,8 @@
 //! `[gear]`: the pair as its drawing gives it.
 
-use crate::gear::{BasicRack, Flanks, GearError, GearPair, Material, Relief, ToothForm};
+use crate::gear::{
+    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Relief, ToothForm, Web,
+};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 
@@ -12,6 +14,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
     let form = form(section, issues);
+    let shapes = bodies(section, issues, body_length);
     // The schema bounds the teeth far below the range of u32.
     let [pinion, wheel] = teeth?.map(u32::try_from);
     let pair = GearPair {
@@ -21,7 +24,10 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         face_width: face_width?,
         body_length: body_length?,
         rated_torque: rated_torque?,
-        form: form?,
+        form: ToothForm {
+            body: shapes?,
+            ..form?
+        },
     };
     check(section, issues, &pair)?;
     Some(pair)
@@ -67,7 +73,52 @@ fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
             young_modulus: young_modulus[gear],
             poisson_ratio: poisson_ratio[gear],
         }),
+        body: default.body,
     })
+}
+
+/// Hubs and webs; none where a key has faults.
+fn bodies(
+    section: &Section,
+    issues: &mut Issues,
+    body_length: Option<[f64; 2]>,
+) -> Option<[BodyShape; 2]> {
+    let optional = |issues: &mut Issues, key: &str| match section.has(key) {
+        true => section.one_or_pair(issues, key).map(Some),
+        false => Some(None),
+    };
+    let diameter = optional(issues, "hub_diameter");
+    let length = optional(issues, "hub_length");
+    let thickness = optional(issues, "web_thickness");
+    let rim = optional(issues, "rim_diameter");
+    if !section.has("hub_diameter") {
+        section.without_effect(
+            issues,
+            &["hub_length"],
+            "without gear.hub_diameter",
+            "remove it, or add hub_diameter",
+        );
+    }
+    for (one, other) in [
+        ("web_thickness", "rim_diameter"),
+        ("rim_diameter", "web_thickness"),
+    ] {
+        if section.has(one) && !section.has(other) {
+            section.missing(issues, other);
+        }
+    }
+    let (diameter, length, thickness, rim) = (diameter?, length?, thickness?, rim?);
+    let length = length.or(body_length)?;
+    Some([0, 1].map(|gear| BodyShape {
+        hub: diameter.map(|diameter| Hub {
+            diameter: diameter[gear],
+            length: length[gear],
+        }),
+        web: thickness.zip(rim).map(|(thickness, rim)| Web {
+            thickness: thickness[gear],
+            rim_diameter: rim[gear],
+        }),
+    }))
 }
 
 fn rack(section: &Section, issues: &mut Issues) -> Option<BasicRack> {
@@ -104,7 +155,11 @@ fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief;
 /// A drawing that says more of its teeth must be a pair that runs. Bodies are judged where their
 /// compliance is asked for.
 fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
-    if pair.form == ToothForm::default() {
+    let plain = ToothForm {
+        body: pair.form.body,
+        ..ToothForm::default()
+    };
+    if pair.form == plain {
         return Some(());
     }
     let error = match Flanks::new(pair) {

@@ -3,6 +3,7 @@
 use super::backlash::{self, Surroundings};
 use super::coast;
 use super::contact_law;
+use super::friction;
 use crate::gear::{Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
@@ -60,7 +61,7 @@ pub(super) fn read(
             None => None,
         }
     };
-    let friction = section.quantity_or_default(issues, "friction");
+    let friction = friction::read(section, issues, drive);
     let damping = contact_damping(section, issues);
     let misalignment = section.quantity_or_default(issues, "misalignment");
     let coast = coast::read(section, issues, drive, stiffness.as_ref());

@@ -8,6 +8,7 @@ pub(super) mod contact_law;
 mod continuation;
 mod drive_kind;
 mod excitation;
+mod friction;
 mod gear;
 mod job;
 mod mesh;

@@ -1,6 +1,6 @@
 //! The resolved gear mesh.
 
-use crate::gear::GearPair;
+use crate::gear::{GearError, GearPair, MeanFriction};
 use crate::model::{Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::sync::Arc;
@@ -14,9 +14,9 @@ pub struct MeshSpec {
     pub stiffness: StiffnessSpec,
     /// Contact damping.
     pub damping: DampingSpec,
-    /// Coulomb friction coefficient μ on the flank. With a table its direction turns round at
-    /// the pitch point; else it is constant.
-    pub friction: f64,
+    /// Coulomb friction on the flank. With a table its direction turns round at the pitch point;
+    /// else it is constant.
+    pub friction: FrictionSpec,
     /// Angle between the flanks in the plane of action before the load acts, ε₀ \[rad\]; 0
     /// without a table.
     pub misalignment: f64,
@@ -24,6 +24,46 @@ pub struct MeshSpec {
     pub coast: CoastSpec,
     /// When contacts let go.
     pub release: Release,
+}
+
+/// Coulomb friction coefficient μ_f.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub enum FrictionSpec {
+    /// One value \[1\].
+    Constant(f64),
+    /// By the mean load and the speed of a point.
+    Mean {
+        /// Oil and roughness.
+        law: MeanFriction,
+        /// The drawing.
+        gears: Arc<GearPair>,
+    },
+}
+
+impl FrictionSpec {
+    /// The one value \[1\]; none where a law gives it.
+    pub fn constant(&self) -> Option<f64> {
+        match self {
+            Self::Constant(value) => Some(*value),
+            Self::Mean { .. } => None,
+        }
+    }
+
+    /// Whether there is any.
+    pub fn acts(&self) -> bool {
+        self.constant() != Some(0.0)
+    }
+
+    /// The coefficient \[1\] under a mean mesh force \[N\] at a pinion speed \[rad/s\].
+    ///
+    /// # Errors
+    /// As [`MeanFriction::coefficient`].
+    pub fn coefficient(&self, force: f64, speed: f64) -> Result<f64, GearError> {
+        match self {
+            Self::Constant(value) => Ok(*value),
+            Self::Mean { law, gears } => law.coefficient(gears, force, speed),
+        }
+    }
 }
 
 /// Along which line of action the coast flanks touch.

@@ -98,6 +98,7 @@ fn write(
                 chain: None,
                 horizon: None,
                 cycle_expansion: None,
+                mesh: None,
                 kernel,
                 placement,
             })

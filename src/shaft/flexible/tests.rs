@@ -104,6 +104,72 @@ fn rigid_rotations_in_closed_form() {
     close(structure.friction[1], -tangent * reduced);
 }
 
+/// With hubs the rigid rotations keep their inertia: what a hub is of the shaft the body is not.
+#[test]
+fn hubs_stiffen_and_weigh_what_they_did() {
+    let plain = drive();
+    let mut hubs = drive();
+    for (i, [diameter, length]) in [[36e-3, 30e-3], [60e-3, 20e-3]].into_iter().enumerate() {
+        hubs.gears.form.body[i].hub = Some(Hub { diameter, length });
+    }
+    let [without, with] = [&plain, &hubs].map(|drive| drive.modes(12, 12, false).unwrap());
+    for column in [
+        |s: &ModalStructure| s.mesh[1],
+        |s: &ModalStructure| s.friction_lever[0],
+    ] {
+        let [a, b] = [&without, &with].map(column);
+        assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
+    }
+    for mode in 2..8 {
+        assert!(
+            with.frequency[mode] > without.frequency[mode],
+            "mode {mode}"
+        );
+    }
+    assert!(with.frequency[2] > 1.01 * without.frequency[2]);
+    // A hub as thick as the shaft is none, to what the shaft's own mass below the body is worth.
+    for (i, shaft) in plain.shafts.iter().enumerate() {
+        let length = plain.gears.body_length[i];
+        let diameter = shaft.diameter * (1.0 + 1e-9);
+        hubs.gears.form.body[i].hub = Some(Hub { diameter, length });
+    }
+    hubs.elements = [4, 40, 40];
+    let mut fine = drive();
+    fine.elements = [4, 40, 40];
+    let [thin, none] = [&hubs, &fine].map(|drive| drive.modes(12, 12, false).unwrap());
+    for mode in 2..8 {
+        let off = thin.frequency[mode] / none.frequency[mode] - 1.0;
+        assert!(off.abs() < 1e-5, "mode {mode}: {off:e}");
+    }
+}
+
+/// Wherever its ends fall among the nodes, a hub gives the same modes.
+#[test]
+fn hub_ends_become_stations() {
+    let mut stations = vec![0.0, 1.0, 2.0, 3.0];
+    put_between(&mut stations, 0, 1.1);
+    assert_eq!(stations, [0.0, 1.1, 2.0, 3.0]);
+    put_between(&mut stations, 0, 2.5);
+    assert_eq!(stations, [0.0, 1.1, 2.0, 2.5, 3.0]);
+    // The first and the last stay where they are.
+    put_between(&mut stations, 1, 1.2);
+    assert_eq!(stations, [0.0, 1.1, 1.2, 2.0, 2.5, 3.0]);
+    put_between(&mut stations, 0, 2.99);
+    assert_eq!(stations, [0.0, 1.1, 1.2, 2.0, 2.5, 2.99, 3.0]);
+    put_between(&mut stations, 0, 0.0);
+    put_between(&mut stations, 0, 3.0);
+    assert_eq!(stations.len(), 7);
+    let mut drive = drive();
+    drive.gears.form.body[0].hub = Some(Hub {
+        diameter: 30e-3,
+        length: 0.13,
+    });
+    assert!(matches!(
+        drive.modes(12, 12, false),
+        Err(ShaftError::HubBeyondBearings { shaft: 1, .. })
+    ));
+}
+
 /// Shafts too stiff to bend or twist on springs that cannot hold a tilt: the whole modal
 /// sum is the flexibility of four bearings, `Σ (sin² α/(2 k_x) + cos² α/(2 k_y))` for gears
 /// amid their spans.

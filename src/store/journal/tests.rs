@@ -76,6 +76,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 samples: 16,
             }],
         }),
+        mesh: None,
         cycle_expansion: Some(ExpansionOutcome {
             orders: vec![ExpansionOrder {
                 order: 1,

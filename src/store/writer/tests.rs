@@ -18,8 +18,9 @@ use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
 use crate::propagate::Event;
 use crate::store::{
-    AxisColumn, ChainPart, Level, Placement, RefinedColumns, ResultTable, TraceLabel, TraceWriter,
-    Transition, bifurcations_table, branches_table, curves_table, events_table, trace_table,
+    AxisColumn, ChainPart, Level, MeshUnderLoad, Placement, RefinedColumns, ResultTable,
+    TraceLabel, TraceWriter, Transition, bifurcations_table, branches_table, curves_table,
+    events_table, trace_table,
 };
 use strum::VariantArray;
 
@@ -85,6 +86,10 @@ fn full(point_id: u64) -> PointRow {
                 force_mean: 8.0,
                 force_std: 9.0,
                 force_peak: 10.0,
+                power_loss: Some(10.1),
+                power_transmitted: Some(10.2),
+                efficiency: Some(0.99),
+                friction_coefficient: Some(0.05),
                 impact_rate: 11.0,
                 impact_velocity: 12.0,
                 fractions: [0.5, 0.3, 0.15, 0.05],
@@ -112,6 +117,9 @@ fn full(point_id: u64) -> PointRow {
                     suborders: vec![3e-9; 5],
                     force_mean: 4e-8,
                     force_std: 5e-8,
+                    power_loss: 5.1e-8,
+                    power_transmitted: 5.2e-8,
+                    efficiency: f64::INFINITY,
                     impact_rate: 6e-8,
                     impact_velocity: 7e-8,
                     impact_velocity_quantiles: vec![4e-9, 5e-9, 6e-9],
@@ -167,6 +175,13 @@ fn full(point_id: u64) -> PointRow {
                 spread: 0.7,
                 samples: 16,
             }],
+        }),
+        mesh: Some(MeshUnderLoad {
+            misalignment: 2e-4,
+            load_centre: -3e-3,
+            stiffness: 4e8,
+            contact_ratio: 1.5,
+            transmission_error: 6e-6,
         }),
         cycle_expansion: Some(ExpansionOutcome {
             orders: vec![ExpansionOrder {
@@ -355,6 +370,7 @@ fn failed(point_id: u64) -> PointRow {
     row.multistability = None;
     row.horizon = None;
     row.cycle_expansion = None;
+    row.mesh = None;
     row.placement.numa_node = None;
     row
 }
@@ -587,6 +603,18 @@ fn every_column_comes_back() {
         ("deflection_kurtosis_stderr", Some(3e-8)),
         ("force_mean_stderr", Some(4e-8)),
         ("force_std_stderr", Some(5e-8)),
+        ("power_loss", Some(10.1)),
+        ("power_loss_stderr", Some(5.1e-8)),
+        ("power_transmitted", Some(10.2)),
+        ("power_transmitted_stderr", Some(5.2e-8)),
+        ("efficiency", Some(0.99)),
+        ("efficiency_stderr", None),
+        ("friction_coefficient", Some(0.05)),
+        ("misalignment_loaded", Some(2e-4)),
+        ("load_centre", Some(-3e-3)),
+        ("mesh_stiffness", Some(4e8)),
+        ("contact_ratio_loaded", Some(1.5)),
+        ("transmission_error_pp", Some(6e-6)),
         ("impact_rate_stderr", Some(6e-8)),
         ("impact_velocity_stderr", Some(7e-8)),
         ("impact_velocity_max", Some(0.4)),

@@ -29,6 +29,20 @@ pub(super) const KEYS: &[Key] = &[
         .about("Axial length of the gear bodies, which may be longer than the face. It sets their mass and \
                 moments of inertia and has no effect on the flanks."),
     quantity("gear.body_length.*", Length, POSITIVE, r#""70 mm""#),
+    quantity("gear.hub_diameter", Length, POSITIVE, r#""40 mm""#).or_pair(BOTH)
+        .otherwise("none: the shaft bends and twists as if no gear sat on it")
+        .about("Diameter of the hub, the part of a gear body that bends and twists with its shaft: over the hub's \
+                length the shaft is as thick as the hub. Gears that are cut into their shaft have their root circle \
+                there, gears shrunk or keyed on it the diameter of their hub. Published models of this class leave it \
+                out, which makes shafts too soft. Felt by kind = \"flexible\"; in the rigid tiers it is mass."),
+    quantity("gear.hub_length", Length, POSITIVE, r#""50 mm""#).or_pair(BOTH).otherwise("`gear.body_length`")
+        .about("Length of the hub along the shaft, in the middle of the body. It must fit between the bearings."),
+    quantity("gear.web_thickness", Length, POSITIVE, r#""12 mm""#).or_pair(BOTH)
+        .otherwise("a solid body, as thick as it is long")
+        .about("Thickness of the web between hub (or shaft) and rim, for mass and moments of inertia. Needs `rim_diameter`."),
+    quantity("gear.rim_diameter", Length, POSITIVE, r#"["60 mm", "96 mm"]"#).or_pair(BOTH)
+        .otherwise("none; required with `web_thickness`")
+        .about("Inner diameter of the rim, which is as long as the body. Needs `web_thickness`."),
     quantity("gear.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
         .about("Rated torque on the pinion; load 1 of the grid. Divided by the base radius it is the rated \
                 mesh force."),

@@ -4,7 +4,7 @@ use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity,
     table,
 };
-use crate::units::Dimension::{Angle, Length, Ratio, Stiffness};
+use crate::units::Dimension::{Angle, Length, Ratio, Stiffness, Viscosity};
 
 /// One of three keys gives the backlash, or the drawing does.
 const BACKLASH: &str = "from the other keys of backlash, or from the drawing where it has thinning or a centre distance";
@@ -58,6 +58,20 @@ pub(super) const KEYS: &[Key] = &[
     quantity("mesh.friction", Ratio, BELOW_ONE, "0.05").or("0")
         .about("Coulomb friction coefficient on the flanks. With a mesh computed from [gear] the force turns \
                 round at the pitch point, otherwise its direction is constant."),
+    choice("mesh.friction_law", &["constant", "schlenk"], r#""schlenk""#).or(r#""constant""#)
+        .about("Where the coefficient of friction comes from. `constant`: `friction`. `schlenk`: the mean coefficient \
+                of ISO/TR 14179-2, 0.048 (w/(v rho))^0.2 eta^-0.05 Ra^0.25 X_L, at the mean load and the speed of each \
+                point and constant over the mesh cycle; it needs the drawing of a spur pair. Line loads below 150 N/mm \
+                count as that, speeds above 50 m/s as that. The column friction_coefficient has what it gives."),
+    quantity("mesh.roughness", Length, bounds(1e-8, false, 2e-5, false), r#""0.5 um""#)
+        .otherwise("none; required with friction_law = \"schlenk\"")
+        .about("Arithmetic roughness Ra, the mean of both flanks. Only with friction_law = \"schlenk\"."),
+    quantity("mesh.oil_viscosity", Viscosity, bounds(1e-4, false, 10.0, false), r#""20 mPa*s""#)
+        .otherwise("none; required with friction_law = \"schlenk\"")
+        .about("Dynamic viscosity of the oil at its temperature. Only with friction_law = \"schlenk\"."),
+    quantity("mesh.oil_factor", Ratio, bounds(0.1, false, 3.0, false), "0.8").or("1")
+        .about("Factor of the kind of oil, X_L: 1 mineral oil, 0.8 polyalphaolefin or ester, about 0.6 polyglycol, \
+                1.3 phosphoric ester, 1.5 traction fluid. Only with friction_law = \"schlenk\"."),
     quantity("mesh.misalignment", Angle, bounds(-0.02, false, 0.02, false), r#""0.5 mrad""#).or("0")
         .about("Angle between the flanks in the plane of action before a load acts. Only where the mesh is \
                 computed from [gear]: the load moves to one end of the face and the mesh softens."),

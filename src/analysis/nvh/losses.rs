@@ -1,0 +1,150 @@
+//! What do the flanks lose in friction, of the power that goes through the mesh?
+//!
+//! With the mean speeds of rotation, friction takes `μ_f |F| (Ω₁ + Ω₂) Σ p |s|` of a contact, and `F r_b1 Ω₁`
+//! goes from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so that the loss is an
+//! integral of |F| over windows, exact where F keeps its sign and where it changes it.
+
+use crate::analysis::modal_series::{Series, TERMS, padded};
+use crate::analysis::outcome::{NvhErrors, NvhOutcome};
+use crate::model::{Model, Rolling};
+use crate::numerics::legendre::{evaluate, transforms24, variation};
+use crate::numerics::roots::sign_changes;
+use crate::propagate::Window;
+
+/// Forces below this part of a window's largest are round-off where their sign is looked at.
+const NOISE: f64 = 1e-14;
+
+/// How the gears roll, and what each direction of the mesh force rubs.
+#[derive(Debug, Clone)]
+pub(super) struct Losses {
+    rolling: Rolling,
+    /// Speed \[m/s\] that times |F| is the loss, by direction; empty where it is not known.
+    speeds: Vec<f64>,
+}
+
+impl Losses {
+    /// Those of a model; none where no drawing says how its gears roll.
+    pub fn of(model: &Model) -> Option<Self> {
+        let rolling = model.rolling?;
+        let speeds = rolling.sliding.map_or(Vec::new(), |sliding| {
+            (model.directions.iter())
+                .map(|direction| direction.rubbing * sliding)
+                .collect()
+        });
+        Some(Self { rolling, speeds })
+    }
+
+    /// Energy \[J\] lost on the flanks of the mesh over a window.
+    pub fn over(&self, window: &Window<'_>) -> f64 {
+        let of_mesh = (window.closed.iter()).filter(|closed| Model::of_mesh(closed.contact));
+        let lost = of_mesh.filter_map(|closed| {
+            let segment = &window.segments[closed.contact];
+            let speed = self.speeds.get(segment.direction).copied()?;
+            (speed > 0.0).then(|| speed * modulus(&padded(closed.force)))
+        });
+        window.duration * lost.sum::<f64>()
+    }
+
+    /// Writes what follows from the mean loss \[W\] of a record whose mean force is known.
+    pub fn tell(&self, loss: f64, found: &mut NvhOutcome) {
+        let through = self.rolling.base_speed * found.force_mean;
+        found.friction_coefficient = Some(self.rolling.friction);
+        found.power_transmitted = Some(through);
+        if self.knows_places() {
+            found.power_loss = Some(loss);
+            found.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
+        }
+    }
+
+    /// Writes the standard errors, from that of the mean force, of the mean loss and of the quotient of
+    /// both.
+    pub fn tell_errors(&self, quotient: f64, loss: f64, errors: &mut NvhErrors) {
+        errors.power_transmitted = self.rolling.base_speed * errors.force_mean;
+        let known = self.knows_places();
+        errors.power_loss = if known { loss } else { f64::INFINITY };
+        errors.efficiency = if known { quotient } else { f64::INFINITY };
+    }
+
+    /// Power through the mesh by mean force \[m/s\].
+    pub fn base_speed(&self) -> f64 {
+        self.rolling.base_speed
+    }
+
+    fn knows_places(&self) -> bool {
+        self.rolling.sliding.is_some()
+    }
+}
+
+/// Mean of the modulus of a series over \[−1, 1\].
+fn modulus(series: &Series) -> f64 {
+    if series[0].abs() >= variation(series) {
+        return series[0].abs();
+    }
+    // ∫ P_n dx = (P_{n+1} − P_{n−1})/(2n + 1), ∫ P_0 dx = P_1.
+    let mut integral = [0.0; TERMS + 1];
+    for (n, a) in series.iter().enumerate() {
+        let part = a / (2 * n + 1) as f64;
+        integral[n + 1] += part;
+        if n > 0 {
+            integral[n - 1] -= part;
+        }
+    }
+    let largest = series[0].abs() + variation(series);
+    let mut before = evaluate(&integral, -1.0);
+    let mut sum = 0.0;
+    let mut to = |x: f64| {
+        let here = evaluate(&integral, x);
+        sum += (here - before).abs();
+        before = here;
+    };
+    let noise = NOISE * largest;
+    sign_changes(transforms24(), series, noise, &mut None, |x, _| to(x));
+    to(1.0);
+    0.5 * sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::quadrature::GaussLegendre;
+
+    #[test]
+    fn the_modulus_is_exact_across_changes_of_sign() {
+        // cos(5 x + 0.3) has its roots where 5 x + 0.3 is an odd multiple of π/2.
+        let series: Series = transforms24().interpolate(&std::array::from_fn(|i| {
+            (5.0 * transforms24().nodes()[i] + 0.3).cos()
+        }));
+        let primitive = |x: f64| (5.0 * x + 0.3).sin() / 5.0;
+        let roots = (-2..2).map(|k| ((f64::from(k) + 0.5) * std::f64::consts::PI - 0.3) / 5.0);
+        let ends: Vec<f64> = [-1.0]
+            .into_iter()
+            .chain(roots.filter(|x| x.abs() < 1.0))
+            .chain([1.0])
+            .collect();
+        assert!(ends.len() > 4);
+        let exact: f64 = (ends.windows(2))
+            .map(|e| 0.5 * (primitive(e[1]) - primitive(e[0])).abs())
+            .sum();
+        assert!((modulus(&series) - exact).abs() < 1e-13, "{exact}");
+    }
+
+    #[test]
+    fn the_modulus_of_a_rough_series_is_that_of_a_fine_rule() {
+        let series: Series = std::array::from_fn(|n| (1.7 * n as f64 + 0.4).sin() / (n + 1) as f64);
+        let rule = GaussLegendre::new(24);
+        let (mut sum, parts) = (0.0, 4000);
+        for part in 0..parts {
+            for (x, weight) in rule.nodes.iter().zip(&rule.weights) {
+                let x = -1.0 + (2.0 * f64::from(part) + 1.0 + x) / f64::from(parts);
+                sum += 0.5 * weight * evaluate(&series, x).abs() / f64::from(parts);
+            }
+        }
+        let found = modulus(&series);
+        assert!((found / sum - 1.0).abs() < 1e-6, "{found} {sum}");
+        assert!(found > 1.05 * series[0].abs(), "it changes its sign");
+        assert_eq!(
+            modulus(&std::array::from_fn(|n| if n == 0 { -2.0 } else { 0.01 })),
+            2.0
+        );
+    }
+}

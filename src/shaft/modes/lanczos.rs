@@ -1,0 +1,239 @@
+//! The lowest modes of large banded matrices, without the others.
+//!
+//! A basis V of a block Krylov space of `A = (K + σ M)⁻¹ M`, M-orthonormal by full
+//! reorthogonalisation (Lanczos in blocks: Grimes, Lewis & Simon, *SIAM J. Matrix Anal. Appl.* 15, 1994).
+//! The eigenvalues θ of `VᵀM A V` give `ω² = 1/θ − σ`, large θ first, so that the lowest modes come out best.
+//! Blocks are wider than rigid motions or equal frequencies of one structure are many. That none is missing is
+//! counted: `K − μ M` has as many negative pivots as there are ω² below μ (Sylvester).
+
+use super::pencil::{Pencil, Shifted};
+use crate::numerics::linalg::{cholesky, product, solve_lower, symmetric_eigen};
+use crate::numerics::random::Stream;
+use crate::shaft::banded::Banded;
+use faer::Mat;
+
+/// Fewest columns of a block: two planes of two equal shafts, and room for more.
+const BLOCK: usize = 6;
+
+/// Modes beyond those asked for that have to be found too: between two of them lies the place at which
+/// modes are counted.
+const BEYOND: usize = 4;
+
+/// Largest residual of a mode of A in the norm of M, relative to its θ. One step of inverse iteration
+/// follows.
+const TOLERANCE: f64 = 1e-11;
+
+/// Blocks between two looks at the residuals.
+const BLOCKS_A_LOOK: usize = 4;
+
+/// Part of the smallest ratio of a freedom's own stiffness and inertia that the first shift is.
+const FIRST_SHIFT: f64 = 1e-6;
+
+/// Rounds in which the shift is brought near the lowest elastic ω².
+const SHIFT_ROUNDS: usize = 3;
+
+/// Estimates of the lowest ω², ascending, and their M-orthonormal shapes.
+pub(super) struct Lowest {
+    pub squared_frequency: Vec<f64>,
+    pub shape: Mat<f64>,
+}
+
+/// The `wanted` lowest modes, `rigid` of which are rigid motions; none where the iteration does not get there, a
+/// mode would be missing, or `K + σ M` is not positive definite: then a dense solution has to say.
+pub(super) fn lowest(
+    mass: &Banded,
+    stiffness: &Banded,
+    wanted: usize,
+    rigid: usize,
+) -> Option<Lowest> {
+    let pencil = Pencil::Banded(mass, stiffness);
+    let size = pencil.size();
+    let width = BLOCK.max(rigid + 2);
+    let all = wanted + BEYOND;
+    let most = (4 * all + 20 * width).min(size);
+    if all + width > most {
+        return None;
+    }
+    let mut stream = Stream::new(SEED, 0, 0);
+    let start = Mat::from_fn(size, width, |_, _| stream.uniform() - 0.5);
+    let (shift, start) = near_first_elastic(pencil, mass, stiffness, start, rigid)?;
+    let solver = pencil.shifted(shift)?;
+    let mut space = Space::new(pencil, solver, start)?;
+    loop {
+        for _ in 0..BLOCKS_A_LOOK {
+            space.grow()?;
+        }
+        if space.columns() >= all
+            && let Some(found) = space.converged(all, shift)
+        {
+            return all_there(mass, stiffness, &found.squared_frequency, wanted).then(|| Lowest {
+                squared_frequency: found.squared_frequency[..wanted].to_vec(),
+                shape: found.shape.subcols(0, wanted).to_owned(),
+            });
+        }
+        if space.columns() + BLOCKS_A_LOOK * width > most {
+            return None;
+        }
+    }
+}
+
+/// What the first block is drawn from.
+const SEED: u64 = 1994;
+
+/// A shift near the lowest elastic ω², and a block that has turned towards the lowest modes.
+fn near_first_elastic(
+    pencil: Pencil<'_>,
+    mass: &Banded,
+    stiffness: &Banded,
+    mut block: Mat<f64>,
+    rigid: usize,
+) -> Option<(f64, Mat<f64>)> {
+    let ratios = (0..pencil.size()).map(|i| stiffness.diagonal(i) / mass.diagonal(i));
+    let least = ratios
+        .filter(|ratio| *ratio > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    let mut shift = FIRST_SHIFT * least;
+    for _ in 0..SHIFT_ROUNDS {
+        let solver = pencil.shifted(shift)?;
+        let space = Space::new(pencil, solver, block)?;
+        let (values, vectors) = space.ritz()?;
+        block = product(space.image.as_ref(), vectors.as_ref());
+        // θ ascend: the largest stand for the rigid motions.
+        let theta = values[values.len() - 1 - rigid];
+        shift = (1.0 / theta - shift).max(FIRST_SHIFT * shift);
+    }
+    (shift.is_finite()).then_some((shift, block))
+}
+
+/// Whether as many modes are below a place between two of those found as have been found.
+fn all_there(mass: &Banded, stiffness: &Banded, squared: &[f64], wanted: usize) -> bool {
+    let gap = |count: &usize| (squared[*count] - squared[*count - 1]) / squared[*count].abs();
+    let widest = (wanted..squared.len()).max_by(|a, b| gap(a).total_cmp(&gap(b)));
+    let Some(count) = widest else { return false };
+    let place = 0.5 * (squared[count - 1] + squared[count]);
+    let factor = stiffness.plus(-place, mass).factor();
+    factor.is_some_and(|factor| factor.negative() == count)
+}
+
+/// A Krylov space.
+struct Space<'a> {
+    pencil: Pencil<'a>,
+    solver: Shifted,
+    width: usize,
+    /// V, one column a vector.
+    basis: Mat<f64>,
+    /// M V.
+    inertia: Mat<f64>,
+    /// A V.
+    image: Mat<f64>,
+}
+
+impl<'a> Space<'a> {
+    /// That of a first block.
+    fn new(pencil: Pencil<'a>, solver: Shifted, block: Mat<f64>) -> Option<Self> {
+        let none = Mat::zeros(pencil.size(), 0);
+        let mut space = Self {
+            pencil,
+            solver,
+            width: block.ncols(),
+            basis: none.clone(),
+            inertia: none.clone(),
+            image: none,
+        };
+        space.add(block)?;
+        Some(space)
+    }
+
+    fn columns(&self) -> usize {
+        self.basis.ncols()
+    }
+
+    /// Adds the image of the last block.
+    fn grow(&mut self) -> Option<()> {
+        let from = self.columns() - self.width;
+        let next = self.image.subcols(from, self.width).to_owned();
+        self.add(next)
+    }
+
+    /// Adds what a block has outside of the space.
+    fn add(&mut self, mut block: Mat<f64>) -> Option<()> {
+        // Twice, against round-off.
+        for _ in 0..2 {
+            let parts = product(self.inertia.transpose(), block.as_ref());
+            block -= product(self.basis.as_ref(), parts.as_ref());
+            normalise(&mut block, |x| self.pencil.mass_product(x.as_ref()))?;
+        }
+        let inertia = self.pencil.mass_product(block.as_ref());
+        let mut image = inertia.clone();
+        self.solver.solve(&mut image);
+        self.basis = beside(&self.basis, &block);
+        self.inertia = beside(&self.inertia, &inertia);
+        self.image = beside(&self.image, &image);
+        Some(())
+    }
+
+    /// Eigenvalues θ of A in the space, ascending, and their vectors in the basis.
+    fn ritz(&self) -> Option<(Vec<f64>, Mat<f64>)> {
+        let projected = product(self.inertia.transpose(), self.image.as_ref());
+        let count = self.columns();
+        let symmetric = Mat::from_fn(count, count, |i, j| {
+            0.5 * (projected[(i, j)] + projected[(j, i)])
+        });
+        symmetric_eigen(&symmetric)
+    }
+
+    /// The `all` lowest modes, where all are found.
+    fn converged(&self, all: usize, shift: f64) -> Option<Lowest> {
+        let (values, vectors) = self.ritz()?;
+        let last = values.len() - 1;
+        let vectors = Mat::from_fn(values.len(), all, |i, j| vectors[(i, last - j)]);
+        let theta: Vec<f64> = (0..all).map(|j| values[last - j]).collect();
+        let shape = product(self.basis.as_ref(), vectors.as_ref());
+        let mut residual = product(self.image.as_ref(), vectors.as_ref());
+        for j in 0..all {
+            for i in 0..residual.nrows() {
+                residual[(i, j)] -= theta[j] * shape[(i, j)];
+            }
+        }
+        let inertia = self.pencil.mass_product(residual.as_ref());
+        for j in 0..all {
+            let square: f64 = (0..residual.nrows())
+                .map(|i| residual[(i, j)] * inertia[(i, j)])
+                .sum();
+            let found = theta[j] > 0.0 && square.max(0.0).sqrt() <= TOLERANCE * theta[j];
+            if !found {
+                return None;
+            }
+        }
+        Some(Lowest {
+            squared_frequency: theta.iter().map(|theta| 1.0 / theta - shift).collect(),
+            shape,
+        })
+    }
+}
+
+/// Makes the columns of a block M-orthonormal; none where they are dependent.
+fn normalise(block: &mut Mat<f64>, mass: impl Fn(&Mat<f64>) -> Mat<f64>) -> Option<()> {
+    let count = block.ncols();
+    // Of columns of one length each, the Gram matrix is easy to factorise.
+    let gram = product(block.transpose(), mass(block).as_ref());
+    let length: Vec<f64> = (0..count).map(|j| gram[(j, j)].sqrt()).collect();
+    let scaled = Mat::from_fn(count, count, |i, j| gram[(i, j)] / (length[i] * length[j]));
+    let lower = cholesky(&scaled)?;
+    // Xᵀ ← L⁻¹ Xᵀ.
+    let mut turned = Mat::from_fn(count, block.nrows(), |i, j| block[(j, i)] / length[i]);
+    solve_lower(&lower, &mut turned);
+    *block = turned.transpose().to_owned();
+    Some(())
+}
+
+/// Both beside each other.
+fn beside(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
+    let before = left.ncols();
+    Mat::from_fn(left.nrows(), before + right.ncols(), |i, j| {
+        match j < before {
+            true => left[(i, j)],
+            false => right[(i, j - before)],
+        }
+    })
+}

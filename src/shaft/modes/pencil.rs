@@ -1,0 +1,125 @@
+//! Mass and stiffness as what modes need of them, whole or banded.
+
+use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper};
+use crate::shaft::banded::{Banded, Factor};
+use faer::{Mat, MatRef};
+
+/// A pair of symmetric matrices M and K.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Pencil<'a> {
+    /// Mass, stiffness.
+    Dense(&'a Mat<f64>, &'a Mat<f64>),
+    /// Mass, stiffness.
+    Banded(&'a Banded, &'a Banded),
+}
+
+/// `K + σ M`, factorised.
+pub(super) enum Shifted {
+    /// Its Cholesky factor.
+    Dense(Mat<f64>),
+    Banded(Factor),
+}
+
+/// What K and M make of a shape, and the sums of the moduli of what is added up, row by row.
+pub(super) struct Terms {
+    pub elastic: Vec<f64>,
+    pub inertial: Vec<f64>,
+    pub elastic_moduli: Vec<f64>,
+    pub inertial_moduli: Vec<f64>,
+}
+
+impl Pencil<'_> {
+    /// Number of freedoms.
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Dense(mass, _) => mass.nrows(),
+            Self::Banded(mass, _) => mass.size(),
+        }
+    }
+
+    /// Inertia of a freedom on its own.
+    pub fn inertia(&self, row: usize) -> f64 {
+        match self {
+            Self::Dense(mass, _) => mass[(row, row)],
+            Self::Banded(mass, _) => mass.diagonal(row),
+        }
+    }
+
+    /// `M X`.
+    pub fn mass_product(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        match self {
+            Self::Dense(mass, _) => product(mass.as_ref(), x),
+            Self::Banded(mass, _) => mass.product(x),
+        }
+    }
+
+    /// `K + σ M`; none where it is not positive definite.
+    pub fn shifted(&self, shift: f64) -> Option<Shifted> {
+        match self {
+            Self::Dense(mass, stiffness) => {
+                let sum = Mat::from_fn(self.size(), self.size(), |i, j| {
+                    stiffness[(i, j)] + shift * mass[(i, j)]
+                });
+                cholesky(&sum).map(Shifted::Dense)
+            }
+            Self::Banded(mass, stiffness) => (stiffness.plus(shift, mass).factor())
+                .filter(|factor| factor.negative() == 0)
+                .map(Shifted::Banded),
+        }
+    }
+
+    /// What both make of a shape.
+    pub fn terms(&self, shape: &[f64]) -> Terms {
+        match self {
+            Self::Dense(mass, stiffness) => {
+                let [elastic, elastic_moduli] = sums(stiffness, shape);
+                let [inertial, inertial_moduli] = sums(mass, shape);
+                Terms {
+                    elastic,
+                    inertial,
+                    elastic_moduli,
+                    inertial_moduli,
+                }
+            }
+            Self::Banded(mass, stiffness) => {
+                let column = Mat::from_fn(shape.len(), 1, |i, _| shape[i]);
+                let image = |matrix: &Banded| {
+                    let image = matrix.product(column.as_ref());
+                    (0..shape.len()).map(|i| image[(i, 0)]).collect()
+                };
+                Terms {
+                    elastic: image(stiffness),
+                    inertial: image(mass),
+                    elastic_moduli: stiffness.moduli(shape),
+                    inertial_moduli: mass.moduli(shape),
+                }
+            }
+        }
+    }
+}
+
+impl Shifted {
+    /// `(K + σ M)⁻¹ B` in place of B.
+    pub fn solve(&self, b: &mut Mat<f64>) {
+        match self {
+            Self::Dense(lower) => {
+                solve_lower(lower, b);
+                solve_upper(lower, b);
+            }
+            Self::Banded(factor) => factor.solve(b),
+        }
+    }
+}
+
+/// `A x` and the sums of the moduli of what it adds up.
+fn sums(matrix: &Mat<f64>, x: &[f64]) -> [Vec<f64>; 2] {
+    let mut out = [vec![0.0; x.len()], vec![0.0; x.len()]];
+    for (column, &value) in x.iter().enumerate() {
+        for row in 0..x.len() {
+            let term = matrix[(row, column)] * value;
+            out[0][row] += term;
+            out[1][row] += term.abs();
+        }
+    }
+    out
+}
