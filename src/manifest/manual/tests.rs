@@ -207,6 +207,10 @@ fn surroundings(path: &str) -> String {
             put("[run]", "[run]\nkernel = \"dyadic\" #");
             put("[mesh]", "[mesh]\ncoast_flank = \"same_line\" #");
         }
+        "mesh.oil_factor" => {
+            let law = "friction_law = \"schlenk\"\nroughness = 5e-7\noil_viscosity = 0.02";
+            put("[mesh]", &format!("[mesh]\n{law}"));
+        }
         "mesh.misalignment" | "mesh.shaft_tilt" => {
             put("stiffness = \"piecewise\"", "stiffness = \"table\"");
             for key in ["mean_stiffness", "contact_ratio", "single_pair_drop"] {

@@ -302,7 +302,7 @@ fn unphysical_drives_are_refused() {
     assert!(matches!(across, ShaftError::NotHeld { shaft: 1, .. }));
     assert!(matches!(
         refused(|d| d.shafts[0].diameter = 0.057),
-        ShaftError::NoWall { .. }
+        ShaftError::BodyParts { gear: 1, .. }
     ));
     assert!(matches!(
         refused(|d| d.shafts[1].gear_position = 1.0),

@@ -40,7 +40,7 @@ pub(super) const KEYS: &[Key] = &[
     quantity("gear.web_thickness", Length, POSITIVE, r#""12 mm""#).or_pair(BOTH)
         .otherwise("a solid body, as thick as it is long")
         .about("Thickness of the web between hub (or shaft) and rim, for mass and moments of inertia. Needs `rim_diameter`."),
-    quantity("gear.rim_diameter", Length, POSITIVE, r#"["60 mm", "96 mm"]"#).or_pair(BOTH)
+    quantity("gear.rim_diameter", Length, POSITIVE, r#""60 mm""#).or_pair(BOTH)
         .otherwise("none; required with `web_thickness`")
         .about("Inner diameter of the rim, which is as long as the body. Needs `web_thickness`."),
     quantity("gear.rated_torque", Torque, POSITIVE, r#""50 N*m""#)
