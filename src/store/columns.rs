@@ -5,7 +5,7 @@ use super::StoreError;
 use super::chains::direction_columns;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
-use super::mesh_under_load::mesh_columns;
+use super::mesh_columns::mesh_columns;
 use super::nvh::nvh_columns;
 use super::point_row::PointRow;
 use super::refined::level_columns;

@@ -31,6 +31,7 @@ mod io_fault;
 mod journal;
 mod layout;
 mod merge;
+mod mesh_columns;
 mod mesh_under_load;
 mod nvh;
 mod open;

@@ -1,0 +1,20 @@
+//! The columns of `points.parquet` that tell what the mean load makes of a computed mesh.
+
+use super::PointRow;
+use super::table::{Column, columns};
+
+/// The columns, in file order.
+pub(super) fn mesh_columns() -> Vec<Column<PointRow>> {
+    columns![row: PointRow;
+        f64 "misalignment_loaded", "rad", row.mesh?.misalignment,
+            "Angle between the flanks in the plane of action under the mean load, the shafts' tilt included where mesh.shaft_tilt asks for it; null, as the next four, where the mesh is not computed from the gears";
+        f64 "load_centre", "m", row.mesh?.load_centre,
+            "Mean place along the face, from its middle, at which the mesh force acts under the mean load";
+        f64 "mesh_stiffness", "N/m", row.mesh?.stiffness,
+            "Mean tangent mesh stiffness over the mesh cycle under the mean load";
+        f64 "contact_ratio_loaded", "1", row.mesh?.contact_ratio,
+            "Mean number of pairs of teeth that bear load over the mesh cycle under the mean load";
+        f64 "transmission_error_pp", "m", row.mesh?.transmission_error,
+            "Largest minus smallest static transmission error over the mesh cycle under the mean load";
+    ]
+}
