@@ -36,7 +36,9 @@ COLUMNS = {
     "deflection_rms": F64, "deflection_rms_stderr": F64, "deflection_pp": F64, "deflection_crest": F64, "deflection_kurtosis": F64,
     "deflection_kurtosis_stderr": F64, "harmonics": LIST, "harmonics_stderr": LIST, "suborders": LIST,
     "suborders_stderr": LIST, "force_mean": F64, "force_mean_stderr": F64, "force_std": F64,
-    "force_std_stderr": F64, "force_peak": F64, "impact_rate": F64, "impact_rate_stderr": F64,
+    "force_std_stderr": F64, "force_peak": F64, "power_loss": F64, "power_loss_stderr": F64,
+    "power_transmitted": F64, "power_transmitted_stderr": F64, "efficiency": F64, "efficiency_stderr": F64,
+    "friction_coefficient": F64, "impact_rate": F64, "impact_rate_stderr": F64,
     "impacts_drive": U64, "impacts_coast": U64, "impact_velocity": F64,
     "impact_velocity_stderr": F64, "impact_velocity_quantiles": LIST,
     "impact_velocity_quantiles_stderr": LIST, "impact_velocity_max": F64, "flights": U64,
@@ -44,7 +46,8 @@ COLUMNS = {
     "flight_median_stderr": F64, "contacts": U64, "contact_mean": F64,
     "contact_mean_stderr": F64, "contact_median": F64, "contact_median_stderr": F64,
     "bearing_mean": LIST, "bearing_mean_stderr": LIST, "bearing_rms": LIST,
-    "bearing_rms_stderr": LIST, "energy_residual": F64, "grazing_count": U64, "cycles": U64,
+    "bearing_rms_stderr": LIST, "misalignment_loaded": F64, "load_centre": F64, "mesh_stiffness": F64,
+    "contact_ratio_loaded": F64, "transmission_error_pp": F64, "energy_residual": F64, "grazing_count": U64, "cycles": U64,
     "measured_cycles": U64, "kernel": TEXT, "wall_time": F64, "worker": U32, "numa_node": U32,
 }  # fmt: skip
 POLARS = {
