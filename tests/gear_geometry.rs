@@ -240,7 +240,11 @@ fn backlash_is_what_shifts_thinning_and_distance_leave() {
 #[test]
 fn relief_falls_linearly_from_the_ends_of_contact() {
     let mut pair = pair([20, 30], 4e-3);
-    let relief = |amount, length| Relief { amount, length };
+    let relief = |amount, length| Relief {
+        amount,
+        length,
+        ..Relief::default()
+    };
     pair.form.tip_relief = [relief(12e-6, 3e-3), relief(9e-6, 2e-3)];
     pair.form.root_relief = [relief(4e-6, 1e-3), Relief::default()];
     let flanks = flanks(&pair);

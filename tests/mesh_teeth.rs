@@ -138,6 +138,7 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     relieved.form.tip_relief = [Relief {
         amount: own * plain.rated_force() / plain.face_width,
         length,
+        ..Relief::default()
     }; 2];
     let cycle = rated(&relieved);
     assert!(cycle.peak_to_peak() < 0.6 * jump);
@@ -225,6 +226,7 @@ fn relieved_drawings_follow_their_law() {
         let relief = |random: &mut Uniform| Relief {
             amount: random.decades([-7.0, -4.3]),
             length: gears.module * random.between([0.2, 2.7]),
+            ..Relief::default()
         };
         gears.form.tip_relief = [relief(&mut random), relief(&mut random)];
         gears.form.root_relief[0] = relief(&mut random);

@@ -5,13 +5,19 @@ use super::{Flanks, PairCompliance, PathOfContact};
 
 /// The law of one pair of teeth along the path of contact.
 ///
-/// At mesh phase φ in \[0, 1) the pairs in contact stand at `s = start + (φ + j) base_pitch`,
-/// j = 0, 1, …, as far as the path goes.
+/// At mesh phase φ in \[0, 1) the pairs stand at `s = start + (φ + j) base_pitch`, j whole, as far as the reach goes.
 pub trait FlankLaw: Sync {
     /// The path of contact.
     fn path(&self) -> PathOfContact;
 
-    /// Compliance of a pair at s, `start ≤ s ≤ end`.
+    /// Where pairs can touch under load \[m\]: the path, unless tip edges meet their mates off it, across a
+    /// gap that is part of [`Self::relief`].
+    fn reach(&self) -> [f64; 2] {
+        let path = self.path();
+        [path.start, path.end]
+    }
+
+    /// Compliance of a pair at s within the reach; off the path that of its nearer end.
     fn compliance(&self, s: f64) -> PairCompliance;
 
     /// What the gear bodies give at the pair at s under a unit line load on the pair `ahead`
@@ -21,7 +27,7 @@ pub trait FlankLaw: Sync {
         0.0
     }
 
-    /// Material removed from both flanks at s \[m\].
+    /// Material removed from both flanks at s, and off the path the gap under the tip edge \[m\].
     fn relief(&self, s: f64) -> f64;
 
     /// What is missing besides relief \[m\], at s and at z \[m\] from mid-face: crowning,
@@ -48,6 +54,10 @@ impl FlankLaw for Flanks {
         self.path()
     }
 
+    fn reach(&self) -> [f64; 2] {
+        self.reach()
+    }
+
     fn compliance(&self, s: f64) -> PairCompliance {
         self.compliance(s)
     }
@@ -58,7 +68,11 @@ impl FlankLaw for Flanks {
     }
 
     fn relief(&self, s: f64) -> f64 {
-        self.relief(s)
+        self.relief(s) + self.tip_gap(s)
+    }
+
+    fn deviation(&self, _s: f64, z: f64) -> f64 {
+        self.lead(z)
     }
 
     /// Weber & Banaschek's approach. It goes with `w (C − ½ h ln w)`, h the linear law's
@@ -69,15 +83,9 @@ impl FlankLaw for Flanks {
         [approach, approach / line_load - 0.5 * hertz]
     }
 
-    /// Where reliefs begin.
+    /// Where reliefs begin, and the ends of the path.
     fn kinks(&self) -> Vec<f64> {
-        let (path, form) = (self.path(), &self.pair.form);
-        let ([tip_1, tip_2], [root_1, root_2]) = (&form.tip_relief, &form.root_relief);
-        let from_end = [tip_1, root_2].map(|relief| (relief, path.end - relief.length));
-        let from_start = [tip_2, root_1].map(|relief| (relief, path.start + relief.length));
-        let all = from_end.into_iter().chain(from_start);
-        all.filter(|(relief, _)| relief.amount != 0.0)
-            .map(|(_, place)| place)
-            .collect()
+        let path = self.path();
+        [self.relief_starts(), vec![path.start, path.end]].concat()
     }
 }

@@ -7,7 +7,8 @@
 
 use super::compliance::{BODY_RATIO, RingCompliance, rings};
 use super::pair::NO_BACKLASH;
-use super::{GearError, GearPair, Relief, Tooth};
+use super::tip_contact::TipContact;
+use super::{GearError, GearPair, Tooth};
 use crate::numerics::quadrature::GaussLegendre;
 use std::f64::consts::PI;
 
@@ -15,7 +16,14 @@ use std::f64::consts::PI;
 /// within 1e-10 (see the test of its convergence).
 pub(super) const NODES: usize = 20;
 
-/// Where contact can be, on the line of action.
+/// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
+/// load that teeth stand closes.
+const TIP_GAP: f64 = 0.03;
+
+/// Most pairs in contact at once, those off the path included: a little less than three.
+const MOST_RATIO: f64 = 2.99;
+
+/// Where contact of rigid gears can be, on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOfContact {
     /// Distance of neighbouring pairs in contact, `π m cos α` \[m\].
@@ -72,6 +80,7 @@ pub struct Flanks {
     /// Bores of the gear bodies \[m\].
     pub bores: [f64; 2],
     path: PathOfContact,
+    reach: [f64; 2],
     pub(super) rings: Vec<[RingCompliance; 2]>,
     pub(super) pair: GearPair,
     pub(super) rule: GaussLegendre,
@@ -136,7 +145,12 @@ impl Flanks {
             });
         }
         let bores = bores(pair, &teeth)?;
-        let rings = rings(pair, &teeth, bores, contact_ratio as usize);
+        let tips = tips(&teeth, centre_distance, pressure_angle);
+        let furthest = (0.5 * (MOST_RATIO - contact_ratio)).clamp(0.0, 0.5) * path.base_pitch;
+        let [after, before] = tips.map(|tip| tip.reach(TIP_GAP * pair.module, furthest));
+        let reach = [path.start - before, path.end + after];
+        let most = (reach[1] - reach[0]) / path.base_pitch;
+        let rings = rings(pair, &teeth, bores, most as usize);
         Ok(Self {
             teeth,
             pressure_angle,
@@ -147,6 +161,7 @@ impl Flanks {
             face_width: pair.face_width,
             bores,
             path,
+            reach,
             rings,
             pair: pair.clone(),
             rule: GaussLegendre::new(NODES),
@@ -156,6 +171,31 @@ impl Flanks {
     /// The path of contact.
     pub fn path(&self) -> PathOfContact {
         self.path
+    }
+
+    /// Where loaded pairs can touch on the line of action \[m\]: with their tip edges earlier and later
+    /// than on the path of contact.
+    pub fn reach(&self) -> [f64; 2] {
+        self.reach
+    }
+
+    /// The tip edges of pinion and wheel on their mates' flanks.
+    pub(super) fn tips(&self) -> [TipContact; 2] {
+        tips(&self.teeth, self.centre_distance, self.pressure_angle)
+    }
+
+    /// Gap of a pair off the path of contact \[m\], between a tip edge and its mate's flank; 0 on the path.
+    pub fn tip_gap(&self, s: f64) -> f64 {
+        let [pinion, wheel] = self.tips();
+        let gap = if s > self.path.end {
+            pinion.gap(s - self.path.end)
+        } else if s < self.path.start {
+            wheel.gap(self.path.start - s)
+        } else {
+            return 0.0;
+        };
+        // Within the reach there is a flank under the edge.
+        gap.unwrap_or(f64::INFINITY)
     }
 
     /// Pairs in contact on average.
@@ -191,22 +231,18 @@ impl Flanks {
         let [pinion, wheel] = self.pair.teeth.map(f64::from);
         s * (1.0 + pinion / wheel)
     }
+}
 
-    /// Material that both flanks lack at position s \[m\]: tip and root relief, linear in s.
-    pub fn relief(&self, s: f64) -> f64 {
-        let form = &self.pair.form;
-        let (before, after) = (s - self.path.start, self.path.end - s);
-        let part = |relief: &Relief, distance: f64| {
-            if relief.amount == 0.0 {
-                return 0.0;
-            }
-            relief.amount * (1.0 - distance / relief.length).clamp(0.0, 1.0)
-        };
-        part(&form.tip_relief[0], after)
-            + part(&form.tip_relief[1], before)
-            + part(&form.root_relief[0], before)
-            + part(&form.root_relief[1], after)
-    }
+/// The tip edges of pinion and wheel on their mates' flanks.
+fn tips(teeth: &[Tooth; 2], centre_distance: f64, pressure_angle: f64) -> [TipContact; 2] {
+    [[0, 1], [1, 0]].map(|[own, mate]| TipContact {
+        base_radius: teeth[own].base_radius,
+        tip_roll: teeth[own].tip_roll,
+        mate_base_radius: teeth[mate].base_radius,
+        mate_form_roll: teeth[mate].form_roll,
+        centre_distance,
+        pressure_angle,
+    })
 }
 
 /// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
@@ -214,7 +250,11 @@ impl Flanks {
 fn check_values(pair: &GearPair) -> Result<(), GearError> {
     let form = &pair.form;
     let material = form.material;
-    let relief = || form.tip_relief.iter().chain(&form.root_relief);
+    let relief = || {
+        (form.tip_relief.iter())
+            .chain(&form.root_relief)
+            .chain(&form.end_relief)
+    };
     let positive = [
         ("module [m]", pair.module),
         ("pressure angle [rad]", pair.pressure_angle),

@@ -1,5 +1,7 @@
 //! What a drawing says of the teeth beyond number, module, pressure angle and width.
 
+use super::modification::{Modification, Relief};
+
 /// Shape and material of the teeth. Arrays are `[pinion, wheel]`.
 ///
 /// The default is an unshifted pair of the ISO 53 profile C rack at its reference centre
@@ -23,6 +25,12 @@ pub struct ToothForm {
     /// Material taken off towards the root, falling to 0 from the start of the active profile
     /// outwards.
     pub root_relief: [Relief; 2],
+    /// Material taken off towards both ends of the face.
+    pub end_relief: [Relief; 2],
+    /// Crowning and slope of the profile, root to tip.
+    pub profile: [Modification; 2],
+    /// Crowning and slope of the lead, over the face width.
+    pub lead: [Modification; 2],
     /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
     /// only the shaft knows.
     pub bore: [Option<f64>; 2],
@@ -30,6 +38,14 @@ pub struct ToothForm {
     pub material: [Material; 2],
     /// Hubs, webs and rims of the gear bodies. Of no effect on the flanks.
     pub body: [BodyShape; 2],
+}
+
+impl ToothForm {
+    /// Whether what the flanks lack is no straight line along the lead.
+    pub fn has_curved_lead(&self) -> bool {
+        self.lead.iter().any(|lead| lead.crowning != 0.0)
+            || self.end_relief.iter().any(|relief| relief.amount != 0.0)
+    }
 }
 
 impl Default for ToothForm {
@@ -42,6 +58,9 @@ impl Default for ToothForm {
             tip_diameter: [None; 2],
             tip_relief: [Relief::default(); 2],
             root_relief: [Relief::default(); 2],
+            end_relief: [Relief::default(); 2],
+            profile: [Modification::default(); 2],
+            lead: [Modification::default(); 2],
             bore: [None; 2],
             material: [Material::default(); 2],
             body: [BodyShape::default(); 2],
@@ -96,16 +115,6 @@ impl Default for BasicRack {
             tip_radius: 0.38,
         }
     }
-}
-
-/// Linear relief of a flank.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
-pub struct Relief {
-    /// Most material taken off, normal to the flank \[m\]; 0: no relief.
-    pub amount: f64,
-    /// Length over which it falls to 0 \[m\], along the line of action: base radius times roll
-    /// angle.
-    pub length: f64,
 }
 
 /// An isotropic elastic material.

@@ -42,8 +42,22 @@ pub struct SharedLoad {
     pub centre: f64,
     /// Share of each pair in the load; they sum to 1.
     pub share: [f64; MOST_PAIRS],
-    /// Loaded part of the lines of contact of all pairs.
+    /// Loaded part of the lines of contact of the pairs that bear load.
     pub contact_fraction: f64,
+}
+
+/// What a pair adds to the mesh on a slice from the approach on at which it joins the others there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct JoiningSpring {
+    /// The pair that joins.
+    pub pair: usize,
+    /// By how much it stiffens the mesh \[N/m\].
+    pub stiffness: f64,
+    /// Approach at which it joins, at the middle of the slice \[m\].
+    pub gap: f64,
+    /// Share of each pair in what this spring bears; they sum to 1, and may be negative: who joins takes
+    /// load from its neighbours.
+    pub share: [f64; MOST_PAIRS],
 }
 
 /// Pairs of teeth pressed together by one approach.
@@ -133,10 +147,26 @@ impl LoadSharing {
             stiffness,
             centre: part(moment),
             share: loads.map(part),
-            contact_fraction: loaded.iter().sum::<f64>() / self.ramps.len() as f64,
+            contact_fraction: {
+                let bearing = loaded.iter().filter(|slices| **slices > 0.0).count().max(1);
+                loaded.iter().sum::<f64>() / (bearing * self.face.slices) as f64
+            },
         };
         let slice = self.face.width / self.face.slices as f64;
         (shared, loaded.map(|slices| slices * slice))
+    }
+
+    /// The springs that the pairs are, slice by slice in the order in which they join as the gears approach.
+    pub(super) fn springs(&self) -> impl Iterator<Item = JoiningSpring> {
+        self.ramps.iter().map(|ramp| {
+            let total = ramp.total();
+            JoiningSpring {
+                pair: ramp.pair,
+                stiffness: total,
+                gap: 0.5 * (ramp.low + ramp.high),
+                share: ramp.stiffness.map(|own| own / total),
+            }
+        })
     }
 
     /// Line load under a force \[N/m\], pair by pair the mean on each slice.

@@ -2,9 +2,9 @@
 
 use super::near::Near;
 use crate::gear::{
-    Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs,
-    MeshTablePiece, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
-    TiltCompliance, loaded_misalignment,
+    Face, Flanks, GearError, GearPair, MeshSprings, MeshTable, MeshTableCycle, MeshTableError,
+    MeshTableInputs, MeshTablePiece, MisalignmentEnding, MisalignmentReport, MisalignmentSearch,
+    NODES, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, FlankError, MeshHarmonic, STIFFNESS_TERMS, Stiffness};
@@ -89,6 +89,8 @@ pub enum MeshError {
 pub struct TabledMesh {
     /// The divisions of the mesh cycle.
     pub divisions: Vec<Division>,
+    /// Those of springs beside it, where every pair of teeth is one.
+    pub further: Vec<Vec<Division>>,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
     /// Harmonics of the transmission error that stand for the error of the flanks under load where
@@ -97,8 +99,8 @@ pub struct TabledMesh {
     pub transmission_error: Vec<MeshHarmonic>,
     /// How the misalignment under load was found, where shafts tilt.
     pub tilt: Option<MisalignmentReport>,
-    /// What the load makes of the mesh.
-    pub under_load: MeshUnderLoad,
+    /// What the load makes of the mesh; none without a load.
+    pub under_load: Option<MeshUnderLoad>,
 }
 
 /// Mesh tables at hand. Points of a grid mostly share one.
@@ -115,6 +117,7 @@ struct Common {
     store: TableStore,
     known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
+    springs: Mutex<HashMap<String, Arc<MeshSprings>>>,
     warnings: Mutex<BTreeSet<String>>,
     files: Mutex<BTreeMap<PathBuf, Origin>>,
 }
@@ -127,6 +130,7 @@ impl MeshTables {
                 store,
                 known: Mutex::default(),
                 tilts: Mutex::default(),
+                springs: Mutex::default(),
                 warnings: Mutex::default(),
                 files: Mutex::default(),
             }),
@@ -172,6 +176,9 @@ impl MeshTables {
         spec: &MeshTableSpec,
         structure: &ModalStructure,
     ) -> Result<TabledMesh, MeshError> {
+        if let CycleDivision::Pairs { slices } = spec.division {
+            return self.pairs(point, spec, structure, slices as usize);
+        }
         let force = flank_load(point.load * structure.rated_force)?;
         let unloaded = point.mesh.misalignment;
         let (misalignment, tilt) = match spec.shaft_tilt {
@@ -183,7 +190,7 @@ impl MeshTables {
         };
         let turning = point.mesh.friction.acts() || misalignment != 0.0;
         let resolution = match spec.division {
-            CycleDivision::Segments(_) => MEANS,
+            CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => MEANS,
             CycleDivision::Continuous => Resolution {
                 longest: if turning {
                     LONGEST_TURNING_PIECE
@@ -197,19 +204,44 @@ impl MeshTables {
         let harmonics = point.excitation.table_harmonics;
         Ok(TabledMesh {
             divisions: divisions(&cycle, spec.division, harmonics.is_none()),
+            further: Vec::new(),
             mean_stiffness: cycle.mean_stiffness(),
             transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
                 .into_iter()
                 .map(|(harmonic, amplitude, phase)| MeshHarmonic::new(harmonic, amplitude, phase))
                 .collect(),
             tilt,
-            under_load: MeshUnderLoad {
-                misalignment,
-                load_centre: cycle.mean_centre(),
-                stiffness: cycle.mean_stiffness(),
-                contact_ratio: loaded_pairs(&cycle),
-                transmission_error: cycle.peak_to_peak(),
-            },
+            under_load: Some(under_load(&cycle, misalignment)),
+        })
+    }
+
+    /// The mesh of a point whose pairs of teeth are springs of their own, on slices of the face. The damper's mean
+    /// stiffness is that under the mean load, the rated one where there is none.
+    fn pairs(
+        &self,
+        point: &PointSpec,
+        spec: &MeshTableSpec,
+        structure: &ModalStructure,
+        slices: usize,
+    ) -> Result<TabledMesh, MeshError> {
+        let misalignment = point.mesh.misalignment;
+        let force = (point.load * structure.rated_force).abs();
+        let loaded = if force > 0.0 {
+            force
+        } else {
+            structure.rated_force
+        };
+        let cycle = self.cycle(spec, misalignment, loaded, MEANS)?;
+        let springs = self.common.springs(&spec.gears, misalignment, slices)?;
+        let mean_stiffness = cycle.mean_stiffness();
+        let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
+        Ok(TabledMesh {
+            divisions: all.remove(0),
+            further: all,
+            mean_stiffness,
+            transmission_error: Vec::new(),
+            tilt: None,
+            under_load: (force > 0.0).then(|| under_load(&cycle, misalignment)),
         })
     }
 
@@ -273,6 +305,52 @@ impl MeshTables {
     }
 }
 
+/// What a load makes of a mesh.
+fn under_load(cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
+    MeshUnderLoad {
+        misalignment,
+        load_centre: cycle.mean_centre(),
+        stiffness: cycle.mean_stiffness(),
+        contact_ratio: loaded_pairs(cycle),
+        transmission_error: cycle.peak_to_peak(),
+    }
+}
+
+/// The divisions of every spring of a mesh: first the one that touches first, the pair with the smallest gap at the
+/// end of the face that a misalignment brings close.
+fn spring_divisions(
+    springs: &MeshSprings,
+    misalignment: f64,
+    stiffness: f64,
+) -> Vec<Vec<Division>> {
+    let slices = springs.centres.len();
+    let order: Vec<usize> = match misalignment < 0.0 {
+        true => (0..slices).rev().collect(),
+        false => (0..slices).collect(),
+    };
+    let course = |slice: usize, number: usize| -> Vec<Division> {
+        (springs.stretches.iter())
+            .map(|stretch| Division {
+                load_centre: springs.centres[slice],
+                ..match stretch.springs[slice].get(number) {
+                    None => Division::absent(stretch.end, stiffness),
+                    Some(own) => Division {
+                        stiffness: Stiffness::series(own.stiffness),
+                        error: FlankError::series(own.gap),
+                        friction: own.friction,
+                        ..Division::level(stretch.end, stiffness)
+                    },
+                }
+            })
+            .collect()
+    };
+    let most = springs.most();
+    (0..most)
+        .flat_map(|number| order.iter().map(move |&slice| (slice, number)))
+        .map(|(slice, number)| course(slice, number))
+        .collect()
+}
+
 /// Mean number of pairs that bear load: within a piece it does not change.
 fn loaded_pairs(cycle: &MeshTableCycle) -> f64 {
     let pieces = cycle.breaks.windows(2).enumerate();
@@ -317,13 +395,37 @@ pub(super) fn mean_stiffness(point: &PointSpec, spec: &MeshTableSpec) -> Result<
 /// The cycle of a point that takes its stiffness from the table of `spec`, before the shafts tilt.
 fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, MeshError> {
     let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
-    let force = flank_load(point.load * rated)?;
+    let force = match (spec.division, point.load == 0.0) {
+        // Springs know no load; what is told of them is that of the rated one.
+        (CycleDivision::Pairs { .. }, true) => rated,
+        _ => flank_load(point.load * rated)?,
+    };
     let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
     let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
     Ok(table.cycle(0, 0))
 }
 
 impl Common {
+    /// The springs that the pairs of teeth are on slices of the face.
+    fn springs(
+        &self,
+        gears: &GearPair,
+        misalignment: f64,
+        slices: usize,
+    ) -> Result<Arc<MeshSprings>, MeshError> {
+        let key = format!("{gears:?} {misalignment:e} {slices}");
+        if let Some(known) = lock(&self.springs).get(&key) {
+            return Ok(known.clone());
+        }
+        let face = Face {
+            width: gears.face_width,
+            slices,
+        };
+        let found = Arc::new(MeshSprings::new(&Flanks::new(gears)?, face, misalignment)?);
+        lock(&self.springs).insert(key, found.clone());
+        Ok(found)
+    }
+
     /// The cycle under a key, fetched where it is not at hand.
     fn cycle(
         &self,
@@ -362,6 +464,10 @@ fn inputs(
     inputs.torque = vec![force * inputs.base_radius];
     inputs.longest_piece = resolution.longest;
     inputs.tolerance = resolution.tolerance;
+    // A gap that is a straight line across the face is exact on one slice.
+    if !gears.form.has_curved_lead() {
+        inputs.slices = 1;
+    }
     inputs
 }
 
@@ -391,7 +497,8 @@ fn divisions(cycle: &MeshTableCycle, division: CycleDivision, with_error: bool) 
                 })
                 .collect()
         }
-        CycleDivision::Continuous => (pieces.iter())
+        // Springs of pairs have divisions of their own.
+        CycleDivision::Continuous | CycleDivision::Pairs { .. } => (pieces.iter())
             .map(|piece| Division {
                 end: piece.end,
                 stiffness: Stiffness::series(piece.stiffness),

@@ -117,8 +117,8 @@ impl Flanks {
         let path = self.path();
         let further = s + ahead as f64 * path.base_pitch;
         // A pair that leaves contact within round-off is still in it.
-        let slack = 1e-9 * path.base_pitch;
-        if ahead == 0 || s < path.start - slack || further > path.end + slack {
+        let (slack, [first, last]) = (1e-9 * path.base_pitch, self.reach());
+        if ahead == 0 || s < first - slack || further > last + slack {
             return None;
         }
         let rings = self.rings.get(ahead - 1)?;

@@ -9,13 +9,16 @@ pub(super) const SAME: f64 = 1e-9;
 
 /// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
-/// The cycle is cut where a pair leaves (one that comes does so at 0), where one passes the
+/// The cycle is cut where a pair comes within reach or leaves it, where one passes the
 /// pitch point and where one passes a kink of the law. Stretches between the cuts are divided
 /// equally, into as few pieces as make none longer than `longest`.
 ///
 /// # Errors
 /// A path that is not finite, has no direction, or is shorter than a base pitch.
-pub(super) fn breaks(law: &impl FlankLaw, longest: f64) -> Result<Vec<f64>, MeshTableError> {
+pub(in crate::gear) fn breaks(
+    law: &impl FlankLaw,
+    longest: f64,
+) -> Result<Vec<f64>, MeshTableError> {
     let path = law.path();
     let contact_ratio = (path.end - path.start) / path.base_pitch;
     let valid = contact_ratio >= 1.0 - SAME && contact_ratio.is_finite() && path.base_pitch > 0.0;
@@ -27,12 +30,12 @@ pub(super) fn breaks(law: &impl FlankLaw, longest: f64) -> Result<Vec<f64>, Mesh
             contact_ratio,
         });
     }
-    let kinks = law.kinks();
-    let inside = |s: &f64| *s > path.start && *s < path.end;
-    let mut cuts: Vec<f64> = [path.end]
+    let (kinks, [first, last]) = (law.kinks(), law.reach());
+    let inside = |s: &f64| *s > first && *s < last;
+    let mut cuts: Vec<f64> = [first, last]
         .into_iter()
         .chain([path.pitch_point].into_iter().chain(kinks).filter(inside))
-        .map(|s| ((s - path.start) / path.base_pitch).fract())
+        .map(|s| ((s - path.start) / path.base_pitch).rem_euclid(1.0))
         .chain([0.0, 1.0])
         .collect();
     cuts.sort_by(f64::total_cmp);

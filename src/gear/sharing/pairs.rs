@@ -3,6 +3,9 @@
 use super::error::{MOST_PAIRS, SharingError};
 use crate::gear::FlankLaw;
 
+/// A pair this close before the start of its reach, in base pitches, is on it.
+const ON_START: f64 = 1e-12;
+
 /// The face and its slices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
@@ -52,10 +55,10 @@ impl ContactPair {
         let gap: Vec<f64> = (0..=face.slices)
             .map(|border| relief + law.deviation(position, face.border(border)))
             .collect();
-        let path = law.path();
-        let ahead = |pairs: usize| position + pairs as f64 * path.base_pitch;
+        let (base_pitch, [_, last]) = (law.path().base_pitch, law.reach());
+        let ahead = |pairs: usize| position + pairs as f64 * base_pitch;
         let coupling: Vec<f64> = (1..)
-            .take_while(|&pairs| pairs < MOST_PAIRS && ahead(pairs) <= path.end)
+            .take_while(|&pairs| pairs < MOST_PAIRS && ahead(pairs) <= last)
             .map(|pairs| law.coupling(position, pairs))
             .collect();
         let bad_coupling = coupling.iter().copied().find(|c| !c.is_finite());
@@ -122,7 +125,7 @@ impl ContactPair {
     }
 }
 
-/// The pairs at mesh phase `phase`, the one that came last first. None where the path is
+/// The pairs within reach at mesh phase `phase`, the one that came last first. None where the reach is
 /// shorter than a base pitch and the phase falls between two pairs.
 ///
 /// # Errors
@@ -132,11 +135,13 @@ pub fn pairs_at(
     phase: f64,
     face: Face,
 ) -> Result<Vec<ContactPair>, SharingError> {
-    let path = law.path();
+    let (path, [first, last]) = (law.path(), law.reach());
+    // A pair on the start of its reach is in it, whatever rounding makes of its place.
+    let early = ((path.start - first) / path.base_pitch + phase + ON_START).floor();
     // One too many is enough to be refused.
     (0..=MOST_PAIRS)
-        .map(|pair| path.start + (phase + pair as f64) * path.base_pitch)
-        .take_while(|&position| position <= path.end)
+        .map(|pair| path.start + (phase - early + pair as f64) * path.base_pitch)
+        .take_while(|&position| position <= last)
         .map(|position| ContactPair::new(law, position, face))
         .collect()
 }

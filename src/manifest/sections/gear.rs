@@ -1,7 +1,8 @@
 //! `[gear]`: the pair as its drawing gives it.
 
 use crate::gear::{
-    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Relief, ToothForm, Web,
+    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Modification, Relief,
+    ReliefCourse, ToothForm, Web,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -13,8 +14,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let face_width = section.quantity(issues, "face_width");
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
-    let form = form(section, issues);
-    let shapes = bodies(section, issues, body_length);
+    let form = form(section, issues, body_length);
     // The schema bounds the teeth far below the range of u32.
     let [pinion, wheel] = teeth?.map(u32::try_from);
     let pair = GearPair {
@@ -24,17 +24,18 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         face_width: face_width?,
         body_length: body_length?,
         rated_torque: rated_torque?,
-        form: ToothForm {
-            body: shapes?,
-            ..form?
-        },
+        form: form?,
     };
     check(section, issues, &pair)?;
     Some(pair)
 }
 
 /// The optional keys; a drawing without any is the default form.
-fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
+fn form(
+    section: &Section,
+    issues: &mut Issues,
+    body_length: Option<[f64; 2]>,
+) -> Option<ToothForm> {
     let default = ToothForm::default();
     let profile_shift = section.pair_or_default(issues, "profile_shift");
     let rack = rack(section, issues);
@@ -49,16 +50,20 @@ fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
             .map(|pair| pair.map(Some)),
         false => Some(default.tip_diameter),
     };
-    let tip_relief = relief(section, issues, "tip_relief");
-    let root_relief = relief(section, issues, "root_relief");
+    let reliefs =
+        ["tip_relief", "root_relief", "end_relief"].map(|name| relief(section, issues, name));
+    let profile = modification(section, issues, ["profile_crowning", "profile_slope"]);
+    let lead = modification(section, issues, ["lead_crowning", "lead_slope"]);
     let bore = match section.has("bore") {
         true => section
             .one_or_pair(issues, "bore")
             .map(|pair| pair.map(Some)),
         false => Some(default.bore),
     };
+    let body = bodies(section, issues, body_length);
     let young_modulus = section.one_or_pair_or_default(issues, "young_modulus");
     let poisson_ratio = section.one_or_pair_or_default(issues, "poisson_ratio");
+    let [tip_relief, root_relief, end_relief] = reliefs;
     let (young_modulus, poisson_ratio) = (young_modulus?, poisson_ratio?);
     Some(ToothForm {
         profile_shift: profile_shift?,
@@ -68,12 +73,15 @@ fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
         tip_diameter: tip_diameter?,
         tip_relief: tip_relief?,
         root_relief: root_relief?,
+        end_relief: end_relief?,
+        profile: profile?,
+        lead: lead?,
         bore: bore?,
         material: [0, 1].map(|gear| Material {
             young_modulus: young_modulus[gear],
             poisson_ratio: poisson_ratio[gear],
         }),
-        body: default.body,
+        body: body?,
     })
 }
 
@@ -145,10 +153,29 @@ fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief;
     };
     let amount = relief.one_or_pair(issues, "amount");
     let length = relief.one_or_pair(issues, "length");
+    let course = match relief.choice_or_default(issues, "course")? {
+        "parabolic" => ReliefCourse::Parabolic,
+        _ => ReliefCourse::Linear,
+    };
     let (amount, length) = (amount?, length?);
     Some([0, 1].map(|gear| Relief {
         amount: amount[gear],
         length: length[gear],
+        course,
+    }))
+}
+
+/// Crowning and slope, under these keys.
+fn modification(
+    section: &Section,
+    issues: &mut Issues,
+    keys: [&str; 2],
+) -> Option<[Modification; 2]> {
+    let [crowning, slope] = keys.map(|key| section.one_or_pair_or_default(issues, key));
+    let (crowning, slope) = (crowning?, slope?);
+    Some([0, 1].map(|gear| Modification {
+        crowning: crowning[gear],
+        slope: slope[gear],
     }))
 }
 

@@ -108,6 +108,11 @@ impl StiffnessSpec {
         }
     }
 
+    /// Whether pairs of teeth are springs of their own.
+    pub fn is_of_pairs(&self) -> bool {
+        matches!(self, Self::Table(table) if matches!(table.division, CycleDivision::Pairs { .. }))
+    }
+
     /// Mean over the mesh cycle \[N/m\]; of a table it is known when the table is made.
     pub fn mean(&self) -> Option<f64> {
         match self {
@@ -138,6 +143,12 @@ pub enum CycleDivision {
     Segments(u32),
     /// Stiffness as it is, broken at its true transitions only.
     Continuous,
+    /// No tangent at the mean load: every pair of teeth is a spring across a gap of its own, on so many slices of
+    /// the face.
+    Pairs {
+        /// Equal slices of the face.
+        slices: u32,
+    },
 }
 
 /// Stiffness with two pairs of teeth in mesh, then with one.

@@ -44,6 +44,8 @@ pub struct Stepping {
     half: Rotation,
     directions: Vec<Rows>,
     contacts: Vec<ContactTable>,
+    /// How many of them are springs of the flanks.
+    flank_springs: usize,
     /// Per line: transmission error and its rate at every half step of a base period, at the end of
     /// each cycle as its own.
     transmission_error: Vec<Vec<[f64; 2]>>,
@@ -123,6 +125,7 @@ impl Stepping {
             half: Rotation::new(&model.blocks, 0.5 * step),
             directions,
             contacts,
+            flank_springs: model.flank_springs,
             transmission_error,
             ripple,
         }
