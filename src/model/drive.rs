@@ -184,11 +184,13 @@ impl Division {
     }
 }
 
-/// One harmonic of the transmission error.
+/// One harmonic of the transmission error: of the mesh, or of an order of a shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeshHarmonic {
-    /// Multiple of the mesh frequency, ≥ 1.
+    /// How often it repeats in so many mesh cycles as `cycles` says, ≥ 1.
     pub harmonic: u32,
+    /// 1: `harmonic` is a multiple of the mesh frequency. The teeth of a gear: it is an order of its shaft.
+    pub cycles: u32,
     /// Amplitude \[m\].
     pub amplitude: f64,
     /// Phase \[rad\].
@@ -196,13 +198,19 @@ pub struct MeshHarmonic {
 }
 
 impl MeshHarmonic {
-    /// A harmonic of some amplitude \[m\] and phase \[rad\].
+    /// A harmonic of the mesh frequency, of some amplitude \[m\] and phase \[rad\].
     pub const fn new(harmonic: u32, amplitude: f64, phase: f64) -> Self {
         Self {
             harmonic,
+            cycles: 1,
             amplitude,
             phase,
         }
+    }
+
+    /// Turns of its phase in a mesh cycle.
+    pub fn turns_per_cycle(&self) -> f64 {
+        f64::from(self.harmonic) / f64::from(self.cycles)
     }
 }
 

@@ -491,11 +491,11 @@ fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     tilt
 }
 
-/// A transmission error of harmonics of the mesh frequency.
+/// The harmonics of a transmission error.
 fn harmonics(error: &[MeshHarmonic], period: f64) -> Vec<TransmissionErrorHarmonic> {
     let of = |h: &MeshHarmonic| TransmissionErrorHarmonic {
-        angular_frequency: TAU * f64::from(h.harmonic) / period,
-        turns_per_cycle: f64::from(h.harmonic),
+        angular_frequency: TAU * h.turns_per_cycle() / period,
+        turns_per_cycle: h.turns_per_cycle(),
         amplitude: h.amplitude,
         phase: h.phase,
     };

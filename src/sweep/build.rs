@@ -254,7 +254,7 @@ fn coast_flank(
 /// what it was at `symmetry − φ`, since what they lack lets δ fall further where it lets it rise
 /// further on the drive flanks.
 fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
-    let turn = 2.0 * TAU * f64::from(drive.harmonic) * symmetry;
+    let turn = 2.0 * TAU * drive.turns_per_cycle() * symmetry;
     MeshHarmonic {
         phase: PI - drive.phase - turn,
         ..drive
