@@ -128,7 +128,7 @@ def mesh(gear, scale=1.0, stretches=None):
         loaded += left + right if near else []
     outline.append(geo.addCircleArc(last, centre, first))
     quarter = [turned((0, gear.bore / 2), i * pi / 2) for i in range(4)]
-    bore = [geo.addPoint(*p, 0, coarse) for p in quarter]
+    bore = [geo.addPoint(*p, 0, min(coarse, scale * gear.bore / 8)) for p in quarter]
     hole = [geo.addCircleArc(bore[i], centre, bore[(i + 1) % 4]) for i in range(4)]
     geo.addPlaneSurface([geo.addCurveLoop(outline), geo.addCurveLoop(hole)])
     for line in single:
@@ -137,14 +137,13 @@ def mesh(gear, scale=1.0, stretches=None):
     field, near = gmsh.model.mesh.field, 0.5 * gear.module
     stages = [(loaded, fine, near, coarse, 14 * gear.module)]
     if contact:
-        stages.append((contact, edge, 2 * edge, fine, 5 * fine))
+        stages.append((contact, edge, 2 * edge, coarse, 5 * coarse))
     growths = []
     for points, *limits in stages:
         distance = field.add("Distance")
         field.setNumbers(distance, "PointsList", points)
         growths.append(field.add("Threshold"))
         field.setNumber(growths[-1], "InField", distance)
-        field.setNumber(growths[-1], "StopAtDistMax", 1)
         for key, value in zip(("SizeMin", "DistMin", "SizeMax", "DistMax"), limits):
             field.setNumber(growths[-1], key, value)
     finest = field.add("Min")
