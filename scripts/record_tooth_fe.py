@@ -28,11 +28,12 @@ HEADER = """\
 #
 # plane: of stress or of strain.
 # roll: roll angles of the contact on the flank, tan of the pressure angle there.
-# own: displacement at the loaded tooth, along the force, of the point where the force's line crosses
-#   the tooth's centre line, under a unit force per unit width normal to the flank; times E.
-# coupling: the same displacement at the tooth whose flank is in contact a base pitch further towards
-#   its tip (along that tooth's own line of force and on its own centre line), for the first of the
-#   roll angles, as many as leave that contact on the flank.
+# own: displacement at the loaded tooth, along the force, of the point where the force's line
+#   crosses the tooth's centre line, under a unit force per unit width normal to the flank, the
+#   contact's own indentation thus left out; times E.
+# coupling: the same displacement at the tooth whose flank is in contact a base pitch further
+#   towards its tip (along that tooth's own line of force and on its own centre line), for the first
+#   of the roll angles, as many as leave that contact on the flank.
 # mesh_error: largest relative change of [own, coupling] from a mesh with elements and chords of the
 #   flanks twice as long to the one recorded.
 # patch_error: largest relative change of [own, coupling] where the loaded stretch is halved."""
