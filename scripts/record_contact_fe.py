@@ -91,12 +91,12 @@ class Mating:
         rolls, facing = rolls[fits], facing[fits]
         self.vertices = [None, None]
         self.vertices[one], self.vertices[two] = rolls, facing[::-1]
-        middle = np.sort(np.concatenate([rolls, (rolls[1:] + rolls[:-1]) / 2]))
+        both = np.sort(np.concatenate([rolls, (rolls[1:] + rolls[:-1]) / 2]))
         # Where nothing may press, the flank going on: at both ends, a corner excepted.
         self.ends = [0] if rolls[-1] > tip.tip * (1 - 1e-9) else [0, -1]
-        across, self.gap, tilt = opposite(middle)
+        across, self.gap, tilt = opposite(both)
         self.rolls, self.tilts = [None, None], [None, None]
-        self.rolls[one], self.rolls[two] = middle, across
+        self.rolls[one], self.rolls[two] = both, across
         self.tilts[one], self.tilts[two] = tilt, np.zeros_like(tilt)
         # Arm of the common normal about the pinion's axis, over its base radius.
         self.arm = np.cos(self.tilts[0]) + self.rolls[0] * np.sin(self.tilts[0])
