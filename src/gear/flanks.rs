@@ -5,15 +5,10 @@
 //! pinion's (s > 0). The roll angles are `tan α_w + s/r_b1` of the pinion and
 //! `tan α_w − s/r_b2` of the wheel.
 
-use super::compliance::{BODY_RATIO, RingCompliance, rings};
+use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
 use super::{GearError, GearPair, Relief, Tooth};
-use crate::numerics::quadrature::GaussLegendre;
 use std::f64::consts::PI;
-
-/// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
-/// within 1e-10 (see the test of its convergence).
-pub(super) const NODES: usize = 20;
 
 /// Where contact can be, on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,9 +67,8 @@ pub struct Flanks {
     /// Bores of the gear bodies \[m\].
     pub bores: [f64; 2],
     path: PathOfContact,
-    pub(super) rings: Vec<[RingCompliance; 2]>,
+    pub(super) bodies: GearBodies,
     pub(super) pair: GearPair,
-    pub(super) rule: GaussLegendre,
 }
 
 impl Flanks {
@@ -136,7 +130,6 @@ impl Flanks {
             });
         }
         let bores = bores(pair, &teeth)?;
-        let rings = rings(pair, &teeth, bores, contact_ratio as usize);
         Ok(Self {
             teeth,
             pressure_angle,
@@ -147,9 +140,8 @@ impl Flanks {
             face_width: pair.face_width,
             bores,
             path,
-            rings,
+            bodies: GearBodies::default(),
             pair: pair.clone(),
-            rule: GaussLegendre::new(NODES),
         })
     }
 
@@ -268,19 +260,17 @@ fn given(
 
 /// The bores, which must be known and make bodies whose compliance is.
 fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
-    let [least, most] = BODY_RATIO;
     let mut bores = [0.0; 2];
     for (index, tooth) in teeth.iter().enumerate() {
         let gear = index + 1;
         let bore = pair.form.bore[index].ok_or(GearError::NoBore { gear })?;
         let ratio = 2.0 * tooth.root_radius / bore;
-        if !(least..=most).contains(&ratio) {
+        if ratio < LEAST_BODY_RATIO {
             return Err(GearError::BodyRatio {
                 gear,
                 bore,
                 ratio,
-                least,
-                most,
+                least: LEAST_BODY_RATIO,
             });
         }
         bores[index] = bore;

@@ -15,11 +15,11 @@ mod sharing;
 mod symmetry;
 mod tooth;
 
-pub use compliance::{PairCompliance, ToothCompliance};
+pub use compliance::PairCompliance;
 pub use error::GearError;
 pub use flank_law::FlankLaw;
 pub use flanks::{Flanks, PathOfContact};
-pub use form::{BasicRack, BodyShape, Hub, Material, Relief, ToothForm, Web};
+pub use form::{BasicRack, BodyShape, Hub, Material, Plane, Relief, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
