@@ -20,14 +20,20 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The resolution taken; see the tests of its convergence.
 const RESOLUTION: Resolution = Resolution {
-    across: 10,
-    along: 12,
-    foot: 8,
+    across: 12,
+    along: 14,
+    foot: 10,
     harmonics: 100.0,
 };
 
-/// Terms of the series in the roll angle.
-const TERMS: usize = 32;
+/// Terms of the series in the roll angle. Those of the compliances fall to a thousandth of the
+/// first within eleven; what follows does not fall and is the error of the plate's polynomials,
+/// as fast a wave as the highest of them. Without it a mesh table takes fewer pieces.
+const TERMS: usize = 12;
+
+/// Roll angles by which the series are found: enough for the products of the plate's
+/// polynomials not to be taken for slower ones.
+const NODES: usize = 48;
 
 /// Compliances of one gear as functions of the roll angle at which a flank is loaded, per
 /// unit width \[m²/N\].
@@ -58,7 +64,7 @@ impl GearBody {
         range: [f64; 2],
         neighbours: usize,
     ) -> Option<Self> {
-        Self::resolved(tooth, teeth, ratio, plane_stress, range, neighbours, &RESOLUTION, TERMS)
+        Self::resolved(tooth, teeth, ratio, plane_stress, range, neighbours, &RESOLUTION, [NODES, TERMS])
     }
 
     pub(super) fn resolved(
@@ -69,9 +75,9 @@ impl GearBody {
         range: [f64; 2],
         neighbours: usize,
         resolution: &Resolution,
-        terms: usize,
+        [nodes, terms]: [usize; 2],
     ) -> Option<Self> {
-        let nodes = GaussLegendre::new(terms);
+        let nodes = GaussLegendre::new(nodes);
         let [low, high] = range;
         let rolls: Vec<f64> = (nodes.nodes.iter())
             .map(|x| 0.5 * (low + high) + 0.5 * (high - low) * x)
@@ -79,7 +85,8 @@ impl GearBody {
         let nu = plane_stress.poisson_ratio;
         let plate = Plate::new(tooth, nu, &rolls, resolution)?;
         let feet = feet(tooth, teeth, &Ring::new(ratio, nu), &plate, neighbours, resolution)?;
-        let series = |values: &dyn Fn(usize) -> f64, scale: f64| series(&nodes, values, scale);
+        let series =
+            |values: &dyn Fn(usize) -> f64, scale: f64| series(&nodes, terms, values, scale);
         let compliance = 1.0 / plane_stress.young_modulus;
         let foundation = |index: usize| {
             let force = &plate.forces[index];
@@ -122,7 +129,7 @@ impl GearBody {
 
     fn forces_at(&self, roll: f64) -> Vec<f64> {
         let place = self.place(roll);
-        let mut polynomials = [0.0; TERMS];
+        let mut polynomials = vec![0.0; self.tooth.len()];
         legendre::polynomials(place, &mut polynomials);
         (self.forces.iter())
             .map(|series| series.iter().zip(&polynomials).map(|(a, p)| a * p).sum())
@@ -137,9 +144,13 @@ fn work(compliance: &[Vec<f64>], forces: &[f64], others: &[f64]) -> f64 {
         .sum()
 }
 
-/// The Legendre series through values at the nodes of a rule.
-fn series(rule: &GaussLegendre, values: &dyn Fn(usize) -> f64, scale: f64) -> Vec<f64> {
-    let terms = rule.nodes.len();
+/// The first terms of the Legendre series of what has these values at the nodes of a rule.
+fn series(
+    rule: &GaussLegendre,
+    terms: usize,
+    values: &dyn Fn(usize) -> f64,
+    scale: f64,
+) -> Vec<f64> {
     let mut series = vec![0.0; terms];
     let mut polynomials = vec![0.0; terms];
     for (index, (node, weight)) in rule.nodes.iter().zip(&rule.weights).enumerate() {
