@@ -64,7 +64,16 @@ impl GearBody {
         range: [f64; 2],
         neighbours: usize,
     ) -> Option<Self> {
-        Self::resolved(tooth, teeth, ratio, plane_stress, range, neighbours, &RESOLUTION, [NODES, TERMS])
+        Self::resolved(
+            tooth,
+            teeth,
+            ratio,
+            plane_stress,
+            range,
+            neighbours,
+            &RESOLUTION,
+            [NODES, TERMS],
+        )
     }
 
     pub(super) fn resolved(
@@ -84,14 +93,18 @@ impl GearBody {
             .collect();
         let nu = plane_stress.poisson_ratio;
         let plate = Plate::new(tooth, nu, &rolls, resolution)?;
-        let feet = feet(tooth, teeth, &Ring::new(ratio, nu), &plate, neighbours, resolution)?;
+        let feet = feet(
+            tooth,
+            teeth,
+            &Ring::new(ratio, nu),
+            &plate,
+            neighbours,
+            resolution,
+        )?;
         let series =
             |values: &dyn Fn(usize) -> f64, scale: f64| series(&nodes, terms, values, scale);
         let compliance = 1.0 / plane_stress.young_modulus;
-        let foundation = |index: usize| {
-            let force = &plate.forces[index];
-            work(&feet[0], force, force)
-        };
+        let foundation = |index: usize| work(&feet[0], &plate.places[index], &plate.forces[index]);
         Some(Self {
             range,
             tooth: series(&|index| plate.clamped[index], compliance),
@@ -178,10 +191,20 @@ fn feet(
     // Modes that the plate joins are an even number of quarter turns apart.
     let stiffness = Mat::from_fn(modes, modes, |i, j| {
         let value = plate.stiffness[(i, j)];
-        if (turns[i] + 4 - turns[j] % 4) % 4 == 2 { -value } else { value }
+        if (turns[i] + 4 - turns[j] % 4) % 4 == 2 {
+            -value
+        } else {
+            value
+        }
     });
     let mut sums = vec![vec![vec![0.0; modes]; modes]; neighbours + 1];
-    let waves = waves(teeth, tooth.root_half_angle, ring, foot, resolution.harmonics);
+    let waves = waves(
+        teeth,
+        tooth.root_half_angle,
+        ring,
+        foot,
+        resolution.harmonics,
+    );
     for (order, compliance) in waves.iter().enumerate() {
         let joined = joined(compliance, &stiffness)?;
         // The wave that runs the other way round is its mirror image.

@@ -133,8 +133,12 @@ impl Flanks {
         // Forces push against growing x. Teeth further along the path are ahead in the sense of
         // rotation: with the force on the wheel, against that on the pinion.
         Some([
-            pinion.as_ref().map_or(Some(f64::NAN), |body| body.coupling(near[0], ahead, far[0]))?,
-            wheel.as_ref().map_or(Some(f64::NAN), |body| body.coupling(far[1], ahead, near[1]))?,
+            pinion
+                .as_ref()
+                .map_or(Some(f64::NAN), |body| body.coupling(near[0], ahead, far[0]))?,
+            wheel
+                .as_ref()
+                .map_or(Some(f64::NAN), |body| body.coupling(far[1], ahead, near[1]))?,
         ])
     }
 

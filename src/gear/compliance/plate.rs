@@ -43,8 +43,10 @@ pub(super) struct Plate {
     /// Work of a unit force on the flank at displacements of the foot, load by load: the
     /// forces that it puts on a body that the foot stands on.
     pub forces: Vec<Vec<f64>>,
-    /// Displacement by the same force, along its line where that crosses the centre line, with the
-    /// foot held.
+    /// Displacement along the force where its line crosses the centre line, by unit displacements of
+    /// the foot: the forces on it of a unit force there.
+    pub places: Vec<Vec<f64>>,
+    /// The same displacement by the force on the flank, with the foot held.
     pub clamped: Vec<f64>,
 }
 
@@ -86,6 +88,7 @@ impl Plate {
         let mut plate = Self {
             stiffness: Mat::zeros(2 * modes, 2 * modes),
             forces: vec![vec![0.0; 2 * modes]; rolls.len()],
+            places: vec![vec![0.0; 2 * modes]; rolls.len()],
             clamped: vec![0.0; rolls.len()],
         };
         for symmetric in [false, true] {
@@ -129,7 +132,10 @@ impl Plate {
             }
         }
         for (index, force) in forces.iter().enumerate() {
-            for (column, place) in [(columns + index, force.flank), (columns + count + index, force.centre)] {
+            for (column, place) in [
+                (columns + index, force.flank),
+                (columns + count + index, force.centre),
+            ] {
                 for (row, work) in part.work(place, force.direction).into_iter().enumerate() {
                     solved[(row, column)] = work;
                 }
@@ -147,6 +153,7 @@ impl Plate {
         let load_moves = linalg::product(at_foot.transpose(), loads);
         let place_moves = linalg::product(at_foot.transpose(), places);
         let held = linalg::product(inverse.as_ref(), load_moves.as_ref());
+        let held_place = linalg::product(inverse.as_ref(), place_moves.as_ref());
         for (i, &row) in modes.iter().enumerate() {
             for (j, &column) in modes.iter().enumerate() {
                 let own = if i == j { 1.0 } else { 0.0 };
@@ -156,6 +163,7 @@ impl Plate {
         for index in 0..count {
             for (i, &row) in modes.iter().enumerate() {
                 self.forces[index][row] = held[(i, index)];
+                self.places[index][row] = held_place[(i, index)];
             }
             let free: f64 = (0..part.freedoms())
                 .map(|row| places[(row, index)] * loads[(row, index)])
@@ -197,10 +205,7 @@ impl Values {
     fn gradient(&self, i: usize, j: usize) -> [f64; 2] {
         let ([value, slope], [high, rise]) = (self.across[i], self.along[j]);
         let [by_x, by_y, up] = self.slopes;
-        [
-            slope * by_x * high,
-            slope * by_y * high + value * rise * up,
-        ]
+        [slope * by_x * high, slope * by_y * high + value * rise * up]
     }
 }
 
@@ -361,7 +366,11 @@ fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     ];
     let mut points = Vec::new();
     for (from, to, fillet) in curves {
-        let rule = GaussLegendre::new(if fillet { resolution.along } else { resolution.along + 4 });
+        let rule = GaussLegendre::new(if fillet {
+            resolution.along
+        } else {
+            resolution.along + 4
+        });
         for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
             let parameter = 0.5 * (from + to) + 0.5 * (to - from) * node;
             let point = match fillet {
@@ -375,13 +384,13 @@ fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
             for (place, across) in across.nodes.iter().zip(&across.weights) {
                 let share = 0.5 * (1.0 + place);
                 let (sin, cos) = (share * angle).sin_cos();
-                points.push([
-                    radius * sin / unit,
-                    radius * cos / unit,
-                    area * across,
-                ]);
+                points.push([radius * sin / unit, radius * cos / unit, area * across]);
             }
         }
     }
     points
 }
+
+#[cfg(test)]
+#[path = "plate_tests.rs"]
+mod tests;

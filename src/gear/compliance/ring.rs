@@ -63,12 +63,18 @@ pub(super) fn waves(
     for first in (1..=harmonics).step_by(LANES) {
         let place: [f64; LANES] =
             std::array::from_fn(|lane| (first + lane as u64) as f64 * half_angle);
-        spherical_bessel(&place, &place.map(f64::sin), &place.map(f64::cos), &mut bessel);
+        spherical_bessel(
+            &place,
+            &place.map(f64::sin),
+            &place.map(f64::cos),
+            &mut bessel,
+        );
         for lane in 0..LANES {
             let order = first + lane as u64;
             let [[rr, rt], [_, tt]] = ring.harmonic(order);
-            let transforms: Vec<f64> =
-                (scales.iter().zip(&bessel)).map(|(s, j)| s * j[lane]).collect();
+            let transforms: Vec<f64> = (scales.iter().zip(&bessel))
+                .map(|(s, j)| s * j[lane])
+                .collect();
             let wave = order % teeth;
             if wave <= teeth / 2 {
                 add(wave, &transforms, [rr, rt, tt]);
