@@ -55,9 +55,9 @@ fn stiffness_is_that_of_the_teeth_in_contact() {
     }
 }
 
-/// ISO 6336-1:2006, method B, at the rated load. One pair agrees; two are softer here, since the
-/// bodies twist on bores as small as their shafts, which pairs share: that ratio is nearer to
-/// the calibrated drive's 1.333.
+/// ISO 6336-1:2006, method B, at the rated load, with the linear contact. One pair is 5 % stiffer,
+/// the mean 17 % softer, since the bodies twist on bores as small as their shafts, which pairs
+/// share: two have 1.26 times the stiffness of one, the calibrated drive's 1.333.
 #[test]
 fn levels_are_near_the_standard_s() {
     let gears = gears();
@@ -71,8 +71,8 @@ fn levels_are_near_the_standard_s() {
     let transition = flanks.contact_ratio().fract();
     let [double, alone] = [0.5 * transition, 0.5 * (transition + 1.0)]
         .map(|phase| cycle.value(&cycle.stiffness, phase));
-    assert!((alone / single - 1.0).abs() < 0.05);
-    assert!((cycle.mean_stiffness() / mean - 1.0).abs() < 0.25);
+    assert!((alone / single - 1.0).abs() < 0.06);
+    assert!((cycle.mean_stiffness() / mean - 1.0).abs() < 0.2);
     assert!((double / alone - 1.333).abs() < 0.1);
 }
 

@@ -18,7 +18,7 @@ use std::sync::OnceLock;
 
 /// Ratio of root to bore radius from which the rim below the teeth is solved as accurately as
 /// thicker ones.
-pub(super) const LEAST_BODY_RATIO: f64 = 1.15;
+pub(super) const LEAST_BODY_RATIO: f64 = 1.06;
 
 /// The elastic bodies of both gears, solved when first asked for: who checks a drawing's geometry
 /// needs none. They follow from the drawing, so that all are equal beside equal drawings; none
