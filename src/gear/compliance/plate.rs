@@ -118,8 +118,7 @@ impl Plate {
     ) -> Option<()> {
         let modes = part.modes(resolution.foot);
         let foot = part.foot(tooth, &modes, resolution);
-        let strains = part.strains(poisson_ratio, points);
-        let mut stiffness = linalg::product(strains.transpose(), strains.as_ref());
+        let mut stiffness = part.stiffness(poisson_ratio, points);
         stiffness += linalg::product(foot.transpose(), foot.as_ref());
         let lower = linalg::cholesky(&stiffness)?;
         let columns = modes.len();
@@ -298,34 +297,43 @@ impl Part<'_> {
             .collect()
     }
 
-    /// Strains at the interior's points, by the root of the energy: its sum of squares is twice the
-    /// energy.
-    fn strains(&self, poisson_ratio: f64, points: &[[f64; 3]]) -> Mat<f64> {
-        // (εx + ν εy)² + (1 − ν²) εy² + (1 − ν)/2 γ², over 1 − ν².
-        let nu = poisson_ratio;
-        let own = (1.0 - nu * nu).sqrt();
-        let shear = (0.5 * (1.0 - nu)).sqrt();
-        let mut strains = Mat::zeros(3 * points.len(), self.freedoms());
+    /// Stiffness of the plate, free to float: twice the energy of displacements is
+    /// `∫ (εx² + 2 ν εx εy + εy² + ½ (1 − ν) γ²) dA/(1 − ν²)`.
+    fn stiffness(&self, poisson_ratio: f64, points: &[[f64; 3]]) -> Mat<f64> {
+        let shear = (0.5 * (1.0 - poisson_ratio)).sqrt();
+        let energy = 1.0 / (1.0 - poisson_ratio * poisson_ratio);
+        // Normal strains at the points, then shear strains, of the displacements along x and y.
+        let mut strains =
+            [0, 1].map(|component| Mat::zeros(self.products(component).count(), 2 * points.len()));
         for (index, &[x, y, weight]) in points.iter().enumerate() {
             let values = self.basis.at([x, y]);
-            let scale = weight.sqrt() / own;
-            let row = 3 * index;
-            let mut column = 0;
-            for (i, j) in self.products(0) {
-                let [by_x, by_y] = values.gradient(i, j);
-                strains[(row, column)] = scale * by_x;
-                strains[(row + 2, column)] = scale * shear * by_y;
-                column += 1;
-            }
-            for (i, j) in self.products(1) {
-                let [by_x, by_y] = values.gradient(i, j);
-                strains[(row, column)] = scale * nu * by_y;
-                strains[(row + 1, column)] = scale * own * by_y;
-                strains[(row + 2, column)] = scale * shear * by_x;
-                column += 1;
+            let scale = (weight * energy).sqrt();
+            for (component, strains) in strains.iter_mut().enumerate() {
+                for (row, (i, j)) in self.products(component).enumerate() {
+                    let gradient = values.gradient(i, j);
+                    strains[(row, index)] = scale * gradient[component];
+                    strains[(row, points.len() + index)] = scale * shear * gradient[1 - component];
+                }
             }
         }
-        strains
+        let [along_x, along_y] = &strains;
+        let mut contracted = along_y.clone();
+        for index in 0..points.len() {
+            for row in 0..contracted.nrows() {
+                contracted[(row, index)] *= poisson_ratio;
+            }
+        }
+        let own = [along_x, along_y].map(|part| linalg::product(part.as_ref(), part.transpose()));
+        let cross = linalg::product(contracted.as_ref(), along_x.transpose());
+        let first = along_x.nrows();
+        Mat::from_fn(self.freedoms(), self.freedoms(), |i, j| {
+            match (i < first, j < first) {
+                (true, true) => own[0][(i, j)],
+                (false, true) => cross[(i - first, j)],
+                (true, false) => cross[(j - first, i)],
+                (false, false) => own[1][(i - first, j - first)],
+            }
+        })
     }
 
     /// Integrals of the foot's modes with the displacements on it.
@@ -358,7 +366,7 @@ impl Part<'_> {
 /// the curve, and across in the angle about the gear's axis.
 fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     let unit = tooth.root_radius;
-    let across = GaussLegendre::new(resolution.across + 3);
+    let across = GaussLegendre::new(resolution.across + 1);
     let [joint, root] = tooth.fillet_range();
     let curves = [
         (root, joint, true),
@@ -367,9 +375,9 @@ fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     for (from, to, fillet) in curves {
         let rule = GaussLegendre::new(if fillet {
-            resolution.along
+            3 * resolution.along / 4
         } else {
-            resolution.along + 4
+            resolution.along + 6
         });
         for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
             let parameter = 0.5 * (from + to) + 0.5 * (to - from) * node;
