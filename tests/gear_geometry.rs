@@ -337,7 +337,8 @@ fn drawings_that_do_not_run_say_why() {
     let mut solid = pair([20, 30], 4e-3);
     solid.form.bore = [Some(30e-3), None];
     assert_eq!(refuse(&solid), GearError::NoBore { gear: 2 });
-    solid.form.bore = [Some(30e-3), Some(10e-3)];
+    // A rim of 2.5 mm on a root circle of 110.
+    solid.form.bore = [Some(30e-3), Some(105e-3)];
     assert!(matches!(
         refuse(&solid),
         GearError::BodyRatio { gear: 2, .. }

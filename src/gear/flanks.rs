@@ -5,16 +5,11 @@
 //! pinion's (s > 0). The roll angles are `tan α_w + s/r_b1` of the pinion and
 //! `tan α_w − s/r_b2` of the wheel.
 
-use super::compliance::{BODY_RATIO, RingCompliance, rings};
+use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
 use super::{GearError, GearPair, Tooth};
-use crate::numerics::quadrature::GaussLegendre;
 use std::f64::consts::PI;
-
-/// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
-/// within 1e-10 (see the test of its convergence).
-pub(super) const NODES: usize = 20;
 
 /// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
 /// load that teeth stand closes.
@@ -81,9 +76,8 @@ pub struct Flanks {
     pub bores: [f64; 2],
     path: PathOfContact,
     reach: [f64; 2],
-    pub(super) rings: Vec<[RingCompliance; 2]>,
+    pub(super) bodies: GearBodies,
     pub(super) pair: GearPair,
-    pub(super) rule: GaussLegendre,
 }
 
 impl Flanks {
@@ -149,8 +143,6 @@ impl Flanks {
         let furthest = (0.5 * (MOST_RATIO - contact_ratio)).clamp(0.0, 0.5) * path.base_pitch;
         let [after, before] = tips.map(|tip| tip.reach(TIP_GAP * pair.module, furthest));
         let reach = [path.start - before, path.end + after];
-        let most = (reach[1] - reach[0]) / path.base_pitch;
-        let rings = rings(pair, &teeth, bores, most as usize);
         Ok(Self {
             teeth,
             pressure_angle,
@@ -162,9 +154,8 @@ impl Flanks {
             bores,
             path,
             reach,
-            rings,
+            bodies: GearBodies::default(),
             pair: pair.clone(),
-            rule: GaussLegendre::new(NODES),
         })
     }
 
@@ -308,19 +299,17 @@ fn given(
 
 /// The bores, which must be known and make bodies whose compliance is.
 fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
-    let [least, most] = BODY_RATIO;
     let mut bores = [0.0; 2];
     for (index, tooth) in teeth.iter().enumerate() {
         let gear = index + 1;
         let bore = pair.form.bore[index].ok_or(GearError::NoBore { gear })?;
         let ratio = 2.0 * tooth.root_radius / bore;
-        if !(least..=most).contains(&ratio) {
+        if ratio < LEAST_BODY_RATIO {
             return Err(GearError::BodyRatio {
                 gear,
                 bore,
                 ratio,
-                least,
-                most,
+                least: LEAST_BODY_RATIO,
             });
         }
         bores[index] = bore;

@@ -38,6 +38,8 @@ pub struct ToothForm {
     pub material: [Material; 2],
     /// Hubs, webs and rims of the gear bodies. Of no effect on the flanks.
     pub body: [BodyShape; 2],
+    /// The plane state of teeth and bodies.
+    pub plane: Plane,
 }
 
 impl ToothForm {
@@ -64,6 +66,7 @@ impl Default for ToothForm {
             bore: [None; 2],
             material: [Material::default(); 2],
             body: [BodyShape::default(); 2],
+            plane: Plane::default(),
         }
     }
 }
@@ -117,6 +120,17 @@ impl Default for BasicRack {
     }
 }
 
+/// The plane state in which teeth and gear bodies deform. The flattening of the flanks is one of
+/// plane strain whatever they do: it is short against the face width.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub enum Plane {
+    /// Free of stress across the face: a face narrow against what deforms.
+    #[default]
+    Stress,
+    /// Held from widening: a wide face.
+    Strain,
+}
+
 /// An isotropic elastic material.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Material {
@@ -145,5 +159,17 @@ impl Material {
     /// Modulus in plane strain, `E / (1 − ν²)` \[Pa\].
     pub fn plane_strain_modulus(&self) -> f64 {
         self.young_modulus / (1.0 - self.poisson_ratio.powi(2))
+    }
+
+    /// The material whose plane stress is this one's plane state: in plane strain Young's modulus
+    /// is `E / (1 − ν²)` and Poisson's ratio `ν / (1 − ν)`.
+    pub fn in_plane(&self, plane: Plane) -> Self {
+        match plane {
+            Plane::Stress => *self,
+            Plane::Strain => Self {
+                young_modulus: self.plane_strain_modulus(),
+                poisson_ratio: self.poisson_ratio / (1.0 - self.poisson_ratio),
+            },
+        }
     }
 }

@@ -18,11 +18,11 @@ mod symmetry;
 mod tip_contact;
 mod tooth;
 
-pub use compliance::{PairCompliance, ToothCompliance};
+pub use compliance::PairCompliance;
 pub use error::GearError;
 pub use flank_law::FlankLaw;
 pub use flanks::{Flanks, PathOfContact};
-pub use form::{BasicRack, BodyShape, Hub, Material, ToothForm, Web};
+pub use form::{BasicRack, BodyShape, Hub, Material, Plane, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;

@@ -263,7 +263,7 @@ impl MeshTables {
         let mut fault = None;
         let search = MisalignmentSearch::default();
         let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
-            let inputs = inputs(&spec.gears, misalignment, force, MEANS);
+            let inputs = inputs(spec, misalignment, force, MEANS);
             match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
                 Ok(table) => table.cycle(0, 0).mean_centre(),
                 Err(error) => {
@@ -295,8 +295,8 @@ impl MeshTables {
         force: f64,
         resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let gears = &spec.gears;
-        let key = format!("{gears:?} {misalignment:e} {force:e} {resolution:?}");
+        let (gears, contact) = (&spec.gears, spec.contact);
+        let key = format!("{gears:?} {contact:?} {misalignment:e} {force:e} {resolution:?}");
         let far = || (self.common).cycle(&key, spec, misalignment, force, resolution);
         match &self.near {
             None => far(),
@@ -400,7 +400,7 @@ fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, Me
         (CycleDivision::Pairs { .. }, true) => rated,
         _ => flank_load(point.load * rated)?,
     };
-    let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
+    let inputs = inputs(spec, point.mesh.misalignment, force, MEANS);
     let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
     Ok(table.cycle(0, 0))
 }
@@ -438,7 +438,7 @@ impl Common {
         if let Some(known) = lock(&self.known).get(key) {
             return Ok(known.clone());
         }
-        let inputs = inputs(&spec.gears, misalignment, force, resolution);
+        let inputs = inputs(spec, misalignment, force, resolution);
         let fetched = self.store.mesh_table(&spec.gears, &inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
@@ -454,12 +454,14 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 fn inputs(
-    gears: &GearPair,
+    spec: &MeshTableSpec,
     misalignment: f64,
     force: f64,
     resolution: Resolution,
 ) -> MeshTableInputs {
+    let gears = &spec.gears;
     let mut inputs = MeshTableInputs::of_gears(gears);
+    inputs.contact = spec.contact;
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
     inputs.longest_piece = resolution.longest;

@@ -1,11 +1,16 @@
 //! `[gear]`: the pair as its drawing gives it.
 
 use crate::gear::{
-    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Modification, Relief,
+    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Modification, Plane, Relief,
     ReliefCourse, ToothForm, Web,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
+use std::f64::consts::FRAC_PI_2;
+
+/// Widths, in thicknesses of a tooth on its reference circle, above which a face is held from widening: a usual
+/// bound of cantilever plates.
+const WIDE: f64 = 5.0;
 
 pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let teeth = section.integers::<2>(issues, "teeth");
@@ -15,6 +20,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
     let form = form(section, issues, body_length);
+    let plane = plane(section, issues, module.zip(face_width));
     // The schema bounds the teeth far below the range of u32.
     let [pinion, wheel] = teeth?.map(u32::try_from);
     let pair = GearPair {
@@ -24,7 +30,10 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         face_width: face_width?,
         body_length: body_length?,
         rated_torque: rated_torque?,
-        form: form?,
+        form: ToothForm {
+            plane: plane?,
+            ..form?
+        },
     };
     check(section, issues, &pair)?;
     Some(pair)
@@ -82,6 +91,23 @@ fn form(
             poisson_ratio: poisson_ratio[gear],
         }),
         body: body?,
+        ..default
+    })
+}
+
+/// The plane state, which follows the width of the face where it is not given: teeth that are narrow against
+/// their thickness are free to widen.
+fn plane(section: &Section, issues: &mut Issues, size: Option<(f64, f64)>) -> Option<Plane> {
+    if section.has("plane") {
+        return Some(match section.choice(issues, "plane")? {
+            "strain" => Plane::Strain,
+            _ => Plane::Stress,
+        });
+    }
+    let (module, width) = size?;
+    Some(match width > WIDE * FRAC_PI_2 * module {
+        true => Plane::Strain,
+        false => Plane::Stress,
     })
 }
 
@@ -184,6 +210,7 @@ fn modification(
 fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
     let plain = ToothForm {
         body: pair.form.body,
+        plane: pair.form.plane,
         ..ToothForm::default()
     };
     if pair.form == plain {

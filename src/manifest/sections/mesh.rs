@@ -4,7 +4,7 @@ use super::backlash::{self, Surroundings};
 use super::coast;
 use super::contact_law;
 use super::friction;
-use crate::gear::{Flanks, GearPair};
+use crate::gear::{Contact, Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{
@@ -23,7 +23,13 @@ const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
 const ON_BORDER: f64 = 1e-9;
 
 /// Keys that only a table of the gears gives a meaning to.
-const OF_TABLES: [&str; 4] = ["misalignment", "shaft_tilt", "resolution", "slices"];
+const OF_TABLES: [&str; 5] = [
+    "misalignment",
+    "shaft_tilt",
+    "contact",
+    "resolution",
+    "slices",
+];
 
 /// Whether a mesh takes its stiffness from the drawing of the gears: `continuous` does where no
 /// key of the two-level law is given.
@@ -111,6 +117,10 @@ fn table(
     }
     let segments = section.integer_or_default(issues, "segments");
     let shaft_tilt = section.boolean_or_default(issues, "shaft_tilt");
+    let contact = match section.choice_or_default(issues, "contact")? {
+        "load_dependent" => Contact::LoadDependent,
+        _ => Contact::Linear,
+    };
     let pairs = pairs(section, issues, gears)?;
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
@@ -136,6 +146,7 @@ fn table(
             (None, false) => CycleDivision::Segments(u32::try_from(segments?).ok()?),
         },
         shaft_tilt: shaft_tilt?,
+        contact,
     })))
 }
 
@@ -155,8 +166,8 @@ fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Op
     }
     section.without_effect(
         issues,
-        &["segments", "shaft_tilt"],
-        "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts as they are",
+        &["segments", "shaft_tilt", "contact"],
+        "with resolution = \"pairs\": linear springs follow the mesh phase and the tilt of the shafts as they are",
         "remove it, or remove resolution = \"pairs\"",
     );
     let slices = u32::try_from(slices?).ok()?;

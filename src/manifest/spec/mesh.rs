@@ -1,6 +1,6 @@
 //! The resolved gear mesh.
 
-use crate::gear::{GearError, GearPair, MeanFriction};
+use crate::gear::{Contact, GearError, GearPair, MeanFriction};
 use crate::model::{Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::sync::Arc;
@@ -134,6 +134,8 @@ pub struct MeshTableSpec {
     pub division: CycleDivision,
     /// Whether the shafts' tilt under the mean load adds to the misalignment.
     pub shaft_tilt: bool,
+    /// How the flanks flatten where they touch.
+    pub contact: Contact,
 }
 
 /// How a mesh table is used over the cycle.

@@ -81,6 +81,10 @@ pub(super) const KEYS: &[Key] = &[
         .about("Dedendum of the rack, in modules: the addendum of the tool."),
     quantity("gear.rack.tip_radius", Ratio, NON_NEGATIVE, "0.25").or("0.38")
         .about("Radius of the root, in modules: that of the tool's tip. It shapes the fillet."),
+    choice("gear.plane", &["stress", "strain"], r#""strain""#)
+        .otherwise("\"strain\" where the face is more than five times as wide as a tooth is thick on its reference circle, else \"stress\"")
+        .about("The plane state of teeth and gear bodies where the mesh is computed: free to widen across the face, or \
+                held. Where they touch, flanks are in plane strain in either case."),
     table("gear.tip_relief").otherwise("no relief")
         .about("Relief that takes material off the flanks towards the tip. It needs a computed mesh to be felt, as all \
                 modifications of flanks do."),

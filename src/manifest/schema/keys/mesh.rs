@@ -78,6 +78,10 @@ pub(super) const KEYS: &[Key] = &[
     key("mesh.shaft_tilt", Kind::Boolean, ANY, "true").or("false")
         .about("Whether the tilt of the shafts under the mean load adds to the misalignment. Only where the mesh \
                 is computed from [gear]."),
+    choice("mesh.contact", &["linear", "load_dependent"], r#""load_dependent""#).or(r#""linear""#)
+        .about("How the flanks of a mesh computed from [gear] flatten. `linear`: in proportion to the force, 4 (1 - nu^2)/(pi E) \
+                for equal gears. `load_dependent`: by Weber & Banaschek at the mean line load of each pair, which \
+                stiffens with the load; the tangent is taken there."),
     choice("mesh.resolution", &["mean_load", "pairs"], r#""pairs""#).or(r#""mean_load""#)
         .about("What a mesh computed from [gear] is away from the mean load. `mean_load`: the tangent there, one \
                 spring with the stiffness that the teeth have under that load. `pairs`: every pair of teeth is a \
