@@ -12,11 +12,18 @@
 //! P = r_b (cos γ − t_a sin γ, sin γ + t_a cos γ)
 //! ```
 //!
-//! The mate's involute through P begins, seen from its own centre and turned by π, at the polar angle
-//! `ϑ + inv β` with `cos β = r_b'/ρ`, (ρ, ϑ) the place of P there; that of the conjugate flank at
-//! `−α_w + tan α_w − u/r_b'`. What they differ by, times r_b', is the gap along the line of action.
+//! The mate's involute through P, seen from the mate's centre and turned by π, has its string leave at the polar angle
+//! `γ' = ϑ − β` with `cos β = r_b'/ρ`, (ρ, ϑ) the place of P there. While the gears turn by `du/r_b` the edge comes nearer
+//! along that string by its distance from the tip's centre, `a cos γ' − r_b'`, and the mate goes away by `du`: the gap along
+//! the line of action is
+//!
+//! ```text
+//! ∫ (a/r_b) (cos α_w − cos γ') du
+//! ```
+//!
+//! from the end of the path on, where γ' is −α_w.
 
-use super::involute;
+use crate::numerics::legendre::transforms8;
 
 /// A tip edge and the flank it slides on beyond the end of the path of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,19 +52,27 @@ impl TipContact {
     /// Gap along the line of action \[m\] where conjugate flanks would touch `beyond` \[m\] behind
     /// the end; none where the edge would be in the mate's fillet.
     pub fn gap(&self, beyond: f64) -> Option<f64> {
-        let (angle, rolled) = (self.pressure_angle, beyond / self.base_radius);
-        let (sin, cos) = (rolled - angle).sin_cos();
+        self.string(beyond)?;
+        let opening = |x: &f64| {
+            let turned = self.string(0.5 * beyond * (x + 1.0)).unwrap_or(0.0);
+            // cos α − cos γ' with γ' = turned − α.
+            2.0 * (0.5 * turned).sin() * (0.5 * turned - self.pressure_angle).sin()
+        };
+        let transforms = transforms8();
+        let mean = transforms.interpolate(&transforms.nodes().each_ref().map(opening))[0];
+        Some(beyond * mean * self.centre_distance / self.base_radius)
+    }
+
+    /// By how much the string of the mate's involute through the tip edge is turned against the line of action
+    /// \[rad\]; none where the edge is in the mate's fillet.
+    fn string(&self, beyond: f64) -> Option<f64> {
+        let (sin, cos) = (beyond / self.base_radius - self.pressure_angle).sin_cos();
         let [x, y] = [cos - self.tip_roll * sin, sin + self.tip_roll * cos]
             .map(|coordinate| self.base_radius * coordinate);
         let (x, y) = (self.centre_distance - x, -y);
         let ratio = self.mate_base_radius / x.hypot(y);
         let roll = (ratio.powi(-2) - 1.0).max(0.0).sqrt();
-        if roll < self.mate_form_roll {
-            return None;
-        }
-        let through = y.atan2(x) + involute(roll.atan());
-        let conjugate = angle.tan() - angle - (self.end() + beyond) / self.mate_base_radius;
-        Some(self.mate_base_radius * (through - conjugate))
+        (roll >= self.mate_form_roll).then(|| y.atan2(x) - roll.atan() + self.pressure_angle)
     }
 
     /// How far behind the end of the path the gap reaches `gap` \[m\], but for the mate's fillet and
