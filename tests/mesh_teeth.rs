@@ -71,7 +71,7 @@ fn smooth_teeth_take_no_pieces_of_their_own() {
             inputs.longest_piece = 1.0 / 12.0;
         })
         .cycle(0, 0);
-        let mut cuts = vec![0.0, path.phase(path.end), path.phase(0.0), 1.0];
+        let mut cuts = [0.0, path.phase(path.end), path.phase(0.0), 1.0];
         cuts.sort_unstable_by(f64::total_cmp);
         let pieces: f64 = (cuts.windows(2))
             .map(|ends| (12.0 * (ends[1] - ends[0]) - 1e-9).ceil())

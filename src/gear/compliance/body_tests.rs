@@ -154,3 +154,66 @@ fn bodies_are_stable() {
         }
     }
 }
+
+/// Drawings of every kind, from 9 to 500 teeth, steep and flat flanks, long and short, nearly pointed
+/// ones, sharp and full roots, rims and discs: all have a compliance. A finer resolution moves it by
+/// less than 3 %, most where flanks are steep and the force near the root crosses the centre line
+/// far below the foot.
+#[test]
+fn every_drawing_has_a_compliance() {
+    let mut state = 1u64;
+    let mut between = |from: f64, to: f64| {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        from + (to - from) * ((state >> 11) as f64 / (1u64 << 53) as f64)
+    };
+    let mut found = 0;
+    let mut worst = [0.0f64; 2];
+    while found < 40 {
+        let teeth = 9.0 * (500.0f64 / 9.0).powf(between(0.0, 1.0));
+        let addendum = between(0.6, 1.4);
+        let pair = GearPair {
+            teeth: [teeth as u32, 30],
+            module: 4e-3,
+            pressure_angle: between(14f64, 28.0).to_radians(),
+            face_width: 20e-3,
+            body_length: [20e-3; 2],
+            rated_torque: 50.0,
+            form: ToothForm {
+                profile_shift: [between(-0.5, 1.0), 0.0],
+                rack: crate::gear::BasicRack {
+                    addendum,
+                    dedendum: addendum + between(0.15, 0.4),
+                    tip_radius: between(0.0, 0.4),
+                },
+                ..ToothForm::default()
+            },
+        };
+        let Ok(gear) = Tooth::new(&pair, 0) else {
+            continue;
+        };
+        found += 1;
+        let ratio = 1.06 * (20.0f64 / 1.06).powf(between(0.0, 1.0));
+        let fine = Resolution {
+            across: 16,
+            along: 18,
+            foot: 14,
+            harmonics: 200.0,
+        };
+        let fine = GearBody::resolved(
+            &gear,
+            pair.teeth[0],
+            ratio,
+            &UNIT,
+            range(&gear),
+            1,
+            &fine,
+            [64, 14],
+        )
+        .unwrap();
+        let taken = difference(&gear, &body(&gear, pair.teeth[0], ratio, 1), &fine);
+        worst = [worst[0].max(taken[0]), worst[1].max(taken[1])];
+    }
+    assert!(worst[0] < 0.03 && worst[1] < 2e-3, "{worst:?}");
+}

@@ -50,12 +50,12 @@ pub(super) struct Plate {
     pub clamped: Vec<f64>,
 }
 
-/// A unit force on a flank: where it acts, where its line crosses the tooth's centre line, and its
+/// A unit force on a flank: where it acts, how high its line crosses the tooth's centre line, and its
 /// direction.
 #[derive(Debug, Clone, Copy)]
 struct Force {
     flank: [f64; 2],
-    centre: [f64; 2],
+    height: f64,
     direction: [f64; 2],
 }
 
@@ -66,7 +66,7 @@ impl Force {
         let unit = tooth.root_radius;
         Self {
             flank: [point.x / unit, point.y / unit],
-            centre: [0.0, tooth.base_radius / cos / unit],
+            height: tooth.base_radius / cos / unit,
             direction: [-cos, -sin],
         }
     }
@@ -131,13 +131,11 @@ impl Plate {
             }
         }
         for (index, force) in forces.iter().enumerate() {
-            for (column, place) in [
-                (columns + index, force.flank),
-                (columns + count + index, force.centre),
-            ] {
-                for (row, work) in part.work(place, force.direction).into_iter().enumerate() {
-                    solved[(row, column)] = work;
-                }
+            let on_flank = part.work(force.flank, force.direction);
+            let on_centre = part.work_on_centre_line(force.height, force.direction);
+            for row in 0..part.freedoms() {
+                solved[(row, columns + index)] = on_flank[row];
+                solved[(row, columns + count + index)] = on_centre[row];
             }
         }
         linalg::solve_lower(&lower, &mut solved);
@@ -294,6 +292,21 @@ impl Part<'_> {
                 self.products(component)
                     .map(move |(i, j)| direction[component] * values.value(i, j))
             })
+            .collect()
+    }
+
+    /// The same at a height of the centre line. At a depth below the foot the displacement has
+    /// changed by as much as at that height above it: polynomials would leave it fast, and their
+    /// slope at the foot is not as good as their values.
+    fn work_on_centre_line(&self, height: f64, direction: [f64; 2]) -> Vec<f64> {
+        let depth = 1.0 - height;
+        if depth <= 0.0 {
+            return self.work([0.0, height], direction);
+        }
+        let at_foot = self.work([0.0, 1.0], direction);
+        let above = self.work([0.0, 1.0 + depth], direction);
+        (at_foot.iter().zip(above))
+            .map(|(at_foot, above)| 2.0 * at_foot - above)
             .collect()
     }
 

@@ -78,7 +78,7 @@ fn waves_sum_to_one_foot() {
         for j in 0..16 {
             // Waves that run the other way round are mirror images: modes an odd number of quarter
             // turns apart cancel.
-            let even = (quarter_turns(i, 8) + quarter_turns(j, 8)) % 2 == 0;
+            let even = (quarter_turns(i, 8) + quarter_turns(j, 8)).is_multiple_of(2);
             let sum: f64 = (all.iter().enumerate())
                 .map(|(order, wave)| match (order, even) {
                     (0, _) => wave[(i, j)],
