@@ -53,7 +53,10 @@ fn flanks(text: &str) -> Flanks {
 
 /// Deflection and force in the middle of every window.
 #[derive(Default)]
-struct Middles(Vec<[f64; 4]>);
+struct Middles {
+    windows: Vec<[f64; 4]>,
+    events: Vec<f64>,
+}
 
 impl Observer for Middles {
     const WINDOWS: bool = true;
@@ -78,7 +81,7 @@ impl Observer for Middles {
                 a * n as f64 * before
             })
             .sum();
-        self.0.push([
+        self.windows.push([
             window.start + 0.5 * window.duration,
             value(window.deflection),
             value(window.force),
@@ -86,7 +89,9 @@ impl Observer for Middles {
         ]);
     }
 
-    fn event(&mut self, _: &Event) {}
+    fn event(&mut self, event: &Event) {
+        self.events.push(event.time);
+    }
 }
 
 /// At 0.5 rad/s gears without further excitation follow the loaded transmission error, whichever way the mesh is
@@ -121,9 +126,13 @@ fn slow_gears_deflect_by_the_loaded_transmission_error() {
         let cycle = model.first_cycle();
         let damping = cycle.segments[0].damping;
         let [mut worst, mut bare, mut seen] = [0.0_f64, 0.0_f64, 0.0];
-        for [time, deflection, _, rate] in middles.0 {
+        for [time, deflection, _, rate] in middles.windows {
             let phase = time / model.period();
             let near = |end: f64| (phase - end).rem_euclid(1.0) < 0.03;
+            let met = |time: &f64| near(time / model.period());
+            if middles.events.iter().any(met) {
+                continue;
+            }
             if model
                 .contacts
                 .iter()
@@ -264,7 +273,7 @@ fn what_pairs_do_not_take_is_said() {
         let said = format!("{:?}", error.unwrap_err());
         assert!(said.contains(key), "{key}: {said}");
     }
-    let tables = manifest(pairs, "")
+    let tables = manifest(&format!("{pairs}\ncoast_flank = \"same_line\""), "")
         .replace("kernel = \"volterra\"", "kernel = \"dyadic\"")
         .replace("tolerance = \"roundoff\"", "");
     let said = format!(

@@ -63,7 +63,7 @@ impl FlankLaw for Flanks {
     }
 
     fn coupling(&self, s: f64, ahead: usize) -> f64 {
-        let gears = self.body_coupling(s, ahead);
+        let gears = self.coupled(s, ahead);
         gears.map_or(0.0, |[pinion, wheel]| pinion + wheel)
     }
 
@@ -87,5 +87,43 @@ impl FlankLaw for Flanks {
     fn kinks(&self) -> Vec<f64> {
         let path = self.path();
         [self.relief_starts(), vec![path.start, path.end]].concat()
+    }
+}
+
+impl Flanks {
+    /// Material that both flanks lack at position s \[m\]: tip and root relief, crowning and slope of the profiles.
+    pub fn relief(&self, s: f64) -> f64 {
+        let (form, path) = (&self.pair.form, self.path());
+        let s = s.clamp(path.start, path.end);
+        let (before, after) = (s - path.start, path.end - s);
+        let place = (before - after) / (path.end - path.start);
+        form.tip_relief[0].at(after)
+            + form.tip_relief[1].at(before)
+            + form.root_relief[0].at(before)
+            + form.root_relief[1].at(after)
+            + form.profile[0].at(place)
+            + form.profile[1].at(-place)
+    }
+
+    /// Material that both flanks lack at z from mid-face \[m\]: crowning and slope of the leads, end relief.
+    pub fn lead(&self, z: f64) -> f64 {
+        let (form, half) = (&self.pair.form, 0.5 * self.face_width);
+        let own = |gear: usize| {
+            let ends = form.end_relief[gear];
+            form.lead[gear].at(z / half) + ends.at(half - z) + ends.at(half + z)
+        };
+        own(0) + own(1)
+    }
+
+    /// Positions along the line of action where relief has a kink \[m\].
+    pub(super) fn relief_starts(&self) -> Vec<f64> {
+        let (path, form) = (self.path(), &self.pair.form);
+        let ([tip_1, tip_2], [root_1, root_2]) = (&form.tip_relief, &form.root_relief);
+        let from_end = [tip_1, root_2].map(|relief| (relief, path.end - relief.length));
+        let from_start = [tip_2, root_1].map(|relief| (relief, path.start + relief.length));
+        (from_end.into_iter().chain(from_start))
+            .filter(|(relief, _)| relief.amount != 0.0)
+            .map(|(_, place)| place)
+            .collect()
     }
 }

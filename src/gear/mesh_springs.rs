@@ -29,6 +29,9 @@ const TOLERANCE: f64 = 1e-9;
 /// What errors of a gap are held against \[m\]: deflections of loaded teeth.
 const GAP_SCALE: f64 = 1e-5;
 
+/// Gaps that differ by less are one \[m\]: only round-off keeps them apart.
+const TOGETHER: f64 = 1e-15;
+
 /// Most stretches of a cycle.
 const MOST: usize = 1024;
 
@@ -143,20 +146,6 @@ impl MeshSprings {
             .map(Vec::len);
         counts.max().unwrap_or(0)
     }
-
-    /// Mean over the cycle of the stiffness with all pairs on the path of contact closed \[N/m\], those whose gap
-    /// is at most `closed` \[m\].
-    pub fn mean_stiffness(&self, closed: f64) -> f64 {
-        let mut from = 0.0;
-        let mut sum = 0.0;
-        for stretch in &self.stretches {
-            let all = stretch.springs.iter().flatten();
-            let shut = all.filter(|spring| spring.gap[0] <= closed);
-            sum += (stretch.end - from) * shut.map(|spring| spring.stiffness[0]).sum::<f64>();
-            from = stretch.end;
-        }
-        sum
-    }
 }
 
 /// What became of a stretch.
@@ -230,8 +219,33 @@ fn examine(
     let on_slice = count / slices;
     debug_assert!(on_slice <= MOST_PAIRS);
     Ok(Examined::Follows(
-        pieces.chunks(on_slice).map(<[_]>::to_vec).collect(),
+        pieces.chunks(on_slice).map(joined_at_once).collect(),
     ))
+}
+
+/// The springs of a slice, those that join at the same approach throughout being one: on flanks that lack nothing two
+/// pairs touch together.
+fn joined_at_once(springs: &[SpringPiece]) -> Vec<SpringPiece> {
+    let mut out: Vec<SpringPiece> = Vec::new();
+    for spring in springs {
+        let same = |last: &SpringPiece| {
+            let mut gaps = last.gap.iter().zip(&spring.gap);
+            gaps.all(|(a, b)| (a - b).abs() <= TOGETHER)
+        };
+        match out.last_mut().filter(|last| same(last)) {
+            None => out.push(*spring),
+            Some(last) => {
+                let [own, other] = [last.stiffness[0], spring.stiffness[0]];
+                for (sum, k) in last.stiffness.iter_mut().zip(&spring.stiffness) {
+                    *sum += k;
+                }
+                for (mean, value) in last.friction.iter_mut().zip(spring.friction) {
+                    *mean = (own * *mean + other * value) / (own + other);
+                }
+            }
+        }
+    }
+    out
 }
 
 #[cfg(test)]

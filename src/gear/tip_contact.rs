@@ -43,12 +43,6 @@ pub(super) struct TipContact {
 }
 
 impl TipContact {
-    /// Where conjugate contact ends at the tip: the distance from the pitch point \[m\], positive
-    /// away from the gear's own base circle.
-    pub fn end(&self) -> f64 {
-        self.base_radius * (self.tip_roll - self.pressure_angle.tan())
-    }
-
     /// Gap along the line of action \[m\] where conjugate flanks would touch `beyond` \[m\] behind
     /// the end; none where the edge would be in the mate's fillet.
     pub fn gap(&self, beyond: f64) -> Option<f64> {
@@ -117,6 +111,11 @@ mod tests {
         Flanks::new(&pair).unwrap().tips()
     }
 
+    /// Where conjugate contact ends at the tip, from the pitch point.
+    fn end(tip: TipContact) -> f64 {
+        tip.base_radius * (tip.tip_roll - tip.pressure_angle.tan())
+    }
+
     /// The involute of a gear at the origin, its string leaving at the polar angle γ.
     fn point(base: f64, gamma: f64, roll: f64) -> [f64; 2] {
         let (sin, cos) = gamma.sin_cos();
@@ -142,7 +141,7 @@ mod tests {
                 let seen = [tip.centre_distance - edge[0], -edge[1]];
                 let start = tip.pressure_angle.tan()
                     - tip.pressure_angle
-                    - (tip.end() + beyond) / tip.mate_base_radius;
+                    - (end(tip) + beyond) / tip.mate_base_radius;
                 let distance = |roll: f64| {
                     let [x, y] = point(tip.mate_base_radius, start - roll, roll);
                     (x - seen[0]).hypot(y - seen[1])

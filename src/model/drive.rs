@@ -50,6 +50,18 @@ pub struct CoastFlank {
     pub transmission_error: Vec<MeshHarmonic>,
 }
 
+/// The divisions of one of a flank's springs, its first or a further one.
+pub(super) fn spring<'a>(
+    first: &'a [Division],
+    further: &'a [Vec<Division>],
+    number: usize,
+) -> &'a [Division] {
+    match number {
+        0 => first,
+        number => &further[number - 1],
+    }
+}
+
 /// A division of the mesh cycle: the stretch from the end of the one before to its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Division {

@@ -2,6 +2,7 @@
 
 use super::basis::Basis;
 use super::direction::Directions;
+use super::drive::spring;
 use super::error::{ModelError, positive};
 use super::further;
 use super::{
@@ -148,7 +149,9 @@ impl Model {
         let mut directions = Directions::default();
         let mut cycle =
             |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic], damping: f64| {
-                let error = harmonics(error, period);
+                let error: Vec<_> = (error.iter())
+                    .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, period))
+                    .collect();
                 let flank = flank(own);
                 let which =
                     directions.of_flank(&flank, mesh, drive.friction, &error, (&basis, &blocks));
@@ -447,18 +450,6 @@ fn release(asked: Release, damping: f64) -> Release {
     }
 }
 
-/// The divisions of one of a flank's springs.
-fn spring<'a>(
-    first: &'a [Division],
-    further: &'a [Vec<Division>],
-    number: usize,
-) -> &'a [Division] {
-    match number {
-        0 => first,
-        number => &further[number - 1],
-    }
-}
-
 /// That divisions end one after the other, the last at 1.
 fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
     let mut before = 0.0;
@@ -489,17 +480,6 @@ fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
         }
     }
     tilt
-}
-
-/// The harmonics of a transmission error.
-fn harmonics(error: &[MeshHarmonic], period: f64) -> Vec<TransmissionErrorHarmonic> {
-    let of = |h: &MeshHarmonic| TransmissionErrorHarmonic {
-        angular_frequency: TAU * h.turns_per_cycle() / period,
-        turns_per_cycle: h.turns_per_cycle(),
-        amplitude: h.amplitude,
-        phase: h.phase,
-    };
-    error.iter().map(of).collect()
 }
 
 /// Turned modal values, of which there may be none.

@@ -124,10 +124,16 @@ impl Flanks {
         let path = self.path();
         let further = s + ahead as f64 * path.base_pitch;
         // A pair that leaves contact within round-off is still in it.
-        let (slack, [first, last]) = (1e-9 * path.base_pitch, self.reach());
-        if ahead == 0 || s < first - slack || further > last + slack {
+        let slack = 1e-9 * path.base_pitch;
+        if ahead == 0 || s < path.start - slack || further > path.end + slack {
             return None;
         }
+        self.coupled(s, ahead)
+    }
+
+    /// The same of pairs within reach, which off the path touch with their tips.
+    pub(super) fn coupled(&self, s: f64, ahead: usize) -> Option<[f64; 2]> {
+        let further = s + ahead as f64 * self.path().base_pitch;
         let (near, far) = (self.roll(s), self.roll(further));
         let [pinion, wheel] = self.gear_bodies();
         // Forces push against growing x. Teeth further along the path are ahead in the sense of
