@@ -211,7 +211,11 @@ fn surroundings(path: &str) -> String {
             let law = "friction_law = \"schlenk\"\nroughness = 5e-7\noil_viscosity = 0.02";
             put("[mesh]", &format!("[mesh]\n{law}"));
         }
-        "mesh.misalignment" | "mesh.shaft_tilt" => {
+        "mesh.misalignment" | "mesh.shaft_tilt" | "mesh.contact" | "mesh.resolution"
+        | "mesh.slices" => {
+            if path == "mesh.slices" {
+                put("[mesh]", "[mesh]\nresolution = \"pairs\"");
+            }
             put("stiffness = \"piecewise\"", "stiffness = \"table\"");
             for key in ["mean_stiffness", "contact_ratio", "single_pair_drop"] {
                 put(&format!("\n{key} = "), &format!("\n# {key} = "));
@@ -233,6 +237,13 @@ fn surroundings(path: &str) -> String {
             put(
                 "[excitation]",
                 &format!("[excitation]\ncoast_transmission_error = {error} #"),
+            );
+        }
+        _ if path.starts_with("excitation.gear_error.") => {
+            let error = "[{ shaft = \"wheel\", order = 1, amplitude = 1 }]";
+            put(
+                "[excitation]",
+                &format!("[excitation]\ngear_error = {error} #"),
             );
         }
         _ if path.starts_with("excitation.torque_ripple.") => {
@@ -291,6 +302,9 @@ fn with(text: &str, key: &Key, line: &str) -> String {
                 _ => "",
             };
             format!("{text}\n[grid.refine]\nlevels = 1\n{by}\n{line}\n")
+        }
+        _ if table.ends_with("_relief") => {
+            format!("{text}\n[{table}]\namount = 1e-6\nlength = 1e-3\n{line}\n")
         }
         _ if table.starts_with("analyses.") => analyses(text, &format!("[{table}]\n{line}")),
         _ if text.contains(&format!("[{table}]")) => {
