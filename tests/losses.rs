@@ -186,7 +186,8 @@ fn answer(job: &Job, model: &Model) -> NvhOutcome {
 }
 
 /// A slow run under constant load loses by elastic load sharing: the mean of the mesh table. Pairs bear less at
-/// the ends of the path, where they slide fastest, than by even shares: 2 % less is lost.
+/// the ends of the path, where they slide fastest, than by even shares, but tips touch beyond them: in all 1 % more is lost,
+/// within what is published. The load matters: 0.193 at a quarter of it, 0.199 at twice.
 #[test]
 fn a_slow_run_has_the_loss_factor_of_its_table() {
     let parts = common::parts();
@@ -206,7 +207,8 @@ fn a_slow_run_has_the_loss_factor_of_its_table() {
     let even = ohlendorf(&flanks);
     println!("loss factor of the run {run}, of the table {factor}, evenly shared {even}");
     assert!((run / factor - 1.0).abs() < 1e-3, "{run} {factor}");
-    assert!(factor < even && factor > 0.97 * even, "{factor} {even}");
+    // What Wimmer and Ohlendorf have for it.
+    assert!((0.1946..0.1986).contains(&factor), "{factor} {even}");
     // Friction bears a part of the torque, so that the mesh force is not quite the load.
     let through = found.power_transmitted.unwrap();
     assert!((through / (100.0 * 20.0) - 1.0).abs() < 2e-3, "{through}");

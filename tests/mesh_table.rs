@@ -7,7 +7,7 @@ mod flank;
 
 use atlas::gear::{
     Contact, Face, LoadSharing, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, NODES,
-    SharingError, pairs_at,
+    SecantContact, SharingError, pairs_at,
 };
 use flank::{FACE_WIDTH, FunctionFlank, MISALIGNMENT, STIFFNESS, default_force, path, split};
 use std::f64::consts::{PI, TAU};
@@ -437,6 +437,14 @@ fn off_its_law(law: &FunctionFlank, inputs: &MeshTableInputs, places: u32) -> f6
         let sharing = match inputs.contact {
             Contact::Linear => {
                 let pairs = pairs_at(law, phase, face).unwrap();
+                LoadSharing::new(&pairs, face, inputs.misalignment[0]).unwrap()
+            }
+            Contact::Secant => {
+                let law = SecantContact {
+                    law,
+                    line_load: cycle.force / FACE_WIDTH,
+                };
+                let pairs = pairs_at(&law, phase, face).unwrap();
                 LoadSharing::new(&pairs, face, inputs.misalignment[0]).unwrap()
             }
             Contact::LoadDependent => {

@@ -49,6 +49,49 @@ pub trait FlankLaw: Sync {
     }
 }
 
+/// A law whose contact is linear, with the secant compliance that it has at a line load.
+#[derive(Debug, Clone, Copy)]
+pub struct SecantContact<'a, L> {
+    /// The law.
+    pub law: &'a L,
+    /// Line load at which the flattening is that of the law \[N/m\], > 0.
+    pub line_load: f64,
+}
+
+impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
+    fn path(&self) -> PathOfContact {
+        self.law.path()
+    }
+
+    fn reach(&self) -> [f64; 2] {
+        self.law.reach()
+    }
+
+    fn compliance(&self, s: f64) -> PairCompliance {
+        let [approach, _] = self.law.contact(s, self.line_load);
+        PairCompliance {
+            hertz: approach / self.line_load,
+            ..self.law.compliance(s)
+        }
+    }
+
+    fn coupling(&self, s: f64, ahead: usize) -> f64 {
+        self.law.coupling(s, ahead)
+    }
+
+    fn relief(&self, s: f64) -> f64 {
+        self.law.relief(s)
+    }
+
+    fn deviation(&self, s: f64, z: f64) -> f64 {
+        self.law.deviation(s, z)
+    }
+
+    fn kinks(&self) -> Vec<f64> {
+        self.law.kinks()
+    }
+}
+
 impl FlankLaw for Flanks {
     fn path(&self) -> PathOfContact {
         self.path()

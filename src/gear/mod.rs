@@ -20,7 +20,7 @@ mod tooth;
 
 pub use compliance::PairCompliance;
 pub use error::GearError;
-pub use flank_law::FlankLaw;
+pub use flank_law::{FlankLaw, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, Hub, Material, Plane, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};

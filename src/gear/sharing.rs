@@ -42,7 +42,7 @@ pub struct SharedLoad {
     pub centre: f64,
     /// Share of each pair in the load; they sum to 1.
     pub share: [f64; MOST_PAIRS],
-    /// Loaded part of the lines of contact of the pairs that bear load.
+    /// Loaded part of the lines of contact of all pairs on the path of contact.
     pub contact_fraction: f64,
 }
 
@@ -69,6 +69,8 @@ pub struct LoadSharing {
     ramps: Vec<Ramp>,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
     knots: Vec<f64>,
+    /// Which pairs are on the path of contact.
+    on_path: [bool; MOST_PAIRS],
     /// Whether every pair lacks the same all along its face.
     even: bool,
     /// By how much the line load of each pair exceeds the least at which its contact is
@@ -115,6 +117,7 @@ impl LoadSharing {
             pairs: pairs.len(),
             ramps,
             knots,
+            on_path: std::array::from_fn(|pair| pairs.get(pair).is_some_and(|own| own.on_path)),
             even: (pairs.iter()).all(|pair| pair.gap.windows(2).all(|gap| gap[0] == gap[1])),
             above_least: [1.0; MOST_PAIRS],
         })
@@ -148,8 +151,13 @@ impl LoadSharing {
             centre: part(moment),
             share: loads.map(part),
             contact_fraction: {
-                let bearing = loaded.iter().filter(|slices| **slices > 0.0).count().max(1);
-                loaded.iter().sum::<f64>() / (bearing * self.face.slices) as f64
+                let touching = self.on_path.iter().filter(|on_path| **on_path).count();
+                let on_path = loaded
+                    .iter()
+                    .zip(&self.on_path)
+                    .filter(|(_, on_path)| **on_path);
+                let slices: f64 = on_path.map(|(slices, _)| slices).sum();
+                slices / (touching.max(1) * self.face.slices) as f64
             },
         };
         let slice = self.face.width / self.face.slices as f64;

@@ -3,9 +3,9 @@
 use super::mesh_divisions::{divisions, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Face, Flanks, GearError, GearPair, MeshSprings, MeshTable, MeshTableCycle, MeshTableError,
+    Contact, Face, Flanks, GearError, MeshSprings, MeshTable, MeshTableCycle, MeshTableError,
     MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
-    TiltCompliance, loaded_misalignment,
+    SecantContact, TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
@@ -226,7 +226,7 @@ impl MeshTables {
             structure.rated_force
         };
         let cycle = self.cycle(spec, misalignment, loaded, MEANS)?;
-        let springs = self.common.springs(&spec.gears, misalignment, slices)?;
+        let springs = self.common.springs(spec, misalignment, slices, loaded)?;
         let mean_stiffness = cycle.mean_stiffness();
         let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
         Ok(TabledMesh {
@@ -365,14 +365,21 @@ fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, Me
 }
 
 impl Common {
-    /// The springs that the pairs of teeth are on slices of the face.
+    /// The springs that the pairs of teeth are on slices of the face; where flanks flatten by the load, as they do
+    /// on the whole under a force \[N\].
     fn springs(
         &self,
-        gears: &GearPair,
+        spec: &MeshTableSpec,
         misalignment: f64,
         slices: usize,
+        force: f64,
     ) -> Result<Arc<MeshSprings>, MeshError> {
-        let key = format!("{gears:?} {misalignment:e} {slices}");
+        let gears = &spec.gears;
+        let line_load = match spec.contact {
+            Contact::Linear => None,
+            Contact::Secant | Contact::LoadDependent => Some(force / gears.face_width),
+        };
+        let key = format!("{gears:?} {line_load:?} {misalignment:e} {slices}");
         if let Some(known) = lock(&self.springs).get(&key) {
             return Ok(known.clone());
         }
@@ -380,7 +387,17 @@ impl Common {
             width: gears.face_width,
             slices,
         };
-        let found = Arc::new(MeshSprings::new(&Flanks::new(gears)?, face, misalignment)?);
+        let flanks = Flanks::new(gears)?;
+        let found = Arc::new(match line_load {
+            None => MeshSprings::new(&flanks, face, misalignment),
+            Some(line_load) => {
+                let law = SecantContact {
+                    law: &flanks,
+                    line_load,
+                };
+                MeshSprings::new(&law, face, misalignment)
+            }
+        }?);
         lock(&self.springs).insert(key, found.clone());
         Ok(found)
     }

@@ -17,6 +17,7 @@ use crate::numerics::quadrature::GaussLegendre;
 use crate::numerics::{legendre, linalg};
 use faer::Mat;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::OnceLock;
 
 /// The resolution taken; see the tests of its convergence.
 const RESOLUTION: Resolution = Resolution {
@@ -34,6 +35,22 @@ const TERMS: usize = 12;
 /// Roll angles by which the series are found: enough for the products of the plate's
 /// polynomials not to be taken for slower ones.
 const NODES: usize = 48;
+
+/// Ratio of root to bore radius from which the rim below the teeth is solved as accurately as
+/// thicker ones.
+pub(in crate::gear) const LEAST_BODY_RATIO: f64 = 1.06;
+
+/// The elastic bodies of both gears, solved when first asked for: who checks a drawing's geometry
+/// needs none. They follow from the drawing, so that all are equal beside equal drawings; none
+/// of a gear whose numbers are not finite.
+#[derive(Debug, Clone, Default)]
+pub(in crate::gear) struct GearBodies(pub(super) OnceLock<[Option<GearBody>; 2]>);
+
+impl PartialEq for GearBodies {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
 
 /// Compliances of one gear as functions of the roll angle at which a flank is loaded, per
 /// unit width \[m²/N\].

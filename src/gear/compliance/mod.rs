@@ -14,23 +14,7 @@ mod ring;
 
 use super::Flanks;
 use body::GearBody;
-use std::sync::OnceLock;
-
-/// Ratio of root to bore radius from which the rim below the teeth is solved as accurately as
-/// thicker ones.
-pub(super) const LEAST_BODY_RATIO: f64 = 1.06;
-
-/// The elastic bodies of both gears, solved when first asked for: who checks a drawing's geometry
-/// needs none. They follow from the drawing, so that all are equal beside equal drawings; none
-/// of a gear whose numbers are not finite.
-#[derive(Debug, Clone, Default)]
-pub(super) struct GearBodies(OnceLock<[Option<GearBody>; 2]>);
-
-impl PartialEq for GearBodies {
-    fn eq(&self, _: &Self) -> bool {
-        true
-    }
-}
+pub(super) use body::{GearBodies, LEAST_BODY_RATIO};
 
 /// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
 /// `[pinion, wheel]`.

@@ -3,7 +3,7 @@
 use super::super::friction::friction_direction;
 use super::super::sharing::{Contact, Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
 use super::{MeshTableError, MeshTableInputs};
-use crate::gear::FlankLaw;
+use crate::gear::flank_law::{FlankLaw, SecantContact};
 
 /// The law that a table holds.
 #[derive(Debug, Clone, Copy)]
@@ -73,8 +73,19 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
             let mut sharing = LoadSharing::new(&pairs, face, misalignment)?;
             for &torque in &inputs.torque {
                 let force = torque / inputs.base_radius;
-                if inputs.contact == Contact::LoadDependent {
-                    sharing = LoadSharing::under(flanks, phase, face, misalignment, force)?;
+                match inputs.contact {
+                    Contact::Linear => {}
+                    Contact::Secant => {
+                        let law = SecantContact {
+                            law: flanks,
+                            line_load: force / face.width,
+                        };
+                        let pairs = pairs_at(&law, phase, face)?;
+                        sharing = LoadSharing::new(&pairs, face, misalignment)?;
+                    }
+                    Contact::LoadDependent => {
+                        sharing = LoadSharing::under(flanks, phase, face, misalignment, force)?;
+                    }
                 }
                 let load = sharing.bear(force);
                 let friction = friction_direction(&positions, &load.share);

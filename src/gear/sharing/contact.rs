@@ -10,6 +10,8 @@ use crate::gear::FlankLaw;
 pub enum Contact {
     /// In proportion to the load.
     Linear,
+    /// In proportion to the load, with the secant of [`FlankLaw::contact`] at the line load of one pair alone.
+    Secant,
     /// By [`FlankLaw::contact`] at the mean line load of each pair's loaded part.
     LoadDependent,
 }

@@ -27,6 +27,8 @@ impl Face {
 pub struct ContactPair {
     /// Place on the line of action \[m\].
     pub position: f64,
+    /// Whether that is on the path of contact, where rigid gears would touch.
+    pub(super) on_path: bool,
     /// Compliance of the teeth without their contact, times width \[m²/N\].
     pub(super) teeth: f64,
     /// Tangent compliance of the contact, times width \[m²/N\].
@@ -98,8 +100,10 @@ impl ContactPair {
                 });
             }
         }
+        let path = law.path();
         Ok(Self {
             position,
+            on_path: (path.start..=path.end).contains(&position),
             teeth,
             contact: compliance.hertz,
             intercept: 0.0,

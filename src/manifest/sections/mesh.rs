@@ -118,7 +118,7 @@ fn table(
     let segments = section.integer_or_default(issues, "segments");
     let shaft_tilt = section.boolean_or_default(issues, "shaft_tilt");
     let contact = match section.choice_or_default(issues, "contact")? {
-        "load_dependent" => Contact::LoadDependent,
+        "load_dependent" => Contact::Secant,
         _ => Contact::Linear,
     };
     let pairs = pairs(section, issues, gears)?;
@@ -166,8 +166,8 @@ fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Op
     }
     section.without_effect(
         issues,
-        &["segments", "shaft_tilt", "contact"],
-        "with resolution = \"pairs\": linear springs follow the mesh phase and the tilt of the shafts as they are",
+        &["segments", "shaft_tilt"],
+        "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts as they are",
         "remove it, or remove resolution = \"pairs\"",
     );
     let slices = u32::try_from(slices?).ok()?;

@@ -80,8 +80,8 @@ pub(super) const KEYS: &[Key] = &[
                 is computed from [gear]."),
     choice("mesh.contact", &["linear", "load_dependent"], r#""load_dependent""#).or(r#""linear""#)
         .about("How the flanks of a mesh computed from [gear] flatten. `linear`: in proportion to the force, 4 (1 - nu^2)/(pi E) \
-                for equal gears. `load_dependent`: by Weber & Banaschek at the mean line load of each pair, which \
-                stiffens with the load; the tangent is taken there."),
+                for equal gears. `load_dependent`: by Weber & Banaschek, which stiffens with the load: with the secant at \
+                the mean load on one pair (the rated one where there is none)."),
     choice("mesh.resolution", &["mean_load", "pairs"], r#""pairs""#).or(r#""mean_load""#)
         .about("What a mesh computed from [gear] is away from the mean load. `mean_load`: the tangent there, one \
                 spring with the stiffness that the teeth have under that load. `pairs`: every pair of teeth is a \
