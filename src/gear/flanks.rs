@@ -1,4 +1,5 @@
-//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief, sliding.
+//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief, sliding, all in
+//! the transverse section, in which helical gears are spur gears.
 //!
 //! Positions s \[m\] lie on the line of action, 0 at the pitch point, growing in the sense of
 //! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
@@ -9,7 +10,7 @@ use super::compliance::{BODY_RATIO, RingCompliance, rings};
 use super::pair::NO_BACKLASH;
 use super::{GearError, GearPair, Relief, Tooth};
 use crate::numerics::quadrature::GaussLegendre;
-use std::f64::consts::PI;
+use std::f64::consts::FRAC_PI_2;
 
 /// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
 /// within 1e-10 (see the test of its convergence).
@@ -18,7 +19,7 @@ pub(super) const NODES: usize = 20;
 /// Where contact can be, on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOfContact {
-    /// Distance of neighbouring pairs in contact, `π m cos α` \[m\].
+    /// Distance of neighbouring pairs in contact, `π m_t cos α_t` \[m\].
     pub base_pitch: f64,
     /// Where contact begins, at the wheel's tip \[m\].
     pub start: f64,
@@ -59,6 +60,8 @@ pub struct Flanks {
     pub teeth: [Tooth; 2],
     /// Operating pressure angle \[rad\].
     pub pressure_angle: f64,
+    /// Helix angle at the base cylinders \[rad\], positive with a right-handed pinion.
+    pub base_helix_angle: f64,
     /// Centre distance \[m\].
     pub centre_distance: f64,
     /// Radii on which the gears roll \[m\].
@@ -73,6 +76,9 @@ pub struct Flanks {
     pub bores: [f64; 2],
     path: PathOfContact,
     pub(super) rings: Vec<[RingCompliance; 2]>,
+    /// Of helical gears the spur pair of their normal section, whose teeth yield as theirs do; of
+    /// spur gears none.
+    pub(super) normal_section: Option<Box<Flanks>>,
     pub(super) pair: GearPair,
     pub(super) rule: GaussLegendre,
 }
@@ -104,7 +110,7 @@ impl Flanks {
 
         let tangent = pressure_angle.tan();
         let path = PathOfContact {
-            base_pitch: PI * pair.module * pair.pressure_angle.cos(),
+            base_pitch: pair.base_pitch(),
             start: wheel.base_radius * (tangent - wheel.tip_roll),
             end: pinion.base_radius * (pinion.tip_roll - tangent),
             pitch_point: 0.0,
@@ -128,7 +134,7 @@ impl Flanks {
             return Err(GearError::ContactRatio { contact_ratio });
         }
 
-        let backlash = pair.normal_backlash()?;
+        let backlash = pair.action_backlash()?;
         if backlash < -NO_BACKLASH * pair.module {
             return Err(GearError::NegativeBacklash {
                 backlash,
@@ -137,9 +143,10 @@ impl Flanks {
         }
         let bores = bores(pair, &teeth)?;
         let rings = rings(pair, &teeth, bores, contact_ratio as usize);
-        Ok(Self {
+        let mut flanks = Self {
             teeth,
             pressure_angle,
+            base_helix_angle: pair.base_helix_angle(),
             centre_distance,
             operating_pitch_radii,
             backlash: backlash.max(0.0),
@@ -148,8 +155,62 @@ impl Flanks {
             bores,
             path,
             rings,
+            normal_section: None,
             pair: pair.clone(),
             rule: GaussLegendre::new(NODES),
+        };
+        if pair.helix_angle != 0.0 {
+            flanks.normal_section = Some(Box::new(flanks.in_normal_section()?));
+        }
+        Ok(flanks)
+    }
+
+    /// The spur pair that has the teeth and the curvature of the normal section. Its path of contact
+    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are; its bodies have
+    /// their ratios of root to bore.
+    fn in_normal_section(&self) -> Result<Self, GearError> {
+        let pair = &self.pair;
+        let cos = self.base_helix_angle.cos();
+        let mut section = GearPair {
+            helix_angle: 0.0,
+            ..pair.clone()
+        };
+        section.form.thinning = pair.form.thinning.map(|part| part * pair.helix_angle.cos());
+        let counts = pair.virtual_teeth();
+        section.teeth = counts.map(|count| count.round() as u32);
+        let tooth = |index: usize| {
+            let own = &self.teeth[index];
+            let radius = 0.5 * pair.module * counts[index];
+            let addendum = own.tip_radius - own.reference_radius;
+            Tooth::cut(&section, index, counts[index], radius + addendum)
+        };
+        let teeth = [tooth(0)?, tooth(1)?];
+        let pressure_angle = (self.pressure_angle.sin() * cos).asin();
+        let radius = |index: usize| teeth[index].base_radius / pressure_angle.cos();
+        let operating_pitch_radii = [radius(0), radius(1)];
+        let bore = |index: usize| {
+            self.bores[index] * teeth[index].root_radius / self.teeth[index].root_radius
+        };
+        Ok(Self {
+            pressure_angle,
+            base_helix_angle: 0.0,
+            centre_distance: operating_pitch_radii.iter().sum(),
+            operating_pitch_radii,
+            backlash: self.backlash * cos,
+            clearance: self.clearance,
+            face_width: self.face_width / cos,
+            bores: [bore(0), bore(1)],
+            path: PathOfContact {
+                base_pitch: self.path.base_pitch / cos,
+                start: self.path.start / cos,
+                end: self.path.end / cos,
+                pitch_point: self.path.pitch_point / cos,
+            },
+            rings: Vec::new(),
+            normal_section: None,
+            rule: self.rule.clone(),
+            pair: section,
+            teeth,
         })
     }
 
@@ -158,9 +219,15 @@ impl Flanks {
         self.path
     }
 
-    /// Pairs in contact on average.
+    /// Pairs in contact on average in one transverse section, ε_α.
     pub fn contact_ratio(&self) -> f64 {
         self.path.contact_ratio()
+    }
+
+    /// By how many mesh cycles one end of the face is ahead of the other, ε_β: what helical pairs have
+    /// in contact on average beyond [`Self::contact_ratio`].
+    pub fn overlap_ratio(&self) -> f64 {
+        self.face_width * self.base_helix_angle.tan().abs() / self.path.base_pitch
     }
 
     /// Roll angles of pinion and wheel at position s, held on the path of contact.
@@ -192,7 +259,7 @@ impl Flanks {
         s * (1.0 + pinion / wheel)
     }
 
-    /// Material that both flanks lack at position s \[m\]: tip and root relief, linear in s.
+    /// Material that both flanks lack at position s along their normal \[m\]: tip and root relief, linear in s.
     pub fn relief(&self, s: f64) -> f64 {
         let form = &self.pair.form;
         let (before, after) = (s - self.path.start, self.path.end - s);
@@ -212,6 +279,10 @@ impl Flanks {
 /// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
 /// already, a caller of the library may not.
 fn check_values(pair: &GearPair) -> Result<(), GearError> {
+    if pair.helix_angle.is_nan() || pair.helix_angle.abs() >= FRAC_PI_2 {
+        let value = pair.helix_angle;
+        return Err(GearError::HelixAngle { value });
+    }
     let form = &pair.form;
     let material = form.material;
     let relief = || form.tip_relief.iter().chain(&form.root_relief);

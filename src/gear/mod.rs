@@ -6,6 +6,7 @@ mod flank_law;
 mod flanks;
 mod form;
 mod friction;
+mod helix;
 mod involute;
 mod mean_friction;
 mod mesh_table;
@@ -21,6 +22,7 @@ pub use flank_law::FlankLaw;
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, Hub, Material, Relief, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
+pub use helix::mesh_force_direction;
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
 pub use mesh_table::{

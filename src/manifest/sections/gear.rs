@@ -21,6 +21,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         teeth: [pinion.ok()?, wheel.ok()?],
         module: module?,
         pressure_angle: pressure_angle?,
+        helix_angle: 0.0,
         face_width: face_width?,
         body_length: body_length?,
         rated_torque: rated_torque?,
