@@ -45,8 +45,7 @@ impl MeanFriction {
         let [pinion, wheel] = pair.operating_pitch_radii()?;
         let line_load = (force.abs() / pair.face_width).max(LEAST_LINE_LOAD);
         let sum_speed = 2.0 * (speed.abs() * pinion).min(MOST_SPEED) * sine;
-        let curvature =
-            pinion * wheel * sine / (pinion + wheel) / pair.base_helix_angle().cos();
+        let curvature = pinion * wheel * sine / (pinion + wheel) / pair.base_helix_angle().cos();
         // N/mm over (m/s mm) is N/m over (m/s m) times 1e-6.
         let coefficient = 0.048
             * (1e-6 * line_load / (sum_speed * curvature)).powf(0.2)

@@ -34,7 +34,8 @@ pub use misalignment::{
 };
 pub use pair::GearPair;
 pub use sharing::{
-    Contact, ContactPair, Face, LoadSharing, MOST_PAIRS, SharedLoad, SharingError, pairs_at,
+    Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
+    pairs_at,
 };
 pub use symmetry::standard_symmetry;
 pub use tooth::{ProfilePoint, Tooth};

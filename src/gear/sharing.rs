@@ -16,16 +16,19 @@
 //! Within a slice the part of the gap that is common to the pairs is a straight line. F(x) is
 //! then piecewise quadratic and monotone, and solved exactly, whatever the number of slices:
 //! with plain misalignment one slice is as good as a hundred. Where the gap curves across the
-//! face (crowning) the error falls with the square of the slice width.
+//! face (crowning) the error falls with the square of the slice width. On a helical face every slice
+//! has pairs of its own ([`HelicalFace`]).
 
 mod contact;
 mod error;
+mod helical;
 mod kinks;
 mod pairs;
 mod ramp;
 
 pub use contact::Contact;
 pub use error::{MOST_PAIRS, SharingError};
+pub use helical::HelicalFace;
 pub use pairs::{ContactPair, Face, pairs_at};
 
 use ramp::Ramp;
@@ -40,7 +43,8 @@ pub struct SharedLoad {
     pub stiffness: f64,
     /// Centroid of the load across the face, from mid-face \[m\].
     pub centre: f64,
-    /// Share of each pair in the load; they sum to 1.
+    /// Share of each pair in the load; they sum to 1. On a helical face what the pairs that came last
+    /// bear, each at its own place of the face, what those before them bear, and so on.
     pub share: [f64; MOST_PAIRS],
     /// Loaded part of the lines of contact of all pairs.
     pub contact_fraction: f64,
@@ -53,6 +57,10 @@ pub struct LoadSharing {
     pairs: usize,
     /// One for each pair of each slice.
     ramps: Vec<Ramp>,
+    /// The slices of a helical face; of others, which are equal, none.
+    spans: Vec<helical::Span>,
+    /// Width of all ramps, in slices.
+    parts: f64,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
     knots: Vec<f64>,
     /// Whether every pair lacks the same all along its face.
@@ -99,7 +107,9 @@ impl LoadSharing {
         Ok(Self {
             face,
             pairs: pairs.len(),
+            parts: ramps.len() as f64,
             ramps,
+            spans: Vec::new(),
             knots,
             even: (pairs.iter()).all(|pair| pair.gap.windows(2).all(|gap| gap[0] == gap[1])),
             above_least: [1.0; MOST_PAIRS],
@@ -124,7 +134,7 @@ impl LoadSharing {
             }
             stiffness += ramp.total() * travel.engaged;
             moment += ramp.total() * travel.moment;
-            loaded[ramp.pair] += travel.engaged;
+            loaded[ramp.pair] += travel.engaged * ramp.part;
         }
         let total: f64 = loads.iter().sum();
         let part = |value: f64| if total > 0.0 { value / total } else { 0.0 };
@@ -133,7 +143,7 @@ impl LoadSharing {
             stiffness,
             centre: part(moment),
             share: loads.map(part),
-            contact_fraction: loaded.iter().sum::<f64>() / self.ramps.len() as f64,
+            contact_fraction: loaded.iter().sum::<f64>() / self.parts,
         };
         let slice = self.face.width / self.face.slices as f64;
         (shared, loaded.map(|slices| slices * slice))
@@ -146,6 +156,15 @@ impl LoadSharing {
         let width = self.face.width / self.face.slices as f64;
         for ramp in &self.ramps {
             let mean = ramp.travel(approach).mean / width;
+            if let Some(span) = self.spans.get(ramp.slice) {
+                for (slice, part) in span.parts_of_slices(self.face) {
+                    for pair in 0..self.pairs {
+                        let load = ramp.stiffness[pair] * mean * part;
+                        pattern[pair * self.face.slices + slice] += load;
+                    }
+                }
+                continue;
+            }
             for pair in 0..self.pairs {
                 pattern[pair * self.face.slices + ramp.slice] += ramp.stiffness[pair] * mean;
             }

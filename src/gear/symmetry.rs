@@ -20,7 +20,9 @@ impl GearPair {
             * (FRAC_PI_2 + 2.0 * form.profile_shift[gear] * self.pressure_angle.tan())
             - form.thinning[gear];
         let half_angle = 0.5 * reference / self.pitch_radii()[gear];
-        Ok(2.0 * radius * (half_angle + involute(self.transverse_pressure_angle()) - involute(angle)))
+        Ok(2.0
+            * radius
+            * (half_angle + involute(self.transverse_pressure_angle()) - involute(angle)))
     }
 
     /// Path of contact before the pitch point \[m\],

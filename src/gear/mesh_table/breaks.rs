@@ -10,12 +10,17 @@ pub(super) const SAME: f64 = 1e-9;
 /// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
 /// The cycle is cut where a pair leaves (one that comes does so at 0), where one passes the
-/// pitch point and where one passes a kink of the law. Stretches between the cuts are divided
+/// pitch point and where one passes a kink of the law; on a helical face of the given width \[m\] where
+/// either end of its line of contact does, and where one comes. Stretches between the cuts are divided
 /// equally, into as few pieces as make none longer than `longest`.
 ///
 /// # Errors
 /// A path that is not finite, has no direction, or is shorter than a base pitch.
-pub(super) fn breaks(law: &impl FlankLaw, longest: f64) -> Result<Vec<f64>, MeshTableError> {
+pub(super) fn breaks(
+    law: &impl FlankLaw,
+    width: f64,
+    longest: f64,
+) -> Result<Vec<f64>, MeshTableError> {
     let path = law.path();
     let contact_ratio = (path.end - path.start) / path.base_pitch;
     let valid = contact_ratio >= 1.0 - SAME && contact_ratio.is_finite() && path.base_pitch > 0.0;
@@ -29,10 +34,17 @@ pub(super) fn breaks(law: &impl FlankLaw, longest: f64) -> Result<Vec<f64>, Mesh
     }
     let kinks = law.kinks();
     let inside = |s: &f64| *s > path.start && *s < path.end;
-    let mut cuts: Vec<f64> = [path.end]
+    let ahead = 0.5 * width * law.helix();
+    let ends = match ahead == 0.0 {
+        true => vec![0.0],
+        false => vec![-ahead, ahead],
+    };
+    let marks = [path.start, path.end]
         .into_iter()
-        .chain([path.pitch_point].into_iter().chain(kinks).filter(inside))
-        .map(|s| ((s - path.start) / path.base_pitch).fract())
+        .chain([path.pitch_point].into_iter().chain(kinks).filter(inside));
+    let mut cuts: Vec<f64> = marks
+        .flat_map(|s| ends.iter().map(move |end| s - end))
+        .map(|s| ((s - path.start) / path.base_pitch).rem_euclid(1.0))
         .chain([0.0, 1.0])
         .collect();
     cuts.sort_by(f64::total_cmp);

@@ -44,18 +44,33 @@ impl ContactPair {
     /// # Errors
     /// A compliance that is not positive and finite, or a gap that is not finite.
     pub fn new(law: &impl FlankLaw, position: f64, face: Face) -> Result<Self, SharingError> {
+        let relief = law.relief(position);
+        let gap = (0..=face.slices)
+            .map(|border| relief + law.deviation(position, face.border(border)))
+            .collect();
+        let path = law.path();
+        let ahead = (1..MOST_PAIRS)
+            .take_while(|&pairs| position + pairs as f64 * path.base_pitch <= path.end)
+            .count();
+        Self::with_gap(law, position, ahead, gap)
+    }
+
+    /// The pair at `position` of a law with a gap \[m\] at every border of its slices, `ahead` more
+    /// pairs in contact beyond it.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn with_gap(
+        law: &impl FlankLaw,
+        position: f64,
+        ahead: usize,
+        gap: Vec<f64>,
+    ) -> Result<Self, SharingError> {
         let compliance = law.compliance(position);
         let teeth = compliance.tooth[0] + compliance.tooth[1];
         let tooth = teeth + compliance.hertz;
         let foundation = compliance.foundation[0] + compliance.foundation[1];
-        let relief = law.relief(position);
-        let gap: Vec<f64> = (0..=face.slices)
-            .map(|border| relief + law.deviation(position, face.border(border)))
-            .collect();
-        let path = law.path();
-        let ahead = |pairs: usize| position + pairs as f64 * path.base_pitch;
-        let coupling: Vec<f64> = (1..)
-            .take_while(|&pairs| pairs < MOST_PAIRS && ahead(pairs) <= path.end)
+        let coupling: Vec<f64> = (1..=ahead)
             .map(|pairs| law.coupling(position, pairs))
             .collect();
         let bad_coupling = coupling.iter().copied().find(|c| !c.is_finite());
@@ -120,6 +135,14 @@ impl ContactPair {
     pub(super) fn mean_gap(&self, slice: usize) -> f64 {
         0.5 * (self.gap(slice) + self.gap(slice + 1))
     }
+}
+
+/// The pairs in contact at one place of a helical face, each with its gap there alone.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Station {
+    /// Distance from mid-face \[m\].
+    pub place: f64,
+    pub pairs: Vec<ContactPair>,
 }
 
 /// The pairs at mesh phase `phase`, the one that came last first. None where the path is

@@ -1,7 +1,7 @@
 //! One slice of one pair as a spring whose contact spreads from one border to the other.
 
 use super::error::{MOST_PAIRS, SharingError};
-use super::pairs::{ContactPair, Face};
+use super::pairs::{ContactPair, Face, Station};
 use crate::numerics::linalg::invert;
 
 /// A one-sided spring with a gap that is a straight line across its slice: without load up
@@ -11,6 +11,8 @@ pub(super) struct Ramp {
     pub slice: usize,
     /// The pair that comes into contact.
     pub pair: usize,
+    /// Width, in slices.
+    pub part: f64,
     /// Smallest and largest gap \[m\].
     pub low: f64,
     pub high: f64,
@@ -108,8 +110,58 @@ pub(super) fn add_slice(
         ramps.push(Ramp {
             slice,
             pair,
+            part: 1.0,
             low: low + joining.knot,
             high: high + joining.knot,
+            low_place,
+            high_place,
+            stiffness: std::array::from_fn(|p| width * (joining.gain[p] - before[p])),
+        });
+    }
+    Ok(())
+}
+
+/// Adds one ramp for each pair on a span of a helical face, from the pairs at its two ends and at its
+/// middle.
+///
+/// A pair joins at either end of the span where it would join there, with what it adds to the
+/// stiffness at the middle. Ends of neighbouring spans are one place: the border of what is in contact
+/// moves across them without a step.
+pub(super) fn add_span(
+    ramps: &mut Vec<Ramp>,
+    [from, middle, to]: [&Station; 3],
+    slice: usize,
+    unit: f64,
+    misalignment: f64,
+) -> Result<(), SharingError> {
+    let gap =
+        |station: &Station, pair: usize| misalignment * station.place + station.pairs[pair].gap(0);
+    let knots = |station: &Station| -> Result<[f64; MOST_PAIRS], SharingError> {
+        let mut joining = Joining::new(&station.pairs, |pair| gap(station, pair));
+        let mut knots = [0.0; MOST_PAIRS];
+        for _ in &station.pairs {
+            let pair = joining.next()?;
+            knots[pair] = joining.knot;
+        }
+        Ok(knots)
+    };
+    let (at_start, at_end) = (knots(from)?, knots(to)?);
+    let width = to.place - from.place;
+    let mut joining = Joining::new(&middle.pairs, |pair| gap(middle, pair));
+    for _ in &middle.pairs {
+        let before = joining.gain;
+        let pair = joining.next()?;
+        let ends = [(at_start[pair], from.place), (at_end[pair], to.place)];
+        let [(low, low_place), (high, high_place)] = match ends[0].0 <= ends[1].0 {
+            true => ends,
+            false => [ends[1], ends[0]],
+        };
+        ramps.push(Ramp {
+            slice,
+            pair,
+            part: width / unit,
+            low,
+            high,
             low_place,
             high_place,
             stiffness: std::array::from_fn(|p| width * (joining.gain[p] - before[p])),

@@ -1,0 +1,234 @@
+//! A helical face: at each of its places the pairs stand somewhere else on the path of contact.
+//!
+//! At z from mid-face they stand `z tan β_b` further than at mid-face: each thin slice is a spur
+//! pair that is ahead in phase, and the force is the integral of theirs. What the slices bear is smooth
+//! in z but where a pair comes or leaves, passes the pitch point or a kink of its law. The face is cut
+//! at these places, which move evenly with the mesh phase, and each stretch between them is divided
+//! into equally many spans: so that what is left of the error, which falls with the square of their
+//! width, does not jump while the cuts move across the face.
+
+use super::pairs::{ContactPair, Face, Station};
+use super::ramp::{self, Ramp};
+use super::{LoadSharing, MOST_PAIRS, SharingError};
+use crate::gear::FlankLaw;
+
+/// Stretches narrower than this part of the face bear nothing that counts.
+const NARROW: f64 = 1e-12;
+
+/// Line loads that repeat within this part have settled.
+const SETTLED: f64 = 1e-12;
+
+/// Most rounds of a contact that follows its load.
+const ROUNDS: usize = 50;
+
+/// The lines of contact on a helical face at one mesh phase.
+#[derive(Debug, Clone)]
+pub struct HelicalFace {
+    face: Face,
+    spans: Vec<[Station; 3]>,
+}
+
+/// A slice of a helical face.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Span {
+    /// Places of its ends \[m\].
+    ends: [f64; 2],
+    /// Where its pairs stand on the path of contact at its middle \[m\].
+    positions: Vec<f64>,
+}
+
+impl Span {
+    /// The equal slices of a face that it lies on, each with the part of it that does.
+    pub fn parts_of_slices(&self, face: Face) -> impl Iterator<Item = (usize, f64)> {
+        let [from, to] = self.ends;
+        (0..face.slices).filter_map(move |slice| {
+            let low = from.max(face.border(slice));
+            let high = to.min(face.border(slice + 1));
+            (low < high).then(|| (slice, (high - low) / (to - from)))
+        })
+    }
+}
+
+impl HelicalFace {
+    /// The lines of contact of a law with [`FlankLaw::helix`] at a mesh phase. The face is divided
+    /// into about as many slices as it is said to have.
+    ///
+    /// # Errors
+    /// A place without a pair or with more than [`MOST_PAIRS`], a face without width or slices, those
+    /// of [`ContactPair::new`].
+    pub fn new(law: &impl FlankLaw, phase: f64, face: Face) -> Result<Self, SharingError> {
+        let Face { width, slices } = face;
+        if slices == 0 || !(width > 0.0 && width.is_finite()) {
+            return Err(SharingError::NoFace { width, slices });
+        }
+        let (cuts, parts) = cuts(law, phase, face);
+        let mut spans = Vec::new();
+        for stretch in cuts.windows(2) {
+            let [from, to] = [stretch[0], stretch[1]];
+            if to - from <= NARROW * width {
+                continue;
+            }
+            let positions = positions(law, phase, 0.5 * (from + to))?;
+            let station = |half: usize| {
+                let place = from + (to - from) * half as f64 / (2 * parts) as f64;
+                station(law, &positions, place, place - 0.5 * (from + to))
+            };
+            let mut start = station(0)?;
+            for part in 0..parts {
+                let end = station(2 * part + 2)?;
+                spans.push([start, station(2 * part + 1)?, end.clone()]);
+                start = end;
+            }
+        }
+        Ok(Self { face, spans })
+    }
+
+    /// The load on the face at a misalignment \[rad\]; the gap grows with z.
+    ///
+    /// # Errors
+    /// As [`LoadSharing::new`].
+    pub fn sharing(&self, misalignment: f64) -> Result<LoadSharing, SharingError> {
+        if !misalignment.is_finite() {
+            return Err(SharingError::OutOfRange {
+                name: "misalignment [rad]",
+                value: misalignment,
+                position: self.spans[0][0].pairs[0].position,
+                accepted: "finite",
+            });
+        }
+        let unit = self.face.width / self.face.slices as f64;
+        let mut ramps: Vec<Ramp> = Vec::new();
+        let mut spans = Vec::with_capacity(self.spans.len());
+        for (index, [from, middle, to]) in self.spans.iter().enumerate() {
+            ramp::add_span(&mut ramps, [from, middle, to], index, unit, misalignment)?;
+            spans.push(Span {
+                ends: [from.place, to.place],
+                positions: middle.pairs.iter().map(|pair| pair.position).collect(),
+            });
+        }
+        let mut knots: Vec<f64> = ramps.iter().flat_map(|r| [r.low, r.high]).collect();
+        knots.sort_unstable_by(f64::total_cmp);
+        Ok(LoadSharing {
+            face: self.face,
+            pairs: spans.iter().map(|s| s.positions.len()).max().unwrap_or(0),
+            parts: ramps.iter().map(|ramp| ramp.part).sum(),
+            ramps,
+            spans,
+            knots,
+            even: false,
+            above_least: [1.0; MOST_PAIRS],
+        })
+    }
+
+    /// As [`Self::sharing`], the contact of all pairs linearised at the mean line load that a force > 0
+    /// \[N\] puts on the lines of contact; for that force alone.
+    ///
+    /// # Errors
+    /// As [`LoadSharing::under`].
+    pub fn sharing_under(
+        mut self,
+        law: &impl FlankLaw,
+        misalignment: f64,
+        force: f64,
+    ) -> Result<LoadSharing, SharingError> {
+        let mut line_load = force / self.face.width;
+        for _ in 0..ROUNDS {
+            for station in self.spans.iter_mut().flatten() {
+                for pair in &mut station.pairs {
+                    pair.linearise(law, line_load)?;
+                }
+            }
+            let sharing = self.sharing(misalignment)?;
+            let (_, lengths) = sharing.bear_with_lengths(force);
+            let next = force / lengths.iter().sum::<f64>();
+            if (next - line_load).abs() <= SETTLED * line_load {
+                return Ok(sharing);
+            }
+            line_load = next;
+        }
+        let position = self.spans[0][0].pairs[0].position;
+        Err(SharingError::Unsettled { position })
+    }
+}
+
+impl LoadSharing {
+    /// Where pairs stand on the path of contact of a helical face \[m\], and the share in the load that
+    /// each bears there at an approach.
+    pub fn lines(&self, approach: f64) -> [Vec<f64>; 2] {
+        let mut loads: Vec<[f64; MOST_PAIRS]> = vec![[0.0; MOST_PAIRS]; self.spans.len()];
+        for ramp in &self.ramps {
+            let mean = ramp.travel(approach).mean;
+            for (load, stiffness) in loads[ramp.slice].iter_mut().zip(&ramp.stiffness) {
+                *load += stiffness * mean;
+            }
+        }
+        let total: f64 = loads.iter().flatten().sum();
+        let mut lines = [Vec::new(), Vec::new()];
+        for (span, loads) in self.spans.iter().zip(&loads) {
+            for (&position, load) in span.positions.iter().zip(loads) {
+                lines[0].push(position);
+                lines[1].push(if total > 0.0 { load / total } else { 0.0 });
+            }
+        }
+        lines
+    }
+}
+
+/// Where the face is cut, ends included and in order \[m\], and into how many spans each stretch is
+/// divided: the number of cuts on the face changes with the phase, that of spans in a stretch does not.
+fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
+    let (path, helix) = (law.path(), law.helix());
+    let half = 0.5 * face.width;
+    // How far the pairs at the ends of the face are from those at mid-face, in cycles.
+    let reach = helix.abs() * half / path.base_pitch;
+    let inside = |s: &f64| *s > path.start && *s < path.end;
+    let kinks = law.kinks().into_iter().chain([path.pitch_point]);
+    let marks: Vec<f64> = kinks.filter(inside).chain([path.start, path.end]).collect();
+    let most = marks.len() * (2.0 * reach).ceil() as usize;
+    let mut cuts = vec![-half, half];
+    for mark in marks {
+        // The pair that stands at the mark at mid-face would be this one.
+        let pair = (mark - path.start) / path.base_pitch - phase;
+        let (first, last) = ((pair - reach).ceil() as i64, (pair + reach).floor() as i64);
+        for number in first..=last {
+            let place = (pair - number as f64) * path.base_pitch / helix;
+            cuts.push(place.clamp(-half, half));
+        }
+    }
+    cuts.sort_unstable_by(f64::total_cmp);
+    (cuts, face.slices.div_ceil(most + 1))
+}
+
+/// Where the pairs stand at a place of the face, the one that came last first \[m\].
+fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, SharingError> {
+    let path = law.path();
+    let ahead = (phase + law.helix() * place / path.base_pitch).rem_euclid(1.0);
+    let positions: Vec<f64> = (0..=MOST_PAIRS)
+        .map(|pair| path.position(ahead + pair as f64))
+        .take_while(|&position| position <= path.end)
+        .collect();
+    match positions.len() {
+        0 => Err(SharingError::NoPair),
+        found if found > MOST_PAIRS => Err(SharingError::TooManyPairs { found }),
+        _ => Ok(positions),
+    }
+}
+
+/// The pairs at a place of the face, `along` \[m\] from where they stand at `positions`.
+fn station(
+    law: &impl FlankLaw,
+    positions: &[f64],
+    place: f64,
+    along: f64,
+) -> Result<Station, SharingError> {
+    let path = law.path();
+    let pairs = positions.iter().enumerate().map(|(index, &position)| {
+        let s = (position + law.helix() * along).clamp(path.start, path.end);
+        let gap = law.relief(s) + law.deviation(s, place);
+        ContactPair::with_gap(law, s, positions.len() - 1 - index, vec![gap])
+    });
+    Ok(Station {
+        place,
+        pairs: pairs.collect::<Result<_, _>>()?,
+    })
+}
