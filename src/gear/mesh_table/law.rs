@@ -72,6 +72,25 @@ pub(super) struct Cell {
     pub pattern: Vec<f64>,
 }
 
+impl Cell {
+    /// All that follows the mesh phase.
+    pub fn values_mut(&mut self) -> [&mut f64; 7 + MOST_PAIRS] {
+        let [first, second, third] = &mut self.share;
+        [
+            &mut self.stiffness,
+            &mut self.transmission_error,
+            &mut self.tangent_error,
+            &mut self.centre,
+            &mut self.friction,
+            &mut self.friction_lever,
+            &mut self.contact_fraction,
+            first,
+            second,
+            third,
+        ]
+    }
+}
+
 /// A value of the law, and what its errors are held against.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quantity {

@@ -99,8 +99,9 @@ impl HelicalFace {
         let unit = self.face.width / self.face.slices as f64;
         let mut ramps: Vec<Ramp> = Vec::new();
         let mut spans = Vec::with_capacity(self.spans.len());
-        for (index, [from, middle, to]) in self.spans.iter().enumerate() {
-            ramp::add_span(&mut ramps, [from, middle, to], index, unit, misalignment)?;
+        for (index, stations) in self.spans.iter().enumerate() {
+            ramp::add_span(&mut ramps, stations, index, unit, misalignment)?;
+            let [from, middle, to] = stations;
             spans.push(Span {
                 ends: [from.place, to.place],
                 positions: middle.pairs.iter().map(|pair| pair.position).collect(),

@@ -124,34 +124,37 @@ pub(super) fn add_slice(
 /// Adds one ramp for each pair on a span of a helical face, from the pairs at its two ends and at its
 /// middle.
 ///
-/// A pair joins at either end of the span where it would join there, with what it adds to the
-/// stiffness at the middle. Ends of neighbouring spans are one place: the border of what is in contact
-/// moves across them without a step.
+/// A pair joins at either end of the span where it would join there, and adds the mean, by Simpson's
+/// rule, of what it would add to the stiffness at the three places. Ends of neighbouring spans are one
+/// place: the border of what is in contact moves across them without a step.
 pub(super) fn add_span(
     ramps: &mut Vec<Ramp>,
-    [from, middle, to]: [&Station; 3],
+    stations: &[Station; 3],
     slice: usize,
     unit: f64,
     misalignment: f64,
 ) -> Result<(), SharingError> {
-    let gap =
-        |station: &Station, pair: usize| misalignment * station.place + station.pairs[pair].gap(0);
-    let knots = |station: &Station| -> Result<[f64; MOST_PAIRS], SharingError> {
-        let mut joining = Joining::new(&station.pairs, |pair| gap(station, pair));
-        let mut knots = [0.0; MOST_PAIRS];
-        for _ in &station.pairs {
+    let [from, _, to] = stations;
+    let width = to.place - from.place;
+    let count = from.pairs.len();
+    let mut knots = [[0.0; MOST_PAIRS]; 3];
+    let mut stiffness = [[0.0; MOST_PAIRS]; MOST_PAIRS];
+    for ((station, knots), weight) in stations.iter().zip(&mut knots).zip([1.0, 4.0, 1.0]) {
+        let slope = misalignment * station.place;
+        let mut joining = Joining::new(&station.pairs, |p| slope + station.pairs[p].gap(0));
+        for _ in 0..count {
+            let before = joining.gain;
             let pair = joining.next()?;
             knots[pair] = joining.knot;
+            for (sum, (after, before)) in
+                (stiffness[pair].iter_mut()).zip(joining.gain.iter().zip(before))
+            {
+                *sum += width * weight / 6.0 * (after - before);
+            }
         }
-        Ok(knots)
-    };
-    let (at_start, at_end) = (knots(from)?, knots(to)?);
-    let width = to.place - from.place;
-    let mut joining = Joining::new(&middle.pairs, |pair| gap(middle, pair));
-    for _ in &middle.pairs {
-        let before = joining.gain;
-        let pair = joining.next()?;
-        let ends = [(at_start[pair], from.place), (at_end[pair], to.place)];
+    }
+    for (pair, stiffness) in stiffness.into_iter().enumerate().take(count) {
+        let ends = [(knots[0][pair], from.place), (knots[2][pair], to.place)];
         let [(low, low_place), (high, high_place)] = match ends[0].0 <= ends[1].0 {
             true => ends,
             false => [ends[1], ends[0]],
@@ -164,7 +167,7 @@ pub(super) fn add_span(
             high,
             low_place,
             high_place,
-            stiffness: std::array::from_fn(|p| width * (joining.gain[p] - before[p])),
+            stiffness,
         });
     }
     Ok(())
