@@ -256,7 +256,11 @@ fn inclination_changes_the_stiffness_as_iso_says() {
             let single = cos / (c[0] + c[1] / z1 + c[2] / z2);
             let mesh = single * (0.75 * flanks.contact_ratio() + 0.25);
             let stiffest = (0..=100)
-                .map(|i| flanks.path().position(f64::from(i) / 100.0 * flanks.contact_ratio()))
+                .map(|i| {
+                    flanks
+                        .path()
+                        .position(f64::from(i) / 100.0 * flanks.contact_ratio())
+                })
                 .map(|s| {
                     let parts = flanks.compliance(s).total();
                     let _ = parts;
@@ -304,13 +308,20 @@ fn spans_converge() {
         };
         let ratio = slices[1] as f64 / slices[0] as f64;
         let order = (error(&coarse) / error(&fine)).ln() / ratio.ln();
-        println!("order {order:.2}, errors {:e} {:e}", error(&coarse), error(&fine));
+        println!(
+            "order {order:.2}, errors {:e} {:e}",
+            error(&coarse),
+            error(&fine)
+        );
         (order, error(&fine))
     };
     let (full, error) = order(&gears, 0.0, [8, 32, 512]);
     assert!((full - 4.0).abs() < 0.3 && error < 1e-6, "{full} {error:e}");
     let (wedge, error) = order(&gears, 3e-4, [32, 256, 4096]);
-    assert!((1.5..3.5).contains(&wedge) && error < 1e-4, "{wedge} {error:e}");
+    assert!(
+        (1.5..3.5).contains(&wedge) && error < 1e-4,
+        "{wedge} {error:e}"
+    );
     gears.form.tip_relief = [Relief {
         amount: 8e-6,
         length: 3e-3,
@@ -443,7 +454,11 @@ fn the_load_wanders_from_end_to_end() {
             for i in 0..places {
                 let z = ((f64::from(i) + 0.5) / f64::from(places) - 0.5) * face.width;
                 let ahead = phase + hand * 0.5 * z / face.width;
-                let pairs = if ahead.rem_euclid(1.0) < 0.6 { 2.0 } else { 1.0 };
+                let pairs = if ahead.rem_euclid(1.0) < 0.6 {
+                    2.0
+                } else {
+                    1.0
+                };
                 count += pairs;
                 moment += pairs * z;
             }
@@ -547,7 +562,10 @@ fn spur_cycle() -> MeshTableCycle {
     let law = FunctionFlank {
         compliance: Box::new(move |s| {
             let u = s / path.base_pitch;
-            split(4e-11 * (1.0 + u * u) / (1.0 - 0.2 * u), 2e-11 * (1.0 + 0.1 * u))
+            split(
+                4e-11 * (1.0 + u * u) / (1.0 - 0.2 * u),
+                2e-11 * (1.0 + 0.1 * u),
+            )
         }),
         coupling: Box::new(|_, _| 0.7e-11),
         relief: Box::new(move |s| 8e-6 * ((s - path.end) / 3e-3 + 1.0).max(0.0)),

@@ -31,6 +31,7 @@ pub use error::{MOST_PAIRS, SharingError};
 pub use helical::HelicalFace;
 pub use pairs::{ContactPair, Face, pairs_at};
 
+use pairs::Span;
 use ramp::Ramp;
 
 /// How a load is borne.
@@ -58,7 +59,7 @@ pub struct LoadSharing {
     /// One for each pair of each slice.
     ramps: Vec<Ramp>,
     /// The slices of a helical face; of others, which are equal, none.
-    spans: Vec<helical::Span>,
+    spans: Vec<Span>,
     /// Width of all ramps, in slices.
     parts: f64,
     /// Approaches at which a ramp starts or ends, ascending \[m\].

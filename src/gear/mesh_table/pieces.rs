@@ -169,9 +169,8 @@ fn smooth(columns: &mut [Column]) {
     let transforms = transforms8();
     for case in 0..columns[0].cells.len() {
         for quantity in 0..columns[0].cells[case].values_mut().len() {
-            let values: [f64; NODES] = std::array::from_fn(|node| {
-                *columns[node].cells[case].values_mut()[quantity]
-            });
+            let values: [f64; NODES] =
+                std::array::from_fn(|node| *columns[node].cells[case].values_mut()[quantity]);
             let series = transforms.interpolate(&values);
             for (column, &x) in columns.iter_mut().zip(transforms.nodes()) {
                 *column.cells[case].values_mut()[quantity] = evaluate(&series[..SHORT_TERMS], x);

@@ -7,7 +7,7 @@
 //! into equally many spans: so that what is left of the error, which falls with the square of their
 //! width, does not jump while the cuts move across the face.
 
-use super::pairs::{ContactPair, Face, Station};
+use super::pairs::{ContactPair, Face, Span, Station};
 use super::ramp::{self, Ramp};
 use super::{LoadSharing, MOST_PAIRS, SharingError};
 use crate::gear::FlankLaw;
@@ -26,27 +26,6 @@ const ROUNDS: usize = 50;
 pub struct HelicalFace {
     face: Face,
     spans: Vec<[Station; 3]>,
-}
-
-/// A slice of a helical face.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Span {
-    /// Places of its ends \[m\].
-    ends: [f64; 2],
-    /// Where its pairs stand on the path of contact at its middle \[m\].
-    positions: Vec<f64>,
-}
-
-impl Span {
-    /// The equal slices of a face that it lies on, each with the part of it that does.
-    pub fn parts_of_slices(&self, face: Face) -> impl Iterator<Item = (usize, f64)> {
-        let [from, to] = self.ends;
-        (0..face.slices).filter_map(move |slice| {
-            let low = from.max(face.border(slice));
-            let high = to.min(face.border(slice + 1));
-            (low < high).then(|| (slice, (high - low) / (to - from)))
-        })
-    }
 }
 
 impl HelicalFace {

@@ -145,6 +145,27 @@ pub(super) struct Station {
     pub pairs: Vec<ContactPair>,
 }
 
+/// A slice of a helical face.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Span {
+    /// Places of its ends \[m\].
+    pub ends: [f64; 2],
+    /// Where its pairs stand on the path of contact at its middle \[m\].
+    pub positions: Vec<f64>,
+}
+
+impl Span {
+    /// The equal slices of a face that it lies on, each with the part of it that does.
+    pub fn parts_of_slices(&self, face: Face) -> impl Iterator<Item = (usize, f64)> {
+        let [from, to] = self.ends;
+        (0..face.slices).filter_map(move |slice| {
+            let low = from.max(face.border(slice));
+            let high = to.min(face.border(slice + 1));
+            (low < high).then(|| (slice, (high - low) / (to - from)))
+        })
+    }
+}
+
 /// The pairs at mesh phase `phase`, the one that came last first. None where the path is
 /// shorter than a base pitch and the phase falls between two pairs.
 ///
