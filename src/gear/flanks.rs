@@ -1,5 +1,6 @@
 //! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief, sliding, all in
-//! the transverse section, in which helical gears are spur gears.
+//! the transverse section, in which helical gears are spur gears. Compliances are those of that section
+//! too; [`FlankLaw`](super::FlankLaw) has those of inclined teeth.
 //!
 //! Positions s \[m\] lie on the line of action, 0 at the pitch point, growing in the sense of
 //! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
