@@ -2,6 +2,7 @@
 //! missing from its flanks.
 
 use super::{Flanks, PairCompliance, PathOfContact};
+use std::f64::consts::FRAC_2_PI;
 
 /// The law of one pair of teeth along the path of contact.
 ///
@@ -95,15 +96,17 @@ impl FlankLaw for Flanks {
     }
 
     /// Weber & Banaschek's approach. It goes with `w (C − ½ h ln w)`, h the linear law's
-    /// compliance, which gives its derivative.
+    /// compliance `2/π Σ (1 − ν²)/E`, which gives its derivative.
     fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
-        let hertz = FlankLaw::compliance(self, s).hertz;
+        let give = self.pair.form.material.iter();
+        let give = give.map(|material| material.plane_strain_modulus().recip());
         let cos = self.base_helix_angle.cos();
         let approach = match &self.normal_section {
             None => self.hertz_approach(s, line_load),
             Some(section) => section.hertz_approach(s / cos, line_load) / cos,
         };
-        [approach, approach / line_load - 0.5 * hertz]
+        let slope = 0.5 * (FRAC_2_PI * give.sum::<f64>()) / cos;
+        [approach, approach / line_load - slope]
     }
 
     /// Where reliefs begin.

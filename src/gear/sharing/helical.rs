@@ -16,7 +16,10 @@ use crate::gear::FlankLaw;
 const NARROW: f64 = 1e-12;
 
 /// Line loads that repeat within this part have settled.
-const SETTLED: f64 = 1e-12;
+const SETTLED: f64 = 1e-9;
+
+/// So have those that lie between two this part apart from which they do not repeat.
+const ENCLOSED: f64 = 1e-6;
 
 /// Most rounds of a contact that follows its load.
 const ROUNDS: usize = 50;
@@ -112,6 +115,9 @@ impl HelicalFace {
         force: f64,
     ) -> Result<LoadSharing, SharingError> {
         let mut line_load = force / self.face.width;
+        // Pairs that change places in the order of joining let the loaded length step: where it does
+        // at the load sought, that lies between these.
+        let mut bracket = [0.0, f64::INFINITY];
         for _ in 0..ROUNDS {
             for station in self.spans.iter_mut().flatten() {
                 for pair in &mut station.pairs {
@@ -121,10 +127,14 @@ impl HelicalFace {
             let sharing = self.sharing(misalignment)?;
             let (_, lengths) = sharing.bear_with_lengths(force);
             let next = force / lengths.iter().sum::<f64>();
-            if (next - line_load).abs() <= SETTLED * line_load {
+            bracket[usize::from(next < line_load)] = line_load;
+            let [low, high] = bracket;
+            let settled = (next - line_load).abs() <= SETTLED * line_load;
+            if settled || high - low <= ENCLOSED * line_load {
                 return Ok(sharing);
             }
-            line_load = next;
+            let within = next > low && next < high;
+            line_load = if within { next } else { 0.5 * (low + high) };
         }
         let position = self.spans[0][0].pairs[0].position;
         Err(SharingError::Unsettled { position })
