@@ -56,6 +56,7 @@ fn two_lines() -> (ModalStructure, Drive, OperatingPoint) {
             MeshHarmonic::new(1, 4e-6, 0.4),
             MeshHarmonic::new(2, 1e-6, 0.0),
         ],
+        further: Vec::new(),
     });
     (structure, drive, point)
 }

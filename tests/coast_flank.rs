@@ -68,9 +68,11 @@ fn drive(mesh: Vec<Division>, coast: Option<Vec<Division>>) -> Drive {
         coast: coast.map(|mesh| CoastFlank {
             mesh,
             transmission_error: Vec::new(),
+            further: Vec::new(),
         }),
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
+        further: Vec::new(),
     }
 }
 

@@ -201,6 +201,7 @@ impl Family for Pressed {
             coast: None,
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
+            further: Vec::new(),
         };
         let point = OperatingPoint { load, speed: omega };
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())

@@ -119,8 +119,9 @@ fn relief_shortens_the_contact_under_a_light_load() {
     let mut at = |load: f64| {
         point.load = load;
         parts
-            .mesh_under_load(&point)
+            .model_and_mesh(&point)
             .unwrap()
+            .1
             .unwrap()
             .contact_ratio
     };

@@ -265,14 +265,14 @@ fn kernels_of_tables_want_a_choice() {
         assert!(!model.first_cycle().has_error());
         assert_eq!(model.lines[0].transmission_error.len(), 1 + harmonics);
     }
-    // Flanks that lack nothing have no error, and sixty segments as before.
+    // Flanks that lack nothing touch with their tips off the path, which is an error of the loaded flanks too.
     let plain = text(&[(
         "tip_relief = { amount = \"10 um\"",
         "tip_relief = { amount = 0",
     )]);
     let plain = manifest::parse(&plain, "m.toml", Path::new("")).unwrap();
     let plain = model(&parts, &plain, 0.1, 1200.0);
-    assert!(!plain.first_cycle().has_error() && plain.first_cycle().segments.len() == 60);
+    assert!(plain.first_cycle().has_error() && plain.first_cycle().segments.len() > 60);
     assert_eq!(plain.start(&InitialState::Static).contact, ActiveSet::DRIVE);
 }
 

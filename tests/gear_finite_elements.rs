@@ -3,34 +3,18 @@
 
 #![allow(clippy::unwrap_used)]
 
-use atlas::gear::{Flanks, GearPair, ToothForm};
+use atlas::gear::{Flanks, GearPair, Plane, ToothForm};
 
-/// Ranges of what teeth and bodies, and the coupling of neighbours, give more than the elements do.
-struct Excess {
-    own: [f64; 2],
-    coupling: [f64; 2],
-}
-
-/// Where the root circle is 3.2 times the bore, teeth and bodies give 4 to 6 % more than the elements
-/// say, the cantilever counting some of the root twice, and a body gives 1 % less at the neighbour.
-/// At 1.46 times it is 15 to 27 % more and 6 to 8 % less: the body's law is a fit, and poor near
-/// the lower end of its range, 1.4.
+/// Tooth and body are within 0.1 % of the elements, from 17 to 62 teeth, root over bore from 1.45 to 6,
+/// in plane stress and strain, from the root to the tip. At the neighbour the body is 0.02 to
+/// 0.16 % above: there the flank's displacement is taken, so that two teeth move each other alike,
+/// and the elements' on the centre line.
 #[test]
 fn a_whole_gear_in_finite_elements() {
     let file: toml::Table = include_str!("data/tooth-fe.toml").parse().unwrap();
     let gears = file["gear"].as_array().unwrap();
-    let excesses = [
-        Excess {
-            own: [0.03, 0.07],
-            coupling: [-0.02, 0.0],
-        },
-        Excess {
-            own: [0.14, 0.28],
-            coupling: [-0.09, -0.05],
-        },
-    ];
-    assert_eq!(gears.len(), excesses.len());
-    for (gear, excess) in gears.iter().zip(excesses) {
+    assert!(gears.len() >= 11, "{}", gears.len());
+    for gear in gears {
         let number = |key: &str| gear[key].as_float().unwrap();
         let column = |key: &str| -> Vec<f64> {
             let values = gear[key].as_array().unwrap().iter();
@@ -46,7 +30,14 @@ fn a_whole_gear_in_finite_elements() {
             body_length: [20e-3; 2],
             rated_torque: 50.0,
             form: ToothForm {
+                profile_shift: [number("profile_shift"), 0.0],
+                tip_diameter: [Some(number("tip_diameter")), None],
                 bore: [Some(number("bore")), Some(30e-3)],
+                plane: match gear["plane"].as_str().unwrap() {
+                    "stress" => Plane::Stress,
+                    "strain" => Plane::Strain,
+                    other => panic!("{other}"),
+                },
                 ..ToothForm::default()
             },
         };
@@ -56,18 +47,22 @@ fn a_whole_gear_in_finite_elements() {
         let position = |roll: f64| (roll - tangent) * flanks.teeth[0].base_radius;
         let within = |value: f64, elements: f64, [least, most]: [f64; 2]| {
             let excess = value / elements - 1.0;
-            assert!((least..=most).contains(&excess), "{value}: {excess:+.3}");
+            assert!(
+                (least..=most).contains(&excess),
+                "{teeth} teeth, {value}: {:+.3} %",
+                100.0 * excess
+            );
         };
         let (rolls, own, coupling) = (column("roll"), column("own"), column("coupling"));
+        assert!(rolls.len() >= 5 && coupling.len() >= 2);
         for (&roll, own) in rolls.iter().zip(own) {
             let compliance = flanks.compliance(position(roll));
             let value = young_modulus * (compliance.tooth[0] + compliance.foundation[0]);
-            within(value, own, excess.own);
+            within(value, own, [-1e-3, 1e-3]);
         }
-        assert_eq!(coupling.len(), 2);
         for (&roll, coupling) in rolls.iter().zip(coupling) {
             let value = young_modulus * flanks.body_coupling(position(roll), 1).unwrap()[0];
-            within(value, coupling, excess.coupling);
+            within(value, coupling, [-1e-3, 2e-3]);
         }
     }
 }

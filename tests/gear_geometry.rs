@@ -241,7 +241,11 @@ fn backlash_is_what_shifts_thinning_and_distance_leave() {
 #[test]
 fn relief_falls_linearly_from_the_ends_of_contact() {
     let mut pair = pair([20, 30], 4e-3);
-    let relief = |amount, length| Relief { amount, length };
+    let relief = |amount, length| Relief {
+        amount,
+        length,
+        ..Relief::default()
+    };
     pair.form.tip_relief = [relief(12e-6, 3e-3), relief(9e-6, 2e-3)];
     pair.form.root_relief = [relief(4e-6, 1e-3), Relief::default()];
     let flanks = flanks(&pair);
@@ -334,7 +338,8 @@ fn drawings_that_do_not_run_say_why() {
     let mut solid = pair([20, 30], 4e-3);
     solid.form.bore = [Some(30e-3), None];
     assert_eq!(refuse(&solid), GearError::NoBore { gear: 2 });
-    solid.form.bore = [Some(30e-3), Some(10e-3)];
+    // A rim of 2.5 mm on a root circle of 110.
+    solid.form.bore = [Some(30e-3), Some(105e-3)];
     assert!(matches!(
         refuse(&solid),
         GearError::BodyRatio { gear: 2, .. }

@@ -4,8 +4,12 @@
 #![allow(clippy::unwrap_used)]
 
 use atlas::gear::{Flanks, GearPair, Material, PairCompliance, Tooth, ToothForm};
+use std::f64::consts::PI;
 
-/// Root diameter over bore of a body that is held right below its rim: the least of the fit.
+/// Root diameter over bore of a solid disc on its shaft.
+const DISC: f64 = 3.0;
+
+/// The same of a body that is held right below its rim.
 const RIM: f64 = 1.4;
 
 fn published(table: &str) -> toml::Table {
@@ -33,17 +37,30 @@ fn steel_pair(teeth: [u32; 2], module: f64, shift: [f64; 2]) -> GearPair {
     }
 }
 
-/// The pair on bodies that are held below their rims, as ISO's solid discs are thought to be.
-fn on_rims(mut pair: GearPair) -> Flanks {
+/// The pair on bodies of a ratio of root diameter to bore.
+fn on_bodies(mut pair: GearPair, ratio: f64) -> Flanks {
     for index in [0, 1] {
         let root = Tooth::new(&pair, index).unwrap().root_radius;
-        pair.form.bore[index] = Some(2.0 * root / RIM * (1.0 - 1e-12));
+        pair.form.bore[index] = Some(2.0 * root / ratio);
     }
     Flanks::new(&pair).unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// What the bodies wind up between bore and root, per unit width and in plane stress: all pairs share
+/// it, `Σ (r_b/r_f)² ((r_f/r_i)² − 1) (1 + ν)/(2 π E)`.
+fn winding(flanks: &Flanks, ratio: f64, material: &Material) -> f64 {
+    let disc = (ratio * ratio - 1.0) * (1.0 + material.poisson_ratio)
+        / (2.0 * PI * material.young_modulus);
+    let arm = |tooth: &Tooth| tooth.base_radius / tooth.root_radius;
+    flanks
+        .teeth
+        .iter()
+        .map(|tooth| disc * arm(tooth).powi(2))
+        .sum()
+}
+
 /// Stiffness per unit width of one or two pairs at a mesh phase, bodies shared.
-fn shared(flanks: &Flanks, s: f64, compliance: impl Fn(f64) -> PairCompliance) -> f64 {
+fn shared(flanks: &Flanks, s: f64, compliance: &dyn Fn(f64) -> PairCompliance) -> f64 {
     let near = compliance(s);
     match flanks.body_coupling(s, 1) {
         None => near.total().recip(),
@@ -74,10 +91,10 @@ fn within(value: f64, published: f64, margin: f64) {
     );
 }
 
-/// 3.905e8 N/m, 4.5 % above, where each pair stands on bodies of its own. Laws in use differ by
-/// that much: the lever taken to the contact's height and not to where the force crosses the
-/// centre line makes 5 % less, the smaller root angle of some papers 2 % less. With shared bodies
-/// it is 2.92e8 N/m: separate ones make two pairs a third too stiff.
+/// 4.133e8 N/m, 10.6 % above, where each pair stands on bodies of its own: the other code takes teeth
+/// for cantilevers on a fitted foundation, which counts some of the root twice. Such a code with
+/// the height at which the force crosses the centre line as its lever has 3.905e8. With shared
+/// bodies it is 3.05e8 N/m: separate ones make two pairs a third too stiff.
 #[test]
 fn another_code_without_shared_bodies() {
     let table = published("other_code");
@@ -95,23 +112,25 @@ fn another_code_without_shared_bodies() {
             alone(s) + alone(next)
         }
     });
-    within(apart, number(&table, "mean_stiffness"), 0.06);
+    within(apart, number(&table, "mean_stiffness"), 0.12);
     // The larger figure that is also given for the pair is no computed one.
     let young_modulus = number(&table, "young_modulus");
     let thumb = flanks.contact_ratio() * width * young_modulus / 18.0;
     within(thumb, number(&table, "rule_of_thumb"), 1e-4);
     let together = mean(&flanks, |s| {
-        width * shared(&flanks, s, |s| flanks.compliance(s))
+        width * shared(&flanks, s, &|s| flanks.compliance(s))
     });
     assert!(together < 0.8 * apart, "{together:e} {apart:e}");
 }
 
-/// Bodies at the lower end of their law's fit, where finite elements find them 15 to 27 % too soft,
-/// and a contact law that no manifest can choose: the agreement is of errors that cancel. With the
-/// linear contact of the manifests c' is up to 42 % above.
+/// Solid discs on shafts of a third of their root diameter, which do not wind up: what a disc turns
+/// between root and bore is no deflection of teeth and taken off here. At ISO's own load the mean
+/// stiffness is within 13 % but for the smallest pinions of large shift (17 % above), that of one
+/// pair up to 15 % above (28 %). A contact that flattens as little at no load as the linear
+/// one's is too stiff at this: c' is then 20 to 62 % above.
 ///
-/// ISO's c' and c_γ rest on Weber and Banaschek's deflections of discs with a stiff core,
-/// multiplied by 0.8 to meet tests; scatter of its own 10 %.
+/// ISO's c' and c_γ rest on Weber and Banaschek's deflections, multiplied by 0.8 to meet tests;
+/// scatter of its own 10 %.
 #[test]
 fn iso_method_b_at_its_own_load() {
     let table = published("iso");
@@ -119,17 +138,24 @@ fn iso_method_b_at_its_own_load() {
         .map(|value| value.as_float().unwrap())
         .collect();
     let load = number(&table, "line_load");
-    // Module, profile shift; deviations of c' and c_γ in per cent:
-    for (teeth, module, shift) in [
-        ([20, 30], 4e-3, [0.0, 0.0]),     // +5.9, +0.2
-        ([19, 48], 3.175e-3, [0.0, 0.0]), // +2.5, −4.1
-        ([20, 30], 4e-3, [0.3, 0.2]),     // +5.4, −0.8
-        ([40, 40], 3e-3, [0.0, 0.0]),     // +1.8, −5.7
-        ([62, 62], 2e-3, [0.0, 0.0]),     // −2.3, −12.1
-        ([24, 96], 3e-3, [0.2, -0.2]),    // −3.6, −11.8
-        ([17, 17], 3e-3, [0.3, 0.3]),     // +14.7, +8.5
+    // Module, profile shift; deviations of c' and c_γ at ISO's load and with the linear contact:
+    for (teeth, module, shift, loaded, linear) in [
+        ([20, 30], 4e-3, [0.0, 0.0], [0.135, 0.022], [0.406, 0.218]),
+        (
+            [19, 48],
+            3.175e-3,
+            [0.0, 0.0],
+            [0.097, -0.026],
+            [0.339, 0.145],
+        ),
+        ([20, 30], 4e-3, [0.3, 0.2], [0.146, 0.033], [0.445, 0.252]),
+        ([40, 40], 3e-3, [0.0, 0.0], [0.080, -0.057], [0.301, 0.090]),
+        ([62, 62], 2e-3, [0.0, 0.0], [0.036, -0.125], [0.204, -0.021]),
+        ([24, 96], 3e-3, [0.2, -0.2], [0.036, -0.104], [0.245, 0.035]),
+        ([17, 17], 3e-3, [0.3, 0.3], [0.276, 0.166], [0.623, 0.432]),
     ] {
-        let flanks = on_rims(steel_pair(teeth, module, shift));
+        let flanks = on_bodies(steel_pair(teeth, module, shift), DISC);
+        let winding = winding(&flanks, DISC, &Material::default());
         let [z1, z2] = teeth.map(f64::from);
         let [x1, x2] = shift;
         let q = c[0]
@@ -144,65 +170,74 @@ fn iso_method_b_at_its_own_load() {
         let rack = 1.0 + 0.5 * (1.2 - 1.25);
         // N/(mm µm) are 1e9 N/m².
         let single = 1e9 * number(&table, "theory_to_test") * rack / q;
-        let path = flanks.path();
-        let stiffest = (0..=100)
-            .map(|i| path.start + (path.end - path.start) * f64::from(i) / 100.0)
-            .map(|s| flanks.compliance_under(s, load).total().recip())
-            .fold(0.0, f64::max);
-        within(stiffest, single, 0.16);
         let mesh = single * (0.75 * flanks.contact_ratio() + 0.25);
-        let own = mean(&flanks, |s| {
-            shared(&flanks, s, |s| flanks.compliance_under(s, load))
-        });
-        within(own, mesh, 0.14);
-        let linear = mean(&flanks, |s| shared(&flanks, s, |s| flanks.compliance(s)));
-        assert!((0.97..1.32).contains(&(linear / mesh)), "{}", linear / mesh);
-        assert!(linear > 1.08 * own, "{linear:e} {own:e}");
+        let path = flanks.path();
+        let compare = |compliance: &dyn Fn(f64) -> PairCompliance, expected: [f64; 2]| {
+            let stiffest = (0..=100)
+                .map(|i| path.start + (path.end - path.start) * f64::from(i) / 100.0)
+                .map(|s| (compliance(s).total() - winding).recip())
+                .fold(0.0, f64::max);
+            let own = mean(&flanks, |s| {
+                (shared(&flanks, s, compliance).recip() - winding).recip()
+            });
+            for (value, expected) in [stiffest / single, own / mesh].iter().zip(expected) {
+                let deviation = value - 1.0;
+                assert!(
+                    (deviation - expected).abs() < 2e-3,
+                    "{teeth:?}: {deviation:+.3}"
+                );
+            }
+        };
+        compare(&|s| flanks.compliance_under(s, load), loaded);
+        compare(&|s| flanks.compliance(s), linear);
     }
 }
 
-/// On bores of 50 and 78.57 mm: double pairs 11 % above, single ones 6 % below, the mean 6 % above
-/// 4e8 N/m (`flex80-table.toml` has 48 and 76 mm: 9.5 % above, 6.4 % below, 4.4 % above).
-/// On cores as thin as the drive's shafts all is 35 % softer: the levels mean bodies that do not
+/// On bores of 50 and 78.57 mm, under the drive's rated 66.5 N/mm: double pairs 2.8 % above, single ones
+/// 14 % below, the mean 2.7 % below 4e8 N/m. With the linear contact they are 30 and 15 % above. On
+/// cores as thin as the drive's shafts all is 40 % softer: the levels mean bodies that do not
 /// wind up.
 #[test]
 fn calibrated_levels_of_the_default_pair() {
     let table = published("calibrated");
-    let flanks = on_rims(steel_pair([20, 30], number(&table, "module"), [0.0; 2]));
+    let pair = steel_pair([20, 30], number(&table, "module"), [0.0; 2]);
+    let line_load = pair.rated_force() / pair.face_width;
+    let flanks = on_bodies(pair, RIM);
     let width = number(&table, "face_width");
-    let stiffness = |s: f64| width * shared(&flanks, s, |s| flanks.compliance(s));
     let path = flanks.path();
-    let average = |from: f64, to: f64| -> f64 {
-        (0..100)
-            .map(|i| stiffness(from + (to - from) * (f64::from(i) + 0.5) / 100.0))
-            .sum::<f64>()
-            / 100.0
-    };
     let [lowest, highest] = path.single_pair().unwrap();
-    within(
-        average(path.start, lowest),
-        number(&table, "double_pair"),
-        0.13,
-    );
-    within(
-        average(lowest, highest),
-        number(&table, "single_pair"),
-        0.08,
-    );
+    let levels = |compliance: &dyn Fn(f64) -> PairCompliance| -> [f64; 3] {
+        let stiffness = |s: f64| width * shared(&flanks, s, compliance);
+        let average = |from: f64, to: f64| -> f64 {
+            (0..100)
+                .map(|i| stiffness(from + (to - from) * (f64::from(i) + 0.5) / 100.0))
+                .sum::<f64>()
+                / 100.0
+        };
+        let (double, single) = (average(path.start, lowest), average(lowest, highest));
+        [double, single, mean(&flanks, stiffness)]
+    };
+    let [double, single, all] = levels(&|s| flanks.compliance_under(s, line_load));
+    within(double, number(&table, "double_pair"), 0.05);
+    within(single, number(&table, "single_pair"), 0.16);
+    within(all, 4e8, 0.05);
+    let [double, single, _] = levels(&|s| flanks.compliance(s));
+    within(double, 1.3 * number(&table, "double_pair"), 0.01);
+    within(single, 1.15 * number(&table, "single_pair"), 0.01);
 }
 
 /// A cast-iron wheel on a steel pinion: ISO has one factor for all.
 #[test]
 fn unlike_materials() {
     let table = published("iso");
-    let steel = on_rims(steel_pair([20, 30], 4e-3, [0.0; 2]));
+    let steel = on_bodies(steel_pair([20, 30], 4e-3, [0.0; 2]), DISC);
     let mut mixed = steel_pair([20, 30], 4e-3, [0.0; 2]);
     mixed.form.material[1] = Material {
         young_modulus: number(&table, "cast_iron_alone") * 206e9,
         poisson_ratio: 0.25,
     };
-    let mixed = on_rims(mixed);
-    let ratio = mean(&mixed, |s| shared(&mixed, s, |s| mixed.compliance(s)))
-        / mean(&steel, |s| shared(&steel, s, |s| steel.compliance(s)));
+    let mixed = on_bodies(mixed, DISC);
+    let ratio = mean(&mixed, |s| shared(&mixed, s, &|s| mixed.compliance(s)))
+        / mean(&steel, |s| shared(&steel, s, &|s| steel.compliance(s)));
     within(ratio, number(&table, "cast_iron_on_steel"), 0.03);
 }

@@ -337,6 +337,7 @@ fn spans_converge() {
     gears.form.tip_relief = [Relief {
         amount: 8e-6,
         length: 3e-3,
+        ..Relief::default()
     }; 2];
     let (relieved, error) = order(&gears, 0.0, [32, 256, 4096]);
     assert!(
@@ -392,6 +393,7 @@ fn relieved_crowned_and_askew_faces_build() {
         gears.form.tip_relief = [Relief {
             amount: relief,
             length: 3e-3,
+            ..Relief::default()
         }; 2];
         let law = Crowned(Flanks::new(&gears).unwrap(), crowning);
         let inputs = MeshTableInputs {

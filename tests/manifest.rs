@@ -773,7 +773,11 @@ bore = "30 mm"
 young_modulus = ["206 GPa", "115 GPa"]
 poisson_ratio = [0.28, 0.25]"#,
     )));
-    let relief = |amount, length| Relief { amount, length };
+    let relief = |amount, length| Relief {
+        amount,
+        length,
+        ..Relief::default()
+    };
     let material = |young_modulus, poisson_ratio| Material {
         young_modulus,
         poisson_ratio,

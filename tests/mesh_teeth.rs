@@ -55,9 +55,34 @@ fn stiffness_is_that_of_the_teeth_in_contact() {
     }
 }
 
-/// ISO 6336-1:2006, method B, at the rated load. One pair agrees; two are softer here, since the
-/// bodies twist on bores as small as their shafts, which pairs share: that ratio is nearer to
-/// the calibrated drive's 1.333.
+/// Compliance is smooth along the path: without relief a table is cut where pairs come and go, pass
+/// the pitch point and at the longest piece, and nowhere for its tolerance.
+#[test]
+fn smooth_teeth_take_no_pieces_of_their_own() {
+    for teeth in [[20, 30], [17, 103], [62, 62]] {
+        let mut gears = gears();
+        gears.teeth = teeth;
+        gears.form.profile_shift = [0.1, 0.0];
+        gears.form.bore = teeth.map(|z| Some(gears.module * (f64::from(z) - 2.5) / 2.0));
+        let flanks = Flanks::new(&gears).unwrap();
+        let path = flanks.path();
+        let cycle = table(&gears, |inputs| {
+            inputs.tolerance = 1e-9;
+            inputs.longest_piece = 1.0 / 12.0;
+        })
+        .cycle(0, 0);
+        let mut cuts = [0.0, path.phase(path.end), path.phase(0.0), 1.0];
+        cuts.sort_unstable_by(f64::total_cmp);
+        let pieces: f64 = (cuts.windows(2))
+            .map(|ends| (12.0 * (ends[1] - ends[0]) - 1e-9).ceil())
+            .sum();
+        assert_eq!(cycle.breaks.len() - 1, pieces as usize, "{teeth:?}");
+    }
+}
+
+/// ISO 6336-1:2006, method B, at the rated load, with the linear contact. One pair is 5 % stiffer,
+/// the mean 17 % softer, since the bodies twist on bores as small as their shafts, which pairs
+/// share: two have 1.26 times the stiffness of one, the calibrated drive's 1.333.
 #[test]
 fn levels_are_near_the_standard_s() {
     let gears = gears();
@@ -71,8 +96,8 @@ fn levels_are_near_the_standard_s() {
     let transition = flanks.contact_ratio().fract();
     let [double, alone] = [0.5 * transition, 0.5 * (transition + 1.0)]
         .map(|phase| cycle.value(&cycle.stiffness, phase));
-    assert!((alone / single - 1.0).abs() < 0.05);
-    assert!((cycle.mean_stiffness() / mean - 1.0).abs() < 0.25);
+    assert!((alone / single - 1.0).abs() < 0.06);
+    assert!((cycle.mean_stiffness() / mean - 1.0).abs() < 0.2);
     assert!((double / alone - 1.333).abs() < 0.1);
 }
 
@@ -138,6 +163,7 @@ fn relief_is_cut_where_it_begins_and_smooths_the_transition() {
     relieved.form.tip_relief = [Relief {
         amount: own * plain.rated_force() / plain.face_width,
         length,
+        ..Relief::default()
     }; 2];
     let cycle = rated(&relieved);
     assert!(cycle.peak_to_peak() < 0.6 * jump);
@@ -225,6 +251,7 @@ fn relieved_drawings_follow_their_law() {
         let relief = |random: &mut Uniform| Relief {
             amount: random.decades([-7.0, -4.3]),
             length: gears.module * random.between([0.2, 2.7]),
+            ..Relief::default()
         };
         gears.form.tip_relief = [relief(&mut random), relief(&mut random)];
         gears.form.root_relief[0] = relief(&mut random);

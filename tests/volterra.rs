@@ -421,6 +421,7 @@ mod random_drives {
                             phase,
                         })
                         .collect(),
+                    further: Vec::new(),
                 },
             )
     }

@@ -62,6 +62,7 @@ impl DefaultDrive {
                 release: point.mesh.release,
                 transmission_error: point.excitation.transmission_error.clone(),
                 torque_ripple: Vec::new(),
+                further: Vec::new(),
             },
         })
     }

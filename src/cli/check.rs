@@ -268,6 +268,10 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
     let division = match table.division {
         CycleDivision::Segments(count) => format!("{count} segments"),
         CycleDivision::Continuous => "continuous".to_owned(),
+        CycleDivision::Pairs { slices: 1 } => "a spring for each pair of teeth".to_owned(),
+        CycleDivision::Pairs { slices } => {
+            format!("a spring for each pair of teeth on each of {slices} slices of the face")
+        }
     };
     let misalignment = range(job.points.variants().iter().map(|v| v.mesh.misalignment));
     format!(

@@ -137,9 +137,9 @@ pub enum GearError {
         /// 1 = pinion, 2 = wheel.
         gear: usize,
     },
-    /// The body is too thin or too solid for the formula of its compliance.
+    /// The rim below the teeth is too thin.
     #[error(
-        "gear {gear}: root diameter over bore ({bore} m) is {ratio:.3}; the compliance of gear bodies is known from {least} to {most}; give gear.bore the diameter at which the body is stiff"
+        "gear {gear}: root diameter over bore ({bore} m) is {ratio:.3} and must be at least {least}; give gear.bore the diameter at which the body is stiff"
     )]
     BodyRatio {
         /// 1 = pinion, 2 = wheel.
@@ -148,10 +148,8 @@ pub enum GearError {
         bore: f64,
         /// Root diameter over bore.
         ratio: f64,
-        /// Least known ratio.
+        /// Least ratio.
         least: f64,
-        /// Largest known ratio.
-        most: f64,
     },
     /// A law of friction gives what is no coefficient of friction.
     #[error(

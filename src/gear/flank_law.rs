@@ -6,10 +6,10 @@ use std::f64::consts::FRAC_2_PI;
 
 /// The law of one pair of teeth along the path of contact.
 ///
-/// At mesh phase φ in \[0, 1) the pairs in contact stand at `s = start + (φ + j) base_pitch`,
-/// j = 0, 1, …, as far as the path goes. Of helical gears they stand there at mid-face, and
-/// `z tan β_b` further at z \[m\] from it; forces and lengths of deflection are those along the line of
-/// action in the transverse section, loads those per width of face.
+/// At mesh phase φ in \[0, 1) the pairs stand at `s = start + (φ + j) base_pitch`, j whole, as far as the reach goes.
+/// Of helical gears they stand there at mid-face, and `z tan β_b` further at z \[m\] from it; forces and
+/// lengths of deflection are those along the line of action in the transverse section, loads those per
+/// width of face.
 pub trait FlankLaw: Sync {
     /// The path of contact.
     fn path(&self) -> PathOfContact;
@@ -20,7 +20,14 @@ pub trait FlankLaw: Sync {
         0.0
     }
 
-    /// Compliance of a pair at s, `start ≤ s ≤ end`.
+    /// Where pairs can touch under load \[m\]: the path, unless tip edges meet their mates off it, across a
+    /// gap that is part of [`Self::relief`].
+    fn reach(&self) -> [f64; 2] {
+        let path = self.path();
+        [path.start, path.end]
+    }
+
+    /// Compliance of a pair at s within the reach; off the path that of its nearer end.
     fn compliance(&self, s: f64) -> PairCompliance;
 
     /// What the gear bodies give at the pair at s under a unit line load on the pair `ahead`
@@ -30,7 +37,8 @@ pub trait FlankLaw: Sync {
         0.0
     }
 
-    /// What relief leaves missing between both flanks at s, along the line of action \[m\].
+    /// What relief leaves missing between both flanks at s, and off the path the gap under the tip edge, along
+    /// the line of action \[m\].
     fn relief(&self, s: f64) -> f64;
 
     /// What is missing besides relief \[m\], at s and at z \[m\] from mid-face: crowning,
@@ -73,6 +81,10 @@ impl FlankLaw for Flanks {
         self.base_helix_angle.tan()
     }
 
+    fn reach(&self) -> [f64; 2] {
+        self.reach()
+    }
+
     fn compliance(&self, s: f64) -> PairCompliance {
         let Some(section) = &self.normal_section else {
             return self.compliance(s);
@@ -87,12 +99,16 @@ impl FlankLaw for Flanks {
     }
 
     fn coupling(&self, s: f64, ahead: usize) -> f64 {
-        let gears = self.body_coupling(s, ahead);
+        let gears = self.coupled(s, ahead);
         gears.map_or(0.0, |[pinion, wheel]| pinion + wheel)
     }
 
     fn relief(&self, s: f64) -> f64 {
-        self.relief(s) / self.base_helix_angle.cos()
+        self.relief(s) / self.base_helix_angle.cos() + self.tip_gap(s)
+    }
+
+    fn deviation(&self, _s: f64, z: f64) -> f64 {
+        self.lead(z) / self.base_helix_angle.cos()
     }
 
     /// Weber & Banaschek's approach. It goes with `w (C − ½ h ln w)`, h the linear law's
@@ -109,14 +125,46 @@ impl FlankLaw for Flanks {
         [approach, approach / line_load - slope]
     }
 
-    /// Where reliefs begin.
+    /// Where reliefs begin, and the ends of the path.
     fn kinks(&self) -> Vec<f64> {
+        let path = self.path();
+        [self.relief_starts(), vec![path.start, path.end]].concat()
+    }
+}
+
+impl Flanks {
+    /// Material that both flanks lack at position s \[m\]: tip and root relief, crowning and slope of the profiles.
+    pub fn relief(&self, s: f64) -> f64 {
+        let (form, path) = (&self.pair.form, self.path());
+        let s = s.clamp(path.start, path.end);
+        let (before, after) = (s - path.start, path.end - s);
+        let place = (before - after) / (path.end - path.start);
+        form.tip_relief[0].at(after)
+            + form.tip_relief[1].at(before)
+            + form.root_relief[0].at(before)
+            + form.root_relief[1].at(after)
+            + form.profile[0].at(place)
+            + form.profile[1].at(-place)
+    }
+
+    /// Material that both flanks lack at z from mid-face \[m\]: crowning and slope of the leads, end relief.
+    pub fn lead(&self, z: f64) -> f64 {
+        let (form, half) = (&self.pair.form, 0.5 * self.face_width);
+        let own = |gear: usize| {
+            let ends = form.end_relief[gear];
+            form.lead[gear].at(z / half) + ends.at(half - z) + ends.at(half + z)
+        };
+        own(0) + own(1)
+    }
+
+    /// Positions along the line of action where relief has a kink \[m\].
+    pub(super) fn relief_starts(&self) -> Vec<f64> {
         let (path, form) = (self.path(), &self.pair.form);
         let ([tip_1, tip_2], [root_1, root_2]) = (&form.tip_relief, &form.root_relief);
         let from_end = [tip_1, root_2].map(|relief| (relief, path.end - relief.length));
         let from_start = [tip_2, root_1].map(|relief| (relief, path.start + relief.length));
-        let all = from_end.into_iter().chain(from_start);
-        all.filter(|(relief, _)| relief.amount != 0.0)
+        (from_end.into_iter().chain(from_start))
+            .filter(|(relief, _)| relief.amount != 0.0)
             .map(|(_, place)| place)
             .collect()
     }

@@ -7,17 +7,20 @@
 //! pinion's (s > 0). The roll angles are `tan α_w + s/r_b1` of the pinion and
 //! `tan α_w − s/r_b2` of the wheel.
 
-use super::compliance::{BODY_RATIO, RingCompliance, rings};
+use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
-use super::{GearError, GearPair, Relief, Tooth};
-use crate::numerics::quadrature::GaussLegendre;
+use super::tip_contact::TipContact;
+use super::{GearError, GearPair, Tooth};
 use std::f64::consts::FRAC_PI_2;
 
-/// Nodes of the quadrature on each curve of a profile; with them the compliance is exact
-/// within 1e-10 (see the test of its convergence).
-pub(super) const NODES: usize = 20;
+/// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
+/// load that teeth stand closes.
+const TIP_GAP: f64 = 0.03;
 
-/// Where contact can be, on the line of action.
+/// Most pairs in contact at once, those off the path included: a little less than three.
+const MOST_RATIO: f64 = 2.99;
+
+/// Where contact of rigid gears can be, on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOfContact {
     /// Distance of neighbouring pairs in contact, `π m_t cos α_t` \[m\].
@@ -76,12 +79,12 @@ pub struct Flanks {
     /// Bores of the gear bodies \[m\].
     pub bores: [f64; 2],
     path: PathOfContact,
-    pub(super) rings: Vec<[RingCompliance; 2]>,
+    reach: [f64; 2],
+    pub(super) bodies: GearBodies,
     /// Of helical gears the spur pair of their normal section, whose teeth yield as theirs do; of
     /// spur gears none.
     pub(super) normal_section: Option<Box<Flanks>>,
     pub(super) pair: GearPair,
-    pub(super) rule: GaussLegendre,
 }
 
 impl Flanks {
@@ -143,7 +146,10 @@ impl Flanks {
             });
         }
         let bores = bores(pair, &teeth)?;
-        let rings = rings(pair, &teeth, bores, contact_ratio as usize);
+        let tips = tips(&teeth, centre_distance, pressure_angle);
+        let furthest = (0.5 * (MOST_RATIO - contact_ratio)).clamp(0.0, 0.5) * path.base_pitch;
+        let [after, before] = tips.map(|tip| tip.reach(TIP_GAP * pair.module, furthest));
+        let reach = [path.start - before, path.end + after];
         let mut flanks = Self {
             teeth,
             pressure_angle,
@@ -155,10 +161,10 @@ impl Flanks {
             face_width: pair.face_width,
             bores,
             path,
-            rings,
+            reach,
+            bodies: GearBodies::default(),
             normal_section: None,
             pair: pair.clone(),
-            rule: GaussLegendre::new(NODES),
         };
         if pair.helix_angle != 0.0 {
             flanks.normal_section = Some(Box::new(flanks.in_normal_section()?));
@@ -168,7 +174,7 @@ impl Flanks {
 
     /// The spur pair that has the teeth and the curvature of the normal section. Its path of contact
     /// is that of these flanks with all lengths over cos β_b, as radii of curvature are; its bodies have
-    /// their ratios of root to bore.
+    /// their ratios of root to bore, and as many teeth as is nearest to the number of virtual teeth.
     fn in_normal_section(&self) -> Result<Self, GearError> {
         let pair = &self.pair;
         let cos = self.base_helix_angle.cos();
@@ -207,9 +213,9 @@ impl Flanks {
                 end: self.path.end / cos,
                 pitch_point: self.path.pitch_point / cos,
             },
-            rings: Vec::new(),
+            reach: self.reach.map(|end| end / cos),
+            bodies: GearBodies::default(),
             normal_section: None,
-            rule: self.rule.clone(),
             pair: section,
             teeth,
         })
@@ -218,6 +224,31 @@ impl Flanks {
     /// The path of contact.
     pub fn path(&self) -> PathOfContact {
         self.path
+    }
+
+    /// Where loaded pairs can touch on the line of action \[m\]: with their tip edges earlier and later
+    /// than on the path of contact.
+    pub fn reach(&self) -> [f64; 2] {
+        self.reach
+    }
+
+    /// The tip edges of pinion and wheel on their mates' flanks.
+    pub(super) fn tips(&self) -> [TipContact; 2] {
+        tips(&self.teeth, self.centre_distance, self.pressure_angle)
+    }
+
+    /// Gap of a pair off the path of contact \[m\], between a tip edge and its mate's flank; 0 on the path.
+    pub fn tip_gap(&self, s: f64) -> f64 {
+        let [pinion, wheel] = self.tips();
+        let gap = if s > self.path.end {
+            pinion.gap(s - self.path.end)
+        } else if s < self.path.start {
+            wheel.gap(self.path.start - s)
+        } else {
+            return 0.0;
+        };
+        // Within the reach there is a flank under the edge.
+        gap.unwrap_or(f64::INFINITY)
     }
 
     /// Pairs in contact on average in one transverse section, ε_α.
@@ -259,22 +290,18 @@ impl Flanks {
         let [pinion, wheel] = self.pair.teeth.map(f64::from);
         s * (1.0 + pinion / wheel)
     }
+}
 
-    /// Material that both flanks lack at position s along their normal \[m\]: tip and root relief, linear in s.
-    pub fn relief(&self, s: f64) -> f64 {
-        let form = &self.pair.form;
-        let (before, after) = (s - self.path.start, self.path.end - s);
-        let part = |relief: &Relief, distance: f64| {
-            if relief.amount == 0.0 {
-                return 0.0;
-            }
-            relief.amount * (1.0 - distance / relief.length).clamp(0.0, 1.0)
-        };
-        part(&form.tip_relief[0], after)
-            + part(&form.tip_relief[1], before)
-            + part(&form.root_relief[0], before)
-            + part(&form.root_relief[1], after)
-    }
+/// The tip edges of pinion and wheel on their mates' flanks.
+fn tips(teeth: &[Tooth; 2], centre_distance: f64, pressure_angle: f64) -> [TipContact; 2] {
+    [[0, 1], [1, 0]].map(|[own, mate]| TipContact {
+        base_radius: teeth[own].base_radius,
+        tip_roll: teeth[own].tip_roll,
+        mate_base_radius: teeth[mate].base_radius,
+        mate_form_roll: teeth[mate].form_roll,
+        centre_distance,
+        pressure_angle,
+    })
 }
 
 /// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
@@ -286,7 +313,11 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
     }
     let form = &pair.form;
     let material = form.material;
-    let relief = || form.tip_relief.iter().chain(&form.root_relief);
+    let relief = || {
+        (form.tip_relief.iter())
+            .chain(&form.root_relief)
+            .chain(&form.end_relief)
+    };
     let positive = [
         ("module [m]", pair.module),
         ("pressure angle [rad]", pair.pressure_angle),
@@ -340,19 +371,17 @@ fn given(
 
 /// The bores, which must be known and make bodies whose compliance is.
 fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
-    let [least, most] = BODY_RATIO;
     let mut bores = [0.0; 2];
     for (index, tooth) in teeth.iter().enumerate() {
         let gear = index + 1;
         let bore = pair.form.bore[index].ok_or(GearError::NoBore { gear })?;
         let ratio = 2.0 * tooth.root_radius / bore;
-        if !(least..=most).contains(&ratio) {
+        if ratio < LEAST_BODY_RATIO {
             return Err(GearError::BodyRatio {
                 gear,
                 bore,
                 ratio,
-                least,
-                most,
+                least: LEAST_BODY_RATIO,
             });
         }
         bores[index] = bore;

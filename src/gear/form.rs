@@ -1,5 +1,7 @@
 //! What a drawing says of the teeth beyond number, module, pressure angle and width.
 
+use super::modification::{Modification, Relief};
+
 /// Shape and material of the teeth. Arrays are `[pinion, wheel]`.
 ///
 /// The default is an unshifted pair of the ISO 53 profile C rack at its reference centre
@@ -23,6 +25,12 @@ pub struct ToothForm {
     /// Material taken off towards the root, falling to 0 from the start of the active profile
     /// outwards.
     pub root_relief: [Relief; 2],
+    /// Material taken off towards both ends of the face.
+    pub end_relief: [Relief; 2],
+    /// Crowning and slope of the profile, root to tip.
+    pub profile: [Modification; 2],
+    /// Crowning and slope of the lead, over the face width.
+    pub lead: [Modification; 2],
     /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
     /// only the shaft knows.
     pub bore: [Option<f64>; 2],
@@ -30,6 +38,16 @@ pub struct ToothForm {
     pub material: [Material; 2],
     /// Hubs, webs and rims of the gear bodies. Of no effect on the flanks.
     pub body: [BodyShape; 2],
+    /// The plane state of teeth and bodies.
+    pub plane: Plane,
+}
+
+impl ToothForm {
+    /// Whether what the flanks lack is no straight line along the lead.
+    pub fn has_curved_lead(&self) -> bool {
+        self.lead.iter().any(|lead| lead.crowning != 0.0)
+            || self.end_relief.iter().any(|relief| relief.amount != 0.0)
+    }
 }
 
 impl Default for ToothForm {
@@ -42,9 +60,13 @@ impl Default for ToothForm {
             tip_diameter: [None; 2],
             tip_relief: [Relief::default(); 2],
             root_relief: [Relief::default(); 2],
+            end_relief: [Relief::default(); 2],
+            profile: [Modification::default(); 2],
+            lead: [Modification::default(); 2],
             bore: [None; 2],
             material: [Material::default(); 2],
             body: [BodyShape::default(); 2],
+            plane: Plane::default(),
         }
     }
 }
@@ -98,14 +120,15 @@ impl Default for BasicRack {
     }
 }
 
-/// Linear relief of a flank.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
-pub struct Relief {
-    /// Most material taken off, normal to the flank \[m\]; 0: no relief.
-    pub amount: f64,
-    /// Length over which it falls to 0 \[m\], along the line of action: base radius times roll
-    /// angle.
-    pub length: f64,
+/// The plane state in which teeth and gear bodies deform. The flattening of the flanks is one of
+/// plane strain whatever they do: it is short against the face width.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub enum Plane {
+    /// Free of stress across the face: a face narrow against what deforms.
+    #[default]
+    Stress,
+    /// Held from widening: a wide face.
+    Strain,
 }
 
 /// An isotropic elastic material.
@@ -136,5 +159,17 @@ impl Material {
     /// Modulus in plane strain, `E / (1 − ν²)` \[Pa\].
     pub fn plane_strain_modulus(&self) -> f64 {
         self.young_modulus / (1.0 - self.poisson_ratio.powi(2))
+    }
+
+    /// The material whose plane stress is this one's plane state: in plane strain Young's modulus
+    /// is `E / (1 − ν²)` and Poisson's ratio `ν / (1 − ν)`.
+    pub fn in_plane(&self, plane: Plane) -> Self {
+        match plane {
+            Plane::Stress => *self,
+            Plane::Strain => Self {
+                young_modulus: self.plane_strain_modulus(),
+                poisson_ratio: self.poisson_ratio / (1.0 - self.poisson_ratio),
+            },
+        }
     }
 }

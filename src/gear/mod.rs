@@ -9,22 +9,26 @@ mod friction;
 mod helix;
 mod involute;
 mod mean_friction;
+mod mesh_springs;
 mod mesh_table;
 mod misalignment;
+mod modification;
 mod pair;
 mod sharing;
 mod symmetry;
+mod tip_contact;
 mod tooth;
 
-pub use compliance::{PairCompliance, ToothCompliance};
+pub use compliance::PairCompliance;
 pub use error::GearError;
 pub use flank_law::FlankLaw;
 pub use flanks::{Flanks, PathOfContact};
-pub use form::{BasicRack, BodyShape, Hub, Material, Relief, ToothForm, Web};
+pub use form::{BasicRack, BodyShape, Hub, Material, Plane, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
 pub use helix::mesh_force_direction;
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
+pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
     MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs, MeshTablePiece, NODES, SegmentMeans,
 };
@@ -32,6 +36,7 @@ pub use misalignment::{
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,
     loaded_misalignment,
 };
+pub use modification::{Modification, Relief, ReliefCourse};
 pub use pair::GearPair;
 pub use sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,

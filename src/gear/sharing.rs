@@ -47,8 +47,23 @@ pub struct SharedLoad {
     /// Share of each pair in the load; they sum to 1. On a helical face what the pairs that came last
     /// bear, each at its own place of the face, what those before them bear, and so on.
     pub share: [f64; MOST_PAIRS],
-    /// Loaded part of the lines of contact of all pairs.
+    /// Loaded part of the lines of contact of the pairs that bear load. On a helical face of all lines of
+    /// contact, those off the path as far as they bear load.
     pub contact_fraction: f64,
+}
+
+/// What a pair adds to the mesh on a slice from the approach on at which it joins the others there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct JoiningSpring {
+    /// The pair that joins.
+    pub pair: usize,
+    /// By how much it stiffens the mesh \[N/m\].
+    pub stiffness: f64,
+    /// Approach at which it joins, at the middle of the slice \[m\].
+    pub gap: f64,
+    /// Share of each pair in what this spring bears; they sum to 1, and may be negative: who joins takes
+    /// load from its neighbours.
+    pub share: [f64; MOST_PAIRS],
 }
 
 /// Pairs of teeth pressed together by one approach.
@@ -60,8 +75,6 @@ pub struct LoadSharing {
     ramps: Vec<Ramp>,
     /// The slices of a helical face; of others, which are equal, none.
     spans: Vec<Span>,
-    /// Width of all ramps, in slices.
-    parts: f64,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
     knots: Vec<f64>,
     /// Whether every pair lacks the same all along its face.
@@ -108,7 +121,6 @@ impl LoadSharing {
         Ok(Self {
             face,
             pairs: pairs.len(),
-            parts: ramps.len() as f64,
             ramps,
             spans: Vec::new(),
             knots,
@@ -144,10 +156,40 @@ impl LoadSharing {
             stiffness,
             centre: part(moment),
             share: loads.map(part),
-            contact_fraction: loaded.iter().sum::<f64>() / self.parts,
+            contact_fraction: self.contact_fraction(approach, loaded),
         };
         let slice = self.face.width / self.face.slices as f64;
         (shared, loaded.map(|slices| slices * slice))
+    }
+
+    /// As in [`SharedLoad`], of pairs that are loaded on so many slices.
+    fn contact_fraction(&self, approach: f64, loaded: [f64; MOST_PAIRS]) -> f64 {
+        let all = match self.spans.is_empty() {
+            true => {
+                let bearing = loaded.iter().filter(|slices| **slices > 0.0).count().max(1);
+                (bearing * self.face.slices) as f64
+            }
+            false => (self.ramps.iter())
+                .map(|ramp| match self.spans[ramp.slice].on_path[ramp.pair] {
+                    true => ramp.part,
+                    false => ramp.part * ramp.travel(approach).engaged,
+                })
+                .sum(),
+        };
+        loaded.iter().sum::<f64>() / all
+    }
+
+    /// The springs that the pairs are, slice by slice in the order in which they join as the gears approach.
+    pub(super) fn springs(&self) -> impl Iterator<Item = JoiningSpring> {
+        self.ramps.iter().map(|ramp| {
+            let total = ramp.total();
+            JoiningSpring {
+                pair: ramp.pair,
+                stiffness: total,
+                gap: 0.5 * (ramp.low + ramp.high),
+                share: ramp.stiffness.map(|own| own / total),
+            }
+        })
     }
 
     /// Line load under a force \[N/m\], pair by pair the mean on each slice.

@@ -17,7 +17,8 @@ pub struct Direction {
     /// Along which of [`super::Model::lines`] it sees its deflection.
     pub line: usize,
     /// What friction takes of the contact force and of the speed at which the gears turn against each
-    /// other, `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their places on the path of contact.
+    /// other, `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their places on the path of contact. Negative
+    /// where a pair that joins takes load from one that slides faster.
     pub rubbing: f64,
 }
 
@@ -83,7 +84,7 @@ impl Directions {
                         (w, w + friction * rubbing)
                     })
                     .unzip();
-                let own = self.add(basis.gains(blocks, &w, &g), friction * lever.abs(), error);
+                let own = self.add(basis.gains(blocks, &w, &g), -friction * lever, error);
                 last = Some((law, own));
                 own
             })

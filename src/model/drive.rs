@@ -8,6 +8,9 @@ use std::f64::consts::TAU;
 /// Mesh phases closer than this \[cycles\] are one: only rounding tells them apart.
 pub const SAME_PHASE: f64 = 1e-12;
 
+/// A gap that no deflection closes \[m\].
+const OUT_OF_REACH: f64 = 1.0;
+
 /// Divisions for each turn of the highest harmonic of a stiffness.
 const PIECES_A_HARMONIC: u32 = 15;
 
@@ -18,6 +21,9 @@ pub struct Drive {
     pub half_gap: f64,
     /// The divisions of the mesh cycle on the drive flank, in order; the last ends at 1.
     pub mesh: Vec<Division>,
+    /// Springs of the drive flank beside that one, each with the divisions of its own cycle: what further pairs
+    /// of teeth add from gaps of their own on. They have no dampers.
+    pub further: Vec<Vec<Division>>,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
     /// Coulomb friction coefficient μ.
@@ -38,8 +44,22 @@ pub struct Drive {
 pub struct CoastFlank {
     /// The divisions of its cycle, in order; the last ends at 1.
     pub mesh: Vec<Division>,
+    /// Springs beside that one, as many as the drive flank has.
+    pub further: Vec<Vec<Division>>,
     /// Transmission error that is imposed on it, of the sign of the drive flank's.
     pub transmission_error: Vec<MeshHarmonic>,
+}
+
+/// The divisions of one of a flank's springs, its first or a further one.
+pub(super) fn spring<'a>(
+    first: &'a [Division],
+    further: &'a [Vec<Division>],
+    number: usize,
+) -> &'a [Division] {
+    match number {
+        0 => first,
+        number => &further[number - 1],
+    }
 }
 
 /// A division of the mesh cycle: the stretch from the end of the one before to its own.
@@ -60,6 +80,17 @@ pub struct Division {
 }
 
 impl Division {
+    /// A division over which there is nothing to touch, its gap far beyond any deflection. The stiffness \[N/m\]
+    /// is never felt.
+    pub fn absent(end: f64, stiffness: f64) -> Self {
+        let mut gap = [0.0; STIFFNESS_TERMS];
+        gap[0] = OUT_OF_REACH;
+        Self {
+            error: FlankError::series(gap),
+            ..Self::level(end, stiffness)
+        }
+    }
+
     /// A division of constant stiffness \[N/m\], loaded at mid-face, whose friction acts at the
     /// pitch point in its positive direction.
     pub const fn level(end: f64, stiffness: f64) -> Self {
@@ -165,11 +196,13 @@ impl Division {
     }
 }
 
-/// One harmonic of the transmission error.
+/// One harmonic of the transmission error: of the mesh, or of an order of a shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeshHarmonic {
-    /// Multiple of the mesh frequency, ≥ 1.
+    /// How often it repeats in so many mesh cycles as `cycles` says, ≥ 1.
     pub harmonic: u32,
+    /// 1: `harmonic` is a multiple of the mesh frequency. The teeth of a gear: it is an order of its shaft.
+    pub cycles: u32,
     /// Amplitude \[m\].
     pub amplitude: f64,
     /// Phase \[rad\].
@@ -177,13 +210,19 @@ pub struct MeshHarmonic {
 }
 
 impl MeshHarmonic {
-    /// A harmonic of some amplitude \[m\] and phase \[rad\].
+    /// A harmonic of the mesh frequency, of some amplitude \[m\] and phase \[rad\].
     pub const fn new(harmonic: u32, amplitude: f64, phase: f64) -> Self {
         Self {
             harmonic,
+            cycles: 1,
             amplitude,
             phase,
         }
+    }
+
+    /// Turns of its phase in a mesh cycle.
+    pub fn turns_per_cycle(&self) -> f64 {
+        f64::from(self.harmonic) / f64::from(self.cycles)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::basis::Basis;
 use super::error::{ModelError, positive};
-use super::{DriveShaft, TorqueRipple};
+use super::{DriveShaft, MeshHarmonic, TorqueRipple};
 use crate::shaft::{HarmonicLoad, ModalStructure};
 use std::f64::consts::TAU;
 
@@ -20,6 +20,17 @@ pub struct TransmissionErrorHarmonic {
 }
 
 impl TransmissionErrorHarmonic {
+    /// That of a drive, whose mesh has this period \[s\].
+    pub(super) fn of_mesh(harmonic: &MeshHarmonic, period: f64) -> Self {
+        let turns_per_cycle = harmonic.turns_per_cycle();
+        Self {
+            angular_frequency: TAU * turns_per_cycle / period,
+            turns_per_cycle,
+            amplitude: harmonic.amplitude,
+            phase: harmonic.phase,
+        }
+    }
+
     /// ω t \[rad\] at a time \[s\] within a mesh cycle.
     pub fn turned(&self, cycle: u64, time: f64) -> f64 {
         turned(self.angular_frequency, self.turns_per_cycle, cycle, time)

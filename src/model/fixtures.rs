@@ -32,6 +32,7 @@ pub fn constant_mesh(half_gap: f64, stiffness: f64) -> Drive {
         coast: None,
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
+        further: Vec::new(),
     }
 }
 

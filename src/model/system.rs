@@ -2,11 +2,12 @@
 
 use super::basis::Basis;
 use super::direction::Directions;
+use super::drive::spring;
 use super::error::{ModelError, positive};
 use super::further;
 use super::{
-    ActiveSet, Block, COAST_FLANK, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
-    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Rolling, Segment,
+    ActiveSet, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS, MeshCycle,
+    MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
 use crate::numerics::whole::greatest_divisor;
@@ -36,8 +37,11 @@ pub struct Model {
     /// What deflections are measured along: the distinct lines of all directions. The first
     /// contact's is the line of the mesh deflection.
     pub lines: Vec<Line>,
-    /// The one-sided contacts. Those of a gear pair are its drive flank and its coast flank.
+    /// The one-sided contacts. The first of a gear pair are its drive flank and its coast flank; where pairs of
+    /// teeth are springs of their own, further ones of drive and coast flank follow in turn.
     pub contacts: Vec<Contact>,
+    /// How many of them are springs of the flanks.
+    pub flank_springs: usize,
     /// Blocks that the mesh does not feel and that do not decay (rigid rotation of the
     /// whole drive).
     pub neutral: Vec<usize>,
@@ -95,14 +99,19 @@ impl Model {
             drive.damping >= 0.0,
             "at least 0 N s/m",
         )?;
-        let coast = drive.coast.iter().flat_map(|coast| &coast.mesh);
-        let smallest = (drive.mesh.iter().chain(coast))
+        let cycles = || {
+            let coast = drive.coast.iter();
+            let coast = coast.flat_map(|coast| std::iter::once(&coast.mesh).chain(&coast.further));
+            std::iter::once(&drive.mesh)
+                .chain(&drive.further)
+                .chain(coast)
+        };
+        let smallest = (cycles().flatten())
             .map(|division| division.stiffness.smallest())
             .fold(f64::INFINITY, f64::min);
         positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
-        ends_are_in_order(&drive.mesh)?;
-        if let Some(coast) = &drive.coast {
-            ends_are_in_order(&coast.mesh)?;
+        for cycle in cycles() {
+            ends_are_in_order(cycle)?;
         }
 
         let (basis, generators) = Basis::new(structure, point.speed)?;
@@ -138,41 +147,54 @@ impl Model {
             residual_flexibility: own.residual_flexibility,
         };
         let mut directions = Directions::default();
-        let mut cycle = |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic]| {
-            let error = harmonics(error, period);
-            let flank = flank(own);
-            let which =
-                directions.of_flank(&flank, mesh, drive.friction, &error, (&basis, &blocks));
-            let softened: Vec<_> = (mesh.iter())
-                .map(|division| Division {
-                    stiffness: (division.stiffness).in_series_with(own.residual_flexibility),
-                    ..*division
-                })
-                .collect();
-            MeshCycle::new(period, &softened, &which, drive.damping)
-        };
+        let mut cycle =
+            |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic], damping: f64| {
+                let error: Vec<_> = (error.iter())
+                    .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, period))
+                    .collect();
+                let flank = flank(own);
+                let which =
+                    directions.of_flank(&flank, mesh, drive.friction, &error, (&basis, &blocks));
+                let softened: Vec<_> = (mesh.iter())
+                    .map(|division| Division {
+                        stiffness: (division.stiffness).in_series_with(own.residual_flexibility),
+                        ..*division
+                    })
+                    .collect();
+                MeshCycle::new(period, &softened, &which, damping)
+            };
         let of_drive_flank = structure.drive_flank();
-        let on_drive = cycle(&of_drive_flank, &drive.mesh, &drive.transmission_error);
-        let on_coast = match &drive.coast {
-            None => on_drive.clone(),
-            Some(coast) => {
-                let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
-                cycle(own, &coast.mesh, &coast.transmission_error)
-            }
-        };
-        let contacts = [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
-            side,
-            half_gap: drive.half_gap,
-            cycles: vec![cycle],
-            release: release(drive.release, drive.damping),
-        });
+        let mut flanks = Vec::new();
+        for number in 0..=drive.further.len() {
+            // The damper of a flank is that of its first spring.
+            let damping = if number == 0 { drive.damping } else { 0.0 };
+            let mesh = spring(&drive.mesh, &drive.further, number);
+            let on_drive = cycle(&of_drive_flank, mesh, &drive.transmission_error, damping);
+            let on_coast = match &drive.coast {
+                None => on_drive.clone(),
+                Some(coast) => {
+                    let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
+                    let mesh = spring(&coast.mesh, &coast.further, number);
+                    cycle(own, mesh, &coast.transmission_error, damping)
+                }
+            };
+            flanks.extend(
+                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
+                    side,
+                    half_gap: drive.half_gap,
+                    cycles: vec![cycle],
+                    release: release(drive.release, damping),
+                }),
+            );
+        }
+        let flank_springs = flanks.len();
         let further = (structure.contacts.iter())
             .map(|own| {
                 let release = release(drive.release, own.law.damping);
                 further::contact(own, release, period, &mut directions, (&basis, &blocks))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let contacts: Vec<Contact> = contacts.into_iter().chain(further).collect();
+        let contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();
         let most = MOST_CONTACTS as f64;
         let count = contacts.len() as f64;
         positive(
@@ -212,6 +234,7 @@ impl Model {
             directions,
             lines,
             contacts,
+            flank_springs,
             neutral,
             load: point.load,
             rated_input,
@@ -266,9 +289,9 @@ impl Model {
         })
     }
 
-    /// Whether a contact is one of the two flanks of the gear pair.
-    pub fn of_mesh(contact: usize) -> bool {
-        contact <= COAST_FLANK
+    /// Whether a contact is a spring of the two flanks of the gear pair.
+    pub fn of_mesh(&self, contact: usize) -> bool {
+        contact < self.flank_springs
     }
 
     /// All harmonics of the transmission errors.
@@ -457,17 +480,6 @@ fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
         }
     }
     tilt
-}
-
-/// A transmission error of harmonics of the mesh frequency.
-fn harmonics(error: &[MeshHarmonic], period: f64) -> Vec<TransmissionErrorHarmonic> {
-    let of = |h: &MeshHarmonic| TransmissionErrorHarmonic {
-        angular_frequency: TAU * f64::from(h.harmonic) / period,
-        turns_per_cycle: f64::from(h.harmonic),
-        amplitude: h.amplitude,
-        phase: h.phase,
-    };
-    error.iter().map(of).collect()
 }
 
 /// Turned modal values, of which there may be none.

@@ -1,6 +1,6 @@
 //! What a kernel shows of a trajectory while it advances.
 
-use crate::model::{ActiveSet, Model, Segment};
+use crate::model::{ActiveSet, Segment};
 
 /// A stretch of trajectory between breakpoints, as polynomials.
 ///
@@ -63,9 +63,9 @@ impl<const P: usize, const M: usize> ShownContacts<P, M> {
         }
     }
 
-    /// One more, with its deflection and its force.
-    pub fn push(&mut self, contact: usize, deflection: [f64; P], force: [f64; P]) {
-        if Model::of_mesh(contact) {
+    /// One more, a spring of the mesh or not, with its deflection and its force.
+    pub fn push(&mut self, contact: usize, of_mesh: bool, deflection: [f64; P], force: [f64; P]) {
+        if of_mesh {
             for (sum, f) in self.force.iter_mut().zip(&force) {
                 *sum += f;
             }

@@ -12,7 +12,7 @@ use crate::model::{
 use crate::numerics::random::PointSeed;
 use crate::propagate::{KernelChoice, Volterra};
 use crate::shaft::{ModalStructure, ShaftError};
-use crate::store::OperatorFetchError;
+use crate::store::{MeshUnderLoad, OperatorFetchError};
 use std::f64::consts::{PI, TAU};
 
 /// Why a point's system cannot be built.
@@ -124,14 +124,16 @@ pub fn structure(spec: &ModelSpec) -> Result<ModalStructure, ShaftError> {
     }
 }
 
-/// The piecewise-linear system of a point.
+/// The piecewise-linear system of a point, and what the mean load makes of a mesh that is computed from the gears.
 pub(super) fn model(
     structure: &ModalStructure,
     point: &PointSpec,
     meshes: &MeshTables,
-) -> Result<Model, BuildError> {
+) -> Result<(Model, Option<MeshUnderLoad>), BuildError> {
     // Harmonics that stand for what loaded flanks lack.
     let mut lacking = Vec::new();
+    let mut further = Vec::new();
+    let mut under_load = None;
     let (mesh, mean) = match &point.mesh.stiffness {
         StiffnessSpec::Constant(k) => (Division::levels(&[*k], &[]), *k),
         StiffnessSpec::Piecewise(values) => (
@@ -146,10 +148,13 @@ pub(super) fn model(
         StiffnessSpec::Table(spec) => {
             let mesh = meshes.mesh(point, spec, structure)?;
             lacking = mesh.transmission_error;
+            further = mesh.further;
+            under_load = mesh.under_load;
             (mesh.divisions, mesh.mean_stiffness)
         }
     };
-    with_mesh(structure, point, (mesh, mean), lacking)
+    let model = with_mesh(structure, point, (mesh, mean), further, lacking)?;
+    Ok((model, under_load))
 }
 
 /// The system of a point with the mean of its mesh stiffness throughout: what it vibrates like in
@@ -163,23 +168,26 @@ pub fn mean_model(structure: &ModalStructure, point: &PointSpec) -> Result<Model
         known => known.mean().unwrap_or_default(),
     };
     let level = (Division::levels(&[mean], &[]), mean);
-    let mut model = with_mesh(structure, point, level, Vec::new())?;
+    let mut model = with_mesh(structure, point, level, Vec::new(), Vec::new())?;
     // Where pairs touch is not in a mean.
     model.rolling = None;
     Ok(model)
 }
 
-/// The system of a point on a mesh, the divisions of its cycle and their mean stiffness \[N/m\];
-/// `lacking` is what stands for the error of loaded flanks.
+/// The system of a point on a mesh, the divisions of its cycle and their mean stiffness \[N/m\], and further
+/// springs beside it; `lacking` is what stands for the error of loaded flanks.
 fn with_mesh(
     structure: &ModalStructure,
     point: &PointSpec,
     (mesh, mean): (Vec<Division>, f64),
+    further: Vec<Vec<Division>>,
     lacking: Vec<MeshHarmonic>,
 ) -> Result<Model, BuildError> {
     let coast = match point.mesh.coast {
         CoastSpec::SameLine => None,
-        CoastSpec::Mirrored { symmetry } => Some(coast_flank(point, &mesh, &lacking, symmetry)),
+        CoastSpec::Mirrored { symmetry } => {
+            Some(coast_flank(point, (&mesh, &further), &lacking, symmetry))
+        }
     };
     let mut error = point.excitation.transmission_error.clone();
     error.extend(lacking);
@@ -197,6 +205,7 @@ fn with_mesh(
         coast,
         transmission_error: error,
         torque_ripple: point.excitation.torque_ripple.clone(),
+        further,
     };
     let operating = OperatingPoint {
         load: point.load,
@@ -222,7 +231,7 @@ fn rolling(point: &PointSpec, friction: f64) -> Option<Rolling> {
 /// The coast flank as the mirror image of the drive flank about a mesh phase.
 fn coast_flank(
     point: &PointSpec,
-    mesh: &[Division],
+    (mesh, further): (&[Division], &[Vec<Division>]),
     lacking: &[MeshHarmonic],
     symmetry: f64,
 ) -> CoastFlank {
@@ -235,6 +244,9 @@ fn coast_flank(
     CoastFlank {
         mesh: Division::mirrored(mesh, symmetry),
         transmission_error: imposed.iter().copied().chain(lacking).collect(),
+        further: (further.iter())
+            .map(|spring| Division::mirrored(spring, symmetry))
+            .collect(),
     }
 }
 
@@ -242,7 +254,7 @@ fn coast_flank(
 /// what it was at `symmetry − φ`, since what they lack lets δ fall further where it lets it rise
 /// further on the drive flanks.
 fn lacking_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
-    let turn = 2.0 * TAU * f64::from(drive.harmonic) * symmetry;
+    let turn = 2.0 * TAU * drive.turns_per_cycle() * symmetry;
     MeshHarmonic {
         phase: PI - drive.phase - turn,
         ..drive

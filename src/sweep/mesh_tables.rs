@@ -1,14 +1,14 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
+use super::mesh_divisions::{divisions, spring_divisions};
 use super::near::Near;
 use crate::gear::{
-    Flanks, GearError, GearPair, MeshTable, MeshTableCycle, MeshTableError, MeshTableInputs,
-    MeshTablePiece, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
+    Face, Flanks, GearError, GearPair, MeshSprings, MeshTable, MeshTableCycle, MeshTableError,
+    MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
     TiltCompliance, loaded_misalignment,
 };
 use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
-use crate::model::{Division, FlankError, MeshHarmonic, STIFFNESS_TERMS, Stiffness};
-use crate::numerics::legendre::transforms8;
+use crate::model::{Division, MeshHarmonic};
 use crate::shaft::ModalStructure;
 use crate::store::{MeshFetchError, MeshUnderLoad, Origin, TableStore};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -31,12 +31,6 @@ const MEANS_TOLERANCE: f64 = 1e-6;
 
 /// Share of a pair in the load that is the round-off of none.
 const NO_SHARE: f64 = 1e-12;
-
-/// Phases closer than this, in cycles, are one: only rounding keeps them apart.
-const SAME_PHASE: f64 = 1e-9;
-
-// A piece of a table becomes the stiffness of a segment term by term.
-const _: () = assert!(NODES == STIFFNESS_TERMS);
 
 /// How finely a table follows its law.
 #[derive(Debug, Clone, Copy)]
@@ -89,6 +83,8 @@ pub enum MeshError {
 pub struct TabledMesh {
     /// The divisions of the mesh cycle.
     pub divisions: Vec<Division>,
+    /// Those of springs beside it, where every pair of teeth is one.
+    pub further: Vec<Vec<Division>>,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
     /// Harmonics of the transmission error that stand for the error of the flanks under load where
@@ -97,8 +93,8 @@ pub struct TabledMesh {
     pub transmission_error: Vec<MeshHarmonic>,
     /// How the misalignment under load was found, where shafts tilt.
     pub tilt: Option<MisalignmentReport>,
-    /// What the load makes of the mesh.
-    pub under_load: MeshUnderLoad,
+    /// What the load makes of the mesh; none without a load.
+    pub under_load: Option<MeshUnderLoad>,
 }
 
 /// Mesh tables at hand. Points of a grid mostly share one.
@@ -115,6 +111,7 @@ struct Common {
     store: TableStore,
     known: Mutex<HashMap<String, Arc<MeshTableCycle>>>,
     tilts: Mutex<HashMap<String, MisalignmentReport>>,
+    springs: Mutex<HashMap<String, Arc<MeshSprings>>>,
     warnings: Mutex<BTreeSet<String>>,
     files: Mutex<BTreeMap<PathBuf, Origin>>,
 }
@@ -127,6 +124,7 @@ impl MeshTables {
                 store,
                 known: Mutex::default(),
                 tilts: Mutex::default(),
+                springs: Mutex::default(),
                 warnings: Mutex::default(),
                 files: Mutex::default(),
             }),
@@ -172,6 +170,9 @@ impl MeshTables {
         spec: &MeshTableSpec,
         structure: &ModalStructure,
     ) -> Result<TabledMesh, MeshError> {
+        if let CycleDivision::Pairs { slices } = spec.division {
+            return self.pairs(point, spec, structure, slices as usize);
+        }
         let force = flank_load(point.load * structure.rated_force)?;
         let unloaded = point.mesh.misalignment;
         let (misalignment, tilt) = match spec.shaft_tilt {
@@ -183,7 +184,7 @@ impl MeshTables {
         };
         let turning = point.mesh.friction.acts() || misalignment != 0.0;
         let resolution = match spec.division {
-            CycleDivision::Segments(_) => MEANS,
+            CycleDivision::Segments(_) | CycleDivision::Pairs { .. } => MEANS,
             CycleDivision::Continuous => Resolution {
                 longest: if turning {
                     LONGEST_TURNING_PIECE
@@ -197,19 +198,44 @@ impl MeshTables {
         let harmonics = point.excitation.table_harmonics;
         Ok(TabledMesh {
             divisions: divisions(&cycle, spec.division, harmonics.is_none()),
+            further: Vec::new(),
             mean_stiffness: cycle.mean_stiffness(),
             transmission_error: (cycle.harmonics(&cycle.tangent_error(), harmonics.unwrap_or(0)))
                 .into_iter()
                 .map(|(harmonic, amplitude, phase)| MeshHarmonic::new(harmonic, amplitude, phase))
                 .collect(),
             tilt,
-            under_load: MeshUnderLoad {
-                misalignment,
-                load_centre: cycle.mean_centre(),
-                stiffness: cycle.mean_stiffness(),
-                contact_ratio: loaded_pairs(&cycle),
-                transmission_error: cycle.peak_to_peak(),
-            },
+            under_load: Some(under_load(&cycle, misalignment)),
+        })
+    }
+
+    /// The mesh of a point whose pairs of teeth are springs of their own, on slices of the face. The damper's mean
+    /// stiffness is that under the mean load, the rated one where there is none.
+    fn pairs(
+        &self,
+        point: &PointSpec,
+        spec: &MeshTableSpec,
+        structure: &ModalStructure,
+        slices: usize,
+    ) -> Result<TabledMesh, MeshError> {
+        let misalignment = point.mesh.misalignment;
+        let force = (point.load * structure.rated_force).abs();
+        let loaded = if force > 0.0 {
+            force
+        } else {
+            structure.rated_force
+        };
+        let cycle = self.cycle(spec, misalignment, loaded, MEANS)?;
+        let springs = self.common.springs(&spec.gears, misalignment, slices)?;
+        let mean_stiffness = cycle.mean_stiffness();
+        let mut all = spring_divisions(&springs, misalignment, mean_stiffness);
+        Ok(TabledMesh {
+            divisions: all.remove(0),
+            further: all,
+            mean_stiffness,
+            transmission_error: Vec::new(),
+            tilt: None,
+            under_load: (force > 0.0).then(|| under_load(&cycle, misalignment)),
         })
     }
 
@@ -231,7 +257,7 @@ impl MeshTables {
         let mut fault = None;
         let search = MisalignmentSearch::default();
         let report = loaded_misalignment(unloaded, force, compliance, search, |misalignment| {
-            let inputs = inputs(&spec.gears, misalignment, force, MEANS);
+            let inputs = inputs(spec, misalignment, force, MEANS);
             match MeshTable::build(&flanks, &inputs, &|_, _| ()) {
                 Ok(table) => table.cycle(0, 0).mean_centre(),
                 Err(error) => {
@@ -263,13 +289,24 @@ impl MeshTables {
         force: f64,
         resolution: Resolution,
     ) -> Result<Arc<MeshTableCycle>, MeshError> {
-        let gears = &spec.gears;
-        let key = format!("{gears:?} {misalignment:e} {force:e} {resolution:?}");
+        let (gears, contact) = (&spec.gears, spec.contact);
+        let key = format!("{gears:?} {contact:?} {misalignment:e} {force:e} {resolution:?}");
         let far = || (self.common).cycle(&key, spec, misalignment, force, resolution);
         match &self.near {
             None => far(),
             Some(near) => near.get(key.clone(), far),
         }
+    }
+}
+
+/// What a load makes of a mesh.
+fn under_load(cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
+    MeshUnderLoad {
+        misalignment,
+        load_centre: cycle.mean_centre(),
+        stiffness: cycle.mean_stiffness(),
+        contact_ratio: loaded_pairs(cycle),
+        transmission_error: cycle.peak_to_peak(),
     }
 }
 
@@ -317,13 +354,37 @@ pub(super) fn mean_stiffness(point: &PointSpec, spec: &MeshTableSpec) -> Result<
 /// The cycle of a point that takes its stiffness from the table of `spec`, before the shafts tilt.
 fn passing(point: &PointSpec, spec: &MeshTableSpec) -> Result<MeshTableCycle, MeshError> {
     let rated = (point.model.source.rated_force()).unwrap_or(spec.gears.rated_force());
-    let force = flank_load(point.load * rated)?;
-    let inputs = inputs(&spec.gears, point.mesh.misalignment, force, MEANS);
+    let force = match (spec.division, point.load == 0.0) {
+        // Springs know no load; what is told of them is that of the rated one.
+        (CycleDivision::Pairs { .. }, true) => rated,
+        _ => flank_load(point.load * rated)?,
+    };
+    let inputs = inputs(spec, point.mesh.misalignment, force, MEANS);
     let table = MeshTable::build(&Flanks::new(&spec.gears)?, &inputs, &|_, _| ())?;
     Ok(table.cycle(0, 0))
 }
 
 impl Common {
+    /// The springs that the pairs of teeth are on slices of the face.
+    fn springs(
+        &self,
+        gears: &GearPair,
+        misalignment: f64,
+        slices: usize,
+    ) -> Result<Arc<MeshSprings>, MeshError> {
+        let key = format!("{gears:?} {misalignment:e} {slices}");
+        if let Some(known) = lock(&self.springs).get(&key) {
+            return Ok(known.clone());
+        }
+        let face = Face {
+            width: gears.face_width,
+            slices,
+        };
+        let found = Arc::new(MeshSprings::new(&Flanks::new(gears)?, face, misalignment)?);
+        lock(&self.springs).insert(key, found.clone());
+        Ok(found)
+    }
+
     /// The cycle under a key, fetched where it is not at hand.
     fn cycle(
         &self,
@@ -336,7 +397,7 @@ impl Common {
         if let Some(known) = lock(&self.known).get(key) {
             return Ok(known.clone());
         }
-        let inputs = inputs(&spec.gears, misalignment, force, resolution);
+        let inputs = inputs(spec, misalignment, force, resolution);
         let fetched = self.store.mesh_table(&spec.gears, &inputs, &|_, _| ())?;
         let notes = fetched.warnings.iter().map(ToString::to_string);
         lock(&self.warnings).extend(notes);
@@ -352,81 +413,21 @@ fn lock<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 fn inputs(
-    gears: &GearPair,
+    spec: &MeshTableSpec,
     misalignment: f64,
     force: f64,
     resolution: Resolution,
 ) -> MeshTableInputs {
+    let gears = &spec.gears;
     let mut inputs = MeshTableInputs::of_gears(gears);
+    inputs.contact = spec.contact;
     inputs.misalignment = vec![misalignment];
     inputs.torque = vec![force * inputs.base_radius];
     inputs.longest_piece = resolution.longest;
     inputs.tolerance = resolution.tolerance;
+    // A gap that is a straight line across the face is exact on one slice.
+    if !gears.form.has_curved_lead() {
+        inputs.slices = 1;
+    }
     inputs
-}
-
-/// The divisions of a cycle: means over equal segments, or pieces as they are; `with_error` to have
-/// what loaded flanks lack, if anything. It is as it is in either case, and equal segments are cut
-/// where it has its kinks and steps.
-fn divisions(cycle: &MeshTableCycle, division: CycleDivision, with_error: bool) -> Vec<Division> {
-    let with_error = with_error && cycle.has_error();
-    let pieces = cycle.pieces();
-    match division {
-        CycleDivision::Segments(count) => {
-            let ends = segment_ends(cycle, count, with_error);
-            (ends.windows(2))
-                .map(|ends| {
-                    let [start, end] = [ends[0], ends[1]];
-                    let means = cycle.means([start, end]);
-                    Division {
-                        end,
-                        stiffness: Stiffness::constant(means.stiffness),
-                        error: match with_error {
-                            true => part_of_error(&pieces, [start, end]),
-                            false => FlankError::NONE,
-                        },
-                        load_centre: means.centre,
-                        friction: [means.friction, means.friction_lever],
-                    }
-                })
-                .collect()
-        }
-        CycleDivision::Continuous => (pieces.iter())
-            .map(|piece| Division {
-                end: piece.end,
-                stiffness: Stiffness::series(piece.stiffness),
-                error: match with_error {
-                    true => FlankError::series(piece.tangent_error),
-                    false => FlankError::NONE,
-                },
-                load_centre: piece.centre,
-                friction: [piece.friction, piece.friction_lever],
-            })
-            .collect(),
-    }
-}
-
-/// Ends of equal segments, 0 first, cut where the pieces of the cycle end if `cut`.
-fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
-    let mut ends: Vec<f64> = (0..=count)
-        .map(|number| f64::from(number) / f64::from(count))
-        .collect();
-    if cut {
-        let equal = ends.clone();
-        let apart = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_PHASE);
-        ends.extend(cycle.breaks.iter().filter(apart));
-        ends.sort_by(f64::total_cmp);
-    }
-    ends
-}
-
-/// The tangent error between two phases inside one piece.
-fn part_of_error(pieces: &[MeshTablePiece], [start, end]: [f64; 2]) -> FlankError {
-    let middle = 0.5 * (start + end);
-    let inside = |piece: &&MeshTablePiece| middle < piece.end;
-    let Some(piece) = pieces.iter().find(inside).or(pieces.last()) else {
-        return FlankError::NONE;
-    };
-    let place = |phase: f64| (2.0 * phase - piece.start - piece.end) / (piece.end - piece.start);
-    FlankError::series(transforms8().restrict(&piece.tangent_error, place(start), place(end)))
 }

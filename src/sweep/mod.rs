@@ -20,6 +20,7 @@ mod forecast;
 mod kernel_tables;
 mod layout;
 mod memory;
+mod mesh_divisions;
 mod mesh_tables;
 mod near;
 mod parts;

@@ -160,23 +160,21 @@ impl Parts {
     /// # Errors
     /// A structure, a mesh or a value that is refused.
     pub fn model(&self, point: &PointSpec) -> Result<Model, BuildError> {
+        Ok(self.model_and_mesh(point)?.0)
+    }
+
+    /// The same, and what the mean load makes of a mesh that is computed from the gears.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn model_and_mesh(
+        &self,
+        point: &PointSpec,
+    ) -> Result<(Model, Option<MeshUnderLoad>), BuildError> {
         if let Some(fault) = &point.fault {
             return Err(BuildError::Values(fault.clone()));
         }
         model(&*self.structure(&point.model)?, point, &self.meshes)
-    }
-
-    /// What the mean load makes of the mesh of a point; none where it is not computed from the gears.
-    ///
-    /// # Errors
-    /// A structure or a mesh that is refused.
-    pub fn mesh_under_load(&self, point: &PointSpec) -> Result<Option<MeshUnderLoad>, BuildError> {
-        let StiffnessSpec::Table(spec) = &point.mesh.stiffness else {
-            return Ok(None);
-        };
-        let structure = self.structure(&point.model)?;
-        let mesh = self.meshes.mesh(point, spec, &structure)?;
-        Ok(Some(mesh.under_load))
     }
 
     /// Fetches or computes the mesh tables of some points of a job, each on all threads of the

@@ -113,7 +113,7 @@ fn answer(
     parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
-    let model: Model = parts.model(point)?;
+    let (model, mesh) = parts.model_and_mesh(point)?;
     affordable(&model, &point.run.kernel)?;
     let own = model.start(&point.run.initial);
     let start = match start {
@@ -131,6 +131,7 @@ fn answer(
         model: &model,
         start,
         own,
+        mesh,
         questions: questions(point, seed),
         probes,
         analyses: &point.analyses,
@@ -140,13 +141,14 @@ fn answer(
     let kept = |kernel, cells| parts.kernels().get(kernel, &model, cells);
     let asked = (point.run.kernel).apply(&model, point.run.event_limit, kept, ask);
     let answered = asked.map_err(|error| BuildError::tables(error, &model))?;
-    let mesh = parts.mesh_under_load(point)?;
-    Ok(answered.map(|answer| Answer { mesh, ..answer }))
+    Ok(answered)
 }
 
 /// All that is asked of a point.
 struct Ask<'a> {
     model: &'a Model,
+    /// What the mean load makes of its mesh.
+    mesh: Option<MeshUnderLoad>,
     /// Where the point's trajectory starts.
     start: TrajectoryState,
     /// The start that `run.initial` gives, about which probes start.
@@ -222,7 +224,7 @@ impl KernelUse for Ask<'_> {
             orbits,
             horizon,
             cycle_expansion: expansion,
-            mesh: None,
+            mesh: self.mesh,
             end: whole.then_some(ChainEnd {
                 state: trajectory.state,
                 cycle: trajectory.cycle,

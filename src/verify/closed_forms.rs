@@ -157,6 +157,7 @@ impl Shaken {
                 amplitude,
                 phase: self.phase,
             }],
+            further: Vec::new(),
         };
         let point = OperatingPoint {
             load: self.push,
@@ -226,6 +227,7 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         release: Release::Deflection,
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
+        further: Vec::new(),
     };
     let point = OperatingPoint {
         load: 0.05,
@@ -309,6 +311,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, Trouble> {
         release: Release::Deflection,
         transmission_error: Vec::new(),
         torque_ripple: Vec::new(),
+        further: Vec::new(),
     };
     // Less than half a turn a mesh cycle, so that the angle tells the frequency.
     let point = OperatingPoint {

@@ -157,6 +157,7 @@ fn two_level_mesh(half_gap: f64) -> Drive {
         release: Release::Deflection,
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
         torque_ripple: Vec::new(),
+        further: Vec::new(),
     }
 }
 
@@ -281,6 +282,7 @@ fn default_drive() -> Result<Case, Trouble> {
             release: point.mesh.release,
             transmission_error: point.excitation.transmission_error.clone(),
             torque_ripple: Vec::new(),
+            further: Vec::new(),
         },
         point: STRONG_RATTLE,
     })

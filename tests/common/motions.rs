@@ -141,6 +141,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
             }],
             false => Vec::new(),
         },
+        further: Vec::new(),
     };
     let model = Model::new(&structure, &drive, point).unwrap();
     let mut start = model.start(&InitialState::Static);

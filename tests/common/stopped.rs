@@ -41,6 +41,7 @@ impl Family for Stopped {
             coast: None,
             transmission_error: Vec::new(),
             torque_ripple: Vec::new(),
+            further: Vec::new(),
         };
         let point = OperatingPoint {
             load: OFF,

@@ -193,6 +193,7 @@ impl Drawn {
                 release: Release::Deflection,
                 transmission_error,
                 torque_ripple,
+                further: Vec::new(),
             },
             point,
             start,

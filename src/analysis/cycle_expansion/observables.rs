@@ -4,7 +4,7 @@
 
 use crate::analysis::modal_series::padded;
 use crate::analysis::nvh::rule::Rules;
-use crate::model::{COAST_FLANK, Flanks, Model};
+use crate::model::{Flanks, Model};
 use crate::numerics::legendre::variation;
 use crate::propagate::{Event, Observer, Window};
 use serde::{Deserialize, Serialize};
@@ -95,6 +95,8 @@ impl ExpansionQuantity {
 pub struct Cycles {
     half_gap: f64,
     period: f64,
+    /// Side of every contact.
+    sides: Vec<f64>,
     sums: Sums,
     peak: f64,
 }
@@ -105,6 +107,7 @@ impl Cycles {
         Self {
             half_gap: model.half_gap,
             period: model.period(),
+            sides: model.contacts.iter().map(|contact| contact.side).collect(),
             sums: [0.0; SUMS],
             peak: 0.0,
         }
@@ -130,10 +133,7 @@ impl Observer for Cycles {
             self.sums[1] += share * a * a / (2 * n + 1) as f64;
         }
         for closed in window.closed {
-            let side = match closed.contact == COAST_FLANK {
-                true => -1.0,
-                false => 1.0,
-            };
+            let side = self.sides[closed.contact];
             let force = padded(closed.force).map(|f| side * f);
             self.sums[2] += share * force[0];
             if force[0] + variation(&force) > self.peak {

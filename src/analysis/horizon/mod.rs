@@ -17,7 +17,7 @@ mod tests;
 use super::called_off::CalledOff;
 use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
-use crate::model::{COAST_FLANK, Model, TrajectoryState};
+use crate::model::{Contact, Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
@@ -275,7 +275,10 @@ impl<'a, K: Kernel> Record<'a, K> {
     /// One cycle of the trajectory and its tangent.
     fn cycle(&mut self) -> Result<(), HorizonError> {
         CalledOff::check(self.called_off)?;
-        let mut means = CycleMeans([0.0; 3]);
+        let mut means = CycleMeans {
+            contacts: &self.model.contacts,
+            sums: [0.0; 3],
+        };
         self.kernel.advance_cycle(
             &mut self.trajectory,
             &mut self.tangents,
@@ -284,7 +287,7 @@ impl<'a, K: Kernel> Record<'a, K> {
             &mut self.counters,
         )?;
         self.means
-            .push(means.0.map(|sum| sum / self.model.period()));
+            .push(means.sums.map(|sum| sum / self.model.period()));
         let tangent = self.tangents.vector_mut(0);
         self.norm.project(tangent);
         let length = self.norm.length(tangent);
@@ -335,22 +338,21 @@ impl<'a, K: Kernel> Record<'a, K> {
 }
 
 /// Time integrals of deflection, force and contact force over a cycle: `∫ P_n = 0` for n > 0.
-struct CycleMeans([f64; 3]);
+struct CycleMeans<'a> {
+    contacts: &'a [Contact],
+    sums: [f64; 3],
+}
 
-impl Observer for CycleMeans {
+impl Observer for CycleMeans<'_> {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
         let first = |series: &[f64]| series.first().copied().unwrap_or(0.0);
-        self.0[0] += window.duration * first(window.deflection);
-        self.0[1] += window.duration * first(window.force);
+        self.sums[0] += window.duration * first(window.deflection);
+        self.sums[1] += window.duration * first(window.force);
         for closed in window.closed {
-            let side = if closed.contact == COAST_FLANK {
-                -1.0
-            } else {
-                1.0
-            };
-            self.0[2] += window.duration * side * first(closed.force);
+            let side = self.contacts[closed.contact].side;
+            self.sums[2] += window.duration * side * first(closed.force);
         }
     }
 

@@ -20,6 +20,8 @@ pub(super) struct Losses {
     rolling: Rolling,
     /// Speed \[m/s\] that times |F| is the loss, by direction; empty where it is not known.
     speeds: Vec<f64>,
+    /// How many contacts are springs of the flanks.
+    flank_springs: usize,
 }
 
 impl Losses {
@@ -31,16 +33,20 @@ impl Losses {
                 .map(|direction| direction.rubbing * sliding)
                 .collect()
         });
-        Some(Self { rolling, speeds })
+        Some(Self {
+            rolling,
+            speeds,
+            flank_springs: model.flank_springs,
+        })
     }
 
     /// Energy \[J\] lost on the flanks of the mesh over a window.
     pub fn over(&self, window: &Window<'_>) -> f64 {
-        let of_mesh = (window.closed.iter()).filter(|closed| Model::of_mesh(closed.contact));
+        let of_mesh = (window.closed.iter()).filter(|closed| closed.contact < self.flank_springs);
         let lost = of_mesh.filter_map(|closed| {
             let segment = &window.segments[closed.contact];
             let speed = self.speeds.get(segment.direction).copied()?;
-            (speed > 0.0).then(|| speed * modulus(&padded(closed.force)))
+            (speed != 0.0).then(|| speed * modulus(&padded(closed.force)))
         });
         window.duration * lost.sum::<f64>()
     }

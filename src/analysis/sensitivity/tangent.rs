@@ -224,7 +224,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
         let of_mesh = closed
             .iter()
             .zip(&forces)
-            .filter(|(c, _)| Model::of_mesh(c.index));
+            .filter(|(c, _)| self.model.of_mesh(c.index));
         for (_, own) in of_mesh {
             for m in 0..TERMS {
                 force[m] += own[m];
@@ -269,7 +269,7 @@ impl<'m, W: Witness> ParameterTangent<'m, W> {
                 // (f⁻ − f⁺) moved, f = … − g F.
                 kicks.push((before.direction, -force * moved));
                 kicks.push((contact.direction, at_start(&contact.force) * moved));
-                if Model::of_mesh(contact.index) {
+                if self.model.of_mesh(contact.index) {
                     jumps.push((moved, at_start(&contact.force) - force));
                 }
             }
@@ -468,7 +468,7 @@ impl<W: Witness> Observer for ParameterTangent<'_, W> {
         );
         // The surface is reached later by −(δ_p − s b_p)/(δ' − s b').
         let jump = -sign * damping * event.rate;
-        let jump = if Model::of_mesh(event.contact) {
+        let jump = if self.model.of_mesh(event.contact) {
             jump
         } else {
             0.0

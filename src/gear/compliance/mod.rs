@@ -1,22 +1,36 @@
 //! How much a pair of teeth gives under load, at any point of the path of contact.
 //!
-//! Improved potential-energy method (Yang & Lin 1987; Tian 2004; from the root circle along the
-//! real profile: Ma et al. 2014, Mech. Syst. Signal Process. 43): a tooth is a cantilever that
-//! stands on the root circle, its sections those of the involute and the trochoidal fillet.
+//! A gear is a plane elastic body, its teeth plates on a ring that is held at its bore: what
+//! tooth, body and neighbouring teeth give comes of one solution ([`GearBody`]). Deflection is
+//! that along the line of action where it crosses the tooth's centre line; from there to the
+//! contact the flanks flatten as a half space does (Weber & Banaschek 1953).
 //! Compliances are per unit face width: metres of approach along the line of action for a line
 //! load of 1 N/m, so that a spring of width L has the stiffness `L / compliance`.
 
-mod beam;
-mod foundation;
+mod body;
 mod hertz;
+mod plate;
 mod ring;
 
-pub use beam::ToothCompliance;
-pub(super) use foundation::BODY_RATIO;
-pub(super) use ring::{RingCompliance, rings};
-
 use super::Flanks;
-use ring::RootLoad;
+use body::GearBody;
+use std::sync::OnceLock;
+
+/// Ratio of root to bore radius from which the rim below the teeth is solved as accurately as
+/// thicker ones.
+pub(super) const LEAST_BODY_RATIO: f64 = 1.06;
+
+/// The elastic bodies of both gears, solved when first asked for: who checks a drawing's geometry
+/// needs none. They follow from the drawing, so that all are equal beside equal drawings; none
+/// of a gear whose numbers are not finite.
+#[derive(Debug, Clone, Default)]
+pub(super) struct GearBodies(OnceLock<[Option<GearBody>; 2]>);
+
+impl PartialEq for GearBodies {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
 
 /// Compliance of one pair at one position, per unit face width \[m²/N\]. Arrays are
 /// `[pinion, wheel]`.
@@ -27,11 +41,11 @@ use ring::RootLoad;
 /// [`Self::own`] a pair, and one of the coupling's that carries `F₁ + F₂`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairCompliance {
-    /// Bending, shear and compression of each tooth above its root circle.
+    /// Each tooth above its root circle, its foot held.
     pub tooth: [f64; 2],
     /// Flattening of the contact.
     pub hertz: f64,
-    /// Fillet foundation of each gear at this contact point.
+    /// The body of each gear below this tooth.
     pub foundation: [f64; 2],
 }
 
@@ -59,7 +73,7 @@ impl Flanks {
     pub fn compliance(&self, s: f64) -> PairCompliance {
         let materials = &self.pair.form.material;
         PairCompliance {
-            tooth: [0, 1].map(|gear| self.tooth_compliance(gear, s).total()),
+            tooth: [0, 1].map(|gear| self.tooth_compliance(gear, s)),
             hertz: hertz::linear(materials),
             foundation: [0, 1].map(|gear| self.foundation_compliance(gear, s)),
         }
@@ -90,24 +104,17 @@ impl Flanks {
         )
     }
 
-    /// Bending, shear and compression of the tooth of a gear (0 = pinion) loaded at position s.
-    pub fn tooth_compliance(&self, gear: usize, s: f64) -> ToothCompliance {
-        beam::tooth(
-            &self.teeth[gear],
-            self.roll(s)[gear],
-            &self.pair.form.material[gear],
-            &self.rule,
-        )
+    /// The tooth of a gear (0 = pinion) above its root circle, its foot held, loaded at position s,
+    /// per unit width \[m²/N\].
+    pub fn tooth_compliance(&self, gear: usize, s: f64) -> f64 {
+        let roll = self.roll(s)[gear];
+        (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.tooth(roll))
     }
 
-    /// Fillet foundation of a gear (0 = pinion) loaded at position s, per unit width \[m²/N\].
+    /// The body of a gear (0 = pinion) below a tooth loaded at position s, per unit width \[m²/N\].
     pub fn foundation_compliance(&self, gear: usize, s: f64) -> f64 {
-        foundation::compliance(
-            &self.teeth[gear],
-            self.roll(s)[gear],
-            self.bores[gear],
-            self.pair.form.material[gear].young_modulus,
-        )
+        let roll = self.roll(s)[gear];
+        (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.foundation(roll))
     }
 
     /// What the bodies of pinion and wheel give at the pair at position s under a unit line load
@@ -121,16 +128,44 @@ impl Flanks {
         if ahead == 0 || s < path.start - slack || further > path.end + slack {
             return None;
         }
-        let rings = self.rings.get(ahead - 1)?;
+        self.coupled(s, ahead)
+    }
+
+    /// The same of pairs within reach, which off the path touch with their tips.
+    pub(super) fn coupled(&self, s: f64, ahead: usize) -> Option<[f64; 2]> {
+        let further = s + ahead as f64 * self.path().base_pitch;
         let (near, far) = (self.roll(s), self.roll(further));
-        Some([0, 1].map(|gear| {
-            let tooth = &self.teeth[gear];
-            let load = |roll: f64| {
-                let angle = tooth.force_angle(roll);
-                RootLoad::new(angle, foundation::lever(tooth, angle))
-            };
-            let young_modulus = self.pair.form.material[gear].young_modulus;
-            rings[gear].between(load(far[gear]), load(near[gear])) / young_modulus
-        }))
+        let [pinion, wheel] = self.gear_bodies();
+        // Forces push against growing x. Teeth further along the path are ahead in the sense of
+        // rotation: with the force on the wheel, against that on the pinion.
+        Some([
+            pinion
+                .as_ref()
+                .map_or(Some(f64::NAN), |body| body.coupling(near[0], ahead, far[0]))?,
+            wheel
+                .as_ref()
+                .map_or(Some(f64::NAN), |body| body.coupling(far[1], ahead, near[1]))?,
+        ])
+    }
+
+    /// The bodies, solved at the first call.
+    fn gear_bodies(&self) -> &[Option<GearBody>; 2] {
+        self.bodies.0.get_or_init(|| {
+            let path = self.path();
+            let (start, end) = (self.roll(path.start), self.roll(path.end));
+            let [first, last] = self.reach();
+            [0, 1].map(|gear| {
+                let tooth = &self.teeth[gear];
+                let form = &self.pair.form;
+                GearBody::new(
+                    tooth,
+                    self.pair.teeth[gear],
+                    2.0 * tooth.root_radius / self.bores[gear],
+                    &form.material[gear].in_plane(form.plane),
+                    [start[gear].min(end[gear]), start[gear].max(end[gear])],
+                    ((last - first) / path.base_pitch) as usize,
+                )
+            })
+        })
     }
 }

@@ -1,128 +1,99 @@
-//! How much a tooth gives when its neighbour is loaded: the gear body as an elastic ring.
+//! The gear body as an elastic ring, held at its bore and loaded on arcs of its root circle: the
+//! feet of its teeth.
 //!
-//! The ring is held at its bore and loaded on arcs of its root circle, as in the model of
-//! Sainsot et al. (2004): a tooth that carries a unit force presses on its arc with a uniform
-//! shear, and a normal stress that is uniform (its radial part) and linear (its moment). Each
-//! harmonic of the stress gives displacements in closed form (Michell's solution; Barber,
-//! Elasticity, 3rd ed., table 9.1, plane stress), and the compliance between two teeth is the
-//! work of one's stresses on the other's displacements: symmetric, and without a fit.
+//! Each harmonic of the stress gives displacements in closed form (Michell's solution; Barber,
+//! Elasticity, 3rd ed., table 9.1, plane stress). Feet whose tractions are alike but for a turn of
+//! phase by `2π k/z` from tooth to tooth load the harmonics n = k, k ± z, k ± 2z … alone, so that
+//! all teeth together fall apart into waves, each as small as one tooth.
 //!
 //! Lengths are in root radii and stresses in Young's moduli here, so that every compliance
 //! comes out times E per unit width.
 
-use crate::gear::{GearPair, Tooth};
+use crate::numerics::bessel::{LANES, ORDERS, spherical_bessel};
 use crate::numerics::linalg;
+use faer::Mat;
 use std::f64::consts::PI;
 
-/// Harmonics taken: enough for the arc's edges to matter by less than 1e-4 of the compliance
-/// between teeth, whose arcs are apart.
-const HARMONICS: u32 = 400;
+/// A bore that changes the compliance of a harmonic by less than this part is not felt.
+const UNFELT: f64 = 1e-17;
 
-/// Force of a tooth on its body: transverse, moment over root radius, radial outwards; in units
-/// of the force on the flank.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::gear) struct RootLoad(pub [f64; 3]);
-
-impl RootLoad {
-    /// The load of a unit force whose line, at angle β to the tooth's perpendicular, crosses the
-    /// centre line `lever` root radii above the root. The normal stress of the moment has a
-    /// transverse resultant of −lever, for which the shear makes up.
-    pub fn new(angle: f64, lever: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
-        Self([cos * (1.0 + lever), cos * lever, -sin])
+/// Quarter turns of phase at which a mode of a foot is counted, of `count` radial modes followed
+/// by as many tangential ones: with them the compliance of a wave is real.
+pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
+    match mode.checked_sub(count) {
+        None => mode,
+        Some(degree) => degree + 3,
     }
 }
 
-/// Compliance between the arcs of two teeth on one ring, times E, by the parts of a
-/// [`RootLoad`]: rows of the tooth ahead, columns of the other.
-#[derive(Debug, Clone, PartialEq)]
-pub(in crate::gear) struct RingCompliance([[f64; 3]; 3]);
-
-impl RingCompliance {
-    /// Between a tooth and one at the angle `ahead` \[rad\] from it, positive in the sense of the
-    /// transverse force; 0 is the tooth itself. The arcs have the half angle θ_f, the ring a
-    /// ratio of root to bore radius.
-    pub fn new(half_angle: f64, ratio: f64, poisson_ratio: f64, ahead: f64) -> Self {
-        Self::with_harmonics(half_angle, ratio, poisson_ratio, ahead, HARMONICS)
-    }
-
-    pub(super) fn with_harmonics(
-        half_angle: f64,
-        ratio: f64,
-        poisson_ratio: f64,
-        ahead: f64,
-        harmonics: u32,
-    ) -> Self {
-        let ring = Ring::new(ratio, poisson_ratio);
-        let mut sum = [[0.0; 3]; 3];
-        let mean = 1.0 / (2.0 * PI);
-        sum[0][0] = 2.0 * PI * ring.twist() * mean * mean;
-        sum[2][2] = 2.0 * PI * ring.breathing() * mean * mean;
-        for order in 1..=harmonics {
-            let stiffness = ring.harmonic(order);
-            let loads = harmonic_loads(f64::from(order), half_angle);
-            let (sin, cos) = (f64::from(order) * ahead).sin_cos();
-            for (column, load) in loads.iter().enumerate() {
-                let moved = turned(displacement(&stiffness, load), sin, cos);
-                for (row, other) in loads.iter().enumerate() {
-                    let work: f64 = other.iter().zip(&moved).map(|(t, u)| t * u).sum();
-                    sum[row][column] += PI * work;
-                }
+/// Displacements of a foot in its modes by tractions in them, for the waves k = 0 … z/2 round z
+/// feet of a half angle \[rad\], each `foot` polynomials in either direction; with harmonics up
+/// to `most` over the half angle.
+pub(super) fn waves(
+    teeth: u32,
+    half_angle: f64,
+    ring: &Ring,
+    foot: usize,
+    most: f64,
+) -> Vec<Mat<f64>> {
+    let teeth = u64::from(teeth);
+    let mut waves = vec![Mat::zeros(2 * foot, 2 * foot); (teeth / 2) as usize + 1];
+    let share = teeth as f64 / (2.0 * PI);
+    // The transform of the polynomial m of the foot is a spherical Bessel function.
+    let scales: Vec<f64> = (0..foot)
+        .map(|m| ((2.0 * m as f64 + 1.0) * 2.0 * half_angle * share).sqrt())
+        .collect();
+    let mut add = |order: u64, transforms: &[f64], [rr, rt, tt]: [f64; 3]| {
+        let wave = &mut waves[order as usize];
+        for (j, one) in transforms.iter().enumerate() {
+            for (i, other) in transforms.iter().enumerate() {
+                let product = one * other;
+                wave[(i, j)] += rr * product;
+                wave[(foot + i, j)] += rt * product;
+                wave[(i, foot + j)] += rt * product;
+                wave[(foot + i, foot + j)] += tt * product;
             }
         }
-        Self(sum)
+    };
+    let mut uniform = vec![0.0; foot];
+    uniform[0] = scales[0];
+    add(0, &uniform, [ring.breathing(), 0.0, ring.twist()]);
+    let harmonics = (most / half_angle).ceil() as u64;
+    let mut bessel = [[0.0; LANES]; ORDERS];
+    for first in (1..=harmonics).step_by(LANES) {
+        let place: [f64; LANES] =
+            std::array::from_fn(|lane| (first + lane as u64) as f64 * half_angle);
+        spherical_bessel(
+            &place,
+            &place.map(f64::sin),
+            &place.map(f64::cos),
+            &mut bessel,
+        );
+        for lane in 0..LANES {
+            let order = first + lane as u64;
+            let [[rr, rt], [_, tt]] = ring.harmonic(order);
+            let transforms: Vec<f64> = (scales.iter().zip(&bessel))
+                .map(|(s, j)| s * j[lane])
+                .collect();
+            let wave = order % teeth;
+            if wave <= teeth / 2 {
+                add(wave, &transforms, [rr, rt, tt]);
+            }
+            // The harmonic that runs the other way round.
+            let wave = (teeth - wave) % teeth;
+            if wave <= teeth / 2 {
+                let turned: Vec<f64> = (transforms.iter().enumerate())
+                    .map(|(m, value)| if m % 2 == 0 { *value } else { -value })
+                    .collect();
+                add(wave, &turned, [rr, -rt, tt]);
+            }
+        }
     }
-
-    /// Displacement of the tooth ahead along its unit force by the other's unit force, times E.
-    pub fn between(&self, ahead: RootLoad, other: RootLoad) -> f64 {
-        (ahead.0.iter().zip(&self.0))
-            .map(|(a, row)| a * row.iter().zip(&other.0).map(|(c, o)| c * o).sum::<f64>())
-            .sum()
-    }
-}
-
-/// Fourier coefficients on the root circle: radial cosine and sine, tangential cosine and sine.
-type Harmonic = [f64; 4];
-
-/// Harmonics of the stresses of unit transverse force, moment and radial force.
-fn harmonic_loads(order: f64, half_angle: f64) -> [Harmonic; 3] {
-    let (sin, cos) = (order * half_angle).sin_cos();
-    let uniform = sin / (PI * order * half_angle);
-    // Tension behind the force: t_r = −3 θ/(2 θ_f³).
-    let linear = -3.0 / (PI * half_angle.powi(3)) * (sin / order - half_angle * cos) / order;
-    [
-        [0.0, 0.0, uniform, 0.0],
-        [0.0, linear, 0.0, 0.0],
-        [uniform, 0.0, 0.0, 0.0],
-    ]
-}
-
-/// Displacements of one harmonic of stress: `[[rr, rt], [rt, tt]]` joins radial cosines with
-/// tangential sines; a turn by a quarter wave gives radial sines and tangential cosines.
-fn displacement(stiffness: &[[f64; 2]; 2], load: &Harmonic) -> Harmonic {
-    let [[rr, rt], [_, tt]] = *stiffness;
-    let [radial_cos, radial_sin, tangential_cos, tangential_sin] = *load;
-    [
-        rr * radial_cos + rt * tangential_sin,
-        rr * radial_sin - rt * tangential_cos,
-        tt * tangential_cos - rt * radial_sin,
-        tt * tangential_sin + rt * radial_cos,
-    ]
-}
-
-/// The harmonic as seen from a tooth further round by the angle of that sine and cosine.
-fn turned(field: Harmonic, sin: f64, cos: f64) -> Harmonic {
-    let [rc, rs, tc, ts] = field;
-    [
-        rc * cos + rs * sin,
-        rs * cos - rc * sin,
-        tc * cos + ts * sin,
-        ts * cos - tc * sin,
-    ]
+    waves
 }
 
 /// An elastic ring of outer radius 1 and Young's modulus 1, held at its bore.
-struct Ring {
+pub(super) struct Ring {
     bore: f64,
     shear: f64,
     /// Lamé's first constant of plane stress.
@@ -135,7 +106,8 @@ struct Ring {
 type Basis = [f64; 4];
 
 impl Ring {
-    fn new(ratio: f64, poisson_ratio: f64) -> Self {
+    /// The ring of a ratio of root to bore radius.
+    pub fn new(ratio: f64, poisson_ratio: f64) -> Self {
         let shear = 0.5 / (1.0 + poisson_ratio);
         let kolosov = (3.0 - poisson_ratio) / (1.0 + poisson_ratio);
         Self {
@@ -158,11 +130,19 @@ impl Ring {
         (1.0 - inner) / (2.0 * self.lame + 2.0 * self.shear * (1.0 + inner))
     }
 
-    /// Displacements at the outer circle, (cos, sin), by unit stresses there, (cos, sin).
-    fn harmonic(&self, order: u32) -> [[f64; 2]; 2] {
+    /// Displacements at the outer circle by unit stresses there, `[[rr, rt], [rt, tt]]`: radial
+    /// cosines and tangential sines.
+    fn harmonic(&self, order: u64) -> [[f64; 2]; 2] {
+        let n = order as f64;
+        if 2.0 * n * self.bore.ln() + 2.0 * n.ln() < UNFELT.ln() {
+            // Of a disc without a bore.
+            let (first, second) = (1.0 / (n - 1.0), self.kolosov / (n + 1.0));
+            let like = 0.25 / self.shear * (second + first);
+            let cross = 0.25 / self.shear * (second - first);
+            return [[like, cross], [cross, like]];
+        }
         let inner = self.basis(order, self.bore);
         let outer = self.basis(order, 1.0);
-        let n = f64::from(order);
         // Columns: held at the bore; stresses at the outer circle by Hooke's law.
         let columns: [[f64; 4]; 4] = std::array::from_fn(|j| {
             let [u, v, du, dv] = outer[j];
@@ -183,8 +163,8 @@ impl Ring {
     }
 
     /// The four displacement fields of a harmonic, those that decay outwards scaled at the bore.
-    fn basis(&self, order: u32, r: f64) -> [Basis; 4] {
-        let (k, n) = (self.kolosov, f64::from(order));
+    fn basis(&self, order: u64, r: f64) -> [Basis; 4] {
+        let (k, n) = (self.kolosov, order as f64);
         let power = |coefficients: [f64; 2], exponent: f64, scale: f64| -> Basis {
             let value = (r / scale).powf(exponent);
             let by = exponent * (r / scale).powf(exponent - 1.0) / scale;
@@ -211,29 +191,6 @@ impl Ring {
             power([n, n], -n - 1.0, self.bore),
         ]
     }
-}
-
-/// The bodies between teeth one, two ... base pitches apart, as many as can be in contact at
-/// once. Teeth further along the path are ahead in the sense of rotation: with the force on the
-/// wheel, against that on the pinion.
-pub(in crate::gear) fn rings(
-    pair: &GearPair,
-    teeth: &[Tooth; 2],
-    bores: [f64; 2],
-    most: usize,
-) -> Vec<[RingCompliance; 2]> {
-    let ring = |gear: usize, ahead: f64| {
-        let tooth = &teeth[gear];
-        RingCompliance::new(
-            tooth.root_half_angle,
-            2.0 * tooth.root_radius / bores[gear],
-            pair.form.material[gear].poisson_ratio,
-            ahead * 2.0 * PI / f64::from(pair.teeth[gear]),
-        )
-    };
-    (1..=most)
-        .map(|ahead| [ring(0, -(ahead as f64)), ring(1, ahead as f64)])
-        .collect()
 }
 
 #[cfg(test)]

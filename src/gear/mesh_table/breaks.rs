@@ -9,14 +9,14 @@ pub(super) const SAME: f64 = 1e-9;
 
 /// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
-/// The cycle is cut where a pair leaves (one that comes does so at 0), where one passes the
+/// The cycle is cut where a pair comes within reach or leaves it, where one passes the
 /// pitch point and where one passes a kink of the law; on a helical face of the given width \[m\] where
-/// either end of its line of contact does, and where one comes. Stretches between the cuts are divided
+/// either end of its line of contact does. Stretches between the cuts are divided
 /// equally, into as few pieces as make none longer than `longest`.
 ///
 /// # Errors
 /// A path that is not finite, has no direction, or is shorter than a base pitch.
-pub(super) fn breaks(
+pub(in crate::gear) fn breaks(
     law: &impl FlankLaw,
     width: f64,
     longest: f64,
@@ -32,14 +32,14 @@ pub(super) fn breaks(
             contact_ratio,
         });
     }
-    let kinks = law.kinks();
-    let inside = |s: &f64| *s > path.start && *s < path.end;
+    let (kinks, [first, last]) = (law.kinks(), law.reach());
+    let inside = |s: &f64| *s > first && *s < last;
     let ahead = 0.5 * width * law.helix();
     let ends = match ahead == 0.0 {
         true => vec![0.0],
         false => vec![-ahead, ahead],
     };
-    let marks = [path.start, path.end]
+    let marks = [first, last]
         .into_iter()
         .chain([path.pitch_point].into_iter().chain(kinks).filter(inside));
     let mut cuts: Vec<f64> = marks

@@ -14,6 +14,7 @@ mod error;
 mod law;
 mod pieces;
 
+pub(super) use breaks::breaks;
 pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
 

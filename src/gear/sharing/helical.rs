@@ -1,16 +1,17 @@
-//! A helical face: at each of its places the pairs stand somewhere else on the path of contact.
+//! A helical face: at each of its places the pairs stand somewhere else on the line of action.
 //!
 //! At z from mid-face they stand `z tan β_b` further than at mid-face: each thin slice is a spur
 //! pair that is ahead in phase, and the force is the integral of theirs. What the slices bear is smooth
-//! in z but where a pair comes or leaves, passes the pitch point or a kink of its law. The face is cut
+//! in z but where a pair comes within reach or leaves it, passes an end of the path, the pitch point or a
+//! kink of its law. The face is cut
 //! at these places, which move evenly with the mesh phase, and each stretch between them is divided
 //! into equally many spans: so that what is left of the error, which falls with the square of their
 //! width, does not jump while the cuts move across the face.
 
-use super::pairs::{ContactPair, Face, Span, Station};
+use super::pairs::{self, ContactPair, Face, Span, Station};
 use super::ramp::{self, Ramp};
 use super::{LoadSharing, MOST_PAIRS, SharingError};
-use crate::gear::FlankLaw;
+use crate::gear::{FlankLaw, PathOfContact};
 
 /// Stretches narrower than this part of the face bear nothing that counts.
 const NARROW: f64 = 1e-12;
@@ -28,6 +29,7 @@ const ROUNDS: usize = 50;
 #[derive(Debug, Clone)]
 pub struct HelicalFace {
     face: Face,
+    path: PathOfContact,
     spans: Vec<[Station; 3]>,
 }
 
@@ -62,7 +64,8 @@ impl HelicalFace {
                 start = end;
             }
         }
-        Ok(Self { face, spans })
+        let path = law.path();
+        Ok(Self { face, path, spans })
     }
 
     /// The load on the face at a misalignment \[rad\]; the gap grows with z.
@@ -84,9 +87,12 @@ impl HelicalFace {
         for (index, stations) in self.spans.iter().enumerate() {
             ramp::add_span(&mut ramps, stations, index, unit, misalignment)?;
             let [from, middle, to] = stations;
+            let positions: Vec<f64> = middle.pairs.iter().map(|pair| pair.position).collect();
+            let on_path = |s: &f64| *s >= self.path.start && *s <= self.path.end;
             spans.push(Span {
                 ends: [from.place, to.place],
-                positions: middle.pairs.iter().map(|pair| pair.position).collect(),
+                on_path: positions.iter().map(on_path).collect(),
+                positions,
             });
         }
         let mut knots: Vec<f64> = ramps.iter().flat_map(|r| [r.low, r.high]).collect();
@@ -94,7 +100,6 @@ impl HelicalFace {
         Ok(LoadSharing {
             face: self.face,
             pairs: spans.iter().map(|s| s.positions.len()).max().unwrap_or(0),
-            parts: ramps.iter().map(|ramp| ramp.part).sum(),
             ramps,
             spans,
             knots,
@@ -167,20 +172,24 @@ impl LoadSharing {
 /// Where the face is cut, ends included and in order \[m\], and into how many spans each stretch is
 /// divided: the number of cuts on the face changes with the phase, that of spans in a stretch does not.
 fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
-    let (path, helix) = (law.path(), law.helix());
+    let (path, helix, [first, last]) = (law.path(), law.helix(), law.reach());
     let half = 0.5 * face.width;
     // How far the pairs at the ends of the face are from those at mid-face, in cycles.
-    let reach = helix.abs() * half / path.base_pitch;
-    let inside = |s: &f64| *s > path.start && *s < path.end;
-    let kinks = law.kinks().into_iter().chain([path.pitch_point]);
-    let marks: Vec<f64> = kinks.filter(inside).chain([path.start, path.end]).collect();
-    let most = marks.len() * (2.0 * reach).ceil() as usize;
+    let ahead = helix.abs() * half / path.base_pitch;
+    let mut marks: Vec<f64> = (law.kinks().into_iter())
+        .chain([path.start, path.end, path.pitch_point])
+        .filter(|s| *s > first && *s < last)
+        .chain([first, last])
+        .collect();
+    marks.sort_unstable_by(f64::total_cmp);
+    marks.dedup();
+    let most = marks.len() * (2.0 * ahead).ceil() as usize;
     let mut cuts = vec![-half, half];
     for mark in marks {
         // The pair that stands at the mark at mid-face would be this one.
         let pair = (mark - path.start) / path.base_pitch - phase;
-        let (first, last) = ((pair - reach).ceil() as i64, (pair + reach).floor() as i64);
-        for number in first..=last {
+        let (low, high) = ((pair - ahead).ceil() as i64, (pair + ahead).floor() as i64);
+        for number in low..=high {
             let place = (pair - number as f64) * path.base_pitch / helix;
             cuts.push(place.clamp(-half, half));
         }
@@ -191,12 +200,8 @@ fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
 
 /// Where the pairs stand at a place of the face, the one that came last first \[m\].
 fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, SharingError> {
-    let path = law.path();
-    let ahead = (phase + law.helix() * place / path.base_pitch).rem_euclid(1.0);
-    let positions: Vec<f64> = (0..=MOST_PAIRS)
-        .map(|pair| path.position(ahead + pair as f64))
-        .take_while(|&position| position <= path.end)
-        .collect();
+    let ahead = phase + law.helix() * place / law.path().base_pitch;
+    let positions = pairs::positions(law, ahead.rem_euclid(1.0));
     match positions.len() {
         0 => Err(SharingError::NoPair),
         found if found > MOST_PAIRS => Err(SharingError::TooManyPairs { found }),
@@ -211,9 +216,9 @@ fn station(
     place: f64,
     along: f64,
 ) -> Result<Station, SharingError> {
-    let path = law.path();
+    let [first, last] = law.reach();
     let pairs = positions.iter().enumerate().map(|(index, &position)| {
-        let s = (position + law.helix() * along).clamp(path.start, path.end);
+        let s = (position + law.helix() * along).clamp(first, last);
         let gap = law.relief(s) + law.deviation(s, place);
         ContactPair::with_gap(law, s, positions.len() - 1 - index, vec![gap])
     });

@@ -3,6 +3,9 @@
 use super::error::{MOST_PAIRS, SharingError};
 use crate::gear::FlankLaw;
 
+/// A pair this close before the start of its reach, in base pitches, is on it.
+const ON_START: f64 = 1e-12;
+
 /// The face and its slices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Face {
@@ -48,15 +51,15 @@ impl ContactPair {
         let gap = (0..=face.slices)
             .map(|border| relief + law.deviation(position, face.border(border)))
             .collect();
-        let path = law.path();
+        let (base_pitch, [_, last]) = (law.path().base_pitch, law.reach());
         let ahead = (1..MOST_PAIRS)
-            .take_while(|&pairs| position + pairs as f64 * path.base_pitch <= path.end)
+            .take_while(|&pairs| position + pairs as f64 * base_pitch <= last)
             .count();
         Self::with_gap(law, position, ahead, gap)
     }
 
     /// The pair at `position` of a law with a gap \[m\] at every border of its slices, `ahead` more
-    /// pairs in contact beyond it.
+    /// pairs within reach beyond it.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -137,7 +140,7 @@ impl ContactPair {
     }
 }
 
-/// The pairs in contact at one place of a helical face, each with its gap there alone.
+/// The pairs within reach at one place of a helical face, each with its gap there alone.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Station {
     /// Distance from mid-face \[m\].
@@ -152,6 +155,8 @@ pub(super) struct Span {
     pub ends: [f64; 2],
     /// Where its pairs stand on the path of contact at its middle \[m\].
     pub positions: Vec<f64>,
+    /// Which of them are on it, not beyond its ends.
+    pub on_path: Vec<bool>,
 }
 
 impl Span {
@@ -166,7 +171,7 @@ impl Span {
     }
 }
 
-/// The pairs at mesh phase `phase`, the one that came last first. None where the path is
+/// The pairs within reach at mesh phase `phase`, the one that came last first. None where the reach is
 /// shorter than a base pitch and the phase falls between two pairs.
 ///
 /// # Errors
@@ -176,11 +181,19 @@ pub fn pairs_at(
     phase: f64,
     face: Face,
 ) -> Result<Vec<ContactPair>, SharingError> {
-    let path = law.path();
-    // One too many is enough to be refused.
-    (0..=MOST_PAIRS)
-        .map(|pair| path.start + (phase + pair as f64) * path.base_pitch)
-        .take_while(|&position| position <= path.end)
+    (positions(law, phase).into_iter())
         .map(|position| ContactPair::new(law, position, face))
+        .collect()
+}
+
+/// Where pairs within reach stand on the line of action at a mesh phase \[m\], the one that came last first.
+/// One too many is enough to be refused.
+pub(super) fn positions(law: &impl FlankLaw, phase: f64) -> Vec<f64> {
+    let (path, [first, last]) = (law.path(), law.reach());
+    // A pair on the start of its reach is in it, whatever rounding makes of its place.
+    let early = ((path.start - first) / path.base_pitch + phase + ON_START).floor();
+    (0..=MOST_PAIRS)
+        .map(|pair| path.start + (phase - early + pair as f64) * path.base_pitch)
+        .take_while(|&position| position <= last)
         .collect()
 }

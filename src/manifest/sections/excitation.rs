@@ -1,9 +1,10 @@
 //! `[excitation]`: harmonics of the transmission error, torque ripple on either shaft.
 
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::Section;
+use crate::manifest::reader::{Child, Section};
 use crate::manifest::spec::{CoastSpec, ExcitationSpec, MeshSpec, StiffnessSpec, StructureSource};
 use crate::model::{DriveShaft, MeshHarmonic, StiffnessHarmonic, TorqueRipple};
+use std::f64::consts::TAU;
 
 pub(super) fn read(
     section: &Section,
@@ -25,6 +26,7 @@ pub(super) fn read(
         true => harmonics(section, issues, OF_COAST).map(Some),
         false => Some(None),
     };
+    let of_gears = errors_of_gears(section, issues, source);
     let ripples = section.tables(issues, "torque_ripple").map(|tables| {
         let read: Vec<_> = tables
             .iter()
@@ -49,8 +51,9 @@ pub(super) fn read(
     };
     Some(ExcitationSpec {
         table_harmonics: table_harmonics?,
-        transmission_error: errors?,
-        coast_transmission_error: of_coast?,
+        transmission_error: [errors?, of_gears.clone()?].concat(),
+        // An error of the teeth's places moves both flanks.
+        coast_transmission_error: of_coast?.map(|own| [own, of_gears.unwrap_or_default()].concat()),
         torque_ripple: ripples??,
     })
 }
@@ -92,11 +95,118 @@ fn harmonic(table: &Section, issues: &mut Issues) -> Option<MeshHarmonic> {
     let harmonic = table.integer(issues, "harmonic");
     let amplitude = table.quantity(issues, "amplitude");
     let phase = table.quantity_or_default(issues, "phase");
-    Some(MeshHarmonic {
-        harmonic: u32::try_from(harmonic?).ok()?,
-        amplitude: amplitude?,
-        phase: phase?,
-    })
+    let harmonic = u32::try_from(harmonic?).ok()?;
+    Some(MeshHarmonic::new(harmonic, amplitude?, phase?))
+}
+
+/// What the gears' teeth lack by their number: errors of an order of a shaft.
+fn errors_of_gears(
+    section: &Section,
+    issues: &mut Issues,
+    source: Option<&StructureSource>,
+) -> Option<Vec<MeshHarmonic>> {
+    let teeth = |wheel: bool| match source? {
+        StructureSource::Modal(own) if wheel => own.wheel_teeth,
+        StructureSource::Modal(own) => Some(own.teeth),
+        drawn => drawn.gears().map(|gears| gears.teeth[usize::from(wheel)]),
+    };
+    let mut all = Vec::new();
+    let mut whole = true;
+    for table in section.tables(issues, "gear_error")? {
+        let wheel = table.choice(issues, "shaft").map(|shaft| shaft == "wheel");
+        let order = table.integer(issues, "order");
+        let amplitude = table.quantity(issues, "amplitude");
+        let phase = table.quantity_or_default(issues, "phase");
+        let (Some(wheel), Some(order), Some(amplitude), Some(phase)) =
+            (wheel, order, amplitude, phase)
+        else {
+            whole = false;
+            continue;
+        };
+        match teeth(wheel) {
+            Some(teeth) => all.push(MeshHarmonic {
+                cycles: teeth,
+                ..MeshHarmonic::new(u32::try_from(order).ok()?, amplitude, phase)
+            }),
+            None => {
+                unknown_teeth(&table, issues, "shaft");
+                whole = false;
+            }
+        }
+    }
+    if let Child::Present(deviation) = section.child(issues, "pitch_deviation") {
+        for (name, wheel) in [("pinion", false), ("wheel", true)] {
+            if !deviation.has(name) {
+                continue;
+            }
+            let Some(values) = deviation.quantities(issues, name, None) else {
+                whole = false;
+                continue;
+            };
+            match teeth(wheel) {
+                Some(teeth) if values.len() == teeth as usize => {
+                    all.extend(orders_of_teeth(&values));
+                }
+                Some(teeth) => {
+                    issues.push(
+                        Diagnostic::new(
+                            DiagnosticKind::Inconsistent,
+                            deviation.span_of(name),
+                            &deviation.path_of(name),
+                            format!("{} values for {teeth} teeth", values.len()),
+                        )
+                        .label("one value a tooth")
+                        .accepted(format!("{teeth} lengths")),
+                    );
+                    whole = false;
+                }
+                None => {
+                    unknown_teeth(&deviation, issues, name);
+                    whole = false;
+                }
+            }
+        }
+    }
+    whole.then_some(all)
+}
+
+fn unknown_teeth(table: &Section, issues: &mut Issues, key: &str) {
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of(key),
+            &table.path_of(key),
+            "it is not known how many teeth this gear has".to_owned(),
+        )
+        .label("unknown number of teeth")
+        .remedy("add teeth_wheel to the modal file, or remove the error".to_owned()),
+    );
+}
+
+/// The orders of a shaft whose sum takes the values of the teeth, less their mean, one after the other: tooth n as
+/// mesh cycle n begins.
+fn orders_of_teeth(values: &[f64]) -> Vec<MeshHarmonic> {
+    let teeth = values.len();
+    (1..=teeth / 2)
+        .filter_map(|order| {
+            let turn = TAU * order as f64 / teeth as f64;
+            let (cos, sin) = values
+                .iter()
+                .enumerate()
+                .fold((0.0, 0.0), |sum, (n, value)| {
+                    let (sin, cos) = (turn * n as f64).sin_cos();
+                    (sum.0 + value * cos, sum.1 + value * sin)
+                });
+            let weight = if 2 * order == teeth { 1.0 } else { 2.0 } / teeth as f64;
+            let amplitude = weight * cos.hypot(sin);
+            let largest = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            // What only round-off leaves is none.
+            (amplitude > 1e-12 * largest).then(|| MeshHarmonic {
+                cycles: teeth as u32,
+                ..MeshHarmonic::new(order as u32, amplitude, (-sin).atan2(cos))
+            })
+        })
+        .collect()
 }
 
 fn ripple(

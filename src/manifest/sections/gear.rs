@@ -1,10 +1,16 @@
 //! `[gear]`: the pair as its drawing gives it.
 
 use crate::gear::{
-    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Relief, ToothForm, Web,
+    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Modification, Plane, Relief,
+    ReliefCourse, ToothForm, Web,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
+use std::f64::consts::FRAC_PI_2;
+
+/// Widths, in thicknesses of a tooth on its reference circle, above which a face is held from widening: a usual
+/// bound of cantilever plates.
+const WIDE: f64 = 5.0;
 
 pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let teeth = section.integers::<2>(issues, "teeth");
@@ -13,8 +19,8 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let face_width = section.quantity(issues, "face_width");
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
-    let form = form(section, issues);
-    let shapes = bodies(section, issues, body_length);
+    let form = form(section, issues, body_length);
+    let plane = plane(section, issues, module.zip(face_width));
     // The schema bounds the teeth far below the range of u32.
     let [pinion, wheel] = teeth?.map(u32::try_from);
     let pair = GearPair {
@@ -26,7 +32,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         body_length: body_length?,
         rated_torque: rated_torque?,
         form: ToothForm {
-            body: shapes?,
+            plane: plane?,
             ..form?
         },
     };
@@ -35,7 +41,11 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
 }
 
 /// The optional keys; a drawing without any is the default form.
-fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
+fn form(
+    section: &Section,
+    issues: &mut Issues,
+    body_length: Option<[f64; 2]>,
+) -> Option<ToothForm> {
     let default = ToothForm::default();
     let profile_shift = section.pair_or_default(issues, "profile_shift");
     let rack = rack(section, issues);
@@ -50,16 +60,20 @@ fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
             .map(|pair| pair.map(Some)),
         false => Some(default.tip_diameter),
     };
-    let tip_relief = relief(section, issues, "tip_relief");
-    let root_relief = relief(section, issues, "root_relief");
+    let reliefs =
+        ["tip_relief", "root_relief", "end_relief"].map(|name| relief(section, issues, name));
+    let profile = modification(section, issues, ["profile_crowning", "profile_slope"]);
+    let lead = modification(section, issues, ["lead_crowning", "lead_slope"]);
     let bore = match section.has("bore") {
         true => section
             .one_or_pair(issues, "bore")
             .map(|pair| pair.map(Some)),
         false => Some(default.bore),
     };
+    let body = bodies(section, issues, body_length);
     let young_modulus = section.one_or_pair_or_default(issues, "young_modulus");
     let poisson_ratio = section.one_or_pair_or_default(issues, "poisson_ratio");
+    let [tip_relief, root_relief, end_relief] = reliefs;
     let (young_modulus, poisson_ratio) = (young_modulus?, poisson_ratio?);
     Some(ToothForm {
         profile_shift: profile_shift?,
@@ -69,12 +83,32 @@ fn form(section: &Section, issues: &mut Issues) -> Option<ToothForm> {
         tip_diameter: tip_diameter?,
         tip_relief: tip_relief?,
         root_relief: root_relief?,
+        end_relief: end_relief?,
+        profile: profile?,
+        lead: lead?,
         bore: bore?,
         material: [0, 1].map(|gear| Material {
             young_modulus: young_modulus[gear],
             poisson_ratio: poisson_ratio[gear],
         }),
-        body: default.body,
+        body: body?,
+        ..default
+    })
+}
+
+/// The plane state, which follows the width of the face where it is not given: teeth that are narrow against
+/// their thickness are free to widen.
+fn plane(section: &Section, issues: &mut Issues, size: Option<(f64, f64)>) -> Option<Plane> {
+    if section.has("plane") {
+        return Some(match section.choice(issues, "plane")? {
+            "strain" => Plane::Strain,
+            _ => Plane::Stress,
+        });
+    }
+    let (module, width) = size?;
+    Some(match width > WIDE * FRAC_PI_2 * module {
+        true => Plane::Strain,
+        false => Plane::Stress,
     })
 }
 
@@ -146,10 +180,29 @@ fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief;
     };
     let amount = relief.one_or_pair(issues, "amount");
     let length = relief.one_or_pair(issues, "length");
+    let course = match relief.choice_or_default(issues, "course")? {
+        "parabolic" => ReliefCourse::Parabolic,
+        _ => ReliefCourse::Linear,
+    };
     let (amount, length) = (amount?, length?);
     Some([0, 1].map(|gear| Relief {
         amount: amount[gear],
         length: length[gear],
+        course,
+    }))
+}
+
+/// Crowning and slope, under these keys.
+fn modification(
+    section: &Section,
+    issues: &mut Issues,
+    keys: [&str; 2],
+) -> Option<[Modification; 2]> {
+    let [crowning, slope] = keys.map(|key| section.one_or_pair_or_default(issues, key));
+    let (crowning, slope) = (crowning?, slope?);
+    Some([0, 1].map(|gear| Modification {
+        crowning: crowning[gear],
+        slope: slope[gear],
     }))
 }
 
@@ -158,6 +211,7 @@ fn relief(section: &Section, issues: &mut Issues, name: &str) -> Option<[Relief;
 fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> {
     let plain = ToothForm {
         body: pair.form.body,
+        plane: pair.form.plane,
         ..ToothForm::default()
     };
     if pair.form == plain {

@@ -4,7 +4,7 @@ use super::backlash::{self, Surroundings};
 use super::coast;
 use super::contact_law;
 use super::friction;
-use crate::gear::{Flanks, GearPair};
+use crate::gear::{Contact, Flanks, GearPair};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{self, Section};
 use crate::manifest::spec::{
@@ -23,7 +23,13 @@ const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
 const ON_BORDER: f64 = 1e-9;
 
 /// Keys that only a table of the gears gives a meaning to.
-const OF_TABLES: [&str; 2] = ["misalignment", "shaft_tilt"];
+const OF_TABLES: [&str; 5] = [
+    "misalignment",
+    "shaft_tilt",
+    "contact",
+    "resolution",
+    "slices",
+];
 
 /// Whether a mesh takes its stiffness from the drawing of the gears: `continuous` does where no
 /// key of the two-level law is given.
@@ -50,7 +56,7 @@ pub(super) fn read(
         section.without_effect(
             issues,
             &OF_TABLES,
-            "without a mesh table: misaligned flanks need their geometry",
+            "where the mesh is not computed from [gear]",
             "remove it, or set stiffness = \"table\"",
         );
         match choice {
@@ -111,6 +117,11 @@ fn table(
     }
     let segments = section.integer_or_default(issues, "segments");
     let shaft_tilt = section.boolean_or_default(issues, "shaft_tilt");
+    let contact = match section.choice_or_default(issues, "contact")? {
+        "load_dependent" => Contact::LoadDependent,
+        _ => Contact::Linear,
+    };
+    let pairs = pairs(section, issues, gears)?;
     // A fault in the drawing itself has been reported there.
     let gears = gears?;
     if let Err(error) = Flanks::new(gears) {
@@ -128,13 +139,55 @@ fn table(
     }
     Some(StiffnessSpec::Table(Arc::new(MeshTableSpec {
         gears: gears.clone(),
-        division: match continuous {
-            true => CycleDivision::Continuous,
+        division: match (pairs, continuous) {
+            (Some(slices), _) => CycleDivision::Pairs { slices },
+            (None, true) => CycleDivision::Continuous,
             // The schema bounds the segments far below the range of u32.
-            false => CycleDivision::Segments(u32::try_from(segments?).ok()?),
+            (None, false) => CycleDivision::Segments(u32::try_from(segments?).ok()?),
         },
         shaft_tilt: shaft_tilt?,
+        contact,
     })))
+}
+
+/// Slices of the face where every pair is a spring of its own; an inner none where it is not, an outer one
+/// where a key has faults.
+fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Option<Option<u32>> {
+    let resolution = section.choice_or_default(issues, "resolution");
+    let slices = section.integer_or_default(issues, "slices");
+    if resolution? != "pairs" {
+        section.without_effect(
+            issues,
+            &["slices"],
+            "without resolution = \"pairs\"",
+            "remove it, or set resolution = \"pairs\"",
+        );
+        return Some(None);
+    }
+    section.without_effect(
+        issues,
+        &["segments", "shaft_tilt", "contact"],
+        "with resolution = \"pairs\": linear springs follow the mesh phase and the tilt of the shafts as they are",
+        "remove it, or remove resolution = \"pairs\"",
+    );
+    let slices = u32::try_from(slices?).ok()?;
+    let slope = |pair: &GearPair| pair.form.lead.iter().any(|lead| lead.slope != 0.0);
+    let across = gears.is_some_and(|pair| pair.form.has_curved_lead() || slope(pair));
+    if slices == 1 && (across || section.has("misalignment")) {
+        let key = if across { "resolution" } else { "misalignment" };
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                section.span_of(key),
+                &section.path_of(key),
+                "one slice of the face does not know what flanks lack along it".to_owned(),
+            )
+            .label("misalignment and modified leads need slices")
+            .accepted("mesh.slices of 2 and more, or resolution = \"mean_load\""),
+        );
+        return None;
+    }
+    Some(Some(slices))
 }
 
 fn constant(section: &Section, issues: &mut Issues) -> Option<StiffnessSpec> {

@@ -29,6 +29,12 @@ pub(super) fn check_kernel(
             "mesh.coast_flank = \"same_line\"",
         ),
         (
+            mesh.stiffness.is_of_pairs(),
+            "pairs of teeth that are springs of their own",
+            "not with mesh.resolution = \"pairs\"",
+            "mesh.resolution = \"mean_load\"",
+        ),
+        (
             mesh.release != Release::Deflection,
             "contacts that let go where their force vanishes",
             "not with mesh.release = \"force\"",

@@ -1,6 +1,6 @@
 //! The resolved gear mesh.
 
-use crate::gear::{GearError, GearPair, MeanFriction};
+use crate::gear::{Contact, GearError, GearPair, MeanFriction};
 use crate::model::{Release, StiffnessHarmonic};
 use serde::Serialize;
 use std::sync::Arc;
@@ -108,6 +108,11 @@ impl StiffnessSpec {
         }
     }
 
+    /// Whether pairs of teeth are springs of their own.
+    pub fn is_of_pairs(&self) -> bool {
+        matches!(self, Self::Table(table) if matches!(table.division, CycleDivision::Pairs { .. }))
+    }
+
     /// Mean over the mesh cycle \[N/m\]; of a table it is known when the table is made.
     pub fn mean(&self) -> Option<f64> {
         match self {
@@ -129,6 +134,8 @@ pub struct MeshTableSpec {
     pub division: CycleDivision,
     /// Whether the shafts' tilt under the mean load adds to the misalignment.
     pub shaft_tilt: bool,
+    /// How the flanks flatten where they touch.
+    pub contact: Contact,
 }
 
 /// How a mesh table is used over the cycle.
@@ -138,6 +145,12 @@ pub enum CycleDivision {
     Segments(u32),
     /// Stiffness as it is, broken at its true transitions only.
     Continuous,
+    /// No tangent at the mean load: every pair of teeth is a spring across a gap of its own, on so many slices of
+    /// the face.
+    Pairs {
+        /// Equal slices of the face.
+        slices: u32,
+    },
 }
 
 /// Stiffness with two pairs of teeth in mesh, then with one.

@@ -18,6 +18,8 @@ pub struct CellModel<'m> {
     pub flight: Vec<Generator>,
     /// (cos, sin) of the transmission error's harmonics at the start of every cell.
     phases: Vec<f64>,
+    /// Whether they are those of every mesh cycle.
+    repeats: bool,
     pub event_limit: u32,
     /// Events are put off to the next of so many equal parts of the cycle.
     pub event_grid: Option<u32>,
@@ -70,6 +72,8 @@ impl<'m> CellModel<'m> {
             contact,
             flight,
             phases,
+            repeats: (model.lines[0].transmission_error.iter())
+                .all(|h| h.turns_per_cycle.fract() == 0.0),
             event_limit,
             event_grid,
             grid,
@@ -129,7 +133,7 @@ impl<'m> CellModel<'m> {
             let (sin, cos) = r.phase_at(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
-        if position.aligned {
+        if position.aligned && self.repeats {
             errors.copy_from_slice(&self.phases[position.cell * errors.len()..][..errors.len()]);
             return;
         }
@@ -137,7 +141,7 @@ impl<'m> CellModel<'m> {
             .chunks_exact_mut(2)
             .zip(&self.model.lines[0].transmission_error)
         {
-            let (sin, cos) = (h.angular_frequency * position.time).sin_cos();
+            let (sin, cos) = h.turned(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
     }

@@ -21,7 +21,7 @@ mod tables;
 
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
-use crate::model::{MOST_CONTACTS, Model, Segment, TrajectoryState, equal_parts};
+use crate::model::{Line, MOST_CONTACTS, Model, Segment, TrajectoryState, equal_parts};
 use mesh_state::{Change, MeshState, MeshStates};
 use rotation::Rotation;
 use tables::{ContactTable, Middle, Rows, dot, middles};
@@ -44,9 +44,12 @@ pub struct Stepping {
     half: Rotation,
     directions: Vec<Rows>,
     contacts: Vec<ContactTable>,
+    /// How many of them are springs of the flanks.
+    flank_springs: usize,
     /// Per line: transmission error and its rate at every half step of a base period, at the end of
-    /// each cycle as its own.
+    /// each cycle as its own; empty where the errors do not repeat with it, as those of a shaft's order.
     transmission_error: Vec<Vec<[f64; 2]>>,
+    lines: Vec<Line>,
     ripple: Vec<RippleTable>,
 }
 
@@ -87,7 +90,9 @@ impl Stepping {
             .collect();
         let transmission_error = (model.lines.iter())
             .map(|line| {
-                (0..base as u64)
+                let repeats = (line.transmission_error.iter())
+                    .all(|h| (h.turns_per_cycle * base as f64).fract() == 0.0);
+                (0..if repeats { base as u64 } else { 0 })
                     .flat_map(|cycle| {
                         let at = move |i| 0.5 * step * i as f64;
                         (0..=2 * steps)
@@ -123,7 +128,9 @@ impl Stepping {
             half: Rotation::new(&model.blocks, 0.5 * step),
             directions,
             contacts,
+            flank_springs: model.flank_springs,
             transmission_error,
+            lines: model.lines.clone(),
             ripple,
         }
     }
@@ -155,6 +162,18 @@ impl Stepping {
         [stiffness, self.segment(contact, cycle, j).damping]
     }
 
+    /// Transmission error of a line and its rate at half step `index` of a mesh cycle.
+    fn error_at(&self, line: usize, cycle: u64, index: usize) -> [f64; 2] {
+        let at = self.within_base(cycle) * (2 * self.steps + 1) + index;
+        match self.transmission_error[line].get(at) {
+            Some(known) => *known,
+            None => {
+                let time = 0.5 * self.step * index as f64;
+                self.lines[line].transmission_error_at(cycle, time).into()
+            }
+        }
+    }
+
     /// Direction of a contact on step `j` of a mesh cycle.
     fn direction(&self, contact: usize, cycle: u64, j: usize) -> &Rows {
         &self.directions[self.segment(contact, cycle, j).direction]
@@ -164,7 +183,6 @@ impl Stepping {
     fn mesh_states(&self, state: &[f64], cycle: u64, j: usize, index: usize) -> MeshStates {
         let mut out = [MeshState::default(); MOST_CONTACTS];
         let phase = index as f64 / (2 * self.steps) as f64;
-        let at = self.within_base(cycle) * (2 * self.steps + 1) + index;
         let mut known: Option<(usize, usize)> = None;
         for contact in 0..self.contacts.len() {
             let direction = self.direction(contact, cycle, j);
@@ -174,7 +192,7 @@ impl Stepping {
             let [deflection, rate] = match known.filter(|(line, _)| *line == direction.line) {
                 Some((_, other)) => [out[other].deflection, out[other].rate],
                 None => {
-                    let [error, error_rate] = self.transmission_error[direction.line][at];
+                    let [error, error_rate] = self.error_at(direction.line, cycle, index);
                     [
                         dot(&direction.deflection, state) - error,
                         dot(&direction.rate, state) - error_rate,
@@ -303,8 +321,7 @@ impl Stepping {
                 let mut mesh = mesh[contact];
                 let direction = self.direction(contact, trajectory.cycle, j);
                 // What the others have done to the rate since.
-                let at = self.within_base(trajectory.cycle) * (2 * self.steps + 1) + 2 * j + 1;
-                let [_, error_rate] = self.transmission_error[direction.line][at];
+                let [_, error_rate] = self.error_at(direction.line, trajectory.cycle, 2 * j + 1);
                 mesh.rate = dot(&direction.rate, &trajectory.state) - error_rate;
                 self.push(trajectory, tangents, j, contact, &mesh, 0.5 * self.step);
             }

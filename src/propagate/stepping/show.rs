@@ -37,7 +37,7 @@ impl Stepping {
                 force[i] = stiffness * (deflection[i] - side * gap[i])
                     + segment.damping * (rate[i] - side * opening[i]);
             }
-            shown.push(contact, deflection, force);
+            shown.push(contact, contact < self.flank_springs, deflection, force);
         }
         for (contact, segment) in segments.iter_mut().enumerate() {
             *segment = *self.segment(contact, trajectory.cycle, j);

@@ -339,6 +339,7 @@ mod tests {
         drive.coast = Some(CoastFlank {
             mesh: Division::mirrored(&mesh, 0.17),
             transmission_error: drive.transmission_error.clone(),
+            further: Vec::new(),
         });
         drive.mesh = mesh;
         Model::new(&structure, &drive, strong_rattle()).unwrap()

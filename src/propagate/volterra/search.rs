@@ -221,7 +221,8 @@ impl Volterra<'_> {
                 Track::Course(..) => &workspace.forces[0].0,
                 Track::Joint(_) => &workspace.joint.forces[index * columns].0,
             };
-            shown.push(contact, along(contact), seen(force));
+            let of_mesh = self.model.of_mesh(contact);
+            shown.push(contact, of_mesh, along(contact), seen(force));
         }
         let [first, second] = workspace.components(self.model.modes());
         shown.show(

@@ -30,6 +30,31 @@ pub(super) const KEYS: &[Key] = &[
         .about("Amplitude along the line of action."),
     quantity("excitation.coast_transmission_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
         .about("Phase of the cosine at mesh phase 0."),
+    key("excitation.gear_error", Kind::List("tables"), ANY, r#"[{ shaft = "pinion", order = 1, amplitude = "10 um" }]"#).or("[]")
+        .about("Transmission error of an order of a shaft, a table each: e = sum of amplitude cos(order speed t + phase), \
+                with the speed of that shaft. Order 1 is run-out; its amplitude along the line of action is the \
+                eccentricity. It adds to the other errors, on both flanks."),
+    table("excitation.gear_error.*"),
+    choice("excitation.gear_error.*.shaft", &["pinion", "wheel"], r#""wheel""#)
+        .about("Whose gear it is."),
+    integer("excitation.gear_error.*.order", 1.0, 1000.0, "1")
+        .about("Multiple of the speed of that shaft."),
+    quantity("excitation.gear_error.*.amplitude", Length, NON_NEGATIVE, r#""10 um""#)
+        .about("Amplitude along the line of action."),
+    quantity("excitation.gear_error.*.phase", Angle, ANY, r#""90 deg""#).or("0")
+        .about("Phase of the cosine at time 0."),
+    table("excitation.pitch_deviation").otherwise("none")
+        .about("Cumulative pitch deviations of the gears tooth by tooth: how much later each tooth takes hold than it \
+                should, as the way along the line of action. Between two teeth the error is the trigonometric polynomial through the values, their \
+                mean left out."),
+    key("excitation.pitch_deviation.pinion", Kind::List("lengths, one a tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
+        .otherwise("none")
+        .about("Of the pinion, in the order in which the teeth come into mesh, the first at mesh cycle 0."),
+    quantity("excitation.pitch_deviation.pinion.*", Length, ANY, r#""2 um""#),
+    key("excitation.pitch_deviation.wheel", Kind::List("lengths, one a tooth"), ANY, r#"["0 um", "2 um", "-1 um"]"#)
+        .otherwise("none")
+        .about("Of the wheel, likewise."),
+    quantity("excitation.pitch_deviation.wheel.*", Length, ANY, r#""2 um""#),
     integer("excitation.table_harmonics", 0.0, 100.0, "10")
         .otherwise("the error as it is, in the law of the mesh")
         .about("How many harmonics stand for the error of the loaded flanks that a computed mesh finds; 0 leaves \

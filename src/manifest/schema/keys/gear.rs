@@ -1,7 +1,7 @@
 //! `[gear]`.
 
 use crate::manifest::schema::key::{
-    ANY, Bounds, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, integer, key, quantity, table,
+    ANY, Bounds, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity, table,
 };
 use crate::units::Dimension::{Angle, Length, Pressure, Ratio, Torque};
 use std::f64::consts::FRAC_PI_4;
@@ -10,6 +10,11 @@ use std::f64::consts::FRAC_PI_4;
 const POISSON: Bounds = bounds(0.0, false, 0.5, true);
 
 const BOTH: &str = "pinion, wheel";
+
+const COURSES: &[&str] = &["linear", "parabolic"];
+
+/// Of the keys `course` of reliefs.
+const COURSE: &str = "How the relief rises: in proportion to the way, or with its square.";
 
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
@@ -76,16 +81,45 @@ pub(super) const KEYS: &[Key] = &[
         .about("Dedendum of the rack, in modules: the addendum of the tool."),
     quantity("gear.rack.tip_radius", Ratio, NON_NEGATIVE, "0.25").or("0.38")
         .about("Radius of the root, in modules: that of the tool's tip. It shapes the fillet."),
+    choice("gear.plane", &["stress", "strain"], r#""strain""#)
+        .otherwise("\"strain\" where the face is more than five times as wide as a tooth is thick on its reference circle, else \"stress\"")
+        .about("The plane state of teeth and gear bodies where the mesh is computed: free to widen across the face, or \
+                held. Where they touch, flanks are in plane strain in either case."),
     table("gear.tip_relief").otherwise("no relief")
-        .about("Linear relief that takes material off the flanks towards the tip. It needs a computed mesh to be felt."),
+        .about("Relief that takes material off the flanks towards the tip. It needs a computed mesh to be felt, as all \
+                modifications of flanks do."),
     quantity("gear.tip_relief.amount", Length, NON_NEGATIVE, r#""10 um""#).or_pair(BOTH)
         .about("Material taken off at the tip circle, normal to the flank."),
     quantity("gear.tip_relief.length", Length, POSITIVE, r#""3 mm""#).or_pair(BOTH)
         .about("Length over which the relief falls to 0, along the line of action (base radius times roll angle)."),
+    choice("gear.tip_relief.course", COURSES, r#""parabolic""#).or(r#""linear""#)
+        .about(COURSE),
     table("gear.root_relief").otherwise("no relief")
-        .about("Linear relief that takes material off the flanks towards the root. It needs a computed mesh to be felt."),
+        .about("Relief that takes material off the flanks towards the root."),
     quantity("gear.root_relief.amount", Length, NON_NEGATIVE, r#""10 um""#).or_pair(BOTH)
         .about("Material taken off where the active profile starts, normal to the flank."),
     quantity("gear.root_relief.length", Length, POSITIVE, r#""3 mm""#).or_pair(BOTH)
         .about("Length over which the relief falls to 0, along the line of action."),
+    choice("gear.root_relief.course", COURSES, r#""parabolic""#).or(r#""linear""#)
+        .about(COURSE),
+    table("gear.end_relief").otherwise("no relief")
+        .about("Relief that takes material off the flanks towards both ends of the face."),
+    quantity("gear.end_relief.amount", Length, NON_NEGATIVE, r#""10 um""#).or_pair(BOTH)
+        .about("Material taken off at the ends of the face, normal to the flank."),
+    quantity("gear.end_relief.length", Length, POSITIVE, r#""3 mm""#).or_pair(BOTH)
+        .about("Length along the face over which the relief falls to 0."),
+    choice("gear.end_relief.course", COURSES, r#""parabolic""#).or(r#""linear""#)
+        .about(COURSE),
+    quantity("gear.profile_crowning", Length, ANY, r#""4 um""#).or("0").or_pair(BOTH)
+        .about("Crowning of the profile: material missing at the tip and where the active profile starts, with the \
+                square of the distance from the middle between them."),
+    quantity("gear.profile_slope", Length, ANY, r#""-3 um""#).or("0").or_pair(BOTH)
+        .about("Slope of the profile, modification or deviation: how much more material is missing at the tip than \
+                where the active profile starts."),
+    quantity("gear.lead_crowning", Length, ANY, r#""5 um""#).or("0").or_pair(BOTH)
+        .about("Crowning of the lead: material missing at both ends of the face, with the square of the distance from \
+                its middle."),
+    quantity("gear.lead_slope", Length, ANY, r#""6 um""#).or("0").or_pair(BOTH)
+        .about("Slope of the lead, modification or deviation: how much more material is missing at the end of the face \
+                on the side of positive tilt than at the other. Misalignment that belongs to the gears."),
 ];

@@ -78,6 +78,20 @@ pub(super) const KEYS: &[Key] = &[
     key("mesh.shaft_tilt", Kind::Boolean, ANY, "true").or("false")
         .about("Whether the tilt of the shafts under the mean load adds to the misalignment. Only where the mesh \
                 is computed from [gear]."),
+    choice("mesh.contact", &["linear", "load_dependent"], r#""load_dependent""#).or(r#""linear""#)
+        .about("How the flanks of a mesh computed from [gear] flatten. `linear`: in proportion to the force, 4 (1 - nu^2)/(pi E) \
+                for equal gears. `load_dependent`: by Weber & Banaschek at the mean line load of each pair, which \
+                stiffens with the load; the tangent is taken there."),
+    choice("mesh.resolution", &["mean_load", "pairs"], r#""pairs""#).or(r#""mean_load""#)
+        .about("What a mesh computed from [gear] is away from the mean load. `mean_load`: the tangent there, one \
+                spring with the stiffness that the teeth have under that load. `pairs`: every pair of teeth is a \
+                spring across a gap of its own, relief included, so that stiffness, load centroid and friction follow \
+                the force of every instant, from the first touch on. Takes loads of 0 too, and needs run.kernel = \
+                \"volterra\" or \"stepping\"."),
+    integer("mesh.slices", 1.0, 8.0, "4").or("1")
+        .about("Slices of the face, each of which has springs of its own, with resolution = \"pairs\". More than one \
+                where the flanks are misaligned or the shafts tilt, which the slices follow at every instant. Of both \
+                flanks and all pairs there is room for 16 springs."),
     key("mesh.contact_damping", Kind::ContactDamping, BELOW_ONE, "0.05")
         .about("Viscous damping in contact. A bare number or a percentage is the damping ratio `c / (2 sqrt(k m))` \
                 with the mean stiffness and the mass that the mesh feels of the rigid rotations; a text such as \

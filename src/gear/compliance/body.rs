@@ -1,0 +1,247 @@
+//! A whole gear as one elastic body: teeth on a ring.
+//!
+//! Every tooth is a [`Plate`] that stands with its foot on a [`Ring`]. The displacements U of all
+//! feet follow from their tractions q by the ring, `U = R q`, and the tractions from the
+//! displacements by the teeth, `q = g − S U`, g the forces that loads on the flanks put on
+//! held feet: `U = (R⁻¹ + S)⁻¹ g = H g`. A tooth that is not loaded stiffens the ring like any
+//! other. The feet repeat round the gear, so that H is a sum of waves.
+//!
+//! A force f then moves the place where it counts by `P f` with the foot held and, with the
+//! foot, by the work of g at U. Between teeth that is symmetric, and positive definite for all
+//! of them.
+
+use super::plate::{Plate, Resolution};
+use super::ring::{Ring, quarter_turns, waves};
+use crate::gear::{Material, Tooth};
+use crate::numerics::quadrature::GaussLegendre;
+use crate::numerics::{legendre, linalg};
+use faer::Mat;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// The resolution taken; see the tests of its convergence.
+const RESOLUTION: Resolution = Resolution {
+    across: 12,
+    along: 14,
+    foot: 10,
+    harmonics: 100.0,
+};
+
+/// Terms of the series in the roll angle. Those of the compliances fall to a thousandth of the
+/// first within eleven; what follows does not fall and is the error of the plate's polynomials,
+/// as fast a wave as the highest of them. Without it a mesh table takes fewer pieces.
+const TERMS: usize = 12;
+
+/// Roll angles by which the series are found: enough for the products of the plate's
+/// polynomials not to be taken for slower ones.
+const NODES: usize = 48;
+
+/// Compliances of one gear as functions of the roll angle at which a flank is loaded, per
+/// unit width \[m²/N\].
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::gear) struct GearBody {
+    /// Roll angles that the series cover.
+    range: [f64; 2],
+    /// Legendre series of the tooth on its held foot.
+    tooth: Vec<f64>,
+    /// Legendre series of the body below it.
+    foundation: Vec<f64>,
+    /// Legendre series of the forces on the foot, mode by mode.
+    forces: Vec<Vec<f64>>,
+    /// Displacements of a foot by tractions on one that is 1, 2 … teeth behind it, in the sense
+    /// of growing x of the loaded tooth.
+    neighbours: Vec<Vec<Vec<f64>>>,
+}
+
+impl GearBody {
+    /// The gear of a tooth, loaded between two roll angles; the ratio is that of root to bore.
+    /// Other teeth are known as far as `neighbours` away. `plane_stress` is the material whose
+    /// plane stress is meant. None where the numbers are not finite.
+    pub fn new(
+        tooth: &Tooth,
+        teeth: u32,
+        ratio: f64,
+        plane_stress: &Material,
+        range: [f64; 2],
+        neighbours: usize,
+    ) -> Option<Self> {
+        Self::resolved(
+            tooth,
+            teeth,
+            ratio,
+            plane_stress,
+            range,
+            neighbours,
+            &RESOLUTION,
+            [NODES, TERMS],
+        )
+    }
+
+    pub(super) fn resolved(
+        tooth: &Tooth,
+        teeth: u32,
+        ratio: f64,
+        plane_stress: &Material,
+        range: [f64; 2],
+        neighbours: usize,
+        resolution: &Resolution,
+        [nodes, terms]: [usize; 2],
+    ) -> Option<Self> {
+        let nodes = GaussLegendre::new(nodes);
+        let [low, high] = range;
+        let rolls: Vec<f64> = (nodes.nodes.iter())
+            .map(|x| 0.5 * (low + high) + 0.5 * (high - low) * x)
+            .collect();
+        let nu = plane_stress.poisson_ratio;
+        let plate = Plate::new(tooth, nu, &rolls, resolution)?;
+        let feet = feet(
+            tooth,
+            teeth,
+            &Ring::new(ratio, nu),
+            &plate,
+            neighbours,
+            resolution,
+        )?;
+        let series =
+            |values: &dyn Fn(usize) -> f64, scale: f64| series(&nodes, terms, values, scale);
+        let compliance = 1.0 / plane_stress.young_modulus;
+        let foundation = |index: usize| work(&feet[0], &plate.places[index], &plate.forces[index]);
+        Some(Self {
+            range,
+            tooth: series(&|index| plate.clamped[index], compliance),
+            foundation: series(&foundation, compliance),
+            forces: (0..2 * resolution.foot)
+                .map(|mode| series(&|index| plate.forces[index][mode], compliance.sqrt()))
+                .collect(),
+            neighbours: feet.into_iter().skip(1).collect(),
+        })
+    }
+
+    fn place(&self, roll: f64) -> f64 {
+        let [low, high] = self.range;
+        (2.0 * roll - low - high) / (high - low)
+    }
+
+    /// The tooth above its foot, loaded at a roll angle.
+    pub fn tooth(&self, roll: f64) -> f64 {
+        legendre::evaluate(&self.tooth, self.place(roll))
+    }
+
+    /// The body below it.
+    pub fn foundation(&self, roll: f64) -> f64 {
+        legendre::evaluate(&self.foundation, self.place(roll))
+    }
+
+    /// What a load at one roll angle moves the tooth `ahead` ≥ 1 further on, in the sense of
+    /// growing x of the loaded tooth, at another roll angle, and the other way round; none beyond
+    /// the neighbours known.
+    pub fn coupling(&self, roll: f64, ahead: usize, roll_ahead: f64) -> Option<f64> {
+        let feet = self.neighbours.get(ahead.checked_sub(1)?)?;
+        let forces = |roll: f64| self.forces_at(roll);
+        Some(work(feet, &forces(roll_ahead), &forces(roll)))
+    }
+
+    fn forces_at(&self, roll: f64) -> Vec<f64> {
+        let place = self.place(roll);
+        let mut polynomials = vec![0.0; self.tooth.len()];
+        legendre::polynomials(place, &mut polynomials);
+        (self.forces.iter())
+            .map(|series| series.iter().zip(&polynomials).map(|(a, p)| a * p).sum())
+            .collect()
+    }
+}
+
+/// Work of forces at the displacements that others make.
+fn work(compliance: &[Vec<f64>], forces: &[f64], others: &[f64]) -> f64 {
+    (forces.iter().zip(compliance))
+        .map(|(force, row)| force * row.iter().zip(others).map(|(c, o)| c * o).sum::<f64>())
+        .sum()
+}
+
+/// The first terms of the Legendre series of what has these values at the nodes of a rule.
+fn series(
+    rule: &GaussLegendre,
+    terms: usize,
+    values: &dyn Fn(usize) -> f64,
+    scale: f64,
+) -> Vec<f64> {
+    let mut series = vec![0.0; terms];
+    let mut polynomials = vec![0.0; terms];
+    for (index, (node, weight)) in rule.nodes.iter().zip(&rule.weights).enumerate() {
+        legendre::polynomials(*node, &mut polynomials);
+        let value = scale * weight * values(index);
+        for (n, (term, polynomial)) in series.iter_mut().zip(&polynomials).enumerate() {
+            *term += (n as f64 + 0.5) * value * polynomial;
+        }
+    }
+    series
+}
+
+/// Displacements of a foot by tractions on itself and on feet behind it, as rows.
+fn feet(
+    tooth: &Tooth,
+    teeth: u32,
+    ring: &Ring,
+    plate: &Plate,
+    neighbours: usize,
+    resolution: &Resolution,
+) -> Option<Vec<Vec<Vec<f64>>>> {
+    let foot = resolution.foot;
+    let modes = 2 * foot;
+    let turns: Vec<usize> = (0..modes).map(|mode| quarter_turns(mode, foot)).collect();
+    // Modes that the plate joins are an even number of quarter turns apart.
+    let stiffness = Mat::from_fn(modes, modes, |i, j| {
+        let value = plate.stiffness[(i, j)];
+        if (turns[i] + 4 - turns[j] % 4) % 4 == 2 {
+            -value
+        } else {
+            value
+        }
+    });
+    let mut sums = vec![vec![vec![0.0; modes]; modes]; neighbours + 1];
+    let waves = waves(
+        teeth,
+        tooth.root_half_angle,
+        ring,
+        foot,
+        resolution.harmonics,
+    );
+    for (order, compliance) in waves.iter().enumerate() {
+        let joined = joined(compliance, &stiffness)?;
+        // The wave that runs the other way round is its mirror image.
+        let alone = order == 0 || 2 * order == teeth as usize;
+        let weight = if alone { 1.0 } else { 2.0 } / f64::from(teeth);
+        for (distance, sum) in sums.iter_mut().enumerate() {
+            let angle = 2.0 * PI * (order * distance) as f64 / f64::from(teeth);
+            for i in 0..modes {
+                for j in 0..modes {
+                    let quarters = (turns[i] + 4 - turns[j] % 4) % 4;
+                    let phase = (angle + FRAC_PI_2 * quarters as f64).cos();
+                    sum[i][j] += weight * phase * joined[(i, j)];
+                }
+            }
+        }
+    }
+    Some(sums)
+}
+
+/// `(R⁻¹ + S)⁻¹` of a positive definite R and a positive semidefinite S: with `R = L Lᵀ` it is
+/// `L (1 + Lᵀ S L)⁻¹ Lᵀ`.
+fn joined(compliance: &Mat<f64>, stiffness: &Mat<f64>) -> Option<Mat<f64>> {
+    let modes = compliance.nrows();
+    let lower = linalg::cholesky(compliance)?;
+    let mut middle = linalg::product(
+        linalg::product(lower.transpose(), stiffness.as_ref()).as_ref(),
+        lower.as_ref(),
+    );
+    for mode in 0..modes {
+        middle[(mode, mode)] += 1.0;
+    }
+    let root = linalg::cholesky(&middle)?;
+    let mut half = lower.transpose().to_owned();
+    linalg::solve_lower(&root, &mut half);
+    Some(linalg::product(half.transpose(), half.as_ref()))
+}
+
+#[cfg(test)]
+#[path = "body_tests.rs"]
+mod tests;

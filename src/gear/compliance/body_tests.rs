@@ -1,0 +1,221 @@
+use super::*;
+use crate::gear::{GearPair, ToothForm};
+
+const UNIT: Material = Material {
+    young_modulus: 1.0,
+    poisson_ratio: 0.3,
+};
+
+fn tooth(teeth: u32, shift: f64) -> Tooth {
+    let pair = GearPair {
+        teeth: [teeth, 30],
+        module: 4e-3,
+        pressure_angle: 20f64.to_radians(),
+        helix_angle: 0.0,
+        face_width: 20e-3,
+        body_length: [20e-3; 2],
+        rated_torque: 50.0,
+        form: ToothForm {
+            profile_shift: [shift, 0.0],
+            ..ToothForm::default()
+        },
+    };
+    Tooth::new(&pair, 0).unwrap()
+}
+
+/// Roll angles of contact: the lowest tenth of an involute is in none.
+fn range(gear: &Tooth) -> [f64; 2] {
+    [0.9 * gear.form_roll + 0.1 * gear.tip_roll, gear.tip_roll]
+}
+
+fn rolls(gear: &Tooth) -> impl Iterator<Item = f64> {
+    let [low, high] = range(gear);
+    (0..=20).map(move |i| low + (high - low) * f64::from(i) / 20.0)
+}
+
+fn body(gear: &Tooth, teeth: u32, ratio: f64, neighbours: usize) -> GearBody {
+    GearBody::new(gear, teeth, ratio, &UNIT, range(gear), neighbours).unwrap()
+}
+
+/// Largest relative differences of tooth with body and of the coupling.
+fn difference(gear: &Tooth, one: &GearBody, other: &GearBody) -> [f64; 2] {
+    let mut most = [0.0f64; 2];
+    for roll in rolls(gear) {
+        let values = |body: &GearBody| {
+            [
+                body.tooth(roll) + body.foundation(roll),
+                body.coupling(roll, 1, roll).unwrap(),
+            ]
+        };
+        for (most, (one, other)) in most.iter_mut().zip(values(one).iter().zip(values(other))) {
+            *most = most.max((one / other - 1.0).abs());
+        }
+    }
+    most
+}
+
+/// Against degree 18 across, 20 along and 14 polynomials on the foot. From degree 6 to 12 the error of
+/// tooth and body falls from 12 to 32 thousandths to 0.3 to 1.6, with the fourth to fifth power of
+/// the degree; the largest are those of thin rims, whose foundation is small.
+#[test]
+fn the_resolution_is_enough() {
+    for (teeth, shift, ratio, margin) in [
+        (17, 0.1, 1.15, [2e-3, 2e-3]),
+        (20, 0.0, 1.46, [1.3e-3, 1.3e-3]),
+        (20, 0.0, 3.2, [1e-3, 5e-4]),
+        (62, 0.0, 2.0, [1e-3, 5e-4]),
+        (200, 0.0, 1.2, [1.5e-3, 1e-3]),
+        (200, 0.0, 6.0, [1e-3, 5e-4]),
+    ] {
+        let gear = tooth(teeth, shift);
+        let resolved = |across: usize, foot: usize, harmonics: f64| {
+            let resolution = Resolution {
+                across,
+                along: across + 2,
+                foot,
+                harmonics,
+            };
+            let sizes = [64, TERMS + across / 8];
+            GearBody::resolved(
+                &gear,
+                teeth,
+                ratio,
+                &UNIT,
+                range(&gear),
+                1,
+                &resolution,
+                sizes,
+            )
+            .unwrap()
+        };
+        let fine = resolved(18, 14, 300.0);
+        let taken = difference(&gear, &body(&gear, teeth, ratio, 1), &fine);
+        let coarse = difference(&gear, &resolved(6, 4, 100.0), &fine);
+        assert!(
+            taken[0] < margin[0] && taken[1] < margin[1],
+            "{teeth} {ratio}: {taken:?}"
+        );
+        assert!(
+            coarse[0] > 15.0 * taken[0],
+            "{teeth} {ratio}: {coarse:?} {taken:?}"
+        );
+    }
+}
+
+/// What one tooth does to another the other does to the one.
+#[test]
+fn teeth_give_each_other_alike() {
+    let gear = tooth(20, 0.0);
+    let body = body(&gear, 20, 2.0, 19);
+    let [low, high] = range(&gear);
+    for ahead in 1..20 {
+        let there = body.coupling(low, ahead, high).unwrap();
+        let back = body.coupling(high, 20 - ahead, low).unwrap();
+        assert!((there - back).abs() < 1e-12, "{ahead}: {there} {back}");
+    }
+    assert_eq!(body.coupling(low, 20, high), None);
+    assert_eq!(body.coupling(low, 0, high), None);
+}
+
+/// Of all teeth loaded alike the bore bears the moment alone: a smaller one twists by
+/// `T² (1/b² − 1/b'²)/(4 π G)` more, T the base radius over the root's.
+#[test]
+fn all_teeth_together_twist_the_ring() {
+    let (gear, teeth) = (tooth(24, 0.0), 24);
+    let roll = gear.tip_roll;
+    let all = |ratio: f64| -> f64 {
+        let body = body(&gear, teeth, ratio, 23);
+        let others = (1..24).map(|ahead| body.coupling(roll, ahead, roll).unwrap());
+        body.foundation(roll) + others.sum::<f64>()
+    };
+    let arm = gear.base_radius / gear.root_radius;
+    let twist = |ratio: f64| f64::from(teeth) * (arm * ratio).powi(2) * 2.6 / (4.0 * PI);
+    let (found, exact) = (all(60.0) - all(40.0), twist(60.0) - twist(40.0));
+    assert!((found / exact - 1.0).abs() < 1e-4, "{found} {exact}");
+}
+
+/// Loads on three neighbouring teeth never do negative work, on thin rims either: all eigenvalues of
+/// what the body gives at them are positive. (On a rim of ratio 1.15 the next tooth but one moves
+/// more than the next.)
+#[test]
+fn bodies_are_stable() {
+    for ratio in [1.15, 1.4, 3.0, 20.0] {
+        let gear = tooth(30, 0.0);
+        let body = body(&gear, 30, ratio, 2);
+        for roll in rolls(&gear) {
+            let own = body.foundation(roll);
+            let next = body.coupling(roll, 1, roll).unwrap();
+            let other = body.coupling(roll, 2, roll).unwrap();
+            let root = (0.25 * other * other + 2.0 * next * next).sqrt();
+            assert!(body.tooth(roll) > 0.0 && next > 0.0 && other > 0.0);
+            assert!(
+                own > other && own + 0.5 * other > root,
+                "{own} {next} {other}"
+            );
+        }
+    }
+}
+
+/// Drawings of every kind, from 9 to 500 teeth, steep and flat flanks, long and short, nearly pointed
+/// ones, sharp and full roots, rims and discs: all have a compliance. A finer resolution moves it by
+/// less than 3 %, most where flanks are steep and the force near the root crosses the centre line
+/// far below the foot.
+#[test]
+fn every_drawing_has_a_compliance() {
+    let mut state = 1u64;
+    let mut between = |from: f64, to: f64| {
+        state = state
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        from + (to - from) * ((state >> 11) as f64 / (1u64 << 53) as f64)
+    };
+    let mut found = 0;
+    let mut worst = [0.0f64; 2];
+    while found < 40 {
+        let teeth = 9.0 * (500.0f64 / 9.0).powf(between(0.0, 1.0));
+        let addendum = between(0.6, 1.4);
+        let pair = GearPair {
+            teeth: [teeth as u32, 30],
+            module: 4e-3,
+            pressure_angle: between(14f64, 28.0).to_radians(),
+            helix_angle: 0.0,
+            face_width: 20e-3,
+            body_length: [20e-3; 2],
+            rated_torque: 50.0,
+            form: ToothForm {
+                profile_shift: [between(-0.5, 1.0), 0.0],
+                rack: crate::gear::BasicRack {
+                    addendum,
+                    dedendum: addendum + between(0.15, 0.4),
+                    tip_radius: between(0.0, 0.4),
+                },
+                ..ToothForm::default()
+            },
+        };
+        let Ok(gear) = Tooth::new(&pair, 0) else {
+            continue;
+        };
+        found += 1;
+        let ratio = 1.06 * (20.0f64 / 1.06).powf(between(0.0, 1.0));
+        let fine = Resolution {
+            across: 16,
+            along: 18,
+            foot: 14,
+            harmonics: 200.0,
+        };
+        let fine = GearBody::resolved(
+            &gear,
+            pair.teeth[0],
+            ratio,
+            &UNIT,
+            range(&gear),
+            1,
+            &fine,
+            [64, 14],
+        )
+        .unwrap();
+        let taken = difference(&gear, &body(&gear, pair.teeth[0], ratio, 1), &fine);
+        worst = [worst[0].max(taken[0]), worst[1].max(taken[1])];
+    }
+    assert!(worst[0] < 0.03 && worst[1] < 2e-3, "{worst:?}");
+}

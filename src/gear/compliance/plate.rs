@@ -1,0 +1,417 @@
+//! A tooth above its root circle as an elastic plate, by Ritz's method.
+//!
+//! The plate reaches from the arc of the root circle between the ends of the fillets, the foot, to
+//! the tip circle. Its displacements are products of Legendre polynomials of ξ = x/w(y) and of the
+//! height y, w the half thickness of a straight taper like the tooth's: the taper does not bound
+//! the plate, whose profile is the true one, but keeps the products from growing alike. They
+//! hold every rigid motion and every uniform strain.
+//!
+//! Tractions of the foot are sums of Legendre polynomials of its angle, radial and tangential. The
+//! fillets end tangent to the root circle, so that the body has no corner there, and the
+//! tractions fall to nothing at the foot's ends: few terms are enough.
+//!
+//! Lengths are in root radii and stresses in Young's moduli, so that compliances come out times E
+//! per unit width. What is even about the centre line and what is odd is solved apart.
+
+use crate::gear::Tooth;
+use crate::numerics::linalg;
+use crate::numerics::quadrature::GaussLegendre;
+use faer::Mat;
+
+/// How finely a gear is resolved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Resolution {
+    /// Degree of the plate's polynomials across the tooth.
+    pub across: usize,
+    /// The same along it.
+    pub along: usize,
+    /// Polynomials of the traction on the foot in either direction, even and at most 24.
+    pub foot: usize,
+    /// Highest harmonic of the ring, times the half angle of the foot.
+    pub harmonics: f64,
+}
+
+/// A taper narrower than this part of its foot would make the polynomials of a pointed tooth
+/// steep.
+const LEAST_TAPER: f64 = 0.25;
+
+/// A plate as its foot and its loads see it. Modes of the foot are counted radial first, by
+/// degree; the polynomials are orthonormal in the angle.
+pub(super) struct Plate {
+    /// Tractions that the plate puts against displacements of its foot.
+    pub stiffness: Mat<f64>,
+    /// Work of a unit force on the flank at displacements of the foot, load by load: the
+    /// forces that it puts on a body that the foot stands on.
+    pub forces: Vec<Vec<f64>>,
+    /// Displacement along the force where its line crosses the centre line, by unit displacements of
+    /// the foot: the forces on it of a unit force there.
+    pub places: Vec<Vec<f64>>,
+    /// The same displacement by the force on the flank, with the foot held.
+    pub clamped: Vec<f64>,
+}
+
+/// A unit force on a flank: where it acts, how high its line crosses the tooth's centre line, and its
+/// direction.
+#[derive(Debug, Clone, Copy)]
+struct Force {
+    flank: [f64; 2],
+    height: f64,
+    direction: [f64; 2],
+}
+
+impl Force {
+    fn at(tooth: &Tooth, roll: f64) -> Self {
+        let point = tooth.flank(roll);
+        let (sin, cos) = tooth.force_angle(roll).sin_cos();
+        let unit = tooth.root_radius;
+        Self {
+            flank: [point.x / unit, point.y / unit],
+            height: tooth.base_radius / cos / unit,
+            direction: [-cos, -sin],
+        }
+    }
+}
+
+impl Plate {
+    /// The plate of a tooth of that Poisson's ratio (in plane stress), loaded at the roll angles of
+    /// its involute; none where the numbers are not finite.
+    pub fn new(
+        tooth: &Tooth,
+        poisson_ratio: f64,
+        rolls: &[f64],
+        resolution: &Resolution,
+    ) -> Option<Self> {
+        let basis = Basis::new(tooth, resolution);
+        let points = interior(tooth, resolution);
+        let forces: Vec<Force> = rolls.iter().map(|&roll| Force::at(tooth, roll)).collect();
+        let modes = resolution.foot;
+        let mut plate = Self {
+            stiffness: Mat::zeros(2 * modes, 2 * modes),
+            forces: vec![vec![0.0; 2 * modes]; rolls.len()],
+            places: vec![vec![0.0; 2 * modes]; rolls.len()],
+            clamped: vec![0.0; rolls.len()],
+        };
+        for symmetric in [false, true] {
+            let part = Part {
+                basis: &basis,
+                symmetric,
+            };
+            plate.add(&part, tooth, poisson_ratio, &points, &forces, resolution)?;
+        }
+        Some(plate)
+    }
+
+    /// Adds what is odd or even about the centre line.
+    ///
+    /// With K the stiffness, B the work of the foot's modes at the displacements a, f a load and
+    /// U the displacements of the foot, `K a = f − Bᵀ q` and `B a = U`. K alone lets the
+    /// plate float: `A = (K + Bᵀ B)⁻¹` does not, and with `C = B A Bᵀ`
+    /// `q = C⁻¹ B A f − (C⁻¹ − 1) U`, `a = (A − A Bᵀ C⁻¹ B A) f + A Bᵀ C⁻¹ U`.
+    fn add(
+        &mut self,
+        part: &Part,
+        tooth: &Tooth,
+        poisson_ratio: f64,
+        points: &[[f64; 3]],
+        forces: &[Force],
+        resolution: &Resolution,
+    ) -> Option<()> {
+        let modes = part.modes(resolution.foot);
+        let foot = part.foot(tooth, &modes, resolution);
+        let mut stiffness = part.stiffness(poisson_ratio, points);
+        stiffness += linalg::product(foot.transpose(), foot.as_ref());
+        let lower = linalg::cholesky(&stiffness)?;
+        let columns = modes.len();
+        let count = forces.len();
+        // L⁻¹ of Bᵀ, of the loads and of the places where their displacement counts.
+        let mut solved = Mat::zeros(part.freedoms(), columns + 2 * count);
+        for column in 0..columns {
+            for row in 0..part.freedoms() {
+                solved[(row, column)] = foot[(column, row)];
+            }
+        }
+        for (index, force) in forces.iter().enumerate() {
+            let on_flank = part.work(force.flank, force.direction);
+            let on_centre = part.work_on_centre_line(force.height, force.direction);
+            for row in 0..part.freedoms() {
+                solved[(row, columns + index)] = on_flank[row];
+                solved[(row, columns + count + index)] = on_centre[row];
+            }
+        }
+        linalg::solve_lower(&lower, &mut solved);
+        let at_foot = solved.as_ref().subcols(0, columns);
+        let loads = solved.as_ref().subcols(columns, count);
+        let places = solved.as_ref().subcols(columns + count, count);
+        let flexibility = linalg::product(at_foot.transpose(), at_foot);
+        let root = linalg::cholesky(&flexibility)?;
+        let mut inverse = Mat::identity(columns, columns);
+        linalg::solve_lower(&root, &mut inverse);
+        linalg::solve_upper(&root, &mut inverse);
+        let load_moves = linalg::product(at_foot.transpose(), loads);
+        let place_moves = linalg::product(at_foot.transpose(), places);
+        let held = linalg::product(inverse.as_ref(), load_moves.as_ref());
+        let held_place = linalg::product(inverse.as_ref(), place_moves.as_ref());
+        for (i, &row) in modes.iter().enumerate() {
+            for (j, &column) in modes.iter().enumerate() {
+                let own = if i == j { 1.0 } else { 0.0 };
+                self.stiffness[(row, column)] = 0.5 * (inverse[(i, j)] + inverse[(j, i)]) - own;
+            }
+        }
+        for index in 0..count {
+            for (i, &row) in modes.iter().enumerate() {
+                self.forces[index][row] = held[(i, index)];
+                self.places[index][row] = held_place[(i, index)];
+            }
+            let free: f64 = (0..part.freedoms())
+                .map(|row| places[(row, index)] * loads[(row, index)])
+                .sum();
+            let by_foot: f64 = (0..columns)
+                .map(|i| place_moves[(i, index)] * held[(i, index)])
+                .sum();
+            self.clamped[index] += free - by_foot;
+        }
+        Some(())
+    }
+}
+
+/// The polynomials of a plate.
+struct Basis {
+    across: usize,
+    along: usize,
+    /// Middle and half of the heights.
+    height: [f64; 2],
+    /// Half thickness of the taper in the middle, and what it gains from there to the tip.
+    taper: [f64; 2],
+}
+
+/// Values of the polynomials at a point with their derivatives by x and y.
+struct Values {
+    across: Vec<[f64; 2]>,
+    along: Vec<[f64; 2]>,
+    /// ∂ξ/∂x, ∂ξ/∂y and dη/dy.
+    slopes: [f64; 3],
+}
+
+impl Values {
+    /// Value of a product.
+    fn value(&self, i: usize, j: usize) -> f64 {
+        self.across[i][0] * self.along[j][0]
+    }
+
+    /// Its derivatives by x and y.
+    fn gradient(&self, i: usize, j: usize) -> [f64; 2] {
+        let ([value, slope], [high, rise]) = (self.across[i], self.along[j]);
+        let [by_x, by_y, up] = self.slopes;
+        [slope * by_x * high, slope * by_y * high + value * rise * up]
+    }
+}
+
+impl Basis {
+    fn new(tooth: &Tooth, resolution: &Resolution) -> Self {
+        let unit = tooth.root_radius;
+        let (foot, low) = tooth.root_half_angle.sin_cos();
+        let tip = tooth.flank(tooth.tip_roll);
+        let top = tooth.tip_radius / unit;
+        let narrow = (tip.x / unit).max(LEAST_TAPER * foot);
+        Self {
+            across: resolution.across,
+            along: resolution.along,
+            height: [0.5 * (top + low), 0.5 * (top - low)],
+            taper: [0.5 * (narrow + foot), 0.5 * (narrow - foot)],
+        }
+    }
+
+    fn at(&self, [x, y]: [f64; 2]) -> Values {
+        let [middle, half] = self.height;
+        let eta = (y - middle) / half;
+        let width = self.taper[0] + self.taper[1] * eta;
+        let xi = x / width;
+        Values {
+            across: legendre(xi, self.across),
+            along: legendre(eta, self.along),
+            slopes: [
+                1.0 / width,
+                -xi * self.taper[1] / (half * width),
+                1.0 / half,
+            ],
+        }
+    }
+}
+
+/// Legendre polynomials up to a degree with their derivatives.
+fn legendre(x: f64, degree: usize) -> Vec<[f64; 2]> {
+    let mut all = vec![[1.0, 0.0], [x, 1.0]];
+    for n in 1..degree {
+        let k = n as f64;
+        let ([value, _], [before, slope_before]) = (all[n], all[n - 1]);
+        all.push([
+            ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0),
+            slope_before + (2.0 * k + 1.0) * value,
+        ]);
+    }
+    all.truncate(degree + 1);
+    all
+}
+
+/// The displacements that mirror at the centre line (as the radial part of a force makes), or
+/// those that mirror with the opposite sign.
+struct Part<'a> {
+    basis: &'a Basis,
+    symmetric: bool,
+}
+
+impl Part<'_> {
+    /// Degree across the tooth and along it of every displacement along x, then along y.
+    fn products(&self, component: usize) -> impl Iterator<Item = (usize, usize)> {
+        let parity = usize::from(self.symmetric) ^ component;
+        let along = self.basis.along;
+        (parity..=self.basis.across)
+            .step_by(2)
+            .flat_map(move |i| (0..=along).map(move |j| (i, j)))
+    }
+
+    fn freedoms(&self) -> usize {
+        (self.basis.across + 1) * (self.basis.along + 1)
+    }
+
+    /// Which modes of the foot belong here, of `count` in either direction.
+    fn modes(&self, count: usize) -> Vec<usize> {
+        let parity = usize::from(self.symmetric);
+        let radial = (1 - parity..count).step_by(2);
+        radial
+            .chain((parity..count).step_by(2).map(|m| count + m))
+            .collect()
+    }
+
+    /// Work of a unit force at a place and in a direction.
+    fn work(&self, place: [f64; 2], direction: [f64; 2]) -> Vec<f64> {
+        let values = self.basis.at(place);
+        (0..2)
+            .flat_map(|component| {
+                let values = &values;
+                self.products(component)
+                    .map(move |(i, j)| direction[component] * values.value(i, j))
+            })
+            .collect()
+    }
+
+    /// The same at a height of the centre line. At a depth below the foot the displacement has
+    /// changed by as much as at that height above it: polynomials would leave it fast, and their
+    /// slope at the foot is not as good as their values.
+    fn work_on_centre_line(&self, height: f64, direction: [f64; 2]) -> Vec<f64> {
+        let depth = 1.0 - height;
+        if depth <= 0.0 {
+            return self.work([0.0, height], direction);
+        }
+        let at_foot = self.work([0.0, 1.0], direction);
+        let above = self.work([0.0, 1.0 + depth], direction);
+        (at_foot.iter().zip(above))
+            .map(|(at_foot, above)| 2.0 * at_foot - above)
+            .collect()
+    }
+
+    /// Stiffness of the plate, free to float: twice the energy of displacements is
+    /// `∫ (εx² + 2 ν εx εy + εy² + ½ (1 − ν) γ²) dA/(1 − ν²)`.
+    fn stiffness(&self, poisson_ratio: f64, points: &[[f64; 3]]) -> Mat<f64> {
+        let shear = (0.5 * (1.0 - poisson_ratio)).sqrt();
+        let energy = 1.0 / (1.0 - poisson_ratio * poisson_ratio);
+        // Normal strains at the points, then shear strains, of the displacements along x and y.
+        let mut strains =
+            [0, 1].map(|component| Mat::zeros(self.products(component).count(), 2 * points.len()));
+        for (index, &[x, y, weight]) in points.iter().enumerate() {
+            let values = self.basis.at([x, y]);
+            let scale = (weight * energy).sqrt();
+            for (component, strains) in strains.iter_mut().enumerate() {
+                for (row, (i, j)) in self.products(component).enumerate() {
+                    let gradient = values.gradient(i, j);
+                    strains[(row, index)] = scale * gradient[component];
+                    strains[(row, points.len() + index)] = scale * shear * gradient[1 - component];
+                }
+            }
+        }
+        let [along_x, along_y] = &strains;
+        let mut contracted = along_y.clone();
+        for index in 0..points.len() {
+            for row in 0..contracted.nrows() {
+                contracted[(row, index)] *= poisson_ratio;
+            }
+        }
+        let own = [along_x, along_y].map(|part| linalg::product(part.as_ref(), part.transpose()));
+        let cross = linalg::product(contracted.as_ref(), along_x.transpose());
+        let first = along_x.nrows();
+        Mat::from_fn(self.freedoms(), self.freedoms(), |i, j| {
+            match (i < first, j < first) {
+                (true, true) => own[0][(i, j)],
+                (false, true) => cross[(i - first, j)],
+                (true, false) => cross[(j - first, i)],
+                (false, false) => own[1][(i - first, j - first)],
+            }
+        })
+    }
+
+    /// Integrals of the foot's modes with the displacements on it.
+    fn foot(&self, tooth: &Tooth, modes: &[usize], resolution: &Resolution) -> Mat<f64> {
+        let half_angle = tooth.root_half_angle;
+        let rule = GaussLegendre::new(resolution.across + resolution.foot + 4);
+        let mut foot = Mat::zeros(modes.len(), self.freedoms());
+        for (place, weight) in rule.nodes.iter().zip(&rule.weights) {
+            let (sin, cos) = (place * half_angle).sin_cos();
+            let polynomials = legendre(*place, resolution.foot);
+            let radial = self.work([sin, cos], [sin, cos]);
+            let tangential = self.work([sin, cos], [cos, -sin]);
+            for (row, &mode) in modes.iter().enumerate() {
+                let (degree, moved) = match mode.checked_sub(resolution.foot) {
+                    None => (mode, &radial),
+                    Some(degree) => (degree, &tangential),
+                };
+                // 1/√ of the mode's square over the arc, times the arc's length by the place.
+                let scale = weight * ((degree as f64 + 0.5) * half_angle).sqrt();
+                for (column, moved) in moved.iter().enumerate() {
+                    foot[(row, column)] += scale * polynomials[degree][0] * moved;
+                }
+            }
+        }
+        foot
+    }
+}
+
+/// Nodes and weights of half the plate, counted twice: of fillet and involute in the parameter of
+/// the curve, and across in the angle about the gear's axis.
+fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
+    let unit = tooth.root_radius;
+    let across = GaussLegendre::new(resolution.across + 1);
+    let [joint, root] = tooth.fillet_range();
+    let curves = [
+        (root, joint, true),
+        (tooth.form_roll, tooth.tip_roll, false),
+    ];
+    let mut points = Vec::new();
+    for (from, to, fillet) in curves {
+        let rule = GaussLegendre::new(if fillet {
+            3 * resolution.along / 4
+        } else {
+            resolution.along + 6
+        });
+        for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
+            let parameter = 0.5 * (from + to) + 0.5 * (to - from) * node;
+            let point = match fillet {
+                true => tooth.fillet(parameter),
+                false => tooth.flank(parameter),
+            };
+            let radius = point.x.hypot(point.y);
+            let angle = point.x.atan2(point.y);
+            let rise = (point.x * point.dx + point.y * point.dy) / radius;
+            let area = radius * angle * rise * 0.5 * (to - from) * weight / (unit * unit);
+            for (place, across) in across.nodes.iter().zip(&across.weights) {
+                let share = 0.5 * (1.0 + place);
+                let (sin, cos) = (share * angle).sin_cos();
+                points.push([radius * sin / unit, radius * cos / unit, area * across]);
+            }
+        }
+    }
+    points
+}
+
+#[cfg(test)]
+#[path = "plate_tests.rs"]
+mod tests;

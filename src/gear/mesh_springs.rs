@@ -1,0 +1,363 @@
+//! The mesh at any load: every pair of teeth, on every slice of the face, as a spring across a gap of its own.
+//!
+//! At a mesh phase the force that presses gears together is a broken line over their approach x: each pair
+//! that joins stiffens the mesh from its own approach on ([`LoadSharing`]). It is
+//!
+//! ```text
+//! F(x) = Σ_l k_l max(0, x − g_l)
+//! ```
+//!
+//! exactly, bodies that couple pairs included: k_l is what the l-th pair to join adds, g_l where it
+//! joins. A mesh is then a set of one-sided contacts side by side, whose stiffness and gap go along with the mesh
+//! phase and know no load. Where two pairs change places in the order of joining their gaps are equal, and the
+//! force does not step.
+//!
+//! On a slice the gap is that of its middle: flanks askew across the face close slice by slice, an error of second order in
+//! the width of a slice.
+
+use super::mesh_table::{MeshTableError, breaks};
+use super::sharing::{Face, JoiningSpring, LoadSharing, MOST_PAIRS, pairs_at};
+use super::{FlankLaw, NODES, friction_direction};
+use crate::numerics::legendre::{evaluate, transforms8};
+
+/// Longest stretch, in mesh cycles.
+const LONGEST: f64 = 0.25;
+
+/// Largest error of a course, relative to the stiffness, and of a gap to [`GAP_SCALE`].
+const TOLERANCE: f64 = 1e-9;
+
+/// What errors of a gap are held against \[m\]: deflections of loaded teeth.
+const GAP_SCALE: f64 = 1e-5;
+
+/// Gaps that differ by less are one \[m\]: only round-off keeps them apart.
+const TOGETHER: f64 = 1e-15;
+
+/// Most stretches of a cycle.
+const MOST: usize = 1024;
+
+/// Shortest stretch, in mesh cycles.
+const SHORTEST: f64 = 1e-9;
+
+/// The springs of a mesh over its cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshSprings {
+    /// Where along the face each slice lies \[m\], from mid-face.
+    pub centres: Vec<f64>,
+    /// Stretches of the mesh cycle on which the same pairs join in the same order, in order.
+    pub stretches: Vec<SpringStretch>,
+}
+
+/// A stretch of the mesh cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpringStretch {
+    /// Mesh phase at its end, in cycles.
+    pub end: f64,
+    /// The springs of each slice in the order in which they join.
+    pub springs: Vec<Vec<SpringPiece>>,
+}
+
+/// A spring over a stretch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpringPiece {
+    /// Legendre series of its stiffness \[N/m\] over the stretch.
+    pub stiffness: [f64; NODES],
+    /// Legendre series of its gap \[m\].
+    pub gap: [f64; NODES],
+    /// Mean direction of friction Λ₀ \[1\] and its mean lever Λ₁ \[m\] per unit of its force.
+    pub friction: [f64; 2],
+}
+
+/// The springs at a phase.
+struct Column {
+    phase: f64,
+    springs: Vec<JoiningSpring>,
+    /// Of each spring.
+    friction: Vec<[f64; 2]>,
+}
+
+impl Column {
+    fn same_order(&self, other: &Self) -> bool {
+        let order = |column: &Self| -> Vec<usize> {
+            column.springs.iter().map(|spring| spring.pair).collect()
+        };
+        order(self) == order(other)
+    }
+}
+
+impl MeshSprings {
+    /// The springs of the pairs of a law on equal slices of a face, flanks askew by `misalignment` \[rad\] in
+    /// the plane of action.
+    ///
+    /// # Errors
+    /// [`MeshTableError`]: a path or pairs that share no load, a course that no polynomials follow, or
+    /// helical gears, whose slices each have pairs of their own.
+    pub fn new(law: &impl FlankLaw, face: Face, misalignment: f64) -> Result<Self, MeshTableError> {
+        if law.helix() != 0.0 {
+            return Err(MeshTableError::HelicalPairs { helix: law.helix() });
+        }
+        let pitch_point = law.path().pitch_point;
+        let column = |phase: f64| -> Result<Column, MeshTableError> {
+            let sharing = |source| MeshTableError::Sharing { phase, source };
+            let pairs = pairs_at(law, phase, face).map_err(sharing)?;
+            let springs: Vec<JoiningSpring> = (LoadSharing::new(&pairs, face, misalignment))
+                .map_err(sharing)?
+                .springs()
+                .collect();
+            let positions: Vec<f64> = pairs.iter().map(|p| p.position - pitch_point).collect();
+            let friction = (springs.iter())
+                .map(|spring| friction_direction(&positions, &spring.share))
+                .map(|friction| [friction.direction, friction.lever])
+                .collect();
+            Ok(Column {
+                phase,
+                springs,
+                friction,
+            })
+        };
+        let cuts = breaks(law, face.width, LONGEST)?;
+        let mut left: Vec<[f64; 2]> = cuts.windows(2).rev().map(|c| [c[0], c[1]]).collect();
+        let mut stretches = Vec::new();
+        while let Some([from, to]) = left.pop() {
+            match examine(&column, [from, to], face.slices)? {
+                Examined::Follows(springs) => stretches.push(SpringStretch { end: to, springs }),
+                Examined::Cut(_, error)
+                    if to - from < SHORTEST || left.len() + stretches.len() > MOST =>
+                {
+                    return Err(MeshTableError::Unresolved {
+                        quantity: "stiffness of a pair",
+                        phase: from,
+                        error,
+                        tolerance: TOLERANCE,
+                    });
+                }
+                Examined::Cut(at, _) => left.extend([[at, to], [from, at]]),
+            }
+        }
+        let width = face.width / face.slices as f64;
+        let middle = |slice: usize| (slice as f64 + 0.5) * width - 0.5 * face.width;
+        Ok(Self {
+            centres: (0..face.slices).map(middle).collect(),
+            stretches,
+        })
+    }
+
+    /// Most springs of one slice at once.
+    pub fn most(&self) -> usize {
+        let counts = self
+            .stretches
+            .iter()
+            .flat_map(|own| &own.springs)
+            .map(Vec::len);
+        counts.max().unwrap_or(0)
+    }
+}
+
+/// What became of a stretch.
+enum Examined {
+    /// Polynomials follow its springs.
+    Follows(Vec<Vec<SpringPiece>>),
+    /// It has to be cut here; how far polynomials are off.
+    Cut(f64, f64),
+}
+
+fn examine(
+    column: &impl Fn(f64) -> Result<Column, MeshTableError>,
+    [from, to]: [f64; 2],
+    slices: usize,
+) -> Result<Examined, MeshTableError> {
+    let transforms = transforms8();
+    let phase = |x: f64| 0.5 * ((to - from) * x + (to + from));
+    let inset = SHORTEST.min(0.125 * (to - from));
+    let nodes: Vec<Column> = (transforms.nodes().iter())
+        .map(|&x| column(phase(x)))
+        .collect::<Result<_, _>>()?;
+    let between = transforms
+        .nodes()
+        .windows(2)
+        .map(|pair| phase(0.5 * (pair[0] + pair[1])));
+    let checks: Vec<Column> = ([from + inset].into_iter().chain(between))
+        .chain([to - inset])
+        .map(column)
+        .collect::<Result<_, _>>()?;
+    let mut seen: Vec<&Column> = nodes.iter().chain(&checks).collect();
+    seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
+    if let Some(pair) = seen.windows(2).find(|pair| !pair[0].same_order(pair[1])) {
+        let [mut low, mut high] = [pair[0].phase, pair[1].phase];
+        while high - low > 4.0 * f64::EPSILON {
+            let middle = 0.5 * (low + high);
+            match column(middle)?.same_order(pair[0]) {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        return Ok(Examined::Cut(0.5 * (low + high), f64::INFINITY));
+    }
+    let count = nodes[0].springs.len();
+    let through = |value: &dyn Fn(&Column) -> f64| -> [f64; NODES] {
+        transforms.interpolate(&std::array::from_fn(|node| value(&nodes[node])))
+    };
+    let mut error: f64 = 0.0;
+    let pieces: Vec<SpringPiece> = (0..count)
+        .map(|spring| {
+            let stiffness = through(&|column| column.springs[spring].stiffness);
+            let gap = through(&|column| column.springs[spring].gap);
+            let [turn, lever] = [0, 1].map(|part| through(&|c| c.friction[spring][part])[0]);
+            for check in &checks {
+                let x = (2.0 * check.phase - from - to) / (to - from);
+                let own = &check.springs[spring];
+                let off = (evaluate(&stiffness, x) / own.stiffness - 1.0).abs();
+                error = error.max(off);
+                error = error.max((evaluate(&gap, x) - own.gap).abs() / GAP_SCALE);
+            }
+            SpringPiece {
+                stiffness,
+                gap,
+                friction: [turn, lever],
+            }
+        })
+        .collect();
+    if error > TOLERANCE {
+        return Ok(Examined::Cut(0.5 * (from + to), error));
+    }
+    // As many on every slice: the same pairs are within reach.
+    let on_slice = count / slices;
+    debug_assert!(on_slice <= MOST_PAIRS);
+    Ok(Examined::Follows(
+        pieces.chunks(on_slice).map(joined_at_once).collect(),
+    ))
+}
+
+/// The springs of a slice, those that join at the same approach throughout being one: on flanks that lack nothing two
+/// pairs touch together.
+fn joined_at_once(springs: &[SpringPiece]) -> Vec<SpringPiece> {
+    let mut out: Vec<SpringPiece> = Vec::new();
+    for spring in springs {
+        let same = |last: &SpringPiece| {
+            let mut gaps = last.gap.iter().zip(&spring.gap);
+            gaps.all(|(a, b)| (a - b).abs() <= TOGETHER)
+        };
+        match out.last_mut().filter(|last| same(last)) {
+            None => out.push(*spring),
+            Some(last) => {
+                let [own, other] = [last.stiffness[0], spring.stiffness[0]];
+                for (sum, k) in last.stiffness.iter_mut().zip(&spring.stiffness) {
+                    *sum += k;
+                }
+                for (mean, value) in last.friction.iter_mut().zip(spring.friction) {
+                    *mean = (own * *mean + other * value) / (own + other);
+                }
+            }
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::gear::{Flanks, GearPair, Relief, ToothForm};
+
+    fn relieved() -> Flanks {
+        let relief = Relief {
+            amount: 10e-6,
+            length: 2e-3,
+            ..Relief::default()
+        };
+        Flanks::new(&GearPair {
+            teeth: [20, 30],
+            module: 4e-3,
+            pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
+            face_width: 20e-3,
+            body_length: [20e-3; 2],
+            rated_torque: 50.0,
+            form: ToothForm {
+                tip_relief: [relief; 2],
+                bore: [Some(48e-3), Some(76e-3)],
+                ..ToothForm::default()
+            },
+        })
+        .unwrap()
+    }
+
+    /// At any phase and load the springs bear what load sharing finds, with the same stiffness.
+    #[test]
+    fn springs_bear_what_the_pairs_share() {
+        let flanks = relieved();
+        let face = Face {
+            width: 20e-3,
+            slices: 1,
+        };
+        let springs = MeshSprings::new(&flanks, face, 0.0).unwrap();
+        assert!(springs.most() >= 2);
+        for step in 0..97 {
+            let phase = (f64::from(step) + 0.37) / 97.0;
+            let pairs = pairs_at(&flanks, phase, face).unwrap();
+            let sharing = LoadSharing::new(&pairs, face, 0.0).unwrap();
+            let index = springs.stretches.partition_point(|own| own.end <= phase);
+            let from = if index == 0 {
+                0.0
+            } else {
+                springs.stretches[index - 1].end
+            };
+            let stretch = &springs.stretches[index];
+            let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
+            for force in [10.0, 300.0, 2e3, 2e4] {
+                let borne = sharing.bear(force);
+                let (mut sum, mut stiffness) = (0.0, 0.0);
+                for spring in &stretch.springs[0] {
+                    let closing = borne.deflection - evaluate(&spring.gap, x);
+                    if closing > 0.0 {
+                        let own = evaluate(&spring.stiffness, x);
+                        sum += own * closing;
+                        stiffness += own;
+                    }
+                }
+                assert!((sum / force - 1.0).abs() < 1e-6, "{phase} {force}: {sum}");
+                assert!(
+                    (stiffness / borne.stiffness - 1.0).abs() < 1e-8,
+                    "{phase} {force}"
+                );
+            }
+        }
+    }
+
+    /// Askew flanks: the force over the approach tends to the wedge's with the square of the slice width.
+    #[test]
+    fn slices_close_a_wedge_with_second_order() {
+        let flanks = relieved();
+        let whole = Face {
+            width: 20e-3,
+            slices: 1,
+        };
+        let (phase, misalignment) = (0.7, 1e-3);
+        let exact = LoadSharing::new(
+            &pairs_at(&flanks, phase, whole).unwrap(),
+            whole,
+            misalignment,
+        );
+        let borne = exact.unwrap().bear(2e3);
+        let off = |slices: usize| {
+            let face = Face { slices, ..whole };
+            let springs = MeshSprings::new(&flanks, face, misalignment).unwrap();
+            let index = springs.stretches.partition_point(|own| own.end <= phase);
+            let from = if index == 0 {
+                0.0
+            } else {
+                springs.stretches[index - 1].end
+            };
+            let stretch = &springs.stretches[index];
+            let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
+            let forces = stretch.springs.iter().flatten().map(|spring| {
+                evaluate(&spring.stiffness, x)
+                    * (borne.deflection - evaluate(&spring.gap, x)).max(0.0)
+            });
+            (forces.sum::<f64>() / 2e3 - 1.0).abs()
+        };
+        // Where the wedge ends inside a slice matters: the worst of neighbours.
+        let worst = |around: usize| (around..around + 4).map(off).fold(0.0, f64::max);
+        let [coarse, fine] = [worst(8), worst(32)];
+        assert!(fine < coarse / 8.0, "{coarse} {fine}");
+    }
+}

@@ -1,0 +1,93 @@
+//! What is taken off the involute flanks, along the profile and along the lead (ISO 21771, clause 9), or lacks by
+//! error of manufacture. All of it is material that is missing, normal to the flank.
+
+/// Relief of a flank, from nothing at its start to all at the end of the flank.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Relief {
+    /// Most material taken off, normal to the flank \[m\]; 0: no relief.
+    pub amount: f64,
+    /// Length over which it falls to 0 \[m\]: along the line of action (base radius times roll angle), or along the
+    /// face.
+    pub length: f64,
+    /// How it rises.
+    pub course: ReliefCourse,
+}
+
+/// How relief rises over its length.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub enum ReliefCourse {
+    /// In proportion to the way.
+    #[default]
+    Linear,
+    /// With its square, without a kink where it begins.
+    Parabolic,
+}
+
+impl Relief {
+    /// Material missing at a distance from the end of the flank \[m\].
+    pub fn at(&self, from_end: f64) -> f64 {
+        if self.amount == 0.0 {
+            return 0.0;
+        }
+        let part = (1.0 - from_end / self.length).clamp(0.0, 1.0);
+        match self.course {
+            ReliefCourse::Linear => self.amount * part,
+            ReliefCourse::Parabolic => self.amount * part * part,
+        }
+    }
+}
+
+/// Modification of the whole flank of a gear, in one direction of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Modification {
+    /// Crowning: missing at both ends, with the square of the distance from the middle \[m\].
+    pub crowning: f64,
+    /// Slope: how much more is missing at one end than at the other \[m\]: at the tip than at the root, at the face end
+    /// of positive z than at that of negative z.
+    pub slope: f64,
+}
+
+impl Modification {
+    /// Material missing at a place from −1 to 1 across the flank \[m\]; a slope is counted from the middle.
+    pub fn at(&self, place: f64) -> f64 {
+        self.crowning * place * place + 0.5 * self.slope * place
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn relief_rises_to_its_amount_at_the_end() {
+        let linear = Relief {
+            amount: 8e-6,
+            length: 2e-3,
+            course: ReliefCourse::Linear,
+        };
+        let parabolic = Relief {
+            course: ReliefCourse::Parabolic,
+            ..linear
+        };
+        for (from_end, one, other) in [
+            (0.0, 8e-6, 8e-6),
+            (1e-3, 4e-6, 2e-6),
+            (2e-3, 0.0, 0.0),
+            (5e-3, 0.0, 0.0),
+        ] {
+            assert!((linear.at(from_end) - one).abs() < 1e-18);
+            assert!((parabolic.at(from_end) - other).abs() < 1e-18);
+        }
+    }
+
+    #[test]
+    fn crowning_is_missing_at_both_ends_and_a_slope_between_them() {
+        let both = Modification {
+            crowning: 5e-6,
+            slope: 4e-6,
+        };
+        for (place, missing) in [(-1.0, 3e-6), (0.0, 0.0), (1.0, 7e-6)] {
+            assert!((both.at(place) - missing).abs() < 1e-18);
+        }
+    }
+}

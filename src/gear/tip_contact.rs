@@ -1,0 +1,180 @@
+//! Contact of a tip edge off the path of contact: earlier and later than rigid gears would touch.
+//!
+//! Loaded gears come closer than rigid ones, and the tooth that is about to take hold meets its mate with
+//! its tip edge before it reaches the line of action; one that leaves stays in touch beyond. Rigidly
+//! rotated, the two are apart by a gap that grows with the square of the distance from the path.
+//!
+//! With the tip's gear at the origin and its mate at (a, 0), α_w the operating pressure angle, a pair that
+//! conjugate flanks would have at u on the line of action has the tip edge at the roll angle t_a of the
+//! involute whose string leaves the base circle at the polar angle `γ = (u − u_a)/r_b − α_w`, u_a where the path ends:
+//!
+//! ```text
+//! P = r_b (cos γ − t_a sin γ, sin γ + t_a cos γ)
+//! ```
+//!
+//! The mate's involute through P, seen from the mate's centre and turned by π, has its string leave at the polar angle
+//! `γ' = ϑ − β` with `cos β = r_b'/ρ`, (ρ, ϑ) the place of P there. While the gears turn by `du/r_b` the edge comes nearer
+//! along that string by its distance from the tip's centre, `a cos γ' − r_b'`, and the mate goes away by `du`: the gap along
+//! the line of action is
+//!
+//! ```text
+//! ∫ (a/r_b) (cos α_w − cos γ') du
+//! ```
+//!
+//! from the end of the path on, where γ' is −α_w.
+
+use crate::numerics::legendre::transforms8;
+
+/// A tip edge and the flank it slides on beyond the end of the path of contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TipContact {
+    /// Base radius of the gear whose tip it is \[m\].
+    pub base_radius: f64,
+    /// Roll angle of the tip.
+    pub tip_roll: f64,
+    /// Base radius of its mate \[m\].
+    pub mate_base_radius: f64,
+    /// Roll angle at which the mate's involute ends at its fillet.
+    pub mate_form_roll: f64,
+    /// Centre distance \[m\].
+    pub centre_distance: f64,
+    /// Operating pressure angle \[rad\].
+    pub pressure_angle: f64,
+}
+
+impl TipContact {
+    /// Gap along the line of action \[m\] where conjugate flanks would touch `beyond` \[m\] behind
+    /// the end; none where the edge would be in the mate's fillet.
+    pub fn gap(&self, beyond: f64) -> Option<f64> {
+        self.string(beyond)?;
+        let opening = |x: &f64| {
+            let turned = self.string(0.5 * beyond * (x + 1.0)).unwrap_or(0.0);
+            // cos α − cos γ' with γ' = turned − α.
+            2.0 * (0.5 * turned).sin() * (0.5 * turned - self.pressure_angle).sin()
+        };
+        let transforms = transforms8();
+        let mean = transforms.interpolate(&transforms.nodes().each_ref().map(opening))[0];
+        Some(beyond * mean * self.centre_distance / self.base_radius)
+    }
+
+    /// By how much the string of the mate's involute through the tip edge is turned against the line of action
+    /// \[rad\]; none where the edge is in the mate's fillet.
+    fn string(&self, beyond: f64) -> Option<f64> {
+        let (sin, cos) = (beyond / self.base_radius - self.pressure_angle).sin_cos();
+        let [x, y] = [cos - self.tip_roll * sin, sin + self.tip_roll * cos]
+            .map(|coordinate| self.base_radius * coordinate);
+        let (x, y) = (self.centre_distance - x, -y);
+        let ratio = self.mate_base_radius / x.hypot(y);
+        let roll = (ratio.powi(-2) - 1.0).max(0.0).sqrt();
+        (roll >= self.mate_form_roll).then(|| y.atan2(x) - roll.atan() + self.pressure_angle)
+    }
+
+    /// How far behind the end of the path the gap reaches `gap` \[m\], but for the mate's fillet and
+    /// at most `furthest` \[m\].
+    pub fn reach(&self, gap: f64, furthest: f64) -> f64 {
+        let inside = |beyond: f64| self.gap(beyond).is_some_and(|own| own <= gap);
+        if inside(furthest) {
+            return furthest;
+        }
+        let [mut low, mut high] = [0.0, furthest];
+        for _ in 0..f64::MANTISSA_DIGITS {
+            let middle = 0.5 * (low + high);
+            match inside(middle) {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        low
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use crate::gear::{Flanks, GearPair, ToothForm};
+
+    fn tips(teeth: [u32; 2], shift: [f64; 2]) -> [TipContact; 2] {
+        let pair = GearPair {
+            teeth,
+            module: 4e-3,
+            pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
+            face_width: 20e-3,
+            body_length: [20e-3; 2],
+            rated_torque: 50.0,
+            form: ToothForm {
+                profile_shift: shift,
+                bore: [Some(22e-3), Some(26e-3)],
+                ..ToothForm::default()
+            },
+        };
+        Flanks::new(&pair).unwrap().tips()
+    }
+
+    /// Where conjugate contact ends at the tip, from the pitch point.
+    fn end(tip: TipContact) -> f64 {
+        tip.base_radius * (tip.tip_roll - tip.pressure_angle.tan())
+    }
+
+    /// The involute of a gear at the origin, its string leaving at the polar angle γ.
+    fn point(base: f64, gamma: f64, roll: f64) -> [f64; 2] {
+        let (sin, cos) = gamma.sin_cos();
+        [base * (cos - roll * sin), base * (sin + roll * cos)]
+    }
+
+    /// Distance from the tip edge to the mate's flank, by search along the flank, over the part of it
+    /// that closes it: the flank moves along its normal with r_b' per unit of rotation.
+    #[test]
+    fn the_gap_is_the_distance_to_the_flank_on_small_ways() {
+        for tip in tips([20, 30], [0.0; 2])
+            .into_iter()
+            .chain(tips([23, 41], [0.3, -0.1]))
+        {
+            let pitch = 2.0 * tip.base_radius;
+            for part in [0.005, 0.01, 0.02] {
+                let beyond = part * pitch;
+                let edge = point(
+                    tip.base_radius,
+                    beyond / tip.base_radius - tip.pressure_angle,
+                    tip.tip_roll,
+                );
+                let seen = [tip.centre_distance - edge[0], -edge[1]];
+                let start = tip.pressure_angle.tan()
+                    - tip.pressure_angle
+                    - (end(tip) + beyond) / tip.mate_base_radius;
+                let distance = |roll: f64| {
+                    let [x, y] = point(tip.mate_base_radius, start - roll, roll);
+                    (x - seen[0]).hypot(y - seen[1])
+                };
+                let (mut low, mut high) = (0.0, 1.0);
+                for _ in 0..200 {
+                    let [a, b] = [low + (high - low) / 3.0, high - (high - low) / 3.0];
+                    match distance(a) < distance(b) {
+                        true => high = b,
+                        false => low = a,
+                    }
+                }
+                let nearest = distance(0.5 * (low + high));
+                let gap = tip.gap(beyond).unwrap();
+                assert!(gap > 0.0);
+                // Both fall with the square of the way; they differ by its cube.
+                assert!(
+                    (gap / nearest - 1.0).abs() < 0.02,
+                    "{part}: {gap} {nearest}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_gap_begins_with_its_square() {
+        for tip in tips([20, 30], [0.0; 2]) {
+            assert!(tip.gap(0.0).unwrap().abs() < 1e-16);
+            let [one, half] = [1e-4, 5e-5].map(|beyond| tip.gap(beyond).unwrap());
+            assert!((one / half - 4.0).abs() < 0.05, "{one} {half}");
+            let reach = tip.reach(one, 1e-2);
+            assert!((reach - 1e-4).abs() < 1e-9, "{reach}");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! How a computed mesh becomes divisions of the model's mesh cycle.
+
+use crate::gear::{MeshSprings, MeshTableCycle, MeshTablePiece, NODES};
+use crate::manifest::CycleDivision;
+use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
+use crate::numerics::legendre::transforms8;
+
+/// Phases closer than this, in cycles, are one: only rounding keeps them apart.
+const SAME_PHASE: f64 = 1e-9;
+
+// A piece of a table becomes the stiffness of a segment term by term.
+const _: () = assert!(NODES == STIFFNESS_TERMS);
+
+/// The divisions of every spring of a mesh: first the one that touches first, the pair with the smallest gap at the
+/// end of the face that a misalignment brings close.
+pub(super) fn spring_divisions(
+    springs: &MeshSprings,
+    misalignment: f64,
+    stiffness: f64,
+) -> Vec<Vec<Division>> {
+    let slices = springs.centres.len();
+    let order: Vec<usize> = match misalignment < 0.0 {
+        true => (0..slices).rev().collect(),
+        false => (0..slices).collect(),
+    };
+    let course = |slice: usize, number: usize| -> Vec<Division> {
+        (springs.stretches.iter())
+            .map(|stretch| Division {
+                load_centre: springs.centres[slice],
+                ..match stretch.springs[slice].get(number) {
+                    None => Division::absent(stretch.end, stiffness),
+                    Some(own) => Division {
+                        stiffness: Stiffness::series(own.stiffness),
+                        error: FlankError::series(own.gap),
+                        friction: own.friction,
+                        ..Division::level(stretch.end, stiffness)
+                    },
+                }
+            })
+            .collect()
+    };
+    let most = springs.most();
+    (0..most)
+        .flat_map(|number| order.iter().map(move |&slice| (slice, number)))
+        .map(|(slice, number)| course(slice, number))
+        .collect()
+}
+
+/// The divisions of a cycle: means over equal segments, or pieces as they are; `with_error` to have
+/// what loaded flanks lack, if anything. It is as it is in either case, and equal segments are cut
+/// where it has its kinks and steps.
+pub(super) fn divisions(
+    cycle: &MeshTableCycle,
+    division: CycleDivision,
+    with_error: bool,
+) -> Vec<Division> {
+    let with_error = with_error && cycle.has_error();
+    let pieces = cycle.pieces();
+    match division {
+        CycleDivision::Segments(count) => {
+            let ends = segment_ends(cycle, count, with_error);
+            (ends.windows(2))
+                .map(|ends| {
+                    let [start, end] = [ends[0], ends[1]];
+                    let means = cycle.means([start, end]);
+                    Division {
+                        end,
+                        stiffness: Stiffness::constant(means.stiffness),
+                        error: match with_error {
+                            true => part_of_error(&pieces, [start, end]),
+                            false => FlankError::NONE,
+                        },
+                        load_centre: means.centre,
+                        friction: [means.friction, means.friction_lever],
+                    }
+                })
+                .collect()
+        }
+        // Springs of pairs have divisions of their own.
+        CycleDivision::Continuous | CycleDivision::Pairs { .. } => (pieces.iter())
+            .map(|piece| Division {
+                end: piece.end,
+                stiffness: Stiffness::series(piece.stiffness),
+                error: match with_error {
+                    true => FlankError::series(piece.tangent_error),
+                    false => FlankError::NONE,
+                },
+                load_centre: piece.centre,
+                friction: [piece.friction, piece.friction_lever],
+            })
+            .collect(),
+    }
+}
+
+/// Ends of equal segments, 0 first, cut where the pieces of the cycle end if `cut`.
+fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
+    let mut ends: Vec<f64> = (0..=count)
+        .map(|number| f64::from(number) / f64::from(count))
+        .collect();
+    if cut {
+        let equal = ends.clone();
+        let apart = |end: &&f64| equal.iter().all(|other| (*end - other).abs() > SAME_PHASE);
+        ends.extend(cycle.breaks.iter().filter(apart));
+        ends.sort_by(f64::total_cmp);
+    }
+    ends
+}
+
+/// The tangent error between two phases inside one piece.
+fn part_of_error(pieces: &[MeshTablePiece], [start, end]: [f64; 2]) -> FlankError {
+    let middle = 0.5 * (start + end);
+    let inside = |piece: &&MeshTablePiece| middle < piece.end;
+    let Some(piece) = pieces.iter().find(inside).or(pieces.last()) else {
+        return FlankError::NONE;
+    };
+    let place = |phase: f64| (2.0 * phase - piece.start - piece.end) / (piece.end - piece.start);
+    FlankError::series(transforms8().restrict(&piece.tangent_error, place(start), place(end)))
+}

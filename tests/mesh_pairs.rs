@@ -1,0 +1,284 @@
+//! Pairs of teeth as springs of their own: statics against the gears, motions against thirty digits, what they
+//! change against the tangent at the mean load.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+mod common;
+
+use atlas::analysis::{EnergyAudit, Nvh};
+use atlas::gear::{Face, Flanks, LoadSharing, pairs_at};
+use atlas::manifest::{self, StiffnessSpec};
+use atlas::model::{InitialState, Model};
+use atlas::propagate::{Event, Observer, Window};
+use atlas::reference::Extended;
+use atlas::store::{ResultTable, TableKind};
+use common::advance::{Events, advance, advance_with, volterra};
+use common::relative_difference;
+use std::path::Path;
+use std::process::Command;
+
+/// Two relieved tips; the torsional tier, in which everything but the mesh is rigid.
+const MANIFEST: &str = include_str!("../manifests/tiers/torsional.toml");
+
+fn manifest(stiffness: &str, rest: &str) -> String {
+    let law = [
+        "mean_stiffness",
+        "contact_ratio",
+        "single_pair_drop",
+        "segments",
+    ];
+    let kept = |line: &&str| !law.iter().any(|key| line.starts_with(&format!("{key} =")));
+    let lines: Vec<&str> = MANIFEST.lines().filter(kept).collect();
+    (lines.join("\n"))
+        .replace("rated_torque =", "bore = [\"48 mm\", \"76 mm\"]\ntip_relief = { amount = \"8 um\", length = \"2.5 mm\" }\nrated_torque =")
+        .replace("stiffness = \"piecewise\"", &format!("{stiffness}\n#"))
+        + rest
+}
+
+fn model(text: &str, speed: f64, load: f64) -> Model {
+    let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
+    let mut point = job.points.at(0);
+    (point.speed, point.load) = (speed, load);
+    common::parts().model(&point).unwrap()
+}
+
+/// The gears of a manifest.
+fn flanks(text: &str) -> Flanks {
+    let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
+    match &job.points.at(0).mesh.stiffness {
+        StiffnessSpec::Table(spec) => Flanks::new(&spec.gears).unwrap(),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Deflection and force in the middle of every window.
+#[derive(Default)]
+struct Middles {
+    windows: Vec<[f64; 4]>,
+    events: Vec<f64>,
+}
+
+impl Observer for Middles {
+    const WINDOWS: bool = true;
+
+    fn window(&mut self, window: &Window<'_>) {
+        let value = |series: &[f64]| -> f64 {
+            // P_n(0) = 1, 0, −1/2, 0, 3/8, 0, −5/16, …
+            let mut at_zero = 1.0;
+            let mut sum = 0.0;
+            for (n, a) in series.iter().enumerate().step_by(2) {
+                sum += a * at_zero;
+                at_zero *= -((n + 1) as f64) / (n + 2) as f64;
+            }
+            sum
+        };
+        let slope: f64 = (window.deflection.iter().enumerate().skip(1).step_by(2))
+            .map(|(n, a)| {
+                // P_n'(0) = n P_{n−1}(0).
+                let before = (0..(n - 1) / 2).fold(1.0, |value, i| {
+                    value * -((2 * i + 1) as f64) / (2 * i + 2) as f64
+                });
+                a * n as f64 * before
+            })
+            .sum();
+        self.windows.push([
+            window.start + 0.5 * window.duration,
+            value(window.deflection),
+            value(window.force),
+            2.0 * slope / window.duration,
+        ]);
+    }
+
+    fn event(&mut self, event: &Event) {
+        self.events.push(event.time);
+    }
+}
+
+/// At 0.5 rad/s gears without further excitation follow the loaded transmission error, whichever way the mesh is
+/// resolved. The damper takes `c δ'` of the load, which counts.
+#[test]
+fn slow_gears_deflect_by_the_loaded_transmission_error() {
+    let quiet = |text: String| {
+        text.replace(
+            "transmission_error = [{ harmonic = 1, amplitude = \"5 um\", phase = 0.0 }]",
+            "transmission_error = []",
+        )
+        .replace("friction = 0.05", "friction = 0")
+    };
+    for (stiffness, bound) in [
+        ("stiffness = \"continuous\"", 1e-6),
+        ("stiffness = \"continuous\"\nresolution = \"pairs\"", 1e-6),
+        ("stiffness = \"table\"", 2e-2),
+    ] {
+        let text = quiet(manifest(stiffness, ""));
+        let (speed, load) = (0.5, 0.3);
+        let model = model(&text, speed, load);
+        let kernel = volterra(&model);
+        let start = advance(&kernel, &model.start(&InitialState::Static), 1);
+        let mut middles = Middles::default();
+        advance_with(&kernel, &start, 1, &mut middles);
+        let flanks = flanks(&text);
+        let face = Face {
+            width: 20e-3,
+            slices: 1,
+        };
+        let force = load * 50.0 / flanks.teeth[0].base_radius;
+        let cycle = model.first_cycle();
+        let damping = cycle.segments[0].damping;
+        let [mut worst, mut bare, mut seen] = [0.0_f64, 0.0_f64, 0.0];
+        for [time, deflection, _, rate] in middles.windows {
+            let phase = time / model.period();
+            let near = |end: f64| (phase - end).rem_euclid(1.0) < 0.03;
+            let met = |time: &f64| near(time / model.period());
+            if middles.events.iter().any(met) {
+                continue;
+            }
+            if model
+                .contacts
+                .iter()
+                .any(|c| c.cycles[0].segments.iter().any(|s| near(s.end)))
+            {
+                continue;
+            }
+            let sharing = LoadSharing::new(&pairs_at(&flanks, phase, face).unwrap(), face, 0.0);
+            let sharing = sharing.unwrap();
+            let (mean, borne) = (sharing.bear(force), sharing.bear(force - damping * rate));
+            let error = deflection - model.half_gap;
+            worst = worst.max((error / borne.deflection - 1.0).abs());
+            bare = bare.max((error / mean.deflection - 1.0).abs());
+            seen += 1.0;
+        }
+        println!(
+            "{stiffness}: {worst:.1e} of the loaded transmission error, {bare:.1e} without the damper's share, {seen} windows"
+        );
+        assert!(seen > 300.0, "{seen}");
+        assert!(worst < bound && bare < bound.max(1e-4), "{worst} {bare}");
+    }
+}
+
+/// Pairs come and go within the cycle: single cycles against thirty digits, every event included, and energy.
+#[test]
+fn springs_of_pairs_keep_to_thirty_digits() {
+    let pairs = "stiffness = \"continuous\"\nresolution = \"pairs\"";
+    let askew = format!("{pairs}\nslices = 3\nmisalignment = \"0.3 mrad\"");
+    let same_line = format!("{pairs}\ncoast_flank = \"same_line\"");
+    for (stiffness, speed, load) in [
+        (pairs, 1200.0, 0.05),
+        (pairs, 1400.0, 0.3),
+        (pairs, 1000.0, 0.0),
+        (&askew, 1200.0, 0.1),
+        (&same_line, 1200.0, 0.05),
+    ] {
+        let model = model(&manifest(stiffness, ""), speed, load);
+        assert_eq!(model.flank_springs, model.contacts.len());
+        assert!(model.flank_springs >= 4);
+        let (kernel, exact) = (volterra(&model), Extended::new(&model));
+        let mut start = advance(&kernel, &model.start(&InitialState::Static), 20);
+        let [mut apart, mut late, mut several] = [0.0_f64, 0.0_f64, 0.0];
+        for _ in 0..5 {
+            let mut seen = Events::default();
+            let (end, _) = advance_with(&kernel, &start, 1, &mut seen);
+            let passage = exact.advance(&start, 1).unwrap();
+            apart = apart.max(relative_difference(&end.state, &passage.end().state));
+            assert_eq!(seen.0.len(), passage.crossings.len());
+            for (event, crossing) in seen.0.iter().zip(&passage.crossings) {
+                assert_eq!((event.from, event.to), (crossing.from, crossing.to));
+                let off = (event.time - crossing.time.value()).abs();
+                late = late.max(off / model.period());
+                several += f64::from(u8::from(crossing.to.count() > 1));
+            }
+            start = end;
+        }
+        let mut audit = EnergyAudit::new(&model);
+        let (end, _) = advance_with(&kernel, &start, 50, &mut audit);
+        let residual = audit.residual(&end).unwrap();
+        println!(
+            "{} springs at {speed} rad/s, load {load}: states {apart:.1e}, times {late:.1e}, \
+             {several} events with several closed, energy {residual:.1e}",
+            model.flank_springs
+        );
+        assert!(apart < 1e-12 && late < 1e-12, "{apart} {late}");
+        assert!(residual < 1e-11, "{residual}");
+    }
+}
+
+/// Under a load that hardly swings the tangent at that load is what pairs do.
+#[test]
+fn pairs_and_tangent_agree_where_the_load_hardly_swings() {
+    let rms = |rest: &str| {
+        let text = manifest(rest, "").replace("amplitude = \"5 um\"", "amplitude = \"1 nm\"");
+        let model = model(&text, 180.0, 1.0);
+        let kernel = volterra(&model);
+        let start = advance(&kernel, &model.start(&InitialState::Static), 300);
+        let mut nvh = Nvh::new(&model, 0);
+        advance_with(&kernel, &start, 50, &mut nvh);
+        nvh.outcome().unwrap().deflection_rms
+    };
+    let [tangent, pairs] = ["", "\nresolution = \"pairs\""]
+        .map(|rest| rms(&format!("stiffness = \"continuous\"{rest}")));
+    println!("RMS {tangent:e} of the tangent, {pairs:e} of pairs");
+    assert!((pairs / tangent - 1.0).abs() < 0.05, "{tangent} {pairs}");
+}
+
+/// Where rattle runs from nothing to the full load the two part: by how much is printed.
+#[test]
+fn pairs_change_what_rattles() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, rest: &str| {
+        let text = manifest(&format!("stiffness = \"continuous\"{rest}"), "");
+        std::fs::write(folder.path().join(name), text).unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_atlas"))
+            .args(["run", name, "--out", &format!("{name}.d"), "--quiet"])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{said}");
+        let out = folder.path().join(format!("{name}.d"));
+        let table = ResultTable::read(&out, TableKind::Points).unwrap();
+        ["deflection_rms", "force_peak", "lambda_max"].map(|column| table.f64(column).unwrap())
+    };
+    let tangent = run("tangent.toml", "");
+    let pairs = run("pairs.toml", "\nresolution = \"pairs\"");
+    for (column, (a, b)) in ["RMS", "force", "lambda"]
+        .iter()
+        .zip(tangent.iter().zip(&pairs))
+    {
+        println!("{column}: tangent {a:?}, pairs {b:?}");
+    }
+    assert!(pairs[0].iter().all(|rms| rms.unwrap() > 0.0));
+    assert_ne!(tangent[0], pairs[0]);
+}
+
+/// Every key that does not go with pairs is named with a remedy.
+#[test]
+fn what_pairs_do_not_take_is_said() {
+    let pairs = "stiffness = \"continuous\"\nresolution = \"pairs\"";
+    for (stiffness, key) in [
+        (
+            format!("{pairs}\nmisalignment = \"0.3 mrad\""),
+            "mesh.misalignment",
+        ),
+        (format!("{pairs}\nshaft_tilt = true"), "mesh.shaft_tilt"),
+        (
+            "stiffness = \"continuous\"\nslices = 3".to_owned(),
+            "mesh.slices",
+        ),
+        (
+            "stiffness = \"constant\"\nmean_stiffness = 4e8\nresolution = \"pairs\"".to_owned(),
+            "mesh.resolution",
+        ),
+    ] {
+        let error = manifest::parse(&manifest(&stiffness, ""), "m.toml", Path::new(""));
+        let said = format!("{:?}", error.unwrap_err());
+        assert!(said.contains(key), "{key}: {said}");
+    }
+    let tables = manifest(&format!("{pairs}\ncoast_flank = \"same_line\""), "")
+        .replace("kernel = \"volterra\"", "kernel = \"dyadic\"")
+        .replace("tolerance = \"roundoff\"", "");
+    let said = format!(
+        "{:?}",
+        manifest::parse(&tables, "m.toml", Path::new("")).unwrap_err()
+    );
+    assert!(said.contains("springs of their own"), "{said}");
+}
