@@ -212,13 +212,20 @@ fn gears_that_are_hardly_inclined_are_spur_gears() {
 fn whole_overlap_leaves_no_variation() {
     for overlap in [1.0, 2.0] {
         let gears = overlapping(20.0, overlap);
-        let law = Flanks::new(&gears).unwrap();
-        let found = cycle(&gears);
+        let law = on_path(&gears);
+        let found = table(&law, &MeshTableInputs::of_gears(&gears));
         let mean = gears.face_width * mean_section_stiffness(&law, None);
         close(found.mean_stiffness(), mean, 1e-6);
         assert!(found.range(&found.stiffness) < 1e-6 * mean);
         assert!(found.peak_to_peak() < 1e-6 * found.mean(&found.transmission_error));
         assert!(!found.has_error());
+        // Tip edges make contact longer under load; what is left of variation is the division of the face.
+        let loaded = cycle(&gears);
+        let longer = loaded.mean_stiffness() / mean - 1.0;
+        assert!((0.005..0.03).contains(&longer), "{longer:e}");
+        let left = loaded.range(&loaded.stiffness) / mean;
+        let error = loaded.peak_to_peak() / loaded.mean(&loaded.transmission_error);
+        assert!(left < 1e-2 && error < 5e-3, "{left:e} {error:e}");
     }
 }
 
@@ -243,9 +250,10 @@ fn many_pairs_share_a_wide_face() {
 #[test]
 fn the_transmission_error_varies_less_as_overlap_grows_to_one() {
     let ranges: Vec<f64> = [0.1, 0.25, 0.5, 0.75, 0.9, 1.0]
-        .map(|overlap| cycle(&overlapping(20.0, overlap)).peak_to_peak())
+        .map(|overlap| overlapping(20.0, overlap))
+        .map(|gears| on_path_cycle(&gears).peak_to_peak())
         .to_vec();
-    let spur = cycle(&pair(0.0)).peak_to_peak();
+    let spur = on_path_cycle(&pair(0.0)).peak_to_peak();
     assert!(ranges[0] < spur * 1.05, "{ranges:?} {spur:e}");
     assert!(ranges.windows(2).all(|r| r[1] < r[0]), "{ranges:?}");
     assert!(ranges[5] < 1e-6 * ranges[0], "{ranges:?}");
@@ -307,7 +315,7 @@ fn spans_converge() {
     let mut gears = overlapping(20.0, 0.94);
     let force = gears.rated_force();
     let order = |gears: &GearPair, misalignment: f64, slices: [usize; 3]| {
-        let law = Flanks::new(gears).unwrap();
+        let law = on_path(gears);
         let width = gears.face_width;
         let stiffness = |slices: usize| {
             let phases = (0..8).map(|i| 0.03 + f64::from(i) / 8.0);
@@ -346,7 +354,16 @@ fn spans_converge() {
     );
 }
 
-/// A crowned face of any law that has gaps across it.
+/// Gears whose tip edges touch nothing beyond the path.
+fn on_path(gears: &GearPair) -> Crowned {
+    Crowned(Flanks::new(gears).unwrap(), 0.0)
+}
+
+fn on_path_cycle(gears: &GearPair) -> MeshTableCycle {
+    table(&on_path(gears), &MeshTableInputs::of_gears(gears))
+}
+
+/// A crowned face without contact of tip edges.
 struct Crowned(Flanks, f64);
 
 impl FlankLaw for Crowned {
