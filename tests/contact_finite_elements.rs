@@ -38,6 +38,7 @@ fn gears_in_contact_approach_as_finite_elements_say() {
             teeth: [teeth[0], teeth[1]],
             module: case["module"].as_float().unwrap(),
             pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
             face_width,
             body_length: [face_width; 2],
             rated_torque: 50.0,

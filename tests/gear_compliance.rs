@@ -9,6 +9,7 @@ fn pair(teeth: [u32; 2], module: f64) -> GearPair {
         teeth,
         module,
         pressure_angle: 20f64.to_radians(),
+        helix_angle: 0.0,
         face_width: 20e-3,
         body_length: [20e-3; 2],
         rated_torque: 50.0,

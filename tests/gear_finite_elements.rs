@@ -25,6 +25,7 @@ fn a_whole_gear_in_finite_elements() {
             teeth: [teeth, 30],
             module: number("module"),
             pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
             face_width: 20e-3,
             body_length: [20e-3; 2],
             rated_torque: 50.0,

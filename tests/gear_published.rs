@@ -26,6 +26,7 @@ fn steel_pair(teeth: [u32; 2], module: f64, shift: [f64; 2]) -> GearPair {
         teeth,
         module,
         pressure_angle: 20f64.to_radians(),
+        helix_angle: 0.0,
         face_width: 20e-3,
         body_length: [20e-3; 2],
         rated_torque: 50.0,

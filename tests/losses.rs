@@ -40,6 +40,7 @@ fn fzg_c14(cut_back: bool) -> GearPair {
         teeth: teeth.map(|z| z as u32),
         module,
         pressure_angle: number("pressure_angle").to_radians(),
+        helix_angle: 0.0,
         face_width: number("face_width"),
         body_length: [number("face_width"); 2],
         rated_torque: 100.0,

@@ -39,6 +39,12 @@ pub enum GearError {
         /// The value found.
         value: f64,
     },
+    /// A helix that is none.
+    #[error("the helix angle is {value} rad; it must lie between -π/2 and π/2")]
+    HelixAngle {
+        /// Helix angle \[rad\].
+        value: f64,
+    },
     /// The rounding of the rack's tip is larger than the tip.
     #[error(
         "the rack's tip radius of {tip_radius} modules does not fit on its tip; it must be at most {limit:.4}"

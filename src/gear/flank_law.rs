@@ -2,13 +2,23 @@
 //! missing from its flanks.
 
 use super::{Flanks, PairCompliance, PathOfContact};
+use std::f64::consts::FRAC_2_PI;
 
 /// The law of one pair of teeth along the path of contact.
 ///
 /// At mesh phase φ in \[0, 1) the pairs stand at `s = start + (φ + j) base_pitch`, j whole, as far as the reach goes.
+/// Of helical gears they stand there at mid-face, and `z tan β_b` further at z \[m\] from it; forces and
+/// lengths of deflection are those along the line of action in the transverse section, loads those per
+/// width of face.
 pub trait FlankLaw: Sync {
     /// The path of contact.
     fn path(&self) -> PathOfContact;
+
+    /// Slope of the lines of contact in the plane of action `tan β_b` \[1\]: how much further along
+    /// the path a pair stands at the end of a face of unit length. 0 of spur gears.
+    fn helix(&self) -> f64 {
+        0.0
+    }
 
     /// Where pairs can touch under load \[m\]: the path, unless tip edges meet their mates off it, across a
     /// gap that is part of [`Self::relief`].
@@ -27,7 +37,8 @@ pub trait FlankLaw: Sync {
         0.0
     }
 
-    /// Material removed from both flanks at s, and off the path the gap under the tip edge \[m\].
+    /// What relief leaves missing between both flanks at s, and off the path the gap under the tip edge, along
+    /// the line of action \[m\].
     fn relief(&self, s: f64) -> f64;
 
     /// What is missing besides relief \[m\], at s and at z \[m\] from mid-face: crowning,
@@ -87,14 +98,34 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
         self.law.deviation(s, z)
     }
 
+    fn helix(&self) -> f64 {
+        self.law.helix()
+    }
+
     fn kinks(&self) -> Vec<f64> {
         self.law.kinks()
     }
 }
 
+/// Helical teeth bend and flatten in their normal section. A line of contact has the length
+/// `dz/cos β_b` on a part dz of the face, so that a line load w_n across it has the part w_n per width
+/// of face along the transverse line of action, where the approach of the flanks along their normal
+/// is `1/cos β_b` as long: with the compliance C_n of the spur pair of that section
+///
+/// ```text
+/// F_n = w_n dz/cos β_b,   F = F_n cos β_b = w_n dz,   x = x_n/cos β_b = C_n w_n/cos β_b
+/// ```
+///
+/// ISO 6336-1 multiplies the stiffness of that pair by cos β, 2 % less at 30°. What the load on one
+/// pair moves another by is a matter of bodies that are no more inclined than their axes: the ring in
+/// the transverse section.
 impl FlankLaw for Flanks {
     fn path(&self) -> PathOfContact {
         self.path()
+    }
+
+    fn helix(&self) -> f64 {
+        self.base_helix_angle.tan()
     }
 
     fn reach(&self) -> [f64; 2] {
@@ -102,7 +133,16 @@ impl FlankLaw for Flanks {
     }
 
     fn compliance(&self, s: f64) -> PairCompliance {
-        self.compliance(s)
+        let Some(section) = &self.normal_section else {
+            return self.compliance(s);
+        };
+        let cos = self.base_helix_angle.cos();
+        let normal = section.compliance(s / cos);
+        PairCompliance {
+            tooth: normal.tooth.map(|part| part / cos),
+            hertz: normal.hertz / cos,
+            foundation: normal.foundation.map(|part| part / cos),
+        }
     }
 
     fn coupling(&self, s: f64, ahead: usize) -> f64 {
@@ -111,19 +151,25 @@ impl FlankLaw for Flanks {
     }
 
     fn relief(&self, s: f64) -> f64 {
-        self.relief(s) + self.tip_gap(s)
+        self.relief(s) / self.base_helix_angle.cos() + self.tip_gap(s)
     }
 
     fn deviation(&self, _s: f64, z: f64) -> f64 {
-        self.lead(z)
+        self.lead(z) / self.base_helix_angle.cos()
     }
 
     /// Weber & Banaschek's approach. It goes with `w (C − ½ h ln w)`, h the linear law's
-    /// compliance, which gives its derivative.
+    /// compliance `2/π Σ (1 − ν²)/E`, which gives its derivative.
     fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
-        let approach = self.hertz_approach(s, line_load);
-        let hertz = self.compliance(s).hertz;
-        [approach, approach / line_load - 0.5 * hertz]
+        let give = self.pair.form.material.iter();
+        let give = give.map(|material| material.plane_strain_modulus().recip());
+        let cos = self.base_helix_angle.cos();
+        let approach = match &self.normal_section {
+            None => self.hertz_approach(s, line_load),
+            Some(section) => section.hertz_approach(s / cos, line_load) / cos,
+        };
+        let slope = 0.5 * (FRAC_2_PI * give.sum::<f64>()) / cos;
+        [approach, approach / line_load - slope]
     }
 
     /// Where reliefs begin, and the ends of the path.

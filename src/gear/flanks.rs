@@ -1,4 +1,6 @@
-//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief, sliding.
+//! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief, sliding, all in
+//! the transverse section, in which helical gears are spur gears. Compliances are those of that section
+//! too; [`FlankLaw`](super::FlankLaw) has those of inclined teeth.
 //!
 //! Positions s \[m\] lie on the line of action, 0 at the pitch point, growing in the sense of
 //! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
@@ -9,7 +11,7 @@ use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
 use super::{GearError, GearPair, Tooth};
-use std::f64::consts::PI;
+use std::f64::consts::FRAC_PI_2;
 
 /// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
 /// load that teeth stand closes.
@@ -21,7 +23,7 @@ const MOST_RATIO: f64 = 2.99;
 /// Where contact of rigid gears can be, on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOfContact {
-    /// Distance of neighbouring pairs in contact, `π m cos α` \[m\].
+    /// Distance of neighbouring pairs in contact, `π m_t cos α_t` \[m\].
     pub base_pitch: f64,
     /// Where contact begins, at the wheel's tip \[m\].
     pub start: f64,
@@ -62,6 +64,8 @@ pub struct Flanks {
     pub teeth: [Tooth; 2],
     /// Operating pressure angle \[rad\].
     pub pressure_angle: f64,
+    /// Helix angle at the base cylinders \[rad\], positive with a right-handed pinion.
+    pub base_helix_angle: f64,
     /// Centre distance \[m\].
     pub centre_distance: f64,
     /// Radii on which the gears roll \[m\].
@@ -77,6 +81,9 @@ pub struct Flanks {
     path: PathOfContact,
     reach: [f64; 2],
     pub(super) bodies: GearBodies,
+    /// Of helical gears the spur pair of their normal section, whose teeth yield as theirs do; of
+    /// spur gears none.
+    pub(super) normal_section: Option<Box<Flanks>>,
     pub(super) pair: GearPair,
 }
 
@@ -107,7 +114,7 @@ impl Flanks {
 
         let tangent = pressure_angle.tan();
         let path = PathOfContact {
-            base_pitch: PI * pair.module * pair.pressure_angle.cos(),
+            base_pitch: pair.base_pitch(),
             start: wheel.base_radius * (tangent - wheel.tip_roll),
             end: pinion.base_radius * (pinion.tip_roll - tangent),
             pitch_point: 0.0,
@@ -131,7 +138,7 @@ impl Flanks {
             return Err(GearError::ContactRatio { contact_ratio });
         }
 
-        let backlash = pair.normal_backlash()?;
+        let backlash = pair.action_backlash()?;
         if backlash < -NO_BACKLASH * pair.module {
             return Err(GearError::NegativeBacklash {
                 backlash,
@@ -143,9 +150,10 @@ impl Flanks {
         let furthest = (0.5 * (MOST_RATIO - contact_ratio)).clamp(0.0, 0.5) * path.base_pitch;
         let [after, before] = tips.map(|tip| tip.reach(TIP_GAP * pair.module, furthest));
         let reach = [path.start - before, path.end + after];
-        Ok(Self {
+        let mut flanks = Self {
             teeth,
             pressure_angle,
+            base_helix_angle: pair.base_helix_angle(),
             centre_distance,
             operating_pitch_radii,
             backlash: backlash.max(0.0),
@@ -155,7 +163,61 @@ impl Flanks {
             path,
             reach,
             bodies: GearBodies::default(),
+            normal_section: None,
             pair: pair.clone(),
+        };
+        if pair.helix_angle != 0.0 {
+            flanks.normal_section = Some(Box::new(flanks.in_normal_section()?));
+        }
+        Ok(flanks)
+    }
+
+    /// The spur pair that has the teeth and the curvature of the normal section. Its path of contact
+    /// is that of these flanks with all lengths over cos β_b, as radii of curvature are; its bodies have
+    /// their ratios of root to bore, and as many teeth as is nearest to the number of virtual teeth.
+    fn in_normal_section(&self) -> Result<Self, GearError> {
+        let pair = &self.pair;
+        let cos = self.base_helix_angle.cos();
+        let mut section = GearPair {
+            helix_angle: 0.0,
+            ..pair.clone()
+        };
+        section.form.thinning = pair.form.thinning.map(|part| part * pair.helix_angle.cos());
+        let counts = pair.virtual_teeth();
+        section.teeth = counts.map(|count| count.round() as u32);
+        let tooth = |index: usize| {
+            let own = &self.teeth[index];
+            let radius = 0.5 * pair.module * counts[index];
+            let addendum = own.tip_radius - own.reference_radius;
+            Tooth::cut(&section, index, counts[index], radius + addendum)
+        };
+        let teeth = [tooth(0)?, tooth(1)?];
+        let pressure_angle = (self.pressure_angle.sin() * cos).asin();
+        let radius = |index: usize| teeth[index].base_radius / pressure_angle.cos();
+        let operating_pitch_radii = [radius(0), radius(1)];
+        let bore = |index: usize| {
+            self.bores[index] * teeth[index].root_radius / self.teeth[index].root_radius
+        };
+        Ok(Self {
+            pressure_angle,
+            base_helix_angle: 0.0,
+            centre_distance: operating_pitch_radii.iter().sum(),
+            operating_pitch_radii,
+            backlash: self.backlash * cos,
+            clearance: self.clearance,
+            face_width: self.face_width / cos,
+            bores: [bore(0), bore(1)],
+            path: PathOfContact {
+                base_pitch: self.path.base_pitch / cos,
+                start: self.path.start / cos,
+                end: self.path.end / cos,
+                pitch_point: self.path.pitch_point / cos,
+            },
+            reach: self.reach.map(|end| end / cos),
+            bodies: GearBodies::default(),
+            normal_section: None,
+            pair: section,
+            teeth,
         })
     }
 
@@ -189,9 +251,15 @@ impl Flanks {
         gap.unwrap_or(f64::INFINITY)
     }
 
-    /// Pairs in contact on average.
+    /// Pairs in contact on average in one transverse section, ε_α.
     pub fn contact_ratio(&self) -> f64 {
         self.path.contact_ratio()
+    }
+
+    /// By how many mesh cycles one end of the face is ahead of the other, ε_β: what helical pairs have
+    /// in contact on average beyond [`Self::contact_ratio`].
+    pub fn overlap_ratio(&self) -> f64 {
+        self.face_width * self.base_helix_angle.tan().abs() / self.path.base_pitch
     }
 
     /// Roll angles of pinion and wheel at position s, held on the path of contact.
@@ -239,6 +307,10 @@ fn tips(teeth: &[Tooth; 2], centre_distance: f64, pressure_angle: f64) -> [TipCo
 /// Lengths, angles and moduli that the formulas take for granted; a manifest has them checked
 /// already, a caller of the library may not.
 fn check_values(pair: &GearPair) -> Result<(), GearError> {
+    if pair.helix_angle.is_nan() || pair.helix_angle.abs() >= FRAC_PI_2 {
+        let value = pair.helix_angle;
+        return Err(GearError::HelixAngle { value });
+    }
     let form = &pair.form;
     let material = form.material;
     let relief = || {

@@ -8,16 +8,16 @@ use super::modification::{Modification, Relief};
 /// distance, of steel, without relief.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ToothForm {
-    /// Profile shift coefficients x \[1\], in modules, positive away from the axis.
+    /// Profile shift coefficients x \[1\], in normal modules, positive away from the axis.
     pub profile_shift: [f64; 2],
     /// The basic rack that cuts both gears.
     pub rack: BasicRack,
     /// What each tooth is thinner along its reference circle than the profile shift makes it
-    /// \[m\]. The rack is fed deeper for it, by `thinning / (2 tan α)`.
+    /// \[m\]. The rack is fed deeper for it, by `thinning / (2 tan α_t)`.
     pub thinning: [f64; 2],
     /// Centre distance \[m\]; none: the one without backlash for the profile shifts.
     pub centre_distance: Option<f64>,
-    /// Tip diameters \[m\]; none: `m (z + 2 h_a + 2 x + 2 k)` with the tip alteration k that
+    /// Tip diameters \[m\]; none: `m_t z + 2 m_n (h_a + x + k)` with the tip alteration k that
     /// keeps the rack's clearance (ISO 21771, 10.3).
     pub tip_diameter: [Option<f64>; 2],
     /// Material taken off towards the tip, falling to 0 from the tip circle inwards.
@@ -99,7 +99,7 @@ pub struct Web {
     pub rim_diameter: f64,
 }
 
-/// Basic rack of the gears, in modules (ISO 53). Its dedendum is the addendum of the tool.
+/// Basic rack of the gears in their normal section, in normal modules (ISO 53). Its dedendum is the addendum of the tool.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BasicRack {
     /// Addendum `h_a` \[1\].

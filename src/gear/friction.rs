@@ -11,7 +11,9 @@
 //! ```
 //!
 //! (`friction` and `friction_lever` of the structure). Its power is `−μ F Σ p |v|`: friction
-//! dissipates. On the coast flanks pairs stand at the mirror images of these places, −s, where the
+//! dissipates. Of helical gears F is the force along the line of action in the transverse section, where
+//! the flanks slide, and friction goes with the force along their normal: σ is ± 1/cos β_b there. On the
+//! coast flanks pairs stand at the mirror images of these places, −s, where the
 //! pinion slides the other way: Λ₀ has the opposite sign, Λ₁ the same.
 
 /// What friction does per unit of coefficient and mesh force.

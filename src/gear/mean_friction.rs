@@ -6,7 +6,8 @@
 //! ```
 //!
 //! with the line load w = F/b \[N/mm\], the sum of both flanks' velocities across the contact at the
-//! pitch point v_Σ \[m/s\], the relative radius of curvature there ρ \[mm\], the dynamic viscosity η \[mPa s\]
+//! pitch point v_Σ \[m/s\], the relative radius of curvature there ρ \[mm\] (of helical flanks `ρ/cos β_b`, the
+//! one across their lines of contact, which bear F/b too: `F/cos β_b` on `b/cos β_b`), the dynamic viscosity η \[mPa s\]
 //! of the oil at its temperature, the mean roughness Ra of both flanks \[µm\] and the factor X_L of the
 //! kind of oil (Schlenk, *Untersuchungen zur Freßtragfähigkeit von Großzahnrädern*, TU München 1995;
 //! ISO/TR 14179-2:2001). It is a fit to loaded gears in an FZG rig. As the report has it, line loads
@@ -44,7 +45,7 @@ impl MeanFriction {
         let [pinion, wheel] = pair.operating_pitch_radii()?;
         let line_load = (force.abs() / pair.face_width).max(LEAST_LINE_LOAD);
         let sum_speed = 2.0 * (speed.abs() * pinion).min(MOST_SPEED) * sine;
-        let curvature = pinion * wheel * sine / (pinion + wheel);
+        let curvature = pinion * wheel * sine / (pinion + wheel) / pair.base_helix_angle().cos();
         // N/mm over (m/s mm) is N/m over (m/s m) times 1e-6.
         let coefficient = 0.048
             * (1e-6 * line_load / (sum_speed * curvature)).powf(0.2)
@@ -69,6 +70,7 @@ mod tests {
             teeth: [16, 24],
             module: 4.5e-3,
             pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
             face_width: 14e-3,
             body_length: [14e-3; 2],
             rated_torque: 100.0,

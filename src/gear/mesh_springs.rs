@@ -89,8 +89,12 @@ impl MeshSprings {
     /// the plane of action.
     ///
     /// # Errors
-    /// [`MeshTableError`]: a path or pairs that share no load, or a course that no polynomials follow.
+    /// [`MeshTableError`]: a path or pairs that share no load, a course that no polynomials follow, or
+    /// helical gears, whose slices each have pairs of their own.
     pub fn new(law: &impl FlankLaw, face: Face, misalignment: f64) -> Result<Self, MeshTableError> {
+        if law.helix() != 0.0 {
+            return Err(MeshTableError::HelicalPairs { helix: law.helix() });
+        }
         let pitch_point = law.path().pitch_point;
         let column = |phase: f64| -> Result<Column, MeshTableError> {
             let sharing = |source| MeshTableError::Sharing { phase, source };
@@ -110,7 +114,7 @@ impl MeshSprings {
                 friction,
             })
         };
-        let cuts = breaks(law, LONGEST)?;
+        let cuts = breaks(law, face.width, LONGEST)?;
         let mut left: Vec<[f64; 2]> = cuts.windows(2).rev().map(|c| [c[0], c[1]]).collect();
         let mut stretches = Vec::new();
         while let Some([from, to]) = left.pop() {
@@ -264,6 +268,7 @@ mod tests {
             teeth: [20, 30],
             module: 4e-3,
             pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
             face_width: 20e-3,
             body_length: [20e-3; 2],
             rated_torque: 50.0,

@@ -6,6 +6,7 @@ mod flank_law;
 mod flanks;
 mod form;
 mod friction;
+mod helix;
 mod involute;
 mod mean_friction;
 mod mesh_springs;
@@ -24,6 +25,7 @@ pub use flank_law::{FlankLaw, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, Hub, Material, Plane, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
+pub use helix::mesh_force_direction;
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
@@ -37,7 +39,8 @@ pub use misalignment::{
 pub use modification::{Modification, Relief, ReliefCourse};
 pub use pair::GearPair;
 pub use sharing::{
-    Contact, ContactPair, Face, LoadSharing, MOST_PAIRS, SharedLoad, SharingError, pairs_at,
+    Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
+    pairs_at,
 };
 pub use symmetry::standard_symmetry;
 pub use tooth::{ProfilePoint, Tooth};

@@ -7,16 +7,20 @@ use std::f64::consts::PI;
 /// without any.
 pub(super) const NO_BACKLASH: f64 = 1e-9;
 
-/// An involute spur pair of one module and one pressure angle, without which two gears do not
-/// mesh: a drawing with unlike ones cannot be expressed. Arrays are `[pinion, wheel]`.
+/// An involute pair on parallel axes, spur or helical, of one normal module, one normal pressure angle
+/// and opposite helix angles, without which two gears do not mesh: a drawing with unlike ones cannot
+/// be expressed. Arrays are `[pinion, wheel]`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GearPair {
     /// Number of teeth.
     pub teeth: [u32; 2],
-    /// Module \[m\].
+    /// Normal module m_n \[m\].
     pub module: f64,
-    /// Pressure angle \[rad\].
+    /// Normal pressure angle α_n \[rad\].
     pub pressure_angle: f64,
+    /// Helix angle β at the reference cylinder \[rad\], between −π/2 and π/2: positive where the
+    /// pinion is right-handed and the wheel left-handed, 0 of spur gears.
+    pub helix_angle: f64,
     /// Face width \[m\].
     pub face_width: f64,
     /// Axial length of the gear bodies \[m\]. Like the torque of no effect on the flanks.
@@ -28,24 +32,26 @@ pub struct GearPair {
 }
 
 impl GearPair {
-    /// Pitch radii `r = m z / 2` \[m\].
+    /// Pitch radii `r = m_t z / 2` \[m\].
     pub fn pitch_radii(&self) -> [f64; 2] {
-        self.teeth.map(|z| 0.5 * self.module * f64::from(z))
+        let module = self.transverse_module();
+        self.teeth.map(|z| 0.5 * module * f64::from(z))
     }
 
-    /// Base radii `r_b = r cos α` \[m\].
+    /// Base radii `r_b = r cos α_t` \[m\].
     pub fn base_radii(&self) -> [f64; 2] {
-        self.pitch_radii().map(|r| r * self.pressure_angle.cos())
+        let cos = self.transverse_pressure_angle().cos();
+        self.pitch_radii().map(|r| r * cos)
     }
 
-    /// Reference centre distance `m (z₁ + z₂) / 2` \[m\].
+    /// Reference centre distance `m_t (z₁ + z₂) / 2` \[m\].
     pub fn reference_centre_distance(&self) -> f64 {
         self.pitch_radii().iter().sum()
     }
 
-    /// Operating pressure angle α_w \[rad\]: `cos α_w = (r_b1 + r_b2) / a` for a given centre
-    /// distance a, else `inv α_w = inv α + 2 tan α (x₁ + x₂) / (z₁ + z₂)`. Exactly the pressure
-    /// angle where the centre distance is the reference one.
+    /// Operating pressure angle α_w in the transverse section \[rad\]: `cos α_w = (r_b1 + r_b2) / a`
+    /// for a given centre distance a, else `inv α_w = inv α_t + 2 tan α_n (x₁ + x₂) / (z₁ + z₂)`.
+    /// Exactly the transverse pressure angle where the centre distance is the reference one.
     ///
     /// # Errors
     ///
@@ -55,7 +61,7 @@ impl GearPair {
             return self.tight_pressure_angle();
         };
         if centre_distance == self.reference_centre_distance() {
-            return Ok(self.pressure_angle);
+            return Ok(self.transverse_pressure_angle());
         }
         let base_radii: f64 = self.base_radii().iter().sum();
         if centre_distance > base_radii {
@@ -72,16 +78,17 @@ impl GearPair {
     /// without backlash (ISO 21771, 5.3).
     fn tight_pressure_angle(&self) -> Result<f64, GearError> {
         let sum: f64 = self.form.profile_shift.iter().sum();
+        let angle = self.transverse_pressure_angle();
         if sum == 0.0 {
-            return Ok(self.pressure_angle);
+            return Ok(angle);
         }
         let teeth: f64 = self.teeth.map(f64::from).iter().sum();
         let rise = 2.0 * self.pressure_angle.tan() / teeth;
-        let value = involute(self.pressure_angle) + rise * sum;
+        let value = involute(angle) + rise * sum;
         if value > 0.0 {
             Ok(inverse_involute(value))
         } else {
-            let limit = -involute(self.pressure_angle) / rise;
+            let limit = -involute(angle) / rise;
             Err(GearError::ShiftSum { sum, limit })
         }
     }
@@ -92,7 +99,7 @@ impl GearPair {
     ///
     /// [`GearError::ShiftSum`].
     pub fn tight_centre_distance(&self) -> Result<f64, GearError> {
-        let ratio = self.pressure_angle.cos() / self.tight_pressure_angle()?.cos();
+        let ratio = self.transverse_pressure_angle().cos() / self.tight_pressure_angle()?.cos();
         Ok(self.reference_centre_distance() * ratio)
     }
 
@@ -116,20 +123,30 @@ impl GearPair {
     /// As [`Self::operating_pressure_angle`].
     pub fn operating_pitch_radii(&self) -> Result<[f64; 2], GearError> {
         let angle = self.operating_pressure_angle()?;
-        if angle == self.pressure_angle {
+        if angle == self.transverse_pressure_angle() {
             return Ok(self.pitch_radii());
         }
         Ok(self.base_radii().map(|base| base / angle.cos()))
     }
 
-    /// Normal backlash `j_n = j_t cos α_w` \[m\]: what the flanks are apart along the line of action,
-    /// at both flanks together. `j_t` is the circumferential backlash on the operating pitch
-    /// circles, their pitch less the thickness of both teeth; negative where teeth overlap.
+    /// Normal backlash `j_bn = j_bt cos β_b` \[m\]: what the flanks are apart along their normal, at
+    /// both flanks together.
     ///
     /// # Errors
     ///
     /// As [`Self::operating_pressure_angle`].
     pub fn normal_backlash(&self) -> Result<f64, GearError> {
+        Ok(self.action_backlash()? * self.base_helix_angle().cos())
+    }
+
+    /// Backlash along the line of action in the transverse section `j_bt = j_t cos α_w` \[m\], at both
+    /// flanks together. `j_t` is the circumferential backlash on the operating pitch circles, their
+    /// pitch less the thickness of both teeth; negative where teeth overlap.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::operating_pressure_angle`].
+    pub fn action_backlash(&self) -> Result<f64, GearError> {
         let angle = self.operating_pressure_angle()?;
         let radii = self.operating_pitch_radii()?;
         let pitch = 2.0 * PI * radii[0] / f64::from(self.teeth[0]);
@@ -137,14 +154,14 @@ impl GearPair {
         Ok((pitch - pinion - wheel) * angle.cos())
     }
 
-    /// The half gap \[m\] that the drawing states, half of the normal backlash; none where
+    /// The half gap \[m\] that the drawing states, half of the backlash along the line of action; none where
     /// thinning and centre distance leave no backlash but round-off: such a drawing is nominal.
     ///
     /// # Errors
     ///
     /// As [`Self::operating_pressure_angle`].
     pub fn drawn_half_gap(&self) -> Result<Option<f64>, GearError> {
-        let backlash = self.normal_backlash()?;
+        let backlash = self.action_backlash()?;
         Ok((backlash > NO_BACKLASH * self.module).then_some(0.5 * backlash))
     }
 
@@ -157,7 +174,7 @@ impl GearPair {
         pair
     }
 
-    /// Mesh force at rated torque, `T / r_b1` \[N\].
+    /// Mesh force at rated torque along the line of action in the transverse section, `T / r_b1` \[N\].
     pub fn rated_force(&self) -> f64 {
         self.rated_torque / self.base_radii()[0]
     }

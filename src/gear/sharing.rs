@@ -16,18 +16,22 @@
 //! Within a slice the part of the gap that is common to the pairs is a straight line. F(x) is
 //! then piecewise quadratic and monotone, and solved exactly, whatever the number of slices:
 //! with plain misalignment one slice is as good as a hundred. Where the gap curves across the
-//! face (crowning) the error falls with the square of the slice width.
+//! face (crowning) the error falls with the square of the slice width. On a helical face every slice
+//! has pairs of its own ([`HelicalFace`]).
 
 mod contact;
 mod error;
+mod helical;
 mod kinks;
 mod pairs;
 mod ramp;
 
 pub use contact::Contact;
 pub use error::{MOST_PAIRS, SharingError};
+pub use helical::HelicalFace;
 pub use pairs::{ContactPair, Face, pairs_at};
 
+use pairs::Span;
 use ramp::Ramp;
 
 /// How a load is borne.
@@ -40,9 +44,11 @@ pub struct SharedLoad {
     pub stiffness: f64,
     /// Centroid of the load across the face, from mid-face \[m\].
     pub centre: f64,
-    /// Share of each pair in the load; they sum to 1.
+    /// Share of each pair in the load; they sum to 1. On a helical face what the pairs that came last
+    /// bear, each at its own place of the face, what those before them bear, and so on.
     pub share: [f64; MOST_PAIRS],
-    /// Loaded part of the lines of contact of all pairs on the path of contact.
+    /// Loaded part of the lines of contact of all pairs on the path of contact. On a helical face those off the path
+    /// count as far as they bear load.
     pub contact_fraction: f64,
 }
 
@@ -67,6 +73,8 @@ pub struct LoadSharing {
     pairs: usize,
     /// One for each pair of each slice.
     ramps: Vec<Ramp>,
+    /// The slices of a helical face; of others, which are equal, none.
+    spans: Vec<Span>,
     /// Approaches at which a ramp starts or ends, ascending \[m\].
     knots: Vec<f64>,
     /// Which pairs are on the path of contact.
@@ -116,6 +124,7 @@ impl LoadSharing {
             face,
             pairs: pairs.len(),
             ramps,
+            spans: Vec::new(),
             knots,
             on_path: std::array::from_fn(|pair| pairs.get(pair).is_some_and(|own| own.on_path)),
             even: (pairs.iter()).all(|pair| pair.gap.windows(2).all(|gap| gap[0] == gap[1])),
@@ -141,7 +150,7 @@ impl LoadSharing {
             }
             stiffness += ramp.total() * travel.engaged;
             moment += ramp.total() * travel.moment;
-            loaded[ramp.pair] += travel.engaged;
+            loaded[ramp.pair] += travel.engaged * ramp.part;
         }
         let total: f64 = loads.iter().sum();
         let part = |value: f64| if total > 0.0 { value / total } else { 0.0 };
@@ -150,18 +159,26 @@ impl LoadSharing {
             stiffness,
             centre: part(moment),
             share: loads.map(part),
-            contact_fraction: {
-                let touching = self.on_path.iter().filter(|on_path| **on_path).count();
-                let on_path = loaded
-                    .iter()
-                    .zip(&self.on_path)
-                    .filter(|(_, on_path)| **on_path);
-                let slices: f64 = on_path.map(|(slices, _)| slices).sum();
-                slices / (touching.max(1) * self.face.slices) as f64
-            },
+            contact_fraction: self.contact_fraction(approach, loaded),
         };
         let slice = self.face.width / self.face.slices as f64;
         (shared, loaded.map(|slices| slices * slice))
+    }
+
+    /// As in [`SharedLoad`], of pairs that are loaded on so many slices.
+    fn contact_fraction(&self, approach: f64, loaded: [f64; MOST_PAIRS]) -> f64 {
+        if self.spans.is_empty() {
+            let on_path = || (loaded.iter().zip(self.on_path)).filter(|(_, on_path)| *on_path);
+            let touching: f64 = on_path().map(|(slices, _)| slices).sum();
+            return touching / (on_path().count().max(1) * self.face.slices) as f64;
+        }
+        let all: f64 = (self.ramps.iter())
+            .map(|ramp| match self.spans[ramp.slice].on_path[ramp.pair] {
+                true => ramp.part,
+                false => ramp.part * ramp.travel(approach).engaged,
+            })
+            .sum();
+        loaded.iter().sum::<f64>() / all
     }
 
     /// The springs that the pairs are, slice by slice in the order in which they join as the gears approach.
@@ -184,6 +201,15 @@ impl LoadSharing {
         let width = self.face.width / self.face.slices as f64;
         for ramp in &self.ramps {
             let mean = ramp.travel(approach).mean / width;
+            if let Some(span) = self.spans.get(ramp.slice) {
+                for (slice, part) in span.parts_of_slices(self.face) {
+                    for pair in 0..self.pairs {
+                        let load = ramp.stiffness[pair] * mean * part;
+                        pattern[pair * self.face.slices + slice] += load;
+                    }
+                }
+                continue;
+            }
             for pair in 0..self.pairs {
                 pattern[pair * self.face.slices + ramp.slice] += ramp.stiffness[pair] * mean;
             }

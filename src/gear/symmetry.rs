@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 impl GearPair {
     /// Thickness of a tooth on the operating pitch circle \[m\], as drawn:
-    /// `s_w = 2 r_w (s/(2 r) + inv α − inv α_w)` with `s = m (π/2 + 2 x tan α) − thinning` on
+    /// `s_w = 2 r_w (s/(2 r) + inv α_t − inv α_w)` with `s = m_t (π/2 + 2 x tan α_n) − thinning` on
     /// the reference circle (ISO 21771, 7.2). 0 the pinion, 1 the wheel.
     ///
     /// # Errors
@@ -16,11 +16,13 @@ impl GearPair {
         let angle = self.operating_pressure_angle()?;
         let radius = self.operating_pitch_radii()?[gear];
         let form = &self.form;
-        let reference = self.module
+        let reference = self.transverse_module()
             * (FRAC_PI_2 + 2.0 * form.profile_shift[gear] * self.pressure_angle.tan())
             - form.thinning[gear];
         let half_angle = 0.5 * reference / self.pitch_radii()[gear];
-        Ok(2.0 * radius * (half_angle + involute(self.pressure_angle) - involute(angle)))
+        Ok(2.0
+            * radius
+            * (half_angle + involute(self.transverse_pressure_angle()) - involute(angle)))
     }
 
     /// Path of contact before the pitch point \[m\],
@@ -49,24 +51,25 @@ impl GearPair {
     /// Mesh phase in \[0, ½) at which a tooth of the pinion, or the middle of a space, stands on
     /// the line of centres: `(g_f + s_w cos α_w/2)/p_b`.
     ///
-    /// At mesh phase 0 a pair takes hold at the start of the path. Its pinion flank passes the pitch point
+    /// At mesh phase 0 a pair takes hold at the start of the path, of helical gears at mid-face. Its pinion flank passes the pitch point
     /// the path before it later, and half the tooth follows, `s_w/2` on the pitch circle. Half a
     /// cycle on a space stands there. At these phases the pinion is its own mirror image, and what
     /// touches its coast flanks is the image of what touches its drive flanks:
-    /// `k_coast(symmetry + φ) = k_drive(symmetry − φ)`.
+    /// `k_coast(symmetry + φ) = k_drive(symmetry − φ)`. Of helical gears the image of a place of the
+    /// face is the one as far from mid-face on the other side.
     ///
     /// # Errors
     ///
     /// As [`Self::approach`].
     pub fn symmetry(&self) -> Result<f64, GearError> {
         let cos = self.operating_pressure_angle()?.cos();
-        let base_pitch = PI * self.module * self.pressure_angle.cos();
+        let base_pitch = PI * self.transverse_module() * self.transverse_pressure_angle().cos();
         let along = self.approach()? + 0.5 * self.operating_thickness(0)? * cos;
         Ok((along / base_pitch).rem_euclid(0.5))
     }
 }
 
-/// The mesh phase of [`GearPair::symmetry`] of a pair of which the contact ratio ε alone is known:
+/// The mesh phase of [`GearPair::symmetry`] of a pair of which the transverse contact ratio ε alone is known:
 /// `ε/2 + 1/4`, modulo ½. Approach and recess are then taken to be equal, and the pinion's tooth
 /// to be as thick as its space.
 pub fn standard_symmetry(contact_ratio: f64) -> f64 {

@@ -5,6 +5,7 @@ fn pair(teeth: [u32; 2], shift: [f64; 2], thinning: [f64; 2], more: f64) -> Gear
         teeth,
         module: 4e-3,
         pressure_angle: 20f64.to_radians(),
+        helix_angle: 0.0,
         face_width: 20e-3,
         body_length: [20e-3; 2],
         rated_torque: 50.0,

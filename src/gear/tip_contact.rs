@@ -99,6 +99,7 @@ mod tests {
             teeth,
             module: 4e-3,
             pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
             face_width: 20e-3,
             body_length: [20e-3; 2],
             rated_torque: 50.0,

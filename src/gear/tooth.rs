@@ -14,7 +14,7 @@
 //!
 //! Litvin & Fuentes, Gear Geometry and Applied Theory, 2nd ed. 2004, chapter 6.
 
-use super::{GearError, GearPair, involute};
+use super::{BasicRack, GearError, GearPair, involute};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// One tooth of one gear: radii \[m\], angles \[rad\].
@@ -38,7 +38,7 @@ pub struct Tooth {
     pub base_half_angle: f64,
     /// Half the angle of the tooth where the fillet meets the root circle, θ_f.
     pub root_half_angle: f64,
-    /// Profile shift coefficient at which the rack cuts, thinning included \[1\].
+    /// Profile shift coefficient at which the rack cuts, thinning included, in modules of the section \[1\].
     pub generating_shift: f64,
     fillet: Fillet,
 }
@@ -70,35 +70,53 @@ pub struct ProfilePoint {
 }
 
 impl Tooth {
-    /// The tooth of gear `index` (0 = pinion) of a pair, cut free of undercut and not pointed.
+    /// The tooth of gear `index` (0 = pinion) of a pair in its transverse section, cut free of undercut
+    /// and not pointed.
     ///
     /// # Errors
     ///
     /// [`GearError::RackTip`], [`GearError::Undercut`], [`GearError::PointedTip`],
     /// [`GearError::TipBelowForm`], and those of [`GearPair::tight_centre_distance`].
     pub fn new(pair: &GearPair, index: usize) -> Result<Self, GearError> {
+        check_rack(pair)?;
+        let tip_radius = Self::tip_radius_of(pair, index)?;
+        let section = pair.transverse_section();
+        let tooth = Self::cut(&section, index, f64::from(pair.teeth[index]), tip_radius);
+        // Coefficients of a drawing are in normal modules.
+        let cos = pair.helix_angle.cos();
+        tooth.map_err(|error| match error {
+            GearError::Undercut { gear, shift, limit } => GearError::Undercut {
+                gear,
+                shift: shift / cos,
+                limit: limit / cos,
+            },
+            error => error,
+        })
+    }
+
+    /// The tooth of a spur gear that the rack of pair `pair` cuts, with a number of teeth that need
+    /// not be whole, up to a tip radius \[m\].
+    ///
+    /// # Errors
+    ///
+    /// [`GearError::Undercut`], [`GearError::PointedTip`], [`GearError::TipBelowForm`].
+    pub(super) fn cut(
+        pair: &GearPair,
+        index: usize,
+        teeth: f64,
+        tip_radius: f64,
+    ) -> Result<Self, GearError> {
         let gear = index + 1;
         let (module, angle, rack) = (pair.module, pair.pressure_angle, pair.form.rack);
         let (sin, cos) = angle.sin_cos();
-        let teeth = f64::from(pair.teeth[index]);
-        let reference_radius = pair.pitch_radii()[index];
-        let base_radius = pair.base_radii()[index];
+        let reference_radius = 0.5 * module * teeth;
+        let base_radius = reference_radius * cos;
         let shift = pair.form.profile_shift[index]
             - pair.form.thinning[index] / (2.0 * module * angle.tan());
 
-        // Half the land of the rack's tip, between the centres of its corners.
-        let land =
-            FRAC_PI_4 - (rack.dedendum - rack.tip_radius) * sin / cos - rack.tip_radius / cos;
-        if land < 0.0 || rack.tip_radius * (1.0 - sin) > rack.dedendum {
-            let full = (FRAC_PI_4 * cos - rack.dedendum * sin) / (1.0 - sin);
-            return Err(GearError::RackTip {
-                tip_radius: rack.tip_radius,
-                limit: full.min(rack.dedendum / (1.0 - sin)).max(0.0),
-            });
-        }
         let fillet = Fillet {
             depth: module * (rack.dedendum - rack.tip_radius - shift),
-            offset: module * (FRAC_PI_2 - land),
+            offset: module * (FRAC_PI_2 - land(rack, angle)),
             radius: module * rack.tip_radius,
             start: angle,
         };
@@ -112,7 +130,6 @@ impl Tooth {
         }
         let form_radius = base_radius * form_roll.hypot(1.0);
 
-        let tip_radius = Self::tip_radius_of(pair, index)?;
         if tip_radius <= form_radius {
             return Err(GearError::TipBelowForm {
                 gear,
@@ -216,4 +233,24 @@ impl Tooth {
     pub fn fillet_range(&self) -> [f64; 2] {
         [self.fillet.start, FRAC_PI_2]
     }
+}
+
+/// Half the land of a rack's tip, between the centres of its corners, in modules.
+fn land(rack: BasicRack, angle: f64) -> f64 {
+    let (sin, cos) = angle.sin_cos();
+    FRAC_PI_4 - (rack.dedendum - rack.tip_radius) * sin / cos - rack.tip_radius / cos
+}
+
+/// Whether the corners of the rack of a pair fit on its tip.
+fn check_rack(pair: &GearPair) -> Result<(), GearError> {
+    let (rack, angle) = (pair.form.rack, pair.pressure_angle);
+    let (sin, cos) = angle.sin_cos();
+    if land(rack, angle) < 0.0 || rack.tip_radius * (1.0 - sin) > rack.dedendum {
+        let full = (FRAC_PI_4 * cos - rack.dedendum * sin) / (1.0 - sin);
+        return Err(GearError::RackTip {
+            tip_radius: rack.tip_radius,
+            limit: full.min(rack.dedendum / (1.0 - sin)).max(0.0),
+        });
+    }
+    Ok(())
 }

@@ -9,6 +9,13 @@
 //! δ = r_b1 θz1 − r_b2 θz2 + n·(u1 − u2) + z_c n·((θ1 − θ2) × e_z),   n = (sin α, cos α, 0)
 //! ```
 //!
+//! in the transverse section. On helical gears the mesh force F has the axial part `F tan β_b` at the pitch
+//! point, +z on the pinion and −z on the wheel; by the same measure axial motion of that point deflects the mesh:
+//!
+//! ```text
+//! δ += tan β_b e_z·((u2 + θ2 × r2) − (u1 + θ1 × r1)),   r1 = (r_w1, 0, 0),   r2 = (−r_w2, 0, 0)
+//! ```
+//!
 //! `mesh` is δ at z_c = 0 per unit modal coordinate, `mesh_tilt` its derivative by z_c.
 //! The two rigid rotations are given as the neutral one (no deflection, no torque) followed
 //! by the relative one.
@@ -21,7 +28,8 @@
 //!
 //! The coast flanks touch along the mirror image of the drive flanks' line of action. Their
 //! deflection is counted as that of the drive flanks, along `n' = (−sin α, cos α, 0)`, so that it
-//! grows with the same rotation and they touch where it is negative; then F < 0. At the distance s
+//! grows with the same rotation and they touch where it is negative; then F < 0, and its axial part has
+//! changed its sign with it. At the distance s
 //! from the pitch point along n' the pinion slides over the wheel along `t' = (cos α, sin α, 0)`,
 //! and friction, which goes with |F| = −F, acts along −t'.
 
@@ -102,10 +110,11 @@ impl PairedShafts<'_> {
         solution: &Modes,
         damping: Vec<f64>,
     ) -> Result<ModalStructure, ShaftError> {
-        use Freedom::{RotationX, RotationY, RotationZ, X, Y};
+        use Freedom::{RotationX, RotationY, RotationZ, X, Y, Z};
         let [base_1, base_2] = self.gears.base_radii();
         let [pitch_1, pitch_2] = self.gears.operating_pitch_radii()?;
         let (sin, cos) = self.gears.operating_pressure_angle()?.sin_cos();
+        let axial = self.gears.base_helix_angle().tan();
         let [pinion, wheel] = [self.shafts[0].gear, self.shafts[1].gear];
         let participation =
             |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
@@ -121,6 +130,10 @@ impl PairedShafts<'_> {
                     (wheel, X, -sin),
                     (wheel, Y, -cos),
                     (wheel, RotationZ, -base_2),
+                    (pinion, Z, -axial),
+                    (pinion, RotationY, axial * pitch_1),
+                    (wheel, Z, axial),
+                    (wheel, RotationY, axial * pitch_2),
                 ]),
                 // n·(θ × e_z) = sin α θy − cos α θx
                 tilt: participation(&[

@@ -442,8 +442,8 @@ fn inputs(
     inputs.torque = vec![force * inputs.base_radius];
     inputs.longest_piece = resolution.longest;
     inputs.tolerance = resolution.tolerance;
-    // A gap that is a straight line across the face is exact on one slice.
-    if !gears.form.has_curved_lead() {
+    // A gap that is a straight line across the face of spur gears is exact on one slice.
+    if gears.helix_angle == 0.0 && !gears.form.has_curved_lead() {
         inputs.slices = 1;
     }
     inputs

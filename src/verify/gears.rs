@@ -15,6 +15,7 @@ fn published_pair() -> Result<Flanks, Trouble> {
         teeth: [62, 62],
         module: 2e-3,
         pressure_angle: 20f64.to_radians(),
+        helix_angle: 0.0,
         face_width: 20e-3,
         body_length: [20e-3; 2],
         rated_torque: 50.0,

@@ -15,6 +15,7 @@ pub fn gears() -> GearPair {
         teeth: [20, 30],
         module: 4e-3,
         pressure_angle: 20f64.to_radians(),
+        helix_angle: 0.0,
         face_width: 20e-3,
         body_length: [70e-3, 40e-3],
         rated_torque: 50.0,

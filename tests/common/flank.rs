@@ -6,6 +6,8 @@ type Law<T> = Box<dyn Fn(f64) -> T + Sync>;
 
 pub struct FunctionFlank {
     pub path: PathOfContact,
+    /// Slope of the lines of contact in the plane of action.
+    pub helix: f64,
     pub compliance: Law<PairCompliance>,
     /// Between a pair at s and one so many base pitches ahead.
     pub coupling: Box<dyn Fn(f64, usize) -> f64 + Sync>,
@@ -23,6 +25,7 @@ impl FunctionFlank {
         let compliance = split(1.0 / stiffness, 0.0);
         Self {
             path,
+            helix: 0.0,
             compliance: Box::new(move |_| compliance),
             coupling: Box::new(|_, _| 0.0),
             relief: Box::new(|_| 0.0),
@@ -45,6 +48,10 @@ pub fn split(tooth: f64, foundation: f64) -> PairCompliance {
 impl FlankLaw for FunctionFlank {
     fn path(&self) -> PathOfContact {
         self.path
+    }
+
+    fn helix(&self) -> f64 {
+        self.helix
     }
 
     fn compliance(&self, s: f64) -> PairCompliance {

@@ -14,6 +14,7 @@ fn tooth(teeth: u32, pressure_angle: f64, rack: BasicRack) -> Tooth {
         teeth: [teeth; 2],
         module: 4e-3,
         pressure_angle,
+        helix_angle: 0.0,
         face_width: 20e-3,
         body_length: [20e-3; 2],
         rated_torque: 50.0,

@@ -10,13 +10,15 @@ pub(super) const SAME: f64 = 1e-9;
 /// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
 /// The cycle is cut where a pair comes within reach or leaves it, where one passes the
-/// pitch point and where one passes a kink of the law. Stretches between the cuts are divided
+/// pitch point and where one passes a kink of the law; on a helical face of the given width \[m\] where
+/// either end of its line of contact does. Stretches between the cuts are divided
 /// equally, into as few pieces as make none longer than `longest`.
 ///
 /// # Errors
 /// A path that is not finite, has no direction, or is shorter than a base pitch.
 pub(in crate::gear) fn breaks(
     law: &impl FlankLaw,
+    width: f64,
     longest: f64,
 ) -> Result<Vec<f64>, MeshTableError> {
     let path = law.path();
@@ -32,9 +34,16 @@ pub(in crate::gear) fn breaks(
     }
     let (kinks, [first, last]) = (law.kinks(), law.reach());
     let inside = |s: &f64| *s > first && *s < last;
-    let mut cuts: Vec<f64> = [first, last]
+    let ahead = 0.5 * width * law.helix();
+    let ends = match ahead == 0.0 {
+        true => vec![0.0],
+        false => vec![-ahead, ahead],
+    };
+    let marks = [first, last]
         .into_iter()
-        .chain([path.pitch_point].into_iter().chain(kinks).filter(inside))
+        .chain([path.pitch_point].into_iter().chain(kinks).filter(inside));
+    let mut cuts: Vec<f64> = marks
+        .flat_map(|s| ends.iter().map(move |end| s - end))
         .map(|s| ((s - path.start) / path.base_pitch).rem_euclid(1.0))
         .chain([0.0, 1.0])
         .collect();

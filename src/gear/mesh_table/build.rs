@@ -29,7 +29,7 @@ impl MeshTable {
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, MeshTableError> {
         check(inputs)?;
-        let stretches = breaks(law, inputs.longest_piece)?;
+        let stretches = breaks(law, inputs.face_width, inputs.longest_piece)?;
         let all = stretches.len() - 1;
         let law = MeshLaw {
             flanks: law,

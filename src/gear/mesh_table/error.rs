@@ -27,6 +27,14 @@ pub enum MeshTableError {
         /// Length of the path in base pitches.
         contact_ratio: f64,
     },
+    /// Pairs of helical gears asked for as springs.
+    #[error(
+        "pairs of teeth are springs of their own on spur gears alone; these lines of contact have the slope {helix}: on helical gears every place of the face has pairs of its own"
+    )]
+    HelicalPairs {
+        /// Slope of the lines of contact `tan β_b`.
+        helix: f64,
+    },
     /// A law that polynomials do not follow.
     #[error(
         "at mesh phase {phase:.6} the {quantity} of the course is {error:.1e} off its law, more than {tolerance:.0e}, however finely the mesh cycle is cut: something steps or bends there that neither the flanks' kinks nor the load account for; name it among the kinks, or take means over segments, which ask for less (mesh.stiffness = \"table\")"

@@ -1,7 +1,10 @@
 //! What the mesh does at one phase of its cycle, under every load of a table.
 
 use super::super::friction::friction_direction;
-use super::super::sharing::{Contact, Face, LoadSharing, MOST_PAIRS, SharingError, pairs_at};
+use super::super::sharing::{
+    Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,
+    pairs_at,
+};
 use super::{MeshTableError, MeshTableInputs};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
 
@@ -10,6 +13,39 @@ use crate::gear::flank_law::{FlankLaw, SecantContact};
 pub(super) struct MeshLaw<'a, L> {
     pub flanks: &'a L,
     pub inputs: &'a MeshTableInputs,
+}
+
+/// The lines of contact at one mesh phase.
+enum Lines {
+    Spur(Vec<ContactPair>),
+    Helical(HelicalFace),
+}
+
+impl Lines {
+    fn new(flanks: &impl FlankLaw, phase: f64, face: Face) -> Result<Self, SharingError> {
+        match flanks.helix() == 0.0 {
+            true => pairs_at(flanks, phase, face).map(Self::Spur),
+            false => HelicalFace::new(flanks, phase, face).map(Self::Helical),
+        }
+    }
+
+    fn sharing(&self, face: Face, misalignment: f64) -> Result<LoadSharing, SharingError> {
+        match self {
+            Self::Spur(pairs) => LoadSharing::new(pairs, face, misalignment),
+            Self::Helical(lines) => lines.sharing(misalignment),
+        }
+    }
+
+    /// Where the load is borne on the path of contact \[m\], and which share of it.
+    fn bearing(&self, sharing: &LoadSharing, load: &SharedLoad) -> [Vec<f64>; 2] {
+        match self {
+            Self::Spur(pairs) => [
+                pairs.iter().map(|pair| pair.position).collect(),
+                load.share.to_vec(),
+            ],
+            Self::Helical(_) => sharing.lines(load.deflection),
+        }
+    }
 }
 
 /// All loads at one mesh phase, misalignment by misalignment.
@@ -34,6 +70,25 @@ pub(super) struct Cell {
     pub margins: Vec<f64>,
     /// Line load on each slice; empty where it is not asked for.
     pub pattern: Vec<f64>,
+}
+
+impl Cell {
+    /// All that follows the mesh phase.
+    pub fn values_mut(&mut self) -> [&mut f64; 7 + MOST_PAIRS] {
+        let [first, second, third] = &mut self.share;
+        [
+            &mut self.stiffness,
+            &mut self.transmission_error,
+            &mut self.tangent_error,
+            &mut self.centre,
+            &mut self.friction,
+            &mut self.friction_lever,
+            &mut self.contact_fraction,
+            first,
+            second,
+            third,
+        ]
+    }
 }
 
 /// A value of the law, and what its errors are held against.
@@ -65,12 +120,14 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
             width: inputs.face_width,
             slices: inputs.slices,
         };
-        let pairs = pairs_at(flanks, phase, face)?;
+        let lines = Lines::new(flanks, phase, face)?;
         let pitch_point = flanks.path().pitch_point;
-        let positions: Vec<f64> = pairs.iter().map(|p| p.position - pitch_point).collect();
+        // What the force along the line of action falls short of that on the flanks, by which
+        // friction goes.
+        let inclined = flanks.helix().hypot(1.0);
         let mut cells = Vec::with_capacity(inputs.misalignment.len() * inputs.torque.len());
         for &misalignment in &inputs.misalignment {
-            let mut sharing = LoadSharing::new(&pairs, face, misalignment)?;
+            let mut sharing = lines.sharing(face, misalignment)?;
             for &torque in &inputs.torque {
                 let force = torque / inputs.base_radius;
                 match inputs.contact {
@@ -80,15 +137,16 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                             law: flanks,
                             line_load: force / face.width,
                         };
-                        let pairs = pairs_at(&law, phase, face)?;
-                        sharing = LoadSharing::new(&pairs, face, misalignment)?;
+                        sharing = Lines::new(&law, phase, face)?.sharing(face, misalignment)?;
                     }
                     Contact::LoadDependent => {
                         sharing = LoadSharing::under(flanks, phase, face, misalignment, force)?;
                     }
                 }
                 let load = sharing.bear(force);
-                let friction = friction_direction(&positions, &load.share);
+                let [positions, share] = lines.bearing(&sharing, &load);
+                let positions: Vec<f64> = positions.iter().map(|s| s - pitch_point).collect();
+                let friction = friction_direction(&positions, &share);
                 let pattern = if inputs.pattern {
                     let pairs = sharing.pattern(force);
                     (0..inputs.slices)
@@ -102,8 +160,8 @@ impl<L: FlankLaw> MeshLaw<'_, L> {
                     centre: load.centre,
                     transmission_error: load.deflection,
                     tangent_error: load.deflection - force / load.stiffness,
-                    friction: friction.direction,
-                    friction_lever: friction.lever,
+                    friction: friction.direction * inclined,
+                    friction_lever: friction.lever * inclined,
                     contact_fraction: load.contact_fraction,
                     share: load.share,
                     margins: sharing.margins(load.deflection),

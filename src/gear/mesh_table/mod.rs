@@ -39,10 +39,11 @@ pub struct MeshTableInputs {
     pub longest_piece: f64,
     /// Largest error of a piece's polynomials: of the stiffness relative to itself, of deflections
     /// to what the load deflects the mesh by, of lengths along the face to its width, of the
-    /// friction lever to the base pitch.
+    /// friction lever to the base pitch. Helical gears are held to 1e-5 at most, their
+    /// shortest pieces, which are under 1/128 of the cycle, to 1e-2.
     pub tolerance: f64,
     /// Slices of the face. One is enough for flanks without deviation across the face; more
-    /// resolve crowning and the contact pattern.
+    /// resolve crowning and the contact pattern. A helical face is divided into about as many.
     pub slices: usize,
     /// How the flanks yield where they touch.
     pub contact: Contact,
@@ -81,7 +82,7 @@ pub struct MeshTable {
     pub breaks: Vec<f64>,
     /// Places of the nodes on a piece, in (−1, 1).
     pub node: Vec<f64>,
-    /// Tangent mesh stiffness dF/dx \[N/m\].
+    /// Tangent mesh stiffness dF/dx along the line of action in the transverse section \[N/m\].
     pub stiffness: Vec<f64>,
     /// Load centroid z_c from mid-face \[m\].
     pub centre: Vec<f64>,
@@ -94,7 +95,8 @@ pub struct MeshTable {
     pub friction_lever: Vec<f64>,
     /// Loaded part of the lines of contact.
     pub contact_fraction: Vec<f64>,
-    /// `[…][MOST_PAIRS]`: share of each pair in the load, the one that came last first.
+    /// `[…][MOST_PAIRS]`: share of each pair in the load, the one that came last first; on a helical
+    /// face that of the pairs that came last, each at its own place of the face, and so on.
     pub share: Vec<f64>,
     /// `[misalignment][torque][phase][slice]`, phases piece by piece: line load of all pairs
     /// \[N/m\]; empty where it was not asked for.

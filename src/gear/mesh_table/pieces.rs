@@ -7,6 +7,10 @@
 //! where the margin's own polynomial says so though no sample lies there. Such a phase is bisected
 //! to round-off and ends a piece. A piece without one is halved until its polynomials are within the
 //! tolerance of the law at places that took no part in the fit. No other piece leaves this file.
+//!
+//! Of helical gears pairs come into contact little by little all along the face, with many small bends:
+//! their pieces are only halved, until they are within what the division of the face is worth, and
+//! no further than a shortest length, on which polynomials of low degree are as good as others.
 
 use super::breaks::SAME;
 use super::law::{Column, MeshLaw, Quantity};
@@ -31,6 +35,19 @@ const BEHIND: [f64; 2] = [2.0, 3.0];
 
 /// Smallest and largest stiffness there, in parts of that at the end.
 const CARRIED_ON: [f64; 2] = [0.1, 10.0];
+
+/// Largest error of the pieces of helical gears, where no larger one is asked for: about what spans of
+/// a 64th of the face are worth.
+const HELICAL: f64 = 1e-5;
+
+/// Pieces of helical gears shorter than twice this, in cycles, are not halved.
+const SHORTEST: f64 = 1.0 / 256.0;
+
+/// Their largest error: a single bend inside of them, or a border of contact that reaches its end.
+const SHORT: f64 = 1e-2;
+
+/// Terms of their polynomials.
+const SHORT_TERMS: usize = 3;
 
 /// A piece that is within the tolerance of its law.
 pub(super) struct Piece {
@@ -84,7 +101,7 @@ pub(super) fn pieces<L: FlankLaw>(
                 quantity: found.quantity,
                 phase: found.phase,
                 error: found.error,
-                tolerance: law.inputs.tolerance,
+                tolerance: tolerance(law, [from, to]),
             });
         }
         left.extend([[at, to], [from, at]]);
@@ -107,9 +124,12 @@ fn examine<L: FlankLaw>(
         .map(|pair| phase(0.5 * (pair[0] + pair[1])));
     let places = [first].into_iter().chain(between).chain([last]);
     let checks: Vec<Column> = places.map(|at| law.column(at)).collect::<Result<_, _>>()?;
-    let columns: Vec<Column> = (nodes.iter())
+    let mut columns: Vec<Column> = (nodes.iter())
         .map(|&x| law.column(phase(x)))
         .collect::<Result<_, _>>()?;
+    if is_short(law, [from, to]) {
+        smooth(&mut columns);
+    }
     let mut seen: Vec<&Column> = checks.iter().chain(&columns).collect();
     seen.sort_by(|a, b| a.phase.total_cmp(&b.phase));
     if let Some(pair) = seen.windows(2).find(|c| c[0].regime != c[1].regime) {
@@ -123,10 +143,40 @@ fn examine<L: FlankLaw>(
         }
     }
     let misfit = worst(law, &columns, &checks, [from, to]);
-    Ok(match misfit.error <= law.inputs.tolerance {
+    Ok(match misfit.error <= tolerance(law, [from, to]) {
         true => Verdict::Accepted(columns),
         false => Verdict::Misfit(misfit),
     })
+}
+
+/// Whether a piece is one of helical gears that is not to be halved.
+fn is_short<L: FlankLaw>(law: &MeshLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
+    law.flanks.helix() != 0.0 && to - from < 2.0 * SHORTEST
+}
+
+/// Largest error of a piece.
+fn tolerance<L: FlankLaw>(law: &MeshLaw<'_, L>, piece: [f64; 2]) -> f64 {
+    let asked = law.inputs.tolerance;
+    if law.flanks.helix() == 0.0 {
+        return asked;
+    }
+    asked.max(if is_short(law, piece) { SHORT } else { HELICAL })
+}
+
+/// Replaces the values at the nodes by those of polynomials of low degree: bends between the nodes
+/// would swing high ones up behind the piece.
+fn smooth(columns: &mut [Column]) {
+    let transforms = transforms8();
+    for case in 0..columns[0].cells.len() {
+        for quantity in 0..columns[0].cells[case].values_mut().len() {
+            let values: [f64; NODES] =
+                std::array::from_fn(|node| *columns[node].cells[case].values_mut()[quantity]);
+            let series = transforms.interpolate(&values);
+            for (column, &x) in columns.iter_mut().zip(transforms.nodes()) {
+                *column.cells[case].values_mut()[quantity] = evaluate(&series[..SHORT_TERMS], x);
+            }
+        }
+    }
 }
 
 /// Where the law leaves the regime of a column, between it and a phase of another.

@@ -2,6 +2,7 @@
 
 use super::LoadSharing;
 use super::error::{MOST_PAIRS, SharingError};
+use super::helical::HelicalFace;
 use super::pairs::{ContactPair, Face, pairs_at};
 use crate::gear::FlankLaw;
 
@@ -46,6 +47,10 @@ impl LoadSharing {
         misalignment: f64,
         force: f64,
     ) -> Result<Self, SharingError> {
+        if law.helix() != 0.0 {
+            let face = HelicalFace::new(law, phase, face)?;
+            return face.sharing_under(law, misalignment, force);
+        }
         let mut pairs = pairs_at(law, phase, face)?;
         let least = LEAST * force / face.width;
         let mut line_load = [force / face.width / pairs.len().max(1) as f64; MOST_PAIRS];
@@ -83,7 +88,11 @@ impl LoadSharing {
 
 impl ContactPair {
     /// Takes the tangent of the contact law at a line load \[N/m\].
-    fn linearise(&mut self, law: &impl FlankLaw, line_load: f64) -> Result<(), SharingError> {
+    pub(super) fn linearise(
+        &mut self,
+        law: &impl FlankLaw,
+        line_load: f64,
+    ) -> Result<(), SharingError> {
         let [approach, slope] = law.contact(self.position, line_load);
         for (name, value, valid, accepted) in [
             (

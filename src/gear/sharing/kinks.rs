@@ -13,9 +13,13 @@ const FAR: f64 = 1.0;
 impl LoadSharing {
     /// Lengths \[m\] (line loads \[N/m\] last) whose signs, zero among the positive, say which
     /// formula bears the load at an approach: while none changes its sign, the law is smooth.
-    /// Their number depends on pairs and slices only.
+    /// Their number depends on pairs and slices only. On a helical face there are none: a pair comes
+    /// into contact there little by little.
     pub fn margins(&self, approach: f64) -> Vec<f64> {
         let mut margins = Vec::new();
+        if !self.spans.is_empty() {
+            return margins;
+        }
         // Where no gap varies across the face but by misalignment, the slices continue each other.
         let slices = if self.even { self.face.slices } else { 1 };
         for zone in self.ramps.chunks(slices * self.pairs) {

@@ -49,18 +49,33 @@ impl ContactPair {
     /// # Errors
     /// A compliance that is not positive and finite, or a gap that is not finite.
     pub fn new(law: &impl FlankLaw, position: f64, face: Face) -> Result<Self, SharingError> {
+        let relief = law.relief(position);
+        let gap = (0..=face.slices)
+            .map(|border| relief + law.deviation(position, face.border(border)))
+            .collect();
+        let (base_pitch, [_, last]) = (law.path().base_pitch, law.reach());
+        let ahead = (1..MOST_PAIRS)
+            .take_while(|&pairs| position + pairs as f64 * base_pitch <= last)
+            .count();
+        Self::with_gap(law, position, ahead, gap)
+    }
+
+    /// The pair at `position` of a law with a gap \[m\] at every border of its slices, `ahead` more
+    /// pairs within reach beyond it.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn with_gap(
+        law: &impl FlankLaw,
+        position: f64,
+        ahead: usize,
+        gap: Vec<f64>,
+    ) -> Result<Self, SharingError> {
         let compliance = law.compliance(position);
         let teeth = compliance.tooth[0] + compliance.tooth[1];
         let tooth = teeth + compliance.hertz;
         let foundation = compliance.foundation[0] + compliance.foundation[1];
-        let relief = law.relief(position);
-        let gap: Vec<f64> = (0..=face.slices)
-            .map(|border| relief + law.deviation(position, face.border(border)))
-            .collect();
-        let (base_pitch, [_, last]) = (law.path().base_pitch, law.reach());
-        let ahead = |pairs: usize| position + pairs as f64 * base_pitch;
-        let coupling: Vec<f64> = (1..)
-            .take_while(|&pairs| pairs < MOST_PAIRS && ahead(pairs) <= last)
+        let coupling: Vec<f64> = (1..=ahead)
             .map(|pairs| law.coupling(position, pairs))
             .collect();
         let bad_coupling = coupling.iter().copied().find(|c| !c.is_finite());
@@ -129,6 +144,37 @@ impl ContactPair {
     }
 }
 
+/// The pairs within reach at one place of a helical face, each with its gap there alone.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Station {
+    /// Distance from mid-face \[m\].
+    pub place: f64,
+    pub pairs: Vec<ContactPair>,
+}
+
+/// A slice of a helical face.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Span {
+    /// Places of its ends \[m\].
+    pub ends: [f64; 2],
+    /// Where its pairs stand on the path of contact at its middle \[m\].
+    pub positions: Vec<f64>,
+    /// Which of them are on it, not beyond its ends.
+    pub on_path: Vec<bool>,
+}
+
+impl Span {
+    /// The equal slices of a face that it lies on, each with the part of it that does.
+    pub fn parts_of_slices(&self, face: Face) -> impl Iterator<Item = (usize, f64)> {
+        let [from, to] = self.ends;
+        (0..face.slices).filter_map(move |slice| {
+            let low = from.max(face.border(slice));
+            let high = to.min(face.border(slice + 1));
+            (low < high).then(|| (slice, (high - low) / (to - from)))
+        })
+    }
+}
+
 /// The pairs within reach at mesh phase `phase`, the one that came last first. None where the reach is
 /// shorter than a base pitch and the phase falls between two pairs.
 ///
@@ -139,13 +185,19 @@ pub fn pairs_at(
     phase: f64,
     face: Face,
 ) -> Result<Vec<ContactPair>, SharingError> {
+    (positions(law, phase).into_iter())
+        .map(|position| ContactPair::new(law, position, face))
+        .collect()
+}
+
+/// Where pairs within reach stand on the line of action at a mesh phase \[m\], the one that came last first.
+/// One too many is enough to be refused.
+pub(super) fn positions(law: &impl FlankLaw, phase: f64) -> Vec<f64> {
     let (path, [first, last]) = (law.path(), law.reach());
     // A pair on the start of its reach is in it, whatever rounding makes of its place.
     let early = ((path.start - first) / path.base_pitch + phase + ON_START).floor();
-    // One too many is enough to be refused.
     (0..=MOST_PAIRS)
         .map(|pair| path.start + (phase - early + pair as f64) * path.base_pitch)
         .take_while(|&position| position <= last)
-        .map(|position| ContactPair::new(law, position, face))
         .collect()
 }

@@ -1,7 +1,7 @@
 //! One slice of one pair as a spring whose contact spreads from one border to the other.
 
 use super::error::{MOST_PAIRS, SharingError};
-use super::pairs::{ContactPair, Face};
+use super::pairs::{ContactPair, Face, Station};
 use crate::numerics::linalg::invert;
 
 /// A one-sided spring with a gap that is a straight line across its slice: without load up
@@ -11,6 +11,8 @@ pub(super) struct Ramp {
     pub slice: usize,
     /// The pair that comes into contact.
     pub pair: usize,
+    /// Width, in slices.
+    pub part: f64,
     /// Smallest and largest gap \[m\].
     pub low: f64,
     pub high: f64,
@@ -108,11 +110,64 @@ pub(super) fn add_slice(
         ramps.push(Ramp {
             slice,
             pair,
+            part: 1.0,
             low: low + joining.knot,
             high: high + joining.knot,
             low_place,
             high_place,
             stiffness: std::array::from_fn(|p| width * (joining.gain[p] - before[p])),
+        });
+    }
+    Ok(())
+}
+
+/// Adds one ramp for each pair on a span of a helical face, from the pairs at its two ends and at its
+/// middle.
+///
+/// A pair joins at either end of the span where it would join there, and adds the mean, by Simpson's
+/// rule, of what it would add to the stiffness at the three places. Ends of neighbouring spans are one
+/// place: the border of what is in contact moves across them without a step.
+pub(super) fn add_span(
+    ramps: &mut Vec<Ramp>,
+    stations: &[Station; 3],
+    slice: usize,
+    unit: f64,
+    misalignment: f64,
+) -> Result<(), SharingError> {
+    let [from, _, to] = stations;
+    let width = to.place - from.place;
+    let count = from.pairs.len();
+    let mut knots = [[0.0; MOST_PAIRS]; 3];
+    let mut stiffness = [[0.0; MOST_PAIRS]; MOST_PAIRS];
+    for ((station, knots), weight) in stations.iter().zip(&mut knots).zip([1.0, 4.0, 1.0]) {
+        let slope = misalignment * station.place;
+        let mut joining = Joining::new(&station.pairs, |p| slope + station.pairs[p].gap(0));
+        for _ in 0..count {
+            let before = joining.gain;
+            let pair = joining.next()?;
+            knots[pair] = joining.knot;
+            for (sum, (after, before)) in
+                (stiffness[pair].iter_mut()).zip(joining.gain.iter().zip(before))
+            {
+                *sum += width * weight / 6.0 * (after - before);
+            }
+        }
+    }
+    for (pair, stiffness) in stiffness.into_iter().enumerate().take(count) {
+        let ends = [(knots[0][pair], from.place), (knots[2][pair], to.place)];
+        let [(low, low_place), (high, high_place)] = match ends[0].0 <= ends[1].0 {
+            true => ends,
+            false => [ends[1], ends[0]],
+        };
+        ramps.push(Ramp {
+            slice,
+            pair,
+            part: width / unit,
+            low,
+            high,
+            low_place,
+            high_place,
+            stiffness,
         });
     }
     Ok(())

@@ -54,19 +54,25 @@ pub(super) fn read(section: &Section, issues: &mut Issues, drive: Surroundings<'
     let value = section.quantity(issues, key)?;
     let half_gap = match key {
         "half_gap" => value,
-        "normal_backlash" => 0.5 * value,
+        "normal_backlash" => 0.5 * value / normal(drive.gears),
         _ => 0.5 * value * along_line_of_action(section, issues, key, drive)?,
     };
     match drawn {
         Some(drawn) if (half_gap - drawn).abs() > ROUNDED * drawn => {
-            contradiction(section, issues, key, half_gap, drawn);
+            let normal = 2.0 * drawn * normal(drive.gears);
+            contradiction(section, issues, key, half_gap, [drawn, normal]);
             None
         }
         _ => others.is_empty().then_some(half_gap),
     }
 }
 
-/// The normal backlash per circumferential one, `cos α_w`.
+/// The normal backlash per that along the line of action in the transverse section, `cos β_b`.
+fn normal(gears: Option<&GearPair>) -> f64 {
+    gears.map_or(1.0, |gears| gears.base_helix_angle().cos())
+}
+
+/// The backlash along the line of action per circumferential one, `cos α_w`.
 fn along_line_of_action(
     section: &Section,
     issues: &mut Issues,
@@ -91,7 +97,13 @@ fn along_line_of_action(
     None
 }
 
-fn contradiction(section: &Section, issues: &mut Issues, key: &str, half_gap: f64, drawn: f64) {
+fn contradiction(
+    section: &Section,
+    issues: &mut Issues,
+    key: &str,
+    half_gap: f64,
+    [drawn, normal]: [f64; 2],
+) {
     let microns = |metres: f64| format!("{:.4} um", 1e6 * metres);
     issues.push(
         Diagnostic::new(
@@ -101,7 +113,7 @@ fn contradiction(section: &Section, issues: &mut Issues, key: &str, half_gap: f6
             format!(
                 "`mesh.{key}` makes a half gap of {}, but thinning and centre distance of [gear] leave a normal backlash of {}, a half gap of {}",
                 microns(half_gap),
-                microns(2.0 * drawn),
+                microns(normal),
                 microns(drawn)
             ),
         )

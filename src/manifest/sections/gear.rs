@@ -16,6 +16,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let teeth = section.integers::<2>(issues, "teeth");
     let module = section.quantity(issues, "module");
     let pressure_angle = section.quantity_or_default(issues, "pressure_angle");
+    let helix_angle = section.quantity_or_default(issues, "helix_angle");
     let face_width = section.quantity(issues, "face_width");
     let body_length = section.pair(issues, "body_length");
     let rated_torque = section.quantity(issues, "rated_torque");
@@ -27,6 +28,7 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
         teeth: [pinion.ok()?, wheel.ok()?],
         module: module?,
         pressure_angle: pressure_angle?,
+        helix_angle: helix_angle?,
         face_width: face_width?,
         body_length: body_length?,
         rated_torque: rated_torque?,
@@ -213,7 +215,7 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
         plane: pair.form.plane,
         ..ToothForm::default()
     };
-    if pair.form == plain {
+    if pair.form == plain && pair.helix_angle == 0.0 {
         return Some(());
     }
     let error = match Flanks::new(pair) {
@@ -227,6 +229,7 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
         | GearError::Interference { .. }
         | GearError::ContactRatio { .. }
         | GearError::TipInRoot { .. } => &["tip_diameter", "profile_shift", "rack", "teeth"],
+        GearError::HelixAngle { .. } => &["helix_angle"],
         GearError::Undercut { .. } => &["profile_shift", "rack", "teeth"],
         _ => &["centre_distance", "profile_shift"],
     };

@@ -193,6 +193,7 @@ impl Parts<'_> {
             teeth: gears.map(|gear| gear.teeth),
             module: gears[0].module,
             pressure_angle: gears[0].pressure_angle,
+            helix_angle: 0.0,
             face_width: gears[0].width.min(gears[1].width),
             body_length: gears.map(|gear| gear.width),
             rated_torque,

@@ -27,6 +27,7 @@ pub(in crate::shaft) fn drive() -> FlexibleDrive {
             teeth: [19, 31],
             module: 3e-3,
             pressure_angle: 20f64.to_radians(),
+            helix_angle: 0.0,
             face_width: 20e-3,
             body_length: [30e-3, 20e-3],
             rated_torque: 40.0,

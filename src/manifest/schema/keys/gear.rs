@@ -19,15 +19,18 @@ const COURSE: &str = "How the relief rises: in proportion to the way, or with it
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     table("gear").otherwise("an error, except with kind = \"modal\"")
-        .about("The spur gear pair as its drawing gives it. Beside a modal file it stands only where the \
+        .about("The pair of gears, spur or helical, as its drawing gives it. Beside a modal file it stands only where the \
                 mesh is computed from it."),
     key("gear.teeth", Kind::List("2 integers: pinion, wheel"), ANY, "[20, 30]").of_length(2)
         .about("Numbers of teeth."),
     integer("gear.teeth.*", 5.0, 1000.0, "20"),
     quantity("gear.module", Length, POSITIVE, r#""4 mm""#)
-        .about("Module: pitch diameter by number of teeth."),
+        .about("Module, that of the normal section: of spur gears the pitch diameter by the number of teeth."),
     quantity("gear.pressure_angle", Angle, bounds(0.0, true, FRAC_PI_4, true), r#""25 deg""#).or(r#""20 deg""#)
-        .about("Pressure angle of the basic rack."),
+        .about("Pressure angle of the basic rack, in the normal section."),
+    quantity("gear.helix_angle", Angle, bounds(-FRAC_PI_4, true, FRAC_PI_4, true), r#""20 deg""#).or("0")
+        .about("Helix angle of the pinion at its reference cylinder, positive where it is right-handed; the wheel \
+                has the opposite one. 0 of spur gears."),
     quantity("gear.face_width", Length, POSITIVE, r#""20 mm""#)
         .about("Width of the toothed face, common to both gears."),
     key("gear.body_length", Kind::List("2 lengths: pinion, wheel"), ANY, r#"["70 mm", "40 mm"]"#).of_length(2)

@@ -1,0 +1,94 @@
+//! Helical gears: their transverse section, which is that of a spur pair, and the lines of contact
+//! across it.
+//!
+//! z runs along the axes, the pinion's rotation positive about it. A right-handed pinion's section
+//! at z is turned by `z tan β/r` in that sense from the one at mid-face: at each place of the face
+//! the mesh is that of the spur pair, ahead in phase by `z tan β_b/p_bt` (ISO 21771, 4 and 5).
+
+use super::{BasicRack, GearPair, ToothForm};
+
+impl GearPair {
+    /// Transverse module `m_t = m_n/cos β` \[m\].
+    pub fn transverse_module(&self) -> f64 {
+        self.module / self.helix_angle.cos()
+    }
+
+    /// Transverse pressure angle, `tan α_t = tan α_n/cos β` \[rad\].
+    pub fn transverse_pressure_angle(&self) -> f64 {
+        match self.helix_angle == 0.0 {
+            true => self.pressure_angle,
+            false => (self.pressure_angle.tan() / self.helix_angle.cos()).atan(),
+        }
+    }
+
+    /// Helix angle at the base cylinders, `sin β_b = sin β cos α_n` \[rad\], signed as the helix angle.
+    pub fn base_helix_angle(&self) -> f64 {
+        (self.helix_angle.sin() * self.pressure_angle.cos()).asin()
+    }
+
+    /// Transverse base pitch `p_bt = π m_t cos α_t` \[m\].
+    pub fn base_pitch(&self) -> f64 {
+        std::f64::consts::PI * self.transverse_module() * self.transverse_pressure_angle().cos()
+    }
+
+    /// Overlap ratio `ε_β = b |tan β_b|/p_bt` \[1\]: by how many mesh cycles one end of the face is
+    /// ahead of the other.
+    pub fn overlap_ratio(&self) -> f64 {
+        self.face_width * self.base_helix_angle().tan().abs() / self.base_pitch()
+    }
+
+    /// The spur pair whose flanks are those of the transverse section.
+    ///
+    /// Its rack has the same depths. The corner of the rack's tip, an ellipse there, becomes the arc
+    /// that ends on the flank where the ellipse does and touches the same bottom: involutes begin
+    /// where they do.
+    pub(super) fn transverse_section(&self) -> Self {
+        if self.helix_angle == 0.0 {
+            return self.clone();
+        }
+        let cos = self.helix_angle.cos();
+        let angle = self.transverse_pressure_angle();
+        let BasicRack {
+            addendum,
+            dedendum,
+            tip_radius,
+        } = self.form.rack;
+        let corner = (1.0 - self.pressure_angle.sin()) / (1.0 - angle.sin());
+        Self {
+            module: self.transverse_module(),
+            pressure_angle: angle,
+            helix_angle: 0.0,
+            form: ToothForm {
+                profile_shift: self.form.profile_shift.map(|shift| shift * cos),
+                rack: BasicRack {
+                    addendum: addendum * cos,
+                    dedendum: dedendum * cos,
+                    tip_radius: tip_radius * cos * corner,
+                },
+                ..self.form.clone()
+            },
+            ..self.clone()
+        }
+    }
+
+    /// Numbers of teeth of the spur gears that have the curvature of the normal section,
+    /// `z_n = z/(cos² β_b cos β)` (ISO 6336-1).
+    pub(super) fn virtual_teeth(&self) -> [f64; 2] {
+        let cos = self.helix_angle.cos() * self.base_helix_angle().cos().powi(2);
+        self.teeth.map(|z| f64::from(z) / cos)
+    }
+}
+
+/// Unit vector of the force of the wheel on the pinion's drive flanks: its part along the line of
+/// action n in the transverse section, and that along z, the axis about which the pinion turns forward.
+///
+/// `(−cos β_b, sin β_b)`: normal to the lines of contact in the plane of action. A right-handed pinion
+/// (β > 0) that drives is pushed along +z, the wheel along −z. On the coast flanks the pinion is
+/// pushed along −z, by as much: with a mesh force F < 0 there, counted along the transverse line of
+/// action on either flank, the axial force on the pinion is `F tan β_b` on both. That is
+/// `F_t tan β` with the tangential force `F_t = F cos α_t` at the reference cylinder, as
+/// `tan β_b = tan β cos α_t`.
+pub fn mesh_force_direction(pair: &GearPair) -> [f64; 2] {
+    let (sin, cos) = pair.base_helix_angle().sin_cos();
+    [-cos, sin]
+}

@@ -1,0 +1,231 @@
+//! A helical face: at each of its places the pairs stand somewhere else on the line of action.
+//!
+//! At z from mid-face they stand `z tan β_b` further than at mid-face: each thin slice is a spur
+//! pair that is ahead in phase, and the force is the integral of theirs. What the slices bear is smooth
+//! in z but where a pair comes within reach or leaves it, passes an end of the path, the pitch point or a
+//! kink of its law. The face is cut
+//! at these places, which move evenly with the mesh phase, and each stretch between them is divided
+//! into equally many spans: so that what is left of the error, which falls with the square of their
+//! width, does not jump while the cuts move across the face.
+
+use super::pairs::{self, ContactPair, Face, Span, Station};
+use super::ramp::{self, Ramp};
+use super::{LoadSharing, MOST_PAIRS, SharingError};
+use crate::gear::{FlankLaw, PathOfContact};
+
+/// Stretches narrower than this part of the face bear nothing that counts.
+const NARROW: f64 = 1e-12;
+
+/// Line loads that repeat within this part have settled.
+const SETTLED: f64 = 1e-9;
+
+/// So have those that lie between two this part apart from which they do not repeat.
+const ENCLOSED: f64 = 1e-6;
+
+/// Most rounds of a contact that follows its load.
+const ROUNDS: usize = 50;
+
+/// The lines of contact on a helical face at one mesh phase.
+#[derive(Debug, Clone)]
+pub struct HelicalFace {
+    face: Face,
+    path: PathOfContact,
+    spans: Vec<[Station; 3]>,
+}
+
+impl HelicalFace {
+    /// The lines of contact of a law with [`FlankLaw::helix`] at a mesh phase. The face is divided
+    /// into about as many slices as it is said to have.
+    ///
+    /// # Errors
+    /// A place without a pair or with more than [`MOST_PAIRS`], a face without width or slices, those
+    /// of [`ContactPair::new`].
+    pub fn new(law: &impl FlankLaw, phase: f64, face: Face) -> Result<Self, SharingError> {
+        let Face { width, slices } = face;
+        if slices == 0 || !(width > 0.0 && width.is_finite()) {
+            return Err(SharingError::NoFace { width, slices });
+        }
+        let (cuts, parts) = cuts(law, phase, face);
+        let mut spans = Vec::new();
+        for stretch in cuts.windows(2) {
+            let [from, to] = [stretch[0], stretch[1]];
+            if to - from <= NARROW * width {
+                continue;
+            }
+            let positions = positions(law, phase, 0.5 * (from + to))?;
+            let station = |half: usize| {
+                let place = from + (to - from) * half as f64 / (2 * parts) as f64;
+                station(law, &positions, place, place - 0.5 * (from + to))
+            };
+            let mut start = station(0)?;
+            for part in 0..parts {
+                let end = station(2 * part + 2)?;
+                spans.push([start, station(2 * part + 1)?, end.clone()]);
+                start = end;
+            }
+        }
+        let path = law.path();
+        Ok(Self { face, path, spans })
+    }
+
+    /// The load on the face at a misalignment \[rad\]; the gap grows with z.
+    ///
+    /// # Errors
+    /// As [`LoadSharing::new`].
+    pub fn sharing(&self, misalignment: f64) -> Result<LoadSharing, SharingError> {
+        if !misalignment.is_finite() {
+            return Err(SharingError::OutOfRange {
+                name: "misalignment [rad]",
+                value: misalignment,
+                position: self.spans[0][0].pairs[0].position,
+                accepted: "finite",
+            });
+        }
+        let unit = self.face.width / self.face.slices as f64;
+        let mut ramps: Vec<Ramp> = Vec::new();
+        let mut spans = Vec::with_capacity(self.spans.len());
+        for (index, stations) in self.spans.iter().enumerate() {
+            ramp::add_span(&mut ramps, stations, index, unit, misalignment)?;
+            let [from, middle, to] = stations;
+            let positions: Vec<f64> = middle.pairs.iter().map(|pair| pair.position).collect();
+            let on_path = |s: &f64| *s >= self.path.start && *s <= self.path.end;
+            spans.push(Span {
+                ends: [from.place, to.place],
+                on_path: positions.iter().map(on_path).collect(),
+                positions,
+            });
+        }
+        let mut knots: Vec<f64> = ramps.iter().flat_map(|r| [r.low, r.high]).collect();
+        knots.sort_unstable_by(f64::total_cmp);
+        Ok(LoadSharing {
+            // Spans say it of each pair.
+            on_path: [true; MOST_PAIRS],
+            face: self.face,
+            pairs: spans.iter().map(|s| s.positions.len()).max().unwrap_or(0),
+            ramps,
+            spans,
+            knots,
+            even: false,
+            above_least: [1.0; MOST_PAIRS],
+        })
+    }
+
+    /// As [`Self::sharing`], the contact of all pairs linearised at the mean line load that a force > 0
+    /// \[N\] puts on the lines of contact; for that force alone.
+    ///
+    /// # Errors
+    /// As [`LoadSharing::under`].
+    pub fn sharing_under(
+        mut self,
+        law: &impl FlankLaw,
+        misalignment: f64,
+        force: f64,
+    ) -> Result<LoadSharing, SharingError> {
+        let mut line_load = force / self.face.width;
+        // Pairs that change places in the order of joining let the loaded length step: where it does
+        // at the load sought, that lies between these.
+        let mut bracket = [0.0, f64::INFINITY];
+        for _ in 0..ROUNDS {
+            for station in self.spans.iter_mut().flatten() {
+                for pair in &mut station.pairs {
+                    pair.linearise(law, line_load)?;
+                }
+            }
+            let sharing = self.sharing(misalignment)?;
+            let (_, lengths) = sharing.bear_with_lengths(force);
+            let next = force / lengths.iter().sum::<f64>();
+            bracket[usize::from(next < line_load)] = line_load;
+            let [low, high] = bracket;
+            let settled = (next - line_load).abs() <= SETTLED * line_load;
+            if settled || high - low <= ENCLOSED * line_load {
+                return Ok(sharing);
+            }
+            let within = next > low && next < high;
+            line_load = if within { next } else { 0.5 * (low + high) };
+        }
+        let position = self.spans[0][0].pairs[0].position;
+        Err(SharingError::Unsettled { position })
+    }
+}
+
+impl LoadSharing {
+    /// Where pairs stand on the path of contact of a helical face \[m\], and the share in the load that
+    /// each bears there at an approach.
+    pub fn lines(&self, approach: f64) -> [Vec<f64>; 2] {
+        let mut loads: Vec<[f64; MOST_PAIRS]> = vec![[0.0; MOST_PAIRS]; self.spans.len()];
+        for ramp in &self.ramps {
+            let mean = ramp.travel(approach).mean;
+            for (load, stiffness) in loads[ramp.slice].iter_mut().zip(&ramp.stiffness) {
+                *load += stiffness * mean;
+            }
+        }
+        let total: f64 = loads.iter().flatten().sum();
+        let mut lines = [Vec::new(), Vec::new()];
+        for (span, loads) in self.spans.iter().zip(&loads) {
+            for (&position, load) in span.positions.iter().zip(loads) {
+                lines[0].push(position);
+                lines[1].push(if total > 0.0 { load / total } else { 0.0 });
+            }
+        }
+        lines
+    }
+}
+
+/// Where the face is cut, ends included and in order \[m\], and into how many spans each stretch is
+/// divided: the number of cuts on the face changes with the phase, that of spans in a stretch does not.
+fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
+    let (path, helix, [first, last]) = (law.path(), law.helix(), law.reach());
+    let half = 0.5 * face.width;
+    // How far the pairs at the ends of the face are from those at mid-face, in cycles.
+    let ahead = helix.abs() * half / path.base_pitch;
+    let mut marks: Vec<f64> = (law.kinks().into_iter())
+        .chain([path.start, path.end, path.pitch_point])
+        .filter(|s| *s > first && *s < last)
+        .chain([first, last])
+        .collect();
+    marks.sort_unstable_by(f64::total_cmp);
+    marks.dedup();
+    let most = marks.len() * (2.0 * ahead).ceil() as usize;
+    let mut cuts = vec![-half, half];
+    for mark in marks {
+        // The pair that stands at the mark at mid-face would be this one.
+        let pair = (mark - path.start) / path.base_pitch - phase;
+        let (low, high) = ((pair - ahead).ceil() as i64, (pair + ahead).floor() as i64);
+        for number in low..=high {
+            let place = (pair - number as f64) * path.base_pitch / helix;
+            cuts.push(place.clamp(-half, half));
+        }
+    }
+    cuts.sort_unstable_by(f64::total_cmp);
+    (cuts, face.slices.div_ceil(most + 1))
+}
+
+/// Where the pairs stand at a place of the face, the one that came last first \[m\].
+fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, SharingError> {
+    let ahead = phase + law.helix() * place / law.path().base_pitch;
+    let positions = pairs::positions(law, ahead.rem_euclid(1.0));
+    match positions.len() {
+        0 => Err(SharingError::NoPair),
+        found if found > MOST_PAIRS => Err(SharingError::TooManyPairs { found }),
+        _ => Ok(positions),
+    }
+}
+
+/// The pairs at a place of the face, `along` \[m\] from where they stand at `positions`.
+fn station(
+    law: &impl FlankLaw,
+    positions: &[f64],
+    place: f64,
+    along: f64,
+) -> Result<Station, SharingError> {
+    let [first, last] = law.reach();
+    let pairs = positions.iter().enumerate().map(|(index, &position)| {
+        let s = (position + law.helix() * along).clamp(first, last);
+        let gap = law.relief(s) + law.deviation(s, place);
+        ContactPair::with_gap(law, s, positions.len() - 1 - index, vec![gap])
+    });
+    Ok(Station {
+        place,
+        pairs: pairs.collect::<Result<_, _>>()?,
+    })
+}
