@@ -1,4 +1,4 @@
-//! Pairs of teeth as springs of their own: statics against the gears, motions against thirty digits, what they
+//! Pairs of teeth as springs of their own: slow motion against the gears, motions against thirty digits, what they
 //! change against the tangent at the mean load.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
