@@ -15,7 +15,7 @@
 //! On a slice the gap is that of its middle: flanks askew across the face close slice by slice, an error of second order in
 //! the width of a slice.
 
-use super::mesh_table::{MeshTableError, breaks};
+use super::mesh_table::{BEHIND, CARRIED_ON, MeshTableError, breaks};
 use super::sharing::{Face, JoiningSpring, LoadSharing, MOST_PAIRS, pairs_at};
 use super::{FlankLaw, NODES, friction_direction};
 use crate::numerics::legendre::{evaluate, transforms8};
@@ -209,6 +209,13 @@ fn examine(
                 error = error.max(off);
                 error = error.max((evaluate(&gap, x) - own.gap).abs() / GAP_SCALE);
             }
+            // Windows that start in a stretch run on behind it.
+            let end = evaluate(&stiffness, 1.0);
+            let [least, most] = CARRIED_ON.map(|part| part * end);
+            let inside = |x: &f64| (least..=most).contains(&evaluate(&stiffness, *x));
+            if !BEHIND.iter().all(inside) {
+                error = f64::INFINITY;
+            }
             SpringPiece {
                 stiffness,
                 gap,
@@ -256,7 +263,7 @@ fn joined_at_once(springs: &[SpringPiece]) -> Vec<SpringPiece> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::gear::{Flanks, GearPair, Relief, ToothForm};
+    use crate::gear::{Flanks, GearPair, Modification, Relief, ToothForm};
 
     fn relieved() -> Flanks {
         let relief = Relief {
@@ -359,5 +366,36 @@ mod tests {
         let worst = |around: usize| (around..around + 4).map(off).fold(0.0, f64::max);
         let [coarse, fine] = [worst(8), worst(32)];
         assert!(fine < coarse / 8.0, "{coarse} {fine}");
+    }
+
+    /// Crowned leads on slices: pairs that lack the same join together on each.
+    #[test]
+    fn crowned_leads_have_springs_of_their_own() {
+        let mut pair = relieved().pair.clone();
+        for amount in [0.1e-6, 1e-6, 5e-6] {
+            pair.form.lead = [Modification {
+                crowning: amount,
+                slope: 0.0,
+            }; 2];
+            let flanks = Flanks::new(&pair).unwrap();
+            for slices in [2, 3, 4] {
+                let face = Face {
+                    width: 20e-3,
+                    slices,
+                };
+                let springs = MeshSprings::new(&flanks, face, 0.0).unwrap();
+                assert!(springs.stretches.len() < 60, "{}", springs.stretches.len());
+                let all = springs
+                    .stretches
+                    .iter()
+                    .flat_map(|own| own.springs.iter().flatten());
+                for spring in all {
+                    for x in [-1.0, 0.3, 1.0, 2.0] {
+                        let stiffness = evaluate(&spring.stiffness, x);
+                        assert!((1e6..1e9).contains(&stiffness), "{stiffness:e}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -17,6 +17,7 @@ mod pieces;
 pub(super) use breaks::breaks;
 pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
+pub(super) use pieces::{BEHIND, CARRIED_ON};
 
 use super::GearPair;
 use super::sharing::{Contact, MOST_PAIRS};

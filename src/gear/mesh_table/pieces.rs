@@ -31,10 +31,10 @@ const NOISE: f64 = 1e-12;
 /// A window of propagation that starts inside a piece may run on behind its end by less than the
 /// piece is long, and is solved as a whole: the stiffness carried on to these places, the piece
 /// ending at 1, has to stay one.
-const BEHIND: [f64; 2] = [2.0, 3.0];
+pub(in crate::gear) const BEHIND: [f64; 2] = [2.0, 3.0];
 
 /// Smallest and largest stiffness there, in parts of that at the end.
-const CARRIED_ON: [f64; 2] = [0.1, 10.0];
+pub(in crate::gear) const CARRIED_ON: [f64; 2] = [0.1, 10.0];
 
 /// Largest error of the pieces of helical gears, where no larger one is asked for: about what spans of
 /// a 64th of the face are worth.

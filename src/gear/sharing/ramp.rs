@@ -4,6 +4,9 @@ use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face, Station};
 use crate::numerics::linalg::invert;
 
+/// Gaps of two pairs that differ by less are equal \[m\].
+const SAME_GAP: f64 = 1e-16;
+
 /// A one-sided spring with a gap that is a straight line across its slice: without load up
 /// to `low`, in full contact from `high` on.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,7 +105,11 @@ pub(super) fn add_slice(
         [to, from]
     };
     let mean = pairs.iter().map(|p| p.mean_gap(slice)).sum::<f64>() / count;
-    let mut joining = Joining::new(pairs, |pair| pairs[pair].mean_gap(slice) - mean);
+    // Pairs that lack the same join at once, not in the order of what rounding leaves.
+    let mut joining = Joining::new(pairs, |pair| {
+        let apart = pairs[pair].mean_gap(slice) - mean;
+        if apart.abs() < SAME_GAP { 0.0 } else { apart }
+    });
     let width = face.width / face.slices as f64;
     for _ in pairs {
         let before = joining.gain;

@@ -170,6 +170,19 @@ fn pairs(section: &Section, issues: &mut Issues, gears: Option<&GearPair>) -> Op
         "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts as they are",
         "remove it, or remove resolution = \"pairs\"",
     );
+    if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Unavailable,
+                section.span_of("resolution"),
+                &section.path_of("resolution"),
+                "pairs of teeth are springs of their own on spur gears alone".to_owned(),
+            )
+            .label("not with gear.helix_angle")
+            .accepted("resolution = \"mean_load\""),
+        );
+        return None;
+    }
     let slices = u32::try_from(slices?).ok()?;
     let slope = |pair: &GearPair| pair.form.lead.iter().any(|lead| lead.slope != 0.0);
     let across = gears.is_some_and(|pair| pair.form.has_curved_lead() || slope(pair));
