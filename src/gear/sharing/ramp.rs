@@ -4,8 +4,8 @@ use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face, Station};
 use crate::numerics::linalg::invert;
 
-/// Gaps of two pairs that differ by less are equal \[m\].
-const SAME_GAP: f64 = 1e-16;
+/// Gaps of two pairs that differ by less than this part of them are equal.
+const SAME_GAP: f64 = 8.0 * f64::EPSILON;
 
 /// A one-sided spring with a gap that is a straight line across its slice: without load up
 /// to `low`, in full contact from `high` on.
@@ -106,9 +106,11 @@ pub(super) fn add_slice(
     };
     let mean = pairs.iter().map(|p| p.mean_gap(slice)).sum::<f64>() / count;
     // Pairs that lack the same join at once, not in the order of what rounding leaves.
+    let gaps = || pairs.iter().map(|pair| pair.mean_gap(slice).abs());
+    let rounding = SAME_GAP * gaps().fold(0.0, f64::max);
     let mut joining = Joining::new(pairs, |pair| {
         let apart = pairs[pair].mean_gap(slice) - mean;
-        if apart.abs() < SAME_GAP { 0.0 } else { apart }
+        if apart.abs() <= rounding { 0.0 } else { apart }
     });
     let width = face.width / face.slices as f64;
     for _ in pairs {
