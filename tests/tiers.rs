@@ -69,8 +69,9 @@ struct Body {
 fn body(index: usize, shaft: &Shaft) -> Body {
     let gears = gears();
     let length = shaft.span + shaft.overhang;
-    let rod_mass = 0.25 * PI * shaft.diameter.powi(2) * length * DENSITY;
-    let rod_polar = rod_mass * shaft.diameter.powi(2) / 8.0;
+    let squares = [shaft.diameter, shaft.inner_diameter].map(|diameter| diameter.powi(2));
+    let rod_mass = 0.25 * PI * (squares[0] - squares[1]) * length * DENSITY;
+    let rod_polar = rod_mass * (squares[0] + squares[1]) / 8.0;
     let rod_offset = 0.5 * (shaft.span - shaft.overhang) - shaft.gear_position * shaft.span;
     let pitch = gears.module * f64::from(gears.teeth[index]);
     let gear = Disc::annulus(pitch, shaft.diameter, gears.body_length[index], DENSITY).unwrap();
@@ -446,6 +447,7 @@ fn any_shaft() -> impl Strategy<Value = Shaft> {
     (lengths, 0.0..1e-2f64, [bearing(), bearing()]).prop_map(
         |((diameter, span, overhang, gear_position), end_inertia, bearings)| Shaft {
             diameter,
+            inner_diameter: 0.6 * diameter,
             span,
             overhang,
             gear_position,

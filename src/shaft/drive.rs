@@ -37,6 +37,8 @@ pub struct FlexibleDrive {
 pub struct Shaft {
     /// Diameter \[m\].
     pub diameter: f64,
+    /// Inner diameter of a hollow shaft \[m\]; 0 of a solid one.
+    pub inner_diameter: f64,
     /// Distance between the bearings \[m\].
     pub span: f64,
     /// Length of the overhang before the first bearing \[m\].

@@ -93,7 +93,7 @@ impl FlexibleDrive {
                 Some(hub) if hub.start < middle && middle < hub.end => hub.diameter,
                 _ => shaft.diameter,
             };
-            let section = Section::solid(diameter)?;
+            let section = Section::hollow(diameter, shaft.inner_diameter)?;
             assembly.continue_shaft(pair, section, material, self.shear_coefficient)?;
         }
         let supports = [0, 1].map(|number| Support {

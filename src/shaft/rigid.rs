@@ -138,7 +138,7 @@ impl RigidDrive {
         let body = drive::gear_body(&self.gears, &self.shafts, self.density, index)?;
         assembly.add_disc(gear, body.whole)?;
         let length = shaft.span + shaft.overhang;
-        let rod = Disc::annulus(shaft.diameter, 0.0, length, self.density)?;
+        let rod = Disc::annulus(shaft.diameter, shaft.inner_diameter, length, self.density)?;
         assembly.add_disc(middle, rod)?;
         assembly.add_polar_inertia(end, shaft.end_inertia)?;
         assembly.add_drag(end, None, shaft.drag.viscous)?;

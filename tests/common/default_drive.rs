@@ -38,6 +38,7 @@ pub fn bearing(axial: f64) -> Bearing {
 pub fn shafts() -> [Shaft; 2] {
     [(22e-3, 2e-3), (26e-3, 5e-3)].map(|(diameter, end_inertia)| Shaft {
         diameter,
+        inner_diameter: 0.0,
         span: 0.12,
         overhang: 0.04,
         gear_position: 0.45,

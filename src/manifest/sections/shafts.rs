@@ -115,6 +115,7 @@ fn shaft(
 ) -> Option<(Shaft, Option<[Pedestal; 2]>)> {
     let own = shared.required_child(issues, name)?;
     let diameter = own.quantity(issues, "diameter");
+    let inner = own.quantity_or_default(issues, "inner_diameter");
     let end_inertia = own.quantity(issues, "end_inertia");
     let viscous = own.quantity_or_default(issues, "drag");
     let constant = own.quantity_or_default(issues, "drag_torque");
@@ -148,8 +149,23 @@ fn shaft(
         );
         return None;
     }
+    let inner_diameter = inner?;
+    if inner_diameter >= diameter {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                own.span_of("inner_diameter"),
+                &own.path_of("inner_diameter"),
+                format!("the {name} shaft has no wall: its outer diameter is {diameter} m"),
+            )
+            .label("not less than the diameter")
+            .remedy("check both diameters of the shaft; a solid shaft has none inside"),
+        );
+        return None;
+    }
     let shaft = Shaft {
         diameter,
+        inner_diameter,
         span: span?,
         overhang: overhang?,
         gear_position: gear_position?,

@@ -15,6 +15,7 @@ pub(in crate::shaft) fn drive() -> FlexibleDrive {
     };
     let shaft = |diameter| Shaft {
         diameter,
+        inner_diameter: 0.0,
         span: 0.15,
         overhang: 0.03,
         gear_position: 0.4,

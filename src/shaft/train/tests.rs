@@ -16,13 +16,15 @@ fn law() -> ContactLaw {
     }
 }
 
-/// The damped flexible drive with elements of 10 mm.
+/// The damped flexible drive with elements of 10 mm, the shaft of its wheel hollow.
 fn flexible() -> FlexibleDrive {
-    FlexibleDrive {
+    let mut drive = FlexibleDrive {
         elements: [3, 6, 9],
         damping_overrides: Vec::new(),
         ..damped()
-    }
+    };
+    drive.shafts[1].inner_diameter = 15e-3;
+    drive
 }
 
 /// The same drive as a train.
@@ -49,7 +51,7 @@ fn train(of: &FlexibleDrive) -> TrainDrive {
             sections: vec![ShaftSection {
                 length: shaft.overhang + shaft.span,
                 outer: shaft.diameter,
-                inner: 0.0,
+                inner: shaft.inner_diameter,
             }],
             element: Some(10e-3),
             motion: Motion::All,

@@ -78,10 +78,11 @@ pub(super) const KEYS: &[Key] = &[
     key("mesh.shaft_tilt", Kind::Boolean, ANY, "true").or("false")
         .about("Whether the tilt of the shafts under the mean load adds to the misalignment. Only where the mesh \
                 is computed from [gear]."),
-    choice("mesh.contact", &["linear", "load_dependent"], r#""load_dependent""#).or(r#""linear""#)
-        .about("How the flanks of a mesh computed from [gear] flatten. `linear`: in proportion to the force, 4 (1 - nu^2)/(pi E) \
-                for equal gears. `load_dependent`: by Weber & Banaschek, which stiffens with the load: with the secant at \
-                the mean load on one pair (the rated one where there is none)."),
+    choice("mesh.contact", &["load_dependent", "linear"], r#""linear""#).or(r#""load_dependent""#)
+        .about("How the flanks of a mesh computed from [gear] flatten. `load_dependent`: by Weber & Banaschek, which stiffens \
+                with the load: with the secant at the mean load on one pair (the rated one where there is none). `linear`: \
+                in proportion to the force whatever the load, 4 (1 - nu^2)/(pi E) for equal gears, which makes meshes of \
+                solid gears 20 to 60 % too stiff."),
     choice("mesh.resolution", &["mean_load", "pairs"], r#""pairs""#).or(r#""mean_load""#)
         .about("What a mesh computed from [gear] is away from the mean load. `mean_load`: the tangent there, one \
                 spring with the stiffness that the teeth have under that load. `pairs`: every pair of teeth is a \

@@ -84,6 +84,8 @@ pub(super) const KEYS: &[Key] = &[
                 stand here too and override what stands there."),
     quantity("shafts.<shaft>.diameter", Length, POSITIVE, r#""22 mm""#)
         .about("Diameter of the shaft, less than the pitch diameter of its gear."),
+    quantity("shafts.<shaft>.inner_diameter", Length, NON_NEGATIVE, r#""10 mm""#).or("0")
+        .about("Inner diameter of a hollow shaft, along its whole length."),
     quantity("shafts.<shaft>.end_inertia", Inertia, NON_NEGATIVE, r#""2e-3 kg*m^2""#)
         .about("Polar moment of inertia at the free end of the overhang: motor or driven machine."),
     quantity("shafts.<shaft>.drag", Drag, NON_NEGATIVE, r#""2e-3 N*m*s/rad""#).or("0")
