@@ -254,3 +254,36 @@ fn ripple(
     }
     Some(ripple)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The orders of a shaft take the values of its teeth less their mean, of an even and an odd number of teeth.
+    #[test]
+    fn orders_take_the_values_of_the_teeth() {
+        for teeth in [1_u32, 2, 7, 20] {
+            let value = |n: u32| 1e-6 * (f64::from(n * n % 11) - 2.0 * f64::from(n % 3));
+            let values: Vec<f64> = (0..teeth).map(value).collect();
+            let mean = values.iter().sum::<f64>() / f64::from(teeth);
+            let orders = orders_of_teeth(&values);
+            assert!(orders.iter().all(|order| order.cycles == teeth));
+            assert!(orders.len() <= teeth as usize / 2);
+            for cycle in 0..2 * teeth {
+                let sum: f64 = (orders.iter())
+                    .map(|order| {
+                        let turned = TAU * order.turns_per_cycle() * f64::from(cycle);
+                        order.amplitude * (turned + order.phase).cos()
+                    })
+                    .sum();
+                let exact = values[(cycle % teeth) as usize] - mean;
+                assert!(
+                    (sum - exact).abs() < 1e-18,
+                    "{teeth} {cycle}: {sum} {exact}"
+                );
+            }
+        }
+        // Equal teeth have no error.
+        assert!(orders_of_teeth(&[3e-6; 12]).is_empty());
+    }
+}

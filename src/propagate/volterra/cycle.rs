@@ -376,7 +376,9 @@ impl Volterra<'_> {
             let (sin, cos) = r.phase_at(position.cycle, position.time).sin_cos();
             pair.copy_from_slice(&[cos, sin]);
         }
-        if let (Track::Course(course, _), Some(cell)) = (track, position.aligned) {
+        if let (Track::Course(course, _), Some(cell)) = (track, position.aligned)
+            && t.errors_recur
+        {
             errors.copy_from_slice(&course.cell_phases[cell * errors.len()..][..errors.len()]);
             return;
         }

@@ -15,6 +15,8 @@ pub struct VolterraTables {
     pub layout: Layout,
     /// Angular frequencies of all transmission errors \[rad/s\], with their turns a mesh cycle.
     pub frequencies: Vec<[f64; 2]>,
+    /// Whether they are all as they were after a base period; orders of a shaft are not.
+    pub errors_recur: bool,
     /// Mesh cycles as contacts have them.
     courses: Vec<Course>,
     /// The courses of every contact in the mesh cycles of a base period; contacts that are alike
@@ -45,7 +47,7 @@ pub struct Course {
     pub sights_of_stretch: Vec<Vec<Sight>>,
     /// Solution operator of every cell, among those of its window table.
     pub feedback_of_cell: Vec<usize>,
-    /// (cos, sin) of the transmission errors' frequencies at the start of every cell.
+    /// (cos, sin) of the transmission errors' frequencies at the start of every cell of the first base period.
     pub cell_phases: Vec<f64>,
 }
 
@@ -247,6 +249,8 @@ impl VolterraTables {
             lacks: (model.contacts.iter())
                 .map(|contact| contact.cycles.iter().any(|cycle| cycle.has_error()))
                 .collect(),
+            errors_recur: (frequencies.iter())
+                .all(|[_, turns]| (turns * base as f64).fract() == 0.0),
             frequencies,
         }
     }
