@@ -1,11 +1,12 @@
 //! What forces do the shafts exert on their bearings?
 //!
-//! `Σ gain·x(t)` over the blocks, springs and dampers, each rebuilt as a series on every window. Mean and mean
+//! `Σ gain·x(t)` over the blocks, springs and dampers, each rebuilt as a series on every window, and what modes that
+//! are left out add as they follow contact forces and loads at rest. Mean and mean
 //! square are exact integrals, `∫ f² dt = Δ Σ a_n²/(2n+1)`, taken about the first window's mean.
 
 use super::modal_series::{ModalMotion, Series, TERMS};
 use super::nvh::stretches::Stretches;
-use crate::model::Model;
+use crate::model::{BearingOutput, Model};
 use crate::numerics::statistics::standard_error;
 use crate::propagate::Window;
 use std::borrow::Cow;
@@ -17,7 +18,9 @@ const CYCLES_PER_STRETCH: u64 = 10;
 #[derive(Debug, Clone)]
 pub struct BearingForces {
     motion: ModalMotion<'static>,
-    gains: Vec<Vec<[f64; 2]>>,
+    bearings: Vec<BearingOutput>,
+    /// Of every direction of contact forces, what modes that are left out add on every bearing per unit of force.
+    by_direction: Vec<Vec<f64>>,
     period: f64,
     /// The present window's forces.
     series: Vec<Series>,
@@ -41,14 +44,17 @@ pub struct BearingStatistics {
 impl BearingForces {
     /// The forces on all bearings that a model knows.
     pub fn new(model: &Model) -> Self {
-        let gains: Vec<Vec<[f64; 2]>> = model.bearings.iter().map(|b| b.gain.clone()).collect();
+        let count = model.bearings.len();
         Self {
             motion: ModalMotion::of(Cow::Owned(model.clone())),
             period: model.period(),
-            series: vec![[0.0; TERMS]; gains.len()],
-            centres: vec![0.0; gains.len()],
-            sums: vec![Stretches::new([0.0; 2], CYCLES_PER_STRETCH); gains.len()],
-            gains,
+            series: vec![[0.0; TERMS]; count],
+            centres: vec![0.0; count],
+            sums: vec![Stretches::new([0.0; 2], CYCLES_PER_STRETCH); count],
+            bearings: model.bearings.clone(),
+            by_direction: (model.directions.iter())
+                .map(|direction| direction.on_bearings.clone())
+                .collect(),
             cycle: None,
             cycles: 0,
         }
@@ -69,19 +75,28 @@ impl BearingForces {
     /// Takes a window in.
     pub fn window(&mut self, window: &Window<'_>) {
         let modal = self.motion.on(window);
-        for series in &mut self.series {
+        for (series, bearing) in self.series.iter_mut().zip(&self.bearings) {
             series.fill(0.0);
+            series[0] = bearing.constant;
+            for (cosine, amplitude) in modal.ripples().zip(&bearing.by_ripple) {
+                add(series, *amplitude, cosine);
+            }
+        }
+        for closed in window.closed {
+            let direction = window.segments[closed.contact].direction;
+            for (series, share) in self.series.iter_mut().zip(&self.by_direction[direction]) {
+                add(series, *share, closed.force);
+            }
         }
         for mode in 0..window.first.len() {
             for row in 0..2 {
-                if self.gains.iter().all(|gain| gain[mode][row] == 0.0) {
+                let gains = || self.bearings.iter().map(|own| own.gain[mode][row]);
+                if gains().all(|gain| gain == 0.0) {
                     continue;
                 }
                 let component = modal.component(mode, row);
-                for (series, gain) in self.series.iter_mut().zip(&self.gains) {
-                    for (value, x) in series.iter_mut().zip(&component) {
-                        *value += gain[mode][row] * x;
-                    }
+                for (series, gain) in self.series.iter_mut().zip(gains()) {
+                    add(series, gain, &component);
                 }
             }
         }
@@ -142,6 +157,12 @@ impl BearingForces {
     }
 }
 
+fn add(sum: &mut Series, factor: f64, series: &[f64]) {
+    for (value, x) in sum.iter_mut().zip(series) {
+        *value += factor * x;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,13 +170,14 @@ mod tests {
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
     use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
-    use crate::shaft::{BearingGain, ModalStructure};
+    use crate::shaft::{BearingGain, ModalStructure, StaticShare};
 
     fn model() -> Model {
         let gain = |name: &str, gain: [f64; 3]| BearingGain {
             name: name.to_owned(),
             gain: gain.to_vec(),
             rate_gain: gain.iter().map(|g| 1e-4 * g).collect(),
+            left_out: StaticShare::default(),
         };
         let structure = ModalStructure {
             damping: vec![0.0, 0.01, 0.02],

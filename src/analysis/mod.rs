@@ -29,6 +29,7 @@ mod trace;
 mod twin;
 
 pub use analyses::Analyses;
+pub use bearings::{BearingForces, BearingStatistics};
 pub use called_off::CalledOff;
 pub use cycle_expansion::{
     Estimate, ExpansionAverage, ExpansionError, ExpansionOrder, ExpansionOutcome,

@@ -12,7 +12,7 @@ use super::schema::{self, MODAL_FILE};
 use super::sections::Context;
 use super::text::NoText;
 use super::{text, tree, unknown};
-use crate::shaft::{BearingGain, ModalStructure};
+use crate::shaft::{BearingGain, ModalStructure, StaticShare};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -140,6 +140,7 @@ fn bearings(root: &Section, issues: &mut Issues, modes: Option<usize>) -> Option
                 rate_gain: rate_gain?
                     .filter(|column| acting(column))
                     .unwrap_or_default(),
+                left_out: StaticShare::default(),
             })
         })
         .collect();

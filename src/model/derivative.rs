@@ -53,6 +53,9 @@ impl Model {
                 .for_each(&mut *visit);
             block.static_input.iter_mut().for_each(&mut *visit);
         }
+        for share in self.directions.iter_mut().flat_map(|d| &mut d.on_bearings) {
+            visit(share);
+        }
         for gain in self.directions.iter_mut().flat_map(|d| &mut d.gains) {
             let all = [&mut gain.deflection, &mut gain.rate, &mut gain.mesh_input];
             all.into_iter().flatten().for_each(&mut *visit);
@@ -100,6 +103,8 @@ impl Model {
                 .as_flattened_mut()
                 .iter_mut()
                 .for_each(&mut *visit);
+            visit(&mut bearing.constant);
+            bearing.by_ripple.iter_mut().for_each(&mut *visit);
         }
         visit(&mut self.half_gap);
     }

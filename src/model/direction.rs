@@ -20,6 +20,9 @@ pub struct Direction {
     /// other, `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their places on the path of contact. Negative
     /// where a pair that joins takes load from one that slides faster.
     pub rubbing: f64,
+    /// Static force on each bearing per unit of the contact force, from the modes that are left out; none where
+    /// nothing is.
+    pub on_bearings: Vec<f64>,
 }
 
 /// What a deflection is measured along: `δ = Σ w·x − e(t)`, the w being those of every direction
@@ -53,13 +56,15 @@ pub(super) struct Directions {
 
 impl Directions {
     /// The directions of a flank's divisions, `w = mesh + z_c tilt` and
-    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: which one each division has.
+    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` of every block: which one each division has. `left_out` are the shares
+    /// of each bearing in a unit force of the flank ([`crate::shaft::StaticShare`]).
     pub fn of_flank(
         &mut self,
         flank: &FlankParticipation,
         mesh: &[Division],
         friction: f64,
         error: &[TransmissionErrorHarmonic],
+        left_out: &[[f64; 4]],
         (basis, blocks): (&Basis, &[Block]),
     ) -> Vec<usize> {
         // Most divisions have the direction of the one before.
@@ -84,20 +89,26 @@ impl Directions {
                         (w, w + friction * rubbing)
                     })
                     .unzip();
-                let own = self.add(basis.gains(blocks, &w, &g), -friction * lever, error);
+                let weights = [1.0, centre, friction * turn, friction * lever];
+                let on_bearings = (left_out.iter())
+                    .map(|share| -share.iter().zip(weights).map(|(s, w)| s * w).sum::<f64>())
+                    .collect();
+                let gains = basis.gains(blocks, &w, &g);
+                let own = self.add(gains, -friction * lever, error, on_bearings);
                 last = Some((law, own));
                 own
             })
             .collect()
     }
 
-    /// The direction with these gains, this arm of friction \[m\] and this transmission error, added
-    /// where it is new.
+    /// The direction with these gains, this arm of friction \[m\], this transmission error and these static forces
+    /// on bearings, added where it is new.
     pub fn add(
         &mut self,
         gains: Vec<MeshGain>,
         rubbing: f64,
         error: &[TransmissionErrorHarmonic],
+        on_bearings: Vec<f64>,
     ) -> usize {
         let along = |known: &Direction| {
             let pairs = known.gains.iter().zip(&gains);
@@ -117,6 +128,7 @@ impl Directions {
             gains,
             line,
             rubbing,
+            on_bearings,
         };
         let known = self.directions.iter().position(|known| *known == direction);
         known.unwrap_or_else(|| {

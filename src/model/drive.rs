@@ -1,5 +1,6 @@
 //! Mesh and excitation of a drive, and where it is operated.
 
+use super::error::{ModelError, positive};
 use super::{FlankError, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
@@ -48,18 +49,6 @@ pub struct CoastFlank {
     pub further: Vec<Vec<Division>>,
     /// Transmission error that is imposed on it, of the sign of the drive flank's.
     pub transmission_error: Vec<MeshHarmonic>,
-}
-
-/// The divisions of one of a flank's springs, its first or a further one.
-pub(super) fn spring<'a>(
-    first: &'a [Division],
-    further: &'a [Vec<Division>],
-    number: usize,
-) -> &'a [Division] {
-    match number {
-        0 => first,
-        number => &further[number - 1],
-    }
 }
 
 /// A division of the mesh cycle: the stretch from the end of the one before to its own.
@@ -266,4 +255,16 @@ pub struct OperatingPoint {
     pub load: f64,
     /// Pinion speed Ω \[rad/s\], > 0.
     pub speed: f64,
+}
+
+/// That divisions end one after the other, the last at 1.
+pub(super) fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
+    let mut before = 0.0;
+    for division in mesh {
+        let inside = before < division.end && division.end <= 1.0;
+        let accepted = "between its neighbours";
+        positive("mesh transition", division.end, inside, accepted)?;
+        before = division.end;
+    }
+    positive("end of the mesh cycle", before, before == 1.0, "1")
 }

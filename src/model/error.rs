@@ -16,6 +16,14 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
+    /// Springs of a flank that do not lie on one line, or do not join in their order, behind a residual flexibility.
+    #[error(
+        "springs of pairs of teeth on slices of the face cannot share the residual flexibility of the modes left out ({flexibility:.2e} m/N): each slice has a line of its own; set mesh.slices = 1, model.mta = false, or retain all modes"
+    )]
+    SpringsApart {
+        /// Residual flexibility \[m/N\].
+        flexibility: f64,
+    },
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {

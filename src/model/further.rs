@@ -20,6 +20,7 @@ pub(super) fn contact(
     release: Release,
     period: f64,
     directions: &mut Directions,
+    on_bearings: Vec<f64>,
     (basis, blocks): (&Basis, &[Block]),
 ) -> Result<Contact, ModelError> {
     let [p, q] = own.cycles;
@@ -60,7 +61,7 @@ pub(super) fn contact(
         g[i] -= w[i];
         w[i] = 0.0;
     }
-    let direction = directions.add(basis.gains(blocks, &w, &g), 0.0, &error);
+    let direction = directions.add(basis.gains(blocks, &w, &g), 0.0, &error, on_bearings);
     let divisions: Vec<Division> = (law.stiffness.iter())
         .map(|&(end, series)| Division {
             stiffness: Stiffness::series(series),

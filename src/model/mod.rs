@@ -18,6 +18,7 @@
 //! cycle, so that long runs lose no digits.
 
 mod basis;
+mod bearing;
 mod block;
 mod breakpoints;
 mod contact;
@@ -31,12 +32,14 @@ mod flank_error;
 mod further;
 mod initial;
 mod mesh;
+mod parallel;
 mod release;
 mod rolling;
 mod stiffness;
 mod system;
 
 pub use basis::{Basis, Coupled};
+pub use bearing::BearingOutput;
 pub use block::{Block, MeshGain};
 pub use contact::{ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS};
 pub use derivative::ShapeChange;
@@ -53,7 +56,7 @@ pub use mesh::{MeshCycle, Segment, equal_parts};
 pub use release::Release;
 pub use rolling::Rolling;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
-pub use system::{BearingOutput, Model};
+pub use system::Model;
 
 #[cfg(test)]
 pub(crate) mod fixtures;

@@ -2,14 +2,13 @@
 
 use super::basis::Basis;
 use super::direction::Directions;
-use super::drive::spring;
 use super::error::{ModelError, positive};
-use super::further;
 use super::{
-    ActiveSet, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS, MeshCycle,
-    MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Rolling, Segment,
+    ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
+    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
+use super::{bearing, drive as laws, further, parallel};
 use crate::numerics::whole::greatest_divisor;
 use crate::shaft::{FlankParticipation, ModalStructure};
 use std::f64::consts::TAU;
@@ -62,24 +61,15 @@ pub struct Model {
     pub rolling: Option<Rolling>,
 }
 
-/// The force on a bearing in one direction, springs and dampers, `Σ gain·x` \[N\].
-#[derive(Debug, Clone, PartialEq)]
-pub struct BearingOutput {
-    /// Shaft, bearing and direction.
-    pub name: String,
-    /// Force per unit of both components of each block.
-    pub gain: Vec<[f64; 2]>,
-}
-
 impl Model {
     /// Builds the system of a structure and a drive at an operating point.
     ///
-    /// Stiffness is put in series with the structure's residual flexibility,
-    /// `k/(1 + c_res k)`.
+    /// Stiffness is put in series with the structure's residual flexibility, `k/(1 + c_res k)`; springs side by
+    /// side share it.
     ///
     /// # Errors
-    /// Modes coupled without remedy, ripple on a shaft the structure does not know, or a value out
-    /// of its range.
+    /// Modes coupled without remedy, ripple on a shaft the structure does not know, springs on several lines
+    /// that would share a residual flexibility, or a value out of its range.
     pub fn new(
         structure: &ModalStructure,
         drive: &Drive,
@@ -111,7 +101,7 @@ impl Model {
             .fold(f64::INFINITY, f64::min);
         positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
         for cycle in cycles() {
-            ends_are_in_order(cycle)?;
+            laws::ends_are_in_order(cycle)?;
         }
 
         let (basis, generators) = Basis::new(structure, point.speed)?;
@@ -147,35 +137,53 @@ impl Model {
             residual_flexibility: own.residual_flexibility,
         };
         let mut directions = Directions::default();
+        let shares = [
+            bearing::on_each(structure, |share| share.drive),
+            bearing::on_each(structure, |share| match structure.coast {
+                Some(_) => share.coast,
+                None => share.drive,
+            }),
+        ];
         let mut cycle =
-            |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic], damping: f64| {
+            |own: &FlankParticipation, mesh: &[Division], error: &[MeshHarmonic], first: Spring| {
                 let error: Vec<_> = (error.iter())
                     .map(|harmonic| TransmissionErrorHarmonic::of_mesh(harmonic, period))
                     .collect();
                 let flank = flank(own);
-                let which =
-                    directions.of_flank(&flank, mesh, drive.friction, &error, (&basis, &blocks));
-                let softened: Vec<_> = (mesh.iter())
-                    .map(|division| Division {
-                        stiffness: (division.stiffness).in_series_with(own.residual_flexibility),
-                        ..*division
-                    })
-                    .collect();
-                MeshCycle::new(period, &softened, &which, damping)
+                let Spring { damping, side } = first;
+                let which = directions.of_flank(
+                    &flank,
+                    mesh,
+                    drive.friction,
+                    &error,
+                    &shares[side],
+                    (&basis, &blocks),
+                );
+                MeshCycle::new(period, mesh, &which, damping)
             };
         let of_drive_flank = structure.drive_flank();
+        let on_drive = parallel::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
+        let on_coast = match &drive.coast {
+            None => None,
+            Some(coast) => {
+                let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
+                Some((
+                    coast,
+                    own,
+                    parallel::of_flank(&coast.mesh, &coast.further, own)?,
+                ))
+            }
+        };
         let mut flanks = Vec::new();
-        for number in 0..=drive.further.len() {
+        for (number, mesh) in on_drive.iter().enumerate() {
             // The damper of a flank is that of its first spring.
             let damping = if number == 0 { drive.damping } else { 0.0 };
-            let mesh = spring(&drive.mesh, &drive.further, number);
-            let on_drive = cycle(&of_drive_flank, mesh, &drive.transmission_error, damping);
-            let on_coast = match &drive.coast {
+            let [of_drive, of_coast] = [0, 1].map(|side| Spring { damping, side });
+            let on_drive = cycle(&of_drive_flank, mesh, &drive.transmission_error, of_drive);
+            let on_coast = match &on_coast {
                 None => on_drive.clone(),
-                Some(coast) => {
-                    let own = structure.coast.as_ref().unwrap_or(&of_drive_flank);
-                    let mesh = spring(&coast.mesh, &coast.further, number);
-                    cycle(own, mesh, &coast.transmission_error, damping)
+                Some((coast, own, springs)) => {
+                    cycle(own, &springs[number], &coast.transmission_error, of_coast)
                 }
             };
             flanks.extend(
@@ -188,10 +196,14 @@ impl Model {
             );
         }
         let flank_springs = flanks.len();
-        let further = (structure.contacts.iter())
-            .map(|own| {
+        let further = (structure.contacts.iter().enumerate())
+            .map(|(number, own)| {
                 let release = release(drive.release, own.law.damping);
-                further::contact(own, release, period, &mut directions, (&basis, &blocks))
+                let on_bearings = bearing::on_each(structure, |share| {
+                    -share.contacts.get(number).copied().unwrap_or(0.0)
+                });
+                let to = (&basis, &blocks[..]);
+                further::contact(own, release, period, &mut directions, on_bearings, to)
             })
             .collect::<Result<Vec<_>, _>>()?;
         let contacts: Vec<Contact> = flanks.into_iter().chain(further).collect();
@@ -215,19 +227,7 @@ impl Model {
             (structure.harmonic_loads.iter()).map(|load| Ripple::of_load(load, period, &basis));
         let ripple = torques.chain(loads).collect::<Result<_, _>>()?;
         let bearings = (structure.bearings.iter())
-            .map(|bearing| {
-                let [mut gain, _] = basis.output(&rotate(&bearing.gain));
-                if !bearing.rate_gain.is_empty() {
-                    let [_, by_velocity] = basis.output(&rotate(&bearing.rate_gain));
-                    for (gain, own) in gain.iter_mut().zip(by_velocity) {
-                        *gain = [gain[0] + own[0], gain[1] + own[1]];
-                    }
-                }
-                BearingOutput {
-                    name: bearing.name.clone(),
-                    gain,
-                }
-            })
+            .map(|own| BearingOutput::new(own, structure, &drive.torque_ripple, point, &basis))
             .collect();
         Ok(Self {
             blocks,
@@ -441,6 +441,12 @@ impl Model {
     }
 }
 
+/// A spring of the drive flanks (`side` 0) or the coast flanks (1), and its damping \[N s/m\].
+struct Spring {
+    damping: f64,
+    side: usize,
+}
+
 /// When a contact of some damping \[N s/m\] lets go: a spring alone has no force where δ is back at
 /// the gap.
 fn release(asked: Release, damping: f64) -> Release {
@@ -448,18 +454,6 @@ fn release(asked: Release, damping: f64) -> Release {
         true => asked,
         false => Release::Deflection,
     }
-}
-
-/// That divisions end one after the other, the last at 1.
-fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
-    let mut before = 0.0;
-    for division in mesh {
-        let inside = before < division.end && division.end <= 1.0;
-        let accepted = "between its neighbours";
-        positive("mesh transition", division.end, inside, accepted)?;
-        before = division.end;
-    }
-    positive("end of the mesh cycle", before, before == 1.0, "1")
 }
 
 /// A participation without the round-off of the rotation: those of the rigid blocks that no mesh feels

@@ -13,6 +13,7 @@ mod modes;
 mod pair;
 mod projection;
 mod rigid;
+mod static_share;
 mod train;
 
 pub use assembly::{AssembledMatrices, Assembly, CouplingMatrices, Freedom, NODE_FREEDOMS};
@@ -26,6 +27,7 @@ pub use modal::{
 };
 pub use modes::Modes;
 pub use rigid::{RigidDrive, Tier};
+pub use static_share::StaticShare;
 pub use train::{
     GearPlace, LooseGear, Motion, ShaftCoupling, ShaftSection, Stop, TrainDrive, TrainError,
     TrainGear, TrainMesh, TrainShaft,

@@ -1,6 +1,7 @@
 //! What a structure looks like to the mesh: frequencies, damping, participations.
 
 use super::error::ShaftError;
+use super::static_share::StaticShare;
 
 /// Most cycles of a contact and of the mesh in its base period: its tables are as many times larger.
 pub const MOST_CYCLES: u32 = 1000;
@@ -184,6 +185,60 @@ pub struct BearingGain {
     pub gain: Vec<f64>,
     /// Force per unit modal velocity \[N s/(m √kg)\], one entry a mode; empty for none.
     pub rate_gain: Vec<f64>,
+    /// What modes that are left out add at rest.
+    pub left_out: StaticShare,
+}
+
+impl BearingGain {
+    /// What modes that are left out add, those of its structure behind the `retained` first among them.
+    fn left_out_behind(&self, structure: &ModalStructure, retained: usize) -> StaticShare {
+        let known = &self.left_out;
+        let share = |before: f64, column: &[f64]| -> f64 {
+            let felt = self.gain.iter().zip(&structure.frequency).zip(column);
+            let added: f64 = (felt.skip(retained))
+                .map(|((gain, frequency), force)| gain * force / (frequency * frequency))
+                .sum();
+            before + added
+        };
+        let flank = |before: [f64; 4], flank: &FlankParticipation| -> [f64; 4] {
+            let columns = [&flank.mesh, &flank.tilt, &flank.friction, &flank.lever];
+            std::array::from_fn(|i| share(before[i], columns[i]))
+        };
+        let optional = |before: f64, column: &Option<Vec<f64>>| {
+            column
+                .as_deref()
+                .map_or(before, |column| share(before, column))
+        };
+        let each = |before: &[f64], columns: Vec<&[f64]>| -> Vec<f64> {
+            (columns.into_iter().enumerate())
+                .map(|(i, column)| share(before.get(i).copied().unwrap_or(0.0), column))
+                .collect()
+        };
+        let [pinion, wheel] = known.shaft_torques;
+        StaticShare {
+            drive: flank(known.drive, &structure.drive_flank()),
+            coast: (structure.coast.as_ref()).map_or(known.coast, |own| flank(known.coast, own)),
+            contacts: each(
+                &known.contacts,
+                (structure.contacts.iter())
+                    .map(|own| own.force.as_slice())
+                    .collect(),
+            ),
+            torque: share(known.torque, &structure.torque),
+            shaft_torques: [
+                optional(pinion, &structure.pinion_torque),
+                optional(wheel, &structure.wheel_torque),
+            ],
+            constant_load: share(known.constant_load, &structure.constant_load),
+            load_by_speed: share(known.load_by_speed, &structure.load_by_speed),
+            harmonic_loads: each(
+                &known.harmonic_loads,
+                (structure.harmonic_loads.iter())
+                    .map(|own| own.force.as_slice())
+                    .collect(),
+            ),
+        }
+    }
 }
 
 impl ModalStructure {
@@ -281,7 +336,8 @@ impl ModalStructure {
     ///
     /// With `mta` (modal-truncation augmentation) the modes left out return as their static
     /// flexibility at the mesh, `Σ mesh²/ω²` \[m/N\], added to what the structure already
-    /// carried; without it the residual flexibility is 0. What couples them to the modes that
+    /// carried; without it the residual flexibility is 0. On bearings their static share stays in either case
+    /// ([`StaticShare`]). What couples them to the modes that
     /// stay, or to each other, is left out with them.
     ///
     /// # Errors
@@ -328,6 +384,10 @@ impl ModalStructure {
                     name: bearing.name.clone(),
                     gain: keep(&bearing.gain),
                     rate_gain: keep_any(&bearing.rate_gain),
+                    left_out: match retained == self.modes() {
+                        true => bearing.left_out.clone(),
+                        false => bearing.left_out_behind(self, retained),
+                    },
                 })
                 .collect(),
             coupling: (self.coupling.as_ref())

@@ -15,6 +15,7 @@
 
 mod lanczos;
 mod pencil;
+mod statics;
 
 use super::banded::Banded;
 use super::error::ShaftError;

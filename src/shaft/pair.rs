@@ -39,6 +39,7 @@ use super::error::ShaftError;
 use super::modal::{BearingGain, FlankParticipation, ModalStructure};
 use super::modes::Modes;
 use super::projection;
+use super::static_share::StaticShare;
 use crate::gear::GearPair;
 
 /// The neutral and the relative rotation.
@@ -107,8 +108,8 @@ impl PairedShafts<'_> {
     fn structure(
         &self,
         matrices: &AssembledMatrices,
-        solution: &Modes,
-        damping: Vec<f64>,
+        computed: &Modes,
+        mut damping: Vec<f64>,
     ) -> Result<ModalStructure, ShaftError> {
         use Freedom::{RotationX, RotationY, RotationZ, X, Y, Z};
         let [base_1, base_2] = self.gears.base_radii();
@@ -116,6 +117,19 @@ impl PairedShafts<'_> {
         let (sin, cos) = self.gears.operating_pressure_angle()?.sin_cos();
         let axial = self.gears.base_helix_angle().tan();
         let [pinion, wheel] = [self.shafts[0].gear, self.shafts[1].gear];
+        let supports =
+            ["pinion", "wheel"]
+                .into_iter()
+                .zip(&self.shafts)
+                .flat_map(|(name, shaft)| {
+                    (1..)
+                        .zip(shaft.supports)
+                        .map(move |(number, support)| (format!("{name} {number}"), support))
+                });
+        let bearings = BearingTerms::of_supports(matrices, supports);
+        let solution = &BearingTerms::with_shapes(&bearings, matrices, computed)?;
+        let modes = damping.len();
+        damping.resize(solution.squared_frequency.len(), 0.0);
         let participation =
             |terms: &[(usize, Freedom, f64)]| solution.participation(&matrices.functional(terms));
 
@@ -158,18 +172,7 @@ impl PairedShafts<'_> {
         let mut pinion_torque = participation(&[(self.shafts[0].end, RotationZ, 1.0)]);
         let mut wheel_torque = participation(&[(self.shafts[1].end, RotationZ, 1.0)]);
 
-        let supports =
-            ["pinion", "wheel"]
-                .into_iter()
-                .zip(&self.shafts)
-                .flat_map(|(name, shaft)| {
-                    (1..)
-                        .zip(shaft.supports)
-                        .map(move |(number, support)| (format!("{name} {number}"), support))
-                });
-        let mut bearings = bearing_gains(matrices, solution, supports);
-
-        let signs = orientation(&drive.mesh, RIGID_MODES, solution);
+        let signs = orientation(&drive.mesh[..modes], RIGID_MODES, solution);
         let [w_1, w_2] = [drive.mesh[0], drive.mesh[1]];
         let norm = w_1.hypot(w_2);
         // The pinion turns forward in the neutral mode.
@@ -182,21 +185,16 @@ impl PairedShafts<'_> {
                 *value *= sign;
             }
         };
-        for column in [&mut pinion_torque, &mut wheel_torque]
-            .into_iter()
-            .chain([&mut drive, &mut coast].into_iter().flat_map(|flank| {
+        for column in [&mut pinion_torque, &mut wheel_torque].into_iter().chain(
+            [&mut drive, &mut coast].into_iter().flat_map(|flank| {
                 [
                     &mut flank.mesh,
                     &mut flank.tilt,
                     &mut flank.friction,
                     &mut flank.lever,
                 ]
-            }))
-            .chain(bearings.iter_mut().flat_map(|bearing| {
-                let gains = [&mut bearing.gain, &mut bearing.rate_gain];
-                gains.into_iter().filter(|gain| !gain.is_empty())
-            }))
-        {
+            }),
+        ) {
             settle(column);
         }
         let mut torque: Vec<f64> = (pinion_torque.iter().zip(&wheel_torque))
@@ -207,15 +205,10 @@ impl PairedShafts<'_> {
         coast.mesh[0] = 0.0;
         torque[0] = 0.0;
         // Shafts turn in their bearings; the neutral rotation grows without bound.
-        for bearing in &mut bearings {
-            for gain in [&mut bearing.gain, &mut bearing.rate_gain] {
-                gain.iter_mut().take(RIGID_MODES).for_each(|g| *g = 0.0);
-            }
-        }
-        let coupling = projection::coupling(matrices, solution, settle);
+        let bearings = BearingTerms::gains(&bearings, solution, [modes, RIGID_MODES], settle);
         let [constant_load, load_by_speed] = self.mean_drag(&torque);
 
-        Ok(ModalStructure {
+        let with_shapes = ModalStructure {
             teeth: self.gears.teeth[0],
             wheel_teeth: Some(self.gears.teeth[1]),
             rated_force: self.gears.rated_force(),
@@ -232,10 +225,14 @@ impl PairedShafts<'_> {
             coast: Some(coast),
             contacts: Vec::new(),
             bearings,
-            coupling,
+            coupling: None,
             constant_load,
             load_by_speed,
             harmonic_loads: Vec::new(),
+        };
+        Ok(ModalStructure {
+            coupling: projection::coupling(matrices, computed, settle),
+            ..with_shapes.truncated(modes, false)?
         })
     }
 
@@ -254,50 +251,104 @@ impl PairedShafts<'_> {
     }
 }
 
-/// Gains of every bearing, by its name, that the assembly can load, springs and dampers: along the
-/// line of centres, across it, axially.
-pub(super) fn bearing_gains(
-    matrices: &AssembledMatrices,
-    solution: &Modes,
-    supports: impl Iterator<Item = (String, Support)>,
-) -> Vec<BearingGain> {
-    let mut gains = Vec::new();
-    for (name, support) in supports {
-        let bearing = support.stiffness;
-        let [xy, yx] = bearing.cross;
-        let [damper_x, damper_y] = bearing.damping;
-        let plane = |[x, y]: [f64; 2]| vec![(Freedom::X, x), (Freedom::Y, y)];
-        for (direction, springs, dampers) in [
-            ("x", plane([bearing.x, xy]), plane(damper_x)),
-            ("y", plane([yx, bearing.y]), plane(damper_y)),
-            ("axial", vec![(Freedom::Z, bearing.axial)], Vec::new()),
-        ] {
-            let [springs, dampers] = [springs, dampers].map(|parts| {
-                let terms: Vec<_> = (parts.into_iter())
-                    .filter(|&(_, value)| value != 0.0)
-                    .flat_map(|(freedom, value)| {
-                        let base = support.base.map(|node| (node, freedom, -value));
-                        std::iter::once((support.node, freedom, value)).chain(base)
-                    })
-                    .collect();
-                matrices.functional(&terms)
-            });
-            let acts = |force: &[f64]| force.iter().any(|&coefficient| coefficient != 0.0);
-            // Nothing there, or nothing that could load it.
-            if !acts(&springs) && !acts(&dampers) {
-                continue;
+/// A force on a bearing as a sum of freedoms.
+#[derive(Debug)]
+pub(super) struct BearingTerms {
+    name: String,
+    /// By displacements \[N/m\] and by velocities \[N s/m\].
+    springs: Vec<f64>,
+    dampers: Vec<f64>,
+}
+
+impl BearingTerms {
+    /// Those of every bearing, by its name, that the assembly can load, springs and dampers: along the line of
+    /// centres, across it, axially.
+    pub fn of_supports(
+        matrices: &AssembledMatrices,
+        supports: impl Iterator<Item = (String, Support)>,
+    ) -> Vec<Self> {
+        let mut all = Vec::new();
+        for (name, support) in supports {
+            let bearing = support.stiffness;
+            let [xy, yx] = bearing.cross;
+            let [damper_x, damper_y] = bearing.damping;
+            let plane = |[x, y]: [f64; 2]| vec![(Freedom::X, x), (Freedom::Y, y)];
+            for (direction, springs, dampers) in [
+                ("x", plane([bearing.x, xy]), plane(damper_x)),
+                ("y", plane([yx, bearing.y]), plane(damper_y)),
+                ("axial", vec![(Freedom::Z, bearing.axial)], Vec::new()),
+            ] {
+                let [springs, dampers] = [springs, dampers].map(|parts| {
+                    let terms: Vec<_> = (parts.into_iter())
+                        .filter(|&(_, value)| value != 0.0)
+                        .flat_map(|(freedom, value)| {
+                            let base = support.base.map(|node| (node, freedom, -value));
+                            std::iter::once((support.node, freedom, value)).chain(base)
+                        })
+                        .collect();
+                    matrices.functional(&terms)
+                });
+                // Nothing there, or nothing that could load it.
+                if acts(&springs) || acts(&dampers) {
+                    all.push(Self {
+                        name: format!("{name} {direction}"),
+                        springs,
+                        dampers,
+                    });
+                }
             }
-            gains.push(BearingGain {
-                name: format!("{name} {direction}"),
-                gain: solution.participation(&springs),
-                rate_gain: match acts(&dampers) {
-                    true => solution.participation(&dampers),
-                    false => Vec::new(),
-                },
-            });
         }
+        all
     }
-    gains
+
+    /// The modes of a solution followed by what the springs of each bearing, as a load, deflect beyond them.
+    pub fn with_shapes(
+        all: &[Self],
+        matrices: &AssembledMatrices,
+        solution: &Modes,
+    ) -> Result<Modes, ShaftError> {
+        let loads: Vec<Vec<f64>> = all.iter().map(|own| own.springs.clone()).collect();
+        solution.with_static_shapes(&matrices.mass, &matrices.stiffness, &loads)
+    }
+
+    /// The gains in a solution of `modes` modes and the static shapes behind them, one a bearing: `settle` is what
+    /// turns a participation as the solution has it into that of the structure; rotations do not load a
+    /// bearing with any of the `rigid` first. Of the static shapes a bearing feels its own.
+    pub fn gains(
+        all: &[Self],
+        solution: &Modes,
+        [modes, rigid]: [usize; 2],
+        settle: impl Fn(&mut [f64]),
+    ) -> Vec<BearingGain> {
+        (all.iter().enumerate())
+            .map(|(number, own)| {
+                let column = |functional: &[f64]| {
+                    let mut column = solution.participation(functional);
+                    settle(&mut column);
+                    column[..rigid].fill(0.0);
+                    column[modes..].fill(0.0);
+                    column
+                };
+                let mut gain = column(&own.springs);
+                if let Some(shape) = gain[modes..].get_mut(number) {
+                    *shape = 1.0;
+                }
+                BearingGain {
+                    name: own.name.clone(),
+                    gain,
+                    rate_gain: match acts(&own.dampers) {
+                        true => column(&own.dampers),
+                        false => Vec::new(),
+                    },
+                    left_out: StaticShare::default(),
+                }
+            })
+            .collect()
+    }
+}
+
+fn acts(force: &[f64]) -> bool {
+    force.iter().any(|&coefficient| coefficient != 0.0)
 }
 
 /// Damping ratios of modes: one of the elastic ones, with `(mode, ratio)` overrides, modes counted

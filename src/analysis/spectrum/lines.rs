@@ -103,7 +103,7 @@ mod tests {
     use crate::analysis::modal_series::cosine_series;
     use crate::model::OperatingPoint;
     use crate::model::fixtures::{constant_mesh, one_mode};
-    use crate::shaft::{BearingGain, ModalStructure};
+    use crate::shaft::{BearingGain, ModalStructure, StaticShare};
 
     fn model() -> Model {
         let structure = ModalStructure {
@@ -111,6 +111,7 @@ mod tests {
                 name: "pinion 1 y".into(),
                 gain: vec![1.0],
                 rate_gain: Vec::new(),
+                left_out: StaticShare::default(),
             }],
             ..one_mode(1.0)
         };

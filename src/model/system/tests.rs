@@ -1,5 +1,5 @@
 use super::*;
-use crate::model::{DriveShaft, TorqueRipple};
+use crate::model::{DriveShaft, FlankError, TorqueRipple};
 use crate::model::{InitialState, MeshHarmonic, fixtures};
 
 fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
@@ -103,6 +103,34 @@ fn residual_flexibility_softens_the_mesh_in_series() {
     s.residual_flexibility = 1e-10;
     let model = Model::new(&s, &drive(), POINT).unwrap();
     assert!((model.first_cycle().largest_stiffness() - 4e8 / 1.04).abs() < 1e-6);
+}
+
+/// Springs side by side are softened as one; those on several lines cannot be.
+#[test]
+fn springs_of_a_flank_share_the_residual_flexibility() {
+    let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
+    s.residual_flexibility = 1e-9;
+    let mut d = drive();
+    let joining = |gap: f64| Division {
+        error: FlankError::series([gap, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        ..Division::level(1.0, 2e8)
+    };
+    d.mesh = vec![joining(1e-6)];
+    d.further = vec![vec![joining(3e-6)]];
+    let model = Model::new(&s, &d, POINT).unwrap();
+    let segment = |contact: usize| model.contacts[contact].cycles[0].segments[0];
+    let [first, second] = [segment(0), segment(2)];
+    assert!((first.stiffness.mean() / (2e8 / 1.2) - 1.0).abs() < 1e-14);
+    let both = first.stiffness.mean() + second.stiffness.mean();
+    assert!((both / (4e8 / 1.4) - 1.0).abs() < 1e-14);
+    // The first bears 400 N when the second joins, and bends the rest by 0.4 µm.
+    assert!((second.error_at(0.5)[0] - 3.4e-6).abs() < 1e-18);
+    d.further[0][0].load_centre = 5e-3;
+    let flexibility = s.residual_flexibility;
+    assert_eq!(
+        Model::new(&s, &d, POINT),
+        Err(ModelError::SpringsApart { flexibility })
+    );
 }
 
 #[test]

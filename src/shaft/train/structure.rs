@@ -6,9 +6,11 @@ use super::speeds::Layout;
 use super::{TrainDrive, TrainError};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::{ShaftError, positive};
-use crate::shaft::modal::{ContactLaw, FlankParticipation, ModalStructure, StructureContact};
+use crate::shaft::modal::{
+    BearingGain, ContactLaw, FlankParticipation, ModalStructure, StructureContact,
+};
 use crate::shaft::modes::Modes;
-use crate::shaft::pair::{bearing_gains, modal_damping, orientation};
+use crate::shaft::pair::{BearingTerms, modal_damping, orientation};
 use crate::shaft::projection;
 
 /// The motions that bearings must hold.
@@ -57,20 +59,34 @@ impl TrainDrive {
         }
         let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, rigid)
             .map_err(|error| self.not_held(error, &matrices, &assembled))?;
-        let damping = modal_damping(self.damping, &self.damping_overrides, modes, rigid)?;
+        let mut damping = modal_damping(self.damping, &self.damping_overrides, modes, rigid)?;
         let neutral = self.neutral(&layout, &assembled, (&matrices, &solution), rigid);
+        let bearings = BearingTerms::of_supports(&matrices, assembled.supports.iter().cloned());
+        let with_shapes = BearingTerms::with_shapes(&bearings, &matrices, &solution)?;
+        damping.resize(with_shapes.squared_frequency.len(), 0.0);
         let mut solved = Solved {
             matrices: &matrices,
-            modes: &solution,
+            modes: &with_shapes,
             signs: vec![1.0; modes - rigid],
             neutral,
         };
         let angle = self.pair.operating_pressure_angle()?;
         let flanks = self.flanks(self.gears, (&layout.meshes[0], angle), &layout, &assembled);
         let drive = solved.participation(&flanks[0].mesh);
-        solved.signs = orientation(&drive, rigid, &solution);
-        self.structure(&solved, &layout, &assembled, (flanks, damping))?
-            .truncated(retained, mta)
+        solved.signs = orientation(&drive[..modes], rigid, &solution);
+        let gains = BearingTerms::gains(
+            &bearings,
+            &with_shapes,
+            [modes, solved.neutral.len()],
+            |column: &mut [f64]| solved.settle(column),
+        );
+        let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
+        let settle = |column: &mut [f64]| solved.settle(column);
+        let structure = ModalStructure {
+            coupling: projection::coupling(&matrices, &solution, settle),
+            ..with_shapes.truncated(modes, false)?
+        };
+        structure.truncated(retained, mta)
     }
 
     /// Which shaft moves in rigid motions that should not be there.
@@ -147,7 +163,7 @@ impl TrainDrive {
         solved: &Solved,
         layout: &Layout,
         assembled: &Assembled,
-        (first, damping): ([FlankTerms; 2], Vec<f64>),
+        (first, damping, bearings): ([FlankTerms; 2], Vec<f64>, Vec<BearingGain>),
     ) -> Result<ModalStructure, ShaftError> {
         let [drive, coast] = first.map(|flank| solved.flank(&flank));
         let torque_on = |shaft: usize, sense: f64| {
@@ -171,17 +187,6 @@ impl TrainDrive {
         torque[0] = 0.0;
         let [constant_load, load_by_speed] = self.mean_drag(solved, layout, assembled, &driving);
 
-        let supports = assembled.supports.iter().cloned();
-        let mut bearings = bearing_gains(solved.matrices, solved.modes, supports);
-        for bearing in &mut bearings {
-            let gains = [&mut bearing.gain, &mut bearing.rate_gain];
-            for gain in gains.into_iter().filter(|gain| !gain.is_empty()) {
-                solved.settle(gain);
-                // Shafts turn in their bearings.
-                gain[..solved.neutral.len()].fill(0.0);
-            }
-        }
-        let settle = |column: &mut [f64]| solved.settle(column);
         Ok(ModalStructure {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
@@ -199,7 +204,7 @@ impl TrainDrive {
             coast: Some(coast),
             contacts: self.contacts(solved, layout, assembled),
             bearings,
-            coupling: projection::coupling(solved.matrices, solved.modes, settle),
+            coupling: None,
             constant_load,
             load_by_speed,
             harmonic_loads: Vec::new(),

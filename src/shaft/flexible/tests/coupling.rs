@@ -16,6 +16,8 @@ fn structure(drive: &FlexibleDrive) -> ModalStructure {
 fn bare(mut structure: ModalStructure) -> ModalStructure {
     for bearing in &mut structure.bearings {
         bearing.rate_gain.clear();
+        bearing.left_out.constant_load = 0.0;
+        bearing.left_out.load_by_speed = 0.0;
     }
     ModalStructure {
         coupling: None,

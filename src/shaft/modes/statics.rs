@@ -1,0 +1,107 @@
+//! What a load deflects beyond the modes that were computed: the rest of the static solution.
+
+use super::pencil::Pencil;
+use super::{LARGE, Modes, NARROW};
+use crate::numerics::linalg::product;
+use crate::shaft::banded::Banded;
+use crate::shaft::error::ShaftError;
+use faer::Mat;
+
+/// Shift, in parts of the largest squared frequency computed: what is left falls by more than this factor in
+/// every step.
+const SHIFT: f64 = 1e-3;
+
+/// Relative change of the shapes at which they are there.
+const THERE: f64 = 1e-14;
+
+/// Most steps: without elastic modes to set the shift the factor may be 0.9.
+const MOST_STEPS: usize = 400;
+
+impl Modes {
+    /// These modes followed by one static shape for every load, of squared frequency 1: the deflection under the
+    /// load that no mode here has, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were not computed. A sum of
+    /// freedoms has as its value in the shape the residual flexibility between itself and the load.
+    ///
+    /// From `(K + σ M) u ← f + σ M u` without the parts of f and u along these modes.
+    ///
+    /// # Errors
+    /// [`ShaftError::StiffnessIndefinite`], [`ShaftError::NoConvergence`].
+    pub fn with_static_shapes(
+        &self,
+        mass: &Mat<f64>,
+        stiffness: &Mat<f64>,
+        loads: &[Vec<f64>],
+    ) -> Result<Self, ShaftError> {
+        let (size, modes) = (mass.nrows(), self.shape.ncols());
+        // All modes leave nothing.
+        if modes == size || loads.is_empty() {
+            return Ok(self.clone());
+        }
+        let band = Banded::width(&[mass, stiffness]);
+        let banded = (size >= LARGE && NARROW * band <= size)
+            .then(|| [mass, stiffness].map(|matrix| Banded::of(matrix, band)));
+        let pencil = match &banded {
+            Some([mass, stiffness]) => Pencil::Banded(mass, stiffness),
+            None => Pencil::Dense(mass, stiffness),
+        };
+        let highest = self.squared_frequency[modes - 1];
+        let scale = match highest > 0.0 {
+            true => highest,
+            false => (0..size)
+                .map(|i| stiffness[(i, i)] / mass[(i, i)])
+                .filter(|&squared| squared > 0.0)
+                .fold(f64::INFINITY, f64::min),
+        };
+        if !scale.is_finite() {
+            return Ok(self.clone());
+        }
+        let shift = SHIFT * scale;
+        let solver = (pencil.shifted(shift))
+            .ok_or(ShaftError::StiffnessIndefinite { eigenvalue: -shift })?;
+        let inertia = pencil.mass_product(self.shape.as_ref());
+        // x − A Bᵀ x
+        let without = |x: &mut Mat<f64>, a: &Mat<f64>, b: &Mat<f64>| {
+            let parts = product(b.transpose(), x.as_ref());
+            let along = product(a.as_ref(), parts.as_ref());
+            *x = Mat::from_fn(size, loads.len(), |i, j| x[(i, j)] - along[(i, j)]);
+        };
+        let mut force = Mat::from_fn(size, loads.len(), |i, j| loads[j][i]);
+        without(&mut force, &inertia, &self.shape);
+        let mut shape: Mat<f64> = Mat::zeros(size, loads.len());
+        for _ in 0..MOST_STEPS {
+            let moved = pencil.mass_product(shape.as_ref());
+            let mut next = Mat::from_fn(size, loads.len(), |i, j| {
+                force[(i, j)] + shift * moved[(i, j)]
+            });
+            solver.solve(&mut next);
+            without(&mut next, &self.shape, &inertia);
+            let change = Mat::from_fn(size, loads.len(), |i, j| next[(i, j)] - shape[(i, j)]);
+            let there = (0..loads.len()).all(|j| {
+                let largest = |of: &Mat<f64>| of.col(j).iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                largest(&change) <= THERE * largest(&next)
+            });
+            shape = next;
+            if there {
+                return Ok(self.followed_by(&shape));
+            }
+        }
+        Err(ShaftError::NoConvergence { size })
+    }
+
+    /// These modes and further columns of squared frequency 1.
+    fn followed_by(&self, columns: &Mat<f64>) -> Self {
+        let modes = self.shape.ncols();
+        let mut squared_frequency = self.squared_frequency.clone();
+        squared_frequency.resize(modes + columns.ncols(), 1.0);
+        let shape = Mat::from_fn(self.shape.nrows(), squared_frequency.len(), |i, j| {
+            match j < modes {
+                true => self.shape[(i, j)],
+                false => columns[(i, j - modes)],
+            }
+        });
+        Self {
+            squared_frequency,
+            shape,
+        }
+    }
+}
