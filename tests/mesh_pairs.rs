@@ -1,15 +1,13 @@
-//! Pairs of teeth as springs of their own: slow motion against the gears, motions against thirty digits, what they
-//! change against the tangent at the mean load.
+//! Pairs of teeth as springs of their own: motions against thirty digits, what they change against the tangent at
+//! the mean load.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod common;
 
 use atlas::analysis::{EnergyAudit, Nvh};
-use atlas::gear::{Face, Flanks, LoadSharing, pairs_at};
-use atlas::manifest::{self, StiffnessSpec};
+use atlas::manifest;
 use atlas::model::{InitialState, Model};
-use atlas::propagate::{Event, Observer, Window};
 use atlas::reference::Extended;
 use atlas::store::{ResultTable, TableKind};
 use common::advance::{Events, advance, advance_with, volterra};
@@ -40,119 +38,6 @@ fn model(text: &str, speed: f64, load: f64) -> Model {
     let mut point = job.points.at(0);
     (point.speed, point.load) = (speed, load);
     common::parts().model(&point).unwrap()
-}
-
-/// The gears of a manifest.
-fn flanks(text: &str) -> Flanks {
-    let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
-    match &job.points.at(0).mesh.stiffness {
-        StiffnessSpec::Table(spec) => Flanks::new(&spec.gears).unwrap(),
-        other => panic!("{other:?}"),
-    }
-}
-
-/// Deflection and force in the middle of every window.
-#[derive(Default)]
-struct Middles {
-    windows: Vec<[f64; 4]>,
-    events: Vec<f64>,
-}
-
-impl Observer for Middles {
-    const WINDOWS: bool = true;
-
-    fn window(&mut self, window: &Window<'_>) {
-        let value = |series: &[f64]| -> f64 {
-            // P_n(0) = 1, 0, −1/2, 0, 3/8, 0, −5/16, …
-            let mut at_zero = 1.0;
-            let mut sum = 0.0;
-            for (n, a) in series.iter().enumerate().step_by(2) {
-                sum += a * at_zero;
-                at_zero *= -((n + 1) as f64) / (n + 2) as f64;
-            }
-            sum
-        };
-        let slope: f64 = (window.deflection.iter().enumerate().skip(1).step_by(2))
-            .map(|(n, a)| {
-                // P_n'(0) = n P_{n−1}(0).
-                let before = (0..(n - 1) / 2).fold(1.0, |value, i| {
-                    value * -((2 * i + 1) as f64) / (2 * i + 2) as f64
-                });
-                a * n as f64 * before
-            })
-            .sum();
-        self.windows.push([
-            window.start + 0.5 * window.duration,
-            value(window.deflection),
-            value(window.force),
-            2.0 * slope / window.duration,
-        ]);
-    }
-
-    fn event(&mut self, event: &Event) {
-        self.events.push(event.time);
-    }
-}
-
-/// At 0.5 rad/s gears without further excitation follow the loaded transmission error, whichever way the mesh is
-/// resolved. The damper takes `c δ'` of the load, which counts.
-#[test]
-fn slow_gears_deflect_by_the_loaded_transmission_error() {
-    let quiet = |text: String| {
-        text.replace(
-            "transmission_error = [{ harmonic = 1, amplitude = \"5 um\", phase = 0.0 }]",
-            "transmission_error = []",
-        )
-        .replace("friction = 0.05", "friction = 0")
-    };
-    for (stiffness, bound) in [
-        ("stiffness = \"continuous\"", 1e-6),
-        ("stiffness = \"continuous\"\nresolution = \"pairs\"", 1e-6),
-    ] {
-        let text = quiet(manifest(stiffness, ""));
-        let (speed, load) = (0.5, 0.3);
-        let model = model(&text, speed, load);
-        let kernel = volterra(&model);
-        let start = advance(&kernel, &model.start(&InitialState::Static), 1);
-        let mut middles = Middles::default();
-        advance_with(&kernel, &start, 1, &mut middles);
-        let flanks = flanks(&text);
-        let face = Face {
-            width: 20e-3,
-            slices: 1,
-        };
-        let force = load * 50.0 / flanks.teeth[0].base_radius;
-        let cycle = model.first_cycle();
-        let damping = cycle.segments[0].damping;
-        let [mut worst, mut bare, mut seen] = [0.0_f64, 0.0_f64, 0.0];
-        for [time, deflection, _, rate] in middles.windows {
-            let phase = time / model.period();
-            let near = |end: f64| (phase - end).rem_euclid(1.0) < 0.03;
-            let met = |time: &f64| near(time / model.period());
-            if middles.events.iter().any(met) {
-                continue;
-            }
-            if model
-                .contacts
-                .iter()
-                .any(|c| c.cycles[0].segments.iter().any(|s| near(s.end)))
-            {
-                continue;
-            }
-            let sharing = LoadSharing::new(&pairs_at(&flanks, phase, face).unwrap(), face, 0.0);
-            let sharing = sharing.unwrap();
-            let (mean, borne) = (sharing.bear(force), sharing.bear(force - damping * rate));
-            let error = deflection - model.half_gap;
-            worst = worst.max((error / borne.deflection - 1.0).abs());
-            bare = bare.max((error / mean.deflection - 1.0).abs());
-            seen += 1.0;
-        }
-        println!(
-            "{stiffness}: {worst:.1e} of the loaded transmission error, {bare:.1e} without the damper's share, {seen} windows"
-        );
-        assert!(seen > 300.0, "{seen}");
-        assert!(worst < bound && bare < bound.max(1e-4), "{worst} {bare}");
-    }
 }
 
 /// Pairs come and go within the cycle: single cycles against thirty digits, every event included, and energy.
@@ -282,4 +167,29 @@ fn what_pairs_do_not_take_is_said() {
         manifest::parse(&tables, "m.toml", Path::new("")).unwrap_err()
     );
     assert!(said.contains("springs of their own"), "{said}");
+}
+
+/// Springs on several lines cannot share a residual flexibility; on one slice they do.
+#[test]
+fn slices_and_residual_flexibility_do_not_go_together() {
+    let text = |slices: u32, reduction: &str| {
+        include_str!("../manifests/flex80-table.toml")
+            .replace("\n[mesh]", "\n[mesh]\nresolution = \"pairs\"")
+            .replace("stiffness = \"table\"", "stiffness = \"continuous\"")
+            .replace("segments = 60", &format!("slices = {slices} #"))
+            .replace("retained = 40", &format!("{reduction} #"))
+    };
+    let parse = |text: &str| manifest::parse(text, "m.toml", Path::new(""));
+    let said = format!(
+        "{:?}",
+        parse(&text(3, "retained = 12\nmta = true")).unwrap_err()
+    );
+    assert!(said.contains("model.mta"), "{said}");
+    for text in [
+        text(1, "retained = 12\nmta = true"),
+        text(3, "retained = 12"),
+        text(3, "mta = true"),
+    ] {
+        assert!(parse(&text).is_ok());
+    }
 }
