@@ -1,5 +1,23 @@
 //! What can be wrong with the drawing of a gear pair.
 
+/// A course of a flank that is given through points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FlankCourse {
+    /// Along the roll length.
+    Profile,
+    /// Along the face.
+    Lead,
+}
+
+impl std::fmt::Display for FlankCourse {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(match self {
+            Self::Profile => "profile through points (places are roll lengths)",
+            Self::Lead => "lead through points (places are distances from mid-face)",
+        })
+    }
+}
+
 /// Why a drawing is not a gear pair that runs. Gears are counted 1 = pinion, 2 = wheel.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GearError {
@@ -150,6 +168,43 @@ pub enum GearError {
         ratio: f64,
         /// Least ratio.
         least: f64,
+    },
+    /// A course through one point.
+    #[error("the {course} of gear {gear} has one point; a course needs two or more")]
+    OnePoint {
+        /// Which course.
+        course: FlankCourse,
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+    },
+    /// Points that are no course.
+    #[error(
+        "point {point} of the {course} of gear {gear} does not lie beyond the one before, or is no number; list the points with their places increasing"
+    )]
+    PointOrder {
+        /// Which course.
+        course: FlankCourse,
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Which point, counted from 1.
+        point: usize,
+    },
+    /// A point that is not on the flank.
+    #[error(
+        "the {course} of gear {gear} has a point at {:.4} mm, off its flank, which reaches from {:.4} to {:.4} mm; leave it out",
+        1e3 * place, 1e3 * from, 1e3 * to
+    )]
+    PointOffFlank {
+        /// Which course.
+        course: FlankCourse,
+        /// 1 = pinion, 2 = wheel.
+        gear: usize,
+        /// Where it is \[m\]: roll length, or distance from mid-face.
+        place: f64,
+        /// Where the flank begins \[m\].
+        from: f64,
+        /// Where it ends \[m\].
+        to: f64,
     },
     /// A law of friction gives what is no coefficient of friction.
     #[error(

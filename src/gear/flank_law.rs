@@ -180,7 +180,8 @@ impl FlankLaw for Flanks {
 }
 
 impl Flanks {
-    /// Material that both flanks lack at position s \[m\]: tip and root relief, crowning and slope of the profiles.
+    /// Material that both flanks lack at position s \[m\]: tip and root relief, crowning and slope of the profiles,
+    /// courses through points.
     pub fn relief(&self, s: f64) -> f64 {
         let (form, path) = (&self.pair.form, self.path());
         let s = s.clamp(path.start, path.end);
@@ -192,14 +193,21 @@ impl Flanks {
             + form.root_relief[1].at(after)
             + form.profile[0].at(place)
             + form.profile[1].at(-place)
+            + (0..2)
+                .map(|gear| form.profile_points[gear].at(self.roll_length(gear, s)))
+                .sum::<f64>()
     }
 
-    /// Material that both flanks lack at z from mid-face \[m\]: crowning and slope of the leads, end relief.
+    /// Material that both flanks lack at z from mid-face \[m\]: crowning and slope of the leads, end relief, courses
+    /// through points.
     pub fn lead(&self, z: f64) -> f64 {
         let (form, half) = (&self.pair.form, 0.5 * self.face_width);
         let own = |gear: usize| {
             let ends = form.end_relief[gear];
-            form.lead[gear].at(z / half) + ends.at(half - z) + ends.at(half + z)
+            form.lead[gear].at(z / half)
+                + ends.at(half - z)
+                + ends.at(half + z)
+                + form.lead_points[gear].at(z)
         };
         own(0) + own(1)
     }
@@ -210,9 +218,13 @@ impl Flanks {
         let ([tip_1, tip_2], [root_1, root_2]) = (&form.tip_relief, &form.root_relief);
         let from_end = [tip_1, root_2].map(|relief| (relief, path.end - relief.length));
         let from_start = [tip_2, root_1].map(|relief| (relief, path.start + relief.length));
-        (from_end.into_iter().chain(from_start))
+        let reliefs = (from_end.into_iter().chain(from_start))
             .filter(|(relief, _)| relief.amount != 0.0)
-            .map(|(_, place)| place)
-            .collect()
+            .map(|(_, place)| place);
+        let points = (0..2).flat_map(|gear| {
+            let kinks = form.profile_points[gear].kinks();
+            kinks.map(move |length| self.at_roll_length(gear, length))
+        });
+        reliefs.chain(points).collect()
     }
 }

@@ -10,12 +10,15 @@
 use super::compliance::{GearBodies, LEAST_BODY_RATIO};
 use super::pair::NO_BACKLASH;
 use super::tip_contact::TipContact;
-use super::{GearError, GearPair, Tooth};
+use super::{FlankCourse, GearError, GearPair, Tooth};
 use std::f64::consts::FRAC_PI_2;
 
 /// Gap \[modules\] up to which tip edges beyond the ends of the path are followed: several times what a
 /// load that teeth stand closes.
 const TIP_GAP: f64 = 0.03;
+
+/// Part of a flank by which points may lie beyond its ends: what rounding of a drawing's lengths makes.
+const ON_FLANK: f64 = 1e-3;
 
 /// Most pairs in contact at once, those off the path included: a little less than three.
 const MOST_RATIO: f64 = 2.99;
@@ -145,6 +148,7 @@ impl Flanks {
                 centre_distance,
             });
         }
+        check_points(pair, &teeth)?;
         let bores = bores(pair, &teeth)?;
         let tips = tips(&teeth, centre_distance, pressure_angle);
         let furthest = (0.5 * (MOST_RATIO - contact_ratio)).clamp(0.0, 0.5) * path.base_pitch;
@@ -272,6 +276,22 @@ impl Flanks {
         ]
     }
 
+    /// Roll length of a gear at position s \[m\], its base radius times its roll angle.
+    pub fn roll_length(&self, gear: usize, s: f64) -> f64 {
+        let pitch = self.teeth[gear].base_radius * self.pressure_angle.tan();
+        if gear == 0 { pitch + s } else { pitch - s }
+    }
+
+    /// The position at which a gear has a roll length \[m\].
+    pub fn at_roll_length(&self, gear: usize, length: f64) -> f64 {
+        let pitch = self.teeth[gear].base_radius * self.pressure_angle.tan();
+        if gear == 0 {
+            length - pitch
+        } else {
+            pitch - length
+        }
+    }
+
     /// Radius of relative curvature of the flanks at position s \[m\]:
     /// `1/R = 1/(r_b1 t₁) + 1/(r_b2 t₂)`.
     pub fn relative_radius(&self, s: f64) -> f64 {
@@ -356,6 +376,51 @@ fn check_values(pair: &GearPair) -> Result<(), GearError> {
     for (quantity, value) in non_negative {
         if !(value.is_finite() && value >= 0.0) {
             return Err(GearError::Negative { quantity, value });
+        }
+    }
+    Ok(())
+}
+
+/// Courses through points lie on their flanks, in order.
+fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
+    let half = 0.5 * pair.face_width;
+    for (index, tooth) in teeth.iter().enumerate() {
+        let profile = [tooth.form_roll, tooth.tip_roll].map(|roll| roll * tooth.base_radius);
+        for (course, points, [from, to]) in [
+            (
+                FlankCourse::Profile,
+                &pair.form.profile_points[index],
+                profile,
+            ),
+            (
+                FlankCourse::Lead,
+                &pair.form.lead_points[index],
+                [-half, half],
+            ),
+        ] {
+            let gear = index + 1;
+            let found = points.points.len();
+            if found == 1 {
+                return Err(GearError::OnePoint { course, gear });
+            }
+            if let Some(point) = points.first_out_of_order() {
+                return Err(GearError::PointOrder {
+                    course,
+                    gear,
+                    point: point + 1,
+                });
+            }
+            let slack = ON_FLANK * (to - from);
+            let outside = |place: &f64| !(from - slack..=to + slack).contains(place);
+            if let Some(place) = points.kinks().find(outside) {
+                return Err(GearError::PointOffFlank {
+                    course,
+                    gear,
+                    place,
+                    from,
+                    to,
+                });
+            }
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! What a drawing says of the teeth beyond number, module, pressure angle and width.
 
-use super::modification::{Modification, Relief};
+use super::modification::{Modification, PointCourse, Relief};
 
 /// Shape and material of the teeth. Arrays are `[pinion, wheel]`.
 ///
@@ -31,6 +31,11 @@ pub struct ToothForm {
     pub profile: [Modification; 2],
     /// Crowning and slope of the lead, over the face width.
     pub lead: [Modification; 2],
+    /// The profile through points, over the roll length from the base circle (base radius times roll angle) in the
+    /// transverse section.
+    pub profile_points: [PointCourse; 2],
+    /// The lead through points, over the distance z from mid-face.
+    pub lead_points: [PointCourse; 2],
     /// Bore of the gear bodies \[m\], where they are held; none: the shaft's diameter, which
     /// only the shaft knows.
     pub bore: [Option<f64>; 2],
@@ -47,6 +52,7 @@ impl ToothForm {
     pub fn has_curved_lead(&self) -> bool {
         self.lead.iter().any(|lead| lead.crowning != 0.0)
             || self.end_relief.iter().any(|relief| relief.amount != 0.0)
+            || self.lead_points.iter().any(|lead| !lead.points.is_empty())
     }
 }
 
@@ -63,6 +69,8 @@ impl Default for ToothForm {
             end_relief: [Relief::default(); 2],
             profile: [Modification::default(); 2],
             lead: [Modification::default(); 2],
+            profile_points: Default::default(),
+            lead_points: Default::default(),
             bore: [None; 2],
             material: [Material::default(); 2],
             body: [BodyShape::default(); 2],

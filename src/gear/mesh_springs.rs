@@ -263,7 +263,8 @@ fn joined_at_once(springs: &[SpringPiece]) -> Vec<SpringPiece> {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::gear::{Flanks, GearPair, Modification, Relief, ToothForm};
+    use crate::gear::fixtures::pair;
+    use crate::gear::{Flanks, Modification, Relief, ToothForm};
 
     fn relieved() -> Flanks {
         let relief = Relief {
@@ -271,21 +272,12 @@ mod tests {
             length: 2e-3,
             ..Relief::default()
         };
-        Flanks::new(&GearPair {
-            teeth: [20, 30],
-            module: 4e-3,
-            pressure_angle: 20f64.to_radians(),
-            helix_angle: 0.0,
-            face_width: 20e-3,
-            body_length: [20e-3; 2],
-            rated_torque: 50.0,
-            form: ToothForm {
-                tip_relief: [relief; 2],
-                bore: [Some(48e-3), Some(76e-3)],
-                ..ToothForm::default()
-            },
-        })
-        .unwrap()
+        let form = ToothForm {
+            tip_relief: [relief; 2],
+            bore: [Some(48e-3), Some(76e-3)],
+            ..ToothForm::default()
+        };
+        Flanks::new(&pair([20, 30], form)).unwrap()
     }
 
     /// At any phase and load the springs bear what load sharing finds, with the same stiffness.
@@ -328,6 +320,20 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn helical_gears_are_refused() {
+        let mut pair = relieved().pair.clone();
+        pair.helix_angle = 0.2;
+        let flanks = Flanks::new(&pair).unwrap();
+        let face = Face {
+            width: 20e-3,
+            slices: 1,
+        };
+        let helix = flanks.base_helix_angle.tan();
+        let refused = MeshSprings::new(&flanks, face, 0.0);
+        assert_eq!(refused, Err(MeshTableError::HelicalPairs { helix }));
     }
 
     /// Askew flanks: the force over the approach tends to the wedge's with the square of the slice width.

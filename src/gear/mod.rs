@@ -2,6 +2,8 @@
 
 mod compliance;
 mod error;
+#[cfg(test)]
+mod fixtures;
 mod flank_law;
 mod flanks;
 mod form;
@@ -20,7 +22,7 @@ mod tip_contact;
 mod tooth;
 
 pub use compliance::PairCompliance;
-pub use error::GearError;
+pub use error::{FlankCourse, GearError};
 pub use flank_law::{FlankLaw, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, Hub, Material, Plane, ToothForm, Web};
@@ -36,7 +38,7 @@ pub use misalignment::{
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,
     loaded_misalignment,
 };
-pub use modification::{Modification, Relief, ReliefCourse};
+pub use modification::{BetweenPoints, Modification, PointCourse, Relief, ReliefCourse};
 pub use pair::GearPair;
 pub use sharing::{
     Contact, ContactPair, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad, SharingError,

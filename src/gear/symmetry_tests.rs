@@ -1,21 +1,13 @@
-use crate::gear::{Flanks, GearPair, Tooth, ToothForm, standard_symmetry};
+use crate::gear::{Flanks, GearPair, Tooth, ToothForm, fixtures, standard_symmetry};
 
 fn pair(teeth: [u32; 2], shift: [f64; 2], thinning: [f64; 2], more: f64) -> GearPair {
-    let mut pair = GearPair {
-        teeth,
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        helix_angle: 0.0,
-        face_width: 20e-3,
-        body_length: [20e-3; 2],
-        rated_torque: 50.0,
-        form: ToothForm {
-            profile_shift: shift,
-            thinning,
-            bore: teeth.map(|z| Some(1.6e-3 * f64::from(z))),
-            ..ToothForm::default()
-        },
+    let form = ToothForm {
+        profile_shift: shift,
+        thinning,
+        bore: teeth.map(|z| Some(1.6e-3 * f64::from(z))),
+        ..ToothForm::default()
     };
+    let mut pair = fixtures::pair(teeth, form);
     if more > 0.0 {
         pair.form.centre_distance = Some(pair.tight_centre_distance().unwrap() + more);
     }

@@ -92,23 +92,16 @@ impl TipContact {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::gear::{Flanks, GearPair, ToothForm};
+    use crate::gear::fixtures::pair;
+    use crate::gear::{Flanks, ToothForm};
 
     fn tips(teeth: [u32; 2], shift: [f64; 2]) -> [TipContact; 2] {
-        let pair = GearPair {
-            teeth,
-            module: 4e-3,
-            pressure_angle: 20f64.to_radians(),
-            helix_angle: 0.0,
-            face_width: 20e-3,
-            body_length: [20e-3; 2],
-            rated_torque: 50.0,
-            form: ToothForm {
-                profile_shift: shift,
-                bore: [Some(22e-3), Some(26e-3)],
-                ..ToothForm::default()
-            },
+        let form = ToothForm {
+            profile_shift: shift,
+            bore: [Some(22e-3), Some(26e-3)],
+            ..ToothForm::default()
         };
+        let pair = pair(teeth, form);
         Flanks::new(&pair).unwrap().tips()
     }
 

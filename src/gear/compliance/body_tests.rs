@@ -1,5 +1,5 @@
 use super::*;
-use crate::gear::{GearPair, ToothForm};
+use crate::gear::{GearPair, ToothForm, fixtures};
 
 const UNIT: Material = Material {
     young_modulus: 1.0,
@@ -7,19 +7,11 @@ const UNIT: Material = Material {
 };
 
 fn tooth(teeth: u32, shift: f64) -> Tooth {
-    let pair = GearPair {
-        teeth: [teeth, 30],
-        module: 4e-3,
-        pressure_angle: 20f64.to_radians(),
-        helix_angle: 0.0,
-        face_width: 20e-3,
-        body_length: [20e-3; 2],
-        rated_torque: 50.0,
-        form: ToothForm {
-            profile_shift: [shift, 0.0],
-            ..ToothForm::default()
-        },
+    let form = ToothForm {
+        profile_shift: [shift, 0.0],
+        ..ToothForm::default()
     };
+    let pair = fixtures::pair([teeth, 30], form);
     Tooth::new(&pair, 0).unwrap()
 }
 
@@ -174,23 +166,19 @@ fn every_drawing_has_a_compliance() {
     while found < 40 {
         let teeth = 9.0 * (500.0f64 / 9.0).powf(between(0.0, 1.0));
         let addendum = between(0.6, 1.4);
-        let pair = GearPair {
-            teeth: [teeth as u32, 30],
-            module: 4e-3,
-            pressure_angle: between(14f64, 28.0).to_radians(),
-            helix_angle: 0.0,
-            face_width: 20e-3,
-            body_length: [20e-3; 2],
-            rated_torque: 50.0,
-            form: ToothForm {
-                profile_shift: [between(-0.5, 1.0), 0.0],
-                rack: crate::gear::BasicRack {
-                    addendum,
-                    dedendum: addendum + between(0.15, 0.4),
-                    tip_radius: between(0.0, 0.4),
-                },
-                ..ToothForm::default()
+        let pressure_angle = between(14f64, 28.0).to_radians();
+        let form = ToothForm {
+            profile_shift: [between(-0.5, 1.0), 0.0],
+            rack: crate::gear::BasicRack {
+                addendum,
+                dedendum: addendum + between(0.15, 0.4),
+                tip_radius: between(0.0, 0.4),
             },
+            ..ToothForm::default()
+        };
+        let pair = GearPair {
+            pressure_angle,
+            ..fixtures::pair([teeth as u32, 30], form)
         };
         let Ok(gear) = Tooth::new(&pair, 0) else {
             continue;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::gear::{BasicRack, GearPair, ToothForm};
+use crate::gear::{BasicRack, GearPair, ToothForm, fixtures};
 use std::f64::consts::FRAC_PI_2;
 
 const RESOLUTION: Resolution = Resolution {
@@ -10,18 +10,13 @@ const RESOLUTION: Resolution = Resolution {
 };
 
 fn tooth(teeth: u32, pressure_angle: f64, rack: BasicRack) -> Tooth {
+    let form = ToothForm {
+        rack,
+        ..ToothForm::default()
+    };
     let pair = GearPair {
-        teeth: [teeth; 2],
-        module: 4e-3,
         pressure_angle,
-        helix_angle: 0.0,
-        face_width: 20e-3,
-        body_length: [20e-3; 2],
-        rated_torque: 50.0,
-        form: ToothForm {
-            rack,
-            ..ToothForm::default()
-        },
+        ..fixtures::pair([teeth; 2], form)
     };
     Tooth::new(&pair, 0).unwrap()
 }

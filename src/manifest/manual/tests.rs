@@ -246,6 +246,20 @@ fn surroundings(path: &str) -> String {
                 &format!("[excitation]\ngear_error = {error} #"),
             );
         }
+        _ if path.starts_with("gear.profile_points.") => {
+            let points = "roll_length = [0.014, 0.016, 0.02], missing = [0, 0, 1e-6]";
+            put(
+                "[gear]",
+                &format!("[gear]\nprofile_points = [{{ gear = \"pinion\", {points} }}] #"),
+            );
+        }
+        _ if path.starts_with("gear.lead_points.") => {
+            let points = "place = [0, 0.002, 0.004], missing = [0, 0, 1e-6]";
+            put(
+                "[gear]",
+                &format!("[gear]\nlead_points = [{{ gear = \"pinion\", {points} }}] #"),
+            );
+        }
         _ if path.starts_with("excitation.torque_ripple.") => {
             let ripple = "[{ shaft = \"wheel\", order = 1, amplitude = 1 }]";
             put(

@@ -1,8 +1,9 @@
 //! `[gear]`: the pair as its drawing gives it.
 
+use super::flank_points;
 use crate::gear::{
-    BasicRack, BodyShape, Flanks, GearError, GearPair, Hub, Material, Modification, Plane, Relief,
-    ReliefCourse, ToothForm, Web,
+    BasicRack, BodyShape, FlankCourse, Flanks, GearError, GearPair, Hub, Material, Modification,
+    Plane, Relief, ReliefCourse, ToothForm, Web,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -22,21 +23,29 @@ pub(super) fn read(section: &Section, issues: &mut Issues) -> Option<GearPair> {
     let rated_torque = section.quantity(issues, "rated_torque");
     let form = form(section, issues, body_length);
     let plane = plane(section, issues, module.zip(face_width));
-    // The schema bounds the teeth far below the range of u32.
-    let [pinion, wheel] = teeth?.map(u32::try_from);
-    let pair = GearPair {
-        teeth: [pinion.ok()?, wheel.ok()?],
-        module: module?,
-        pressure_angle: pressure_angle?,
-        helix_angle: helix_angle?,
-        face_width: face_width?,
-        body_length: body_length?,
-        rated_torque: rated_torque?,
-        form: ToothForm {
-            plane: plane?,
-            ..form?
-        },
+    let drawn = || {
+        // The schema bounds the teeth far below the range of u32.
+        let [pinion, wheel] = teeth?.map(u32::try_from);
+        Some(GearPair {
+            teeth: [pinion.ok()?, wheel.ok()?],
+            module: module?,
+            pressure_angle: pressure_angle?,
+            helix_angle: helix_angle?,
+            face_width: face_width?,
+            body_length: body_length?,
+            rated_torque: rated_torque?,
+            form: ToothForm {
+                plane: plane?,
+                ..form?
+            },
+        })
     };
+    let pair = drawn();
+    let profile_points = flank_points::profiles(section, issues, pair.as_ref());
+    let lead_points = flank_points::leads(section, issues);
+    let mut pair = pair?;
+    pair.form.profile_points = profile_points?;
+    pair.form.lead_points = lead_points?;
     check(section, issues, &pair)?;
     Some(pair)
 }
@@ -223,7 +232,13 @@ fn check(section: &Section, issues: &mut Issues, pair: &GearPair) -> Option<()> 
         Err(error) => error,
     };
     let suspects = match error {
-        GearError::RackTip { .. } => ["rack"].as_slice(),
+        GearError::OnePoint { course, .. }
+        | GearError::PointOrder { course, .. }
+        | GearError::PointOffFlank { course, .. } => match course {
+            FlankCourse::Profile => ["profile_points"].as_slice(),
+            FlankCourse::Lead => &["lead_points"],
+        },
+        GearError::RackTip { .. } => &["rack"],
         GearError::PointedTip { .. }
         | GearError::TipBelowForm { .. }
         | GearError::Interference { .. }

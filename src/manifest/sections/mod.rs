@@ -8,6 +8,7 @@ pub(super) mod contact_law;
 mod continuation;
 mod drive_kind;
 mod excitation;
+mod flank_points;
 mod friction;
 mod gear;
 mod job;
@@ -17,6 +18,7 @@ mod model;
 mod orbits;
 mod run;
 mod shafts;
+mod slices;
 mod tables;
 mod train;
 mod unfelt;
@@ -109,6 +111,7 @@ pub(super) fn resolve(
         Child::Absent => Some(ExcitationSpec::default()),
         Child::Invalid => None,
     };
+    slices::check_reduction(root, issues, model.as_ref(), mesh.as_ref());
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, issues, retained);
     tables::check_kernel(root, issues, mesh.as_ref(), run.as_ref());

@@ -16,6 +16,14 @@ const COURSES: &[&str] = &["linear", "parabolic"];
 /// Of the keys `course` of reliefs.
 const COURSE: &str = "How the relief rises: in proportion to the way, or with its square.";
 
+const GEARS: &[&str] = &["pinion", "wheel"];
+
+const BETWEEN: &[&str] = &["linear", "monotone"];
+
+/// Of the keys `between` of courses through points.
+const BETWEEN_POINTS: &str = "What lies between the points: straight lines, or cubics with one slope on both sides of a \
+                              point that rise and fall where the points do.";
+
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     table("gear").otherwise("an error, except with kind = \"modal\"")
@@ -125,4 +133,40 @@ pub(super) const KEYS: &[Key] = &[
     quantity("gear.lead_slope", Length, ANY, r#""6 um""#).or("0").or_pair(BOTH)
         .about("Slope of the lead, modification or deviation: how much more material is missing at the end of the face \
                 on the side of positive tilt than at the other. Misalignment that belongs to the gears."),
+    key("gear.profile_points", Kind::List("tables"), ANY,
+        r#"[{ gear = "pinion", roll_length = ["14 mm", "18 mm", "20 mm"], missing = [0, 0, "8 um"] }]"#).or("[]")
+        .about("The profile of a gear's flanks through points, drawn or measured, on top of reliefs, crowning and slope. \
+                Before the first point and behind the last it stays what it is there. Every point is a kink of the mesh, \
+                which costs segments: a measured course of hundreds of points is best thinned out to a few dozen."),
+    table("gear.profile_points.*"),
+    choice("gear.profile_points.*.gear", GEARS, r#""wheel""#)
+        .about("Whose flanks they are."),
+    key("gear.profile_points.*.roll_length", Kind::List("lengths"), ANY, r#"["14 mm", "18 mm", "20 mm"]"#)
+        .otherwise("required without `diameter`")
+        .about("Places of the points, increasing: roll lengths from the base circle, base radius times roll angle."),
+    quantity("gear.profile_points.*.roll_length.*", Length, NON_NEGATIVE, r#""18 mm""#),
+    key("gear.profile_points.*.diameter", Kind::List("lengths"), ANY, r#"["79 mm", "85 mm", "88 mm"]"#)
+        .otherwise("required without `roll_length`")
+        .about("The same places as diameters, increasing."),
+    quantity("gear.profile_points.*.diameter.*", Length, POSITIVE, r#""85 mm""#),
+    key("gear.profile_points.*.missing", Kind::List("lengths"), ANY, r#"[0, 0, "8 um"]"#)
+        .about("Material missing at each of the points, normal to the flank; negative where there is too much."),
+    quantity("gear.profile_points.*.missing.*", Length, ANY, r#""8 um""#),
+    choice("gear.profile_points.*.between", BETWEEN, r#""monotone""#).or(r#""linear""#)
+        .about(BETWEEN_POINTS),
+    key("gear.lead_points", Kind::List("tables"), ANY,
+        r#"[{ gear = "wheel", place = ["-10 mm", "6 mm", "10 mm"], missing = [0, 0, "5 um"] }]"#).or("[]")
+        .about("The lead of a gear's flanks through points, on top of end relief, crowning and slope. The face is computed \
+                in slices, on each of which the lead is a straight line."),
+    table("gear.lead_points.*"),
+    choice("gear.lead_points.*.gear", GEARS, r#""wheel""#)
+        .about("Whose flanks they are."),
+    key("gear.lead_points.*.place", Kind::List("lengths"), ANY, r#"["-10 mm", "6 mm", "10 mm"]"#)
+        .about("Places of the points along the face, from its middle, increasing."),
+    quantity("gear.lead_points.*.place.*", Length, ANY, r#""6 mm""#),
+    key("gear.lead_points.*.missing", Kind::List("lengths"), ANY, r#"[0, 0, "5 um"]"#)
+        .about("Material missing at each of the points, normal to the flank; negative where there is too much."),
+    quantity("gear.lead_points.*.missing.*", Length, ANY, r#""5 um""#),
+    choice("gear.lead_points.*.between", BETWEEN, r#""monotone""#).or(r#""linear""#)
+        .about(BETWEEN_POINTS),
 ];

@@ -1,0 +1,141 @@
+//! `[[gear.profile_points]]`, `[[gear.lead_points]]`: courses of flanks through points.
+
+use crate::gear::{BetweenPoints, GearPair, PointCourse};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+
+/// The profiles of both gears over their roll lengths; the drawing turns diameters into them.
+pub(super) fn profiles(
+    section: &Section,
+    issues: &mut Issues,
+    pair: Option<&GearPair>,
+) -> Option<[PointCourse; 2]> {
+    courses(
+        section,
+        issues,
+        "profile_points",
+        |table, issues, gear| match [table.has("roll_length"), table.has("diameter")] {
+            [true, true] => {
+                table.without_effect(
+                    issues,
+                    &["diameter"],
+                    "beside `roll_length`",
+                    "remove one of the two",
+                );
+                None
+            }
+            [_, false] => table.quantities(issues, "roll_length", None),
+            [false, true] => {
+                let diameters = table.quantities(issues, "diameter", None)?;
+                let base = pair?.base_radii()[gear];
+                let below = diameters.iter().find(|&&diameter| 0.5 * diameter < base);
+                if let Some(diameter) = below {
+                    issues.push(
+                        Diagnostic::new(
+                            DiagnosticKind::OutOfRange,
+                            table.span_of("diameter"),
+                            &table.path_of("diameter"),
+                            format!(
+                                "a diameter of {:.4} mm lies inside the base circle of {:.4} mm",
+                                1e3 * diameter,
+                                2e3 * base
+                            ),
+                        )
+                        .label("no involute there")
+                        .accepted("diameters on the involute, above the base circle"),
+                    );
+                    return None;
+                }
+                let length = |diameter: f64| (0.25 * diameter * diameter - base * base).sqrt();
+                Some(diameters.into_iter().map(length).collect())
+            }
+        },
+    )
+}
+
+/// The leads of both gears over the distance from mid-face.
+pub(super) fn leads(section: &Section, issues: &mut Issues) -> Option<[PointCourse; 2]> {
+    courses(section, issues, "lead_points", |table, issues, _| {
+        table.quantities(issues, "place", None)
+    })
+}
+
+/// The courses of a list of tables, `places` reading those of one for a gear, 0 or 1.
+fn courses(
+    section: &Section,
+    issues: &mut Issues,
+    name: &str,
+    places: impl Fn(&Section, &mut Issues, usize) -> Option<Vec<f64>>,
+) -> Option<[PointCourse; 2]> {
+    let mut found = [PointCourse::default(), PointCourse::default()];
+    let mut whole = true;
+    for table in section.tables(issues, name)? {
+        let gear = table.choice(issues, "gear");
+        let at = places(&table, issues, usize::from(gear == Some("wheel")));
+        let missing = table.quantities(issues, "missing", None);
+        let between = table.choice_or_default(issues, "between");
+        let (Some(gear), Some(at), Some(missing), Some(between)) = (gear, at, missing, between)
+        else {
+            whole = false;
+            continue;
+        };
+        let fault = if at.len() != missing.len() {
+            let (places, values) = (at.len(), missing.len());
+            Some((
+                "missing",
+                format!("{values} values at {places} places"),
+                "one value a place",
+            ))
+        } else if at.len() < 2 {
+            Some((
+                "missing",
+                "fewer than two points".to_owned(),
+                "two points or more",
+            ))
+        } else if at.windows(2).any(|pair| pair[1] <= pair[0]) {
+            let key = ["roll_length", "diameter", "place"]
+                .into_iter()
+                .find(|key| table.has(key));
+            let what = "places that do not increase".to_owned();
+            Some((
+                key.unwrap_or("missing"),
+                what,
+                "every place beyond the one before",
+            ))
+        } else if !found[usize::from(gear == "wheel")].points.is_empty() {
+            Some((
+                "gear",
+                format!("the {gear} has two courses"),
+                "one table a gear",
+            ))
+        } else {
+            None
+        };
+        if let Some((key, message, accepted)) = fault {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    table.span_of(key),
+                    &table.path_of(key),
+                    message,
+                )
+                .label("no course")
+                .accepted(accepted),
+            );
+            whole = false;
+            continue;
+        }
+        found[usize::from(gear == "wheel")] = PointCourse {
+            points: at
+                .into_iter()
+                .zip(missing)
+                .map(|(at, missing)| [at, missing])
+                .collect(),
+            between: match between {
+                "monotone" => BetweenPoints::Monotone,
+                _ => BetweenPoints::Linear,
+            },
+        };
+    }
+    whole.then_some(found)
+}
