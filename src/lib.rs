@@ -14,6 +14,7 @@
 pub mod analysis;
 pub mod characterize;
 pub mod cli;
+pub mod export;
 pub mod gear;
 pub mod input;
 pub mod manifest;

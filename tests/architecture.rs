@@ -17,7 +17,7 @@ const LAYERS: [&[&str]; 10] = [
     &["analysis"],
     &["manifest", "store"],
     &["sweep", "characterize", "verify"],
-    &["report"],
+    &["report", "export"],
     &["cli"],
 ];
 

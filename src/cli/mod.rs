@@ -8,6 +8,7 @@ mod console;
 mod earlier;
 mod events;
 mod excitation;
+pub mod export;
 pub mod follow;
 mod grid;
 pub mod help;
@@ -80,6 +81,8 @@ enum Command {
     Show(show::ShowArgs),
     /// Draw SVG and PNG pictures of a results or trace folder, or of a mesh table
     Plot(plot::PlotArgs),
+    /// Write the tables of a results or trace folder for other programs: CSV, NumPy, MATLAB, Excel
+    Export(export::ExportArgs),
     /// Tell how the answers of a point change with keys of the manifest
     Sensitivity(sensitivity::SensitivityArgs),
     /// Record one trajectory with its events
@@ -111,6 +114,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(&args),
         Command::Show(args) => show::run(&args),
         Command::Plot(args) => plot::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Sensitivity(args) => sensitivity::run(&args),
         Command::Trace(args) => trace::run(&args),
         Command::Machine(args) => machine::run(&args),

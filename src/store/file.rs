@@ -92,6 +92,11 @@ impl TableKind {
         matches!(self, Self::Branches | Self::Bifurcations | Self::Curves)
     }
 
+    /// Name of the table: that of its file without its ending.
+    pub fn name(self) -> &'static str {
+        self.file_name().trim_end_matches(".parquet")
+    }
+
     /// Name of the file, or of the folder of shards.
     pub fn file_name(self) -> &'static str {
         self.into()
@@ -361,24 +366,11 @@ impl ClosedTable {
     }
 }
 
-/// Writes a file whole or not at all. What has its name already, a symbolic link among them, is
-/// replaced and not written through.
+/// Creates a folder and its parents.
 ///
 /// # Errors
-/// The file cannot be written.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut temporary = temporary_file(folder, &format!(".{name}."))?;
-    temporary
-        .write_all(bytes)
-        .map_err(|source| StoreError::io(path, "write", source))?;
-    let (file, temporary) = temporary.into_parts();
-    publish(&file, temporary, path)
-}
-
-/// Creates a folder and its parents.
-pub(super) fn create_folder(folder: &Path) -> Result<(), StoreError> {
+/// The system refuses.
+pub fn create_folder(folder: &Path) -> Result<(), StoreError> {
     fs::create_dir_all(folder).map_err(|source| StoreError::io(folder, "create", source))
 }
 

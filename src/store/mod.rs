@@ -47,6 +47,7 @@ mod seal;
 mod table;
 mod tables;
 mod trace;
+mod whole;
 mod writer;
 
 pub use attractors::{AttractorRow, attractors_table};
@@ -65,7 +66,9 @@ pub use continuation::{
 };
 pub use cycle_expansion::{ExpansionRow, cycle_expansion_table};
 pub use error::{Damage, StoreError};
-pub use file::{GROUP_BYTES, GROUP_ROWS, Shard, TableKind, remove_stale, table_path, write_whole};
+pub use file::{
+    GROUP_BYTES, GROUP_ROWS, Shard, TableKind, create_folder, remove_stale, table_path,
+};
 pub use horizon::{HorizonRow, horizon_table};
 pub use io_fault::{IoFault, Purpose, Refusal};
 pub use journal::{Journal, SYNC_INTERVAL, journal_bytes, journal_path};
@@ -76,7 +79,9 @@ pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use point_row::{AxisColumn, Placement, PointRow};
 pub use probes::{ProbeRow, probes_table};
-pub use read::{ResultTable, read_run, read_runs, record_paths, verify};
+pub use read::{
+    ColumnHead, ColumnKind, ResultTable, present_tables, read_run, read_runs, record_paths, verify,
+};
 pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
@@ -91,4 +96,5 @@ pub use tables::{
     Origin, TableStore, Unwanted,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
+pub use whole::{WholeFile, write_whole};
 pub use writer::{ResultWriter, Written};

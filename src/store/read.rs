@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, RecordBatch};
-use arrow_schema::DataType;
+use arrow_schema::{DataType, FieldRef, Fields};
+use strum::VariantArray;
 
 use super::error::Damage;
 use super::file::TableKind;
@@ -20,12 +21,42 @@ use crate::input::{self, printable};
 /// Largest run record read \[bytes\]: a manifest, and a few hundred bytes a shard.
 const MOST_RECORD: u64 = 256 << 20;
 
+/// What the values of a column are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// Whole numbers.
+    Whole,
+    /// Numbers.
+    Number,
+    /// Truth values.
+    Truth,
+    /// Texts.
+    Text,
+    /// Lists of numbers.
+    List,
+}
+
+/// What a table says of a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColumnHead {
+    /// Its name.
+    pub name: String,
+    /// SI unit; `1` when dimensionless, empty for text and truth values.
+    pub unit: String,
+    /// One sentence.
+    pub description: String,
+    /// What its values are.
+    pub kind: ColumnKind,
+}
+
 /// A table in memory: one file, or all shards in the order of their names.
 #[derive(Debug, Clone)]
 pub struct ResultTable {
     path: PathBuf,
     batches: Vec<RecordBatch>,
     metadata: BTreeMap<String, String>,
+    /// All columns of its files, those that were not read among them.
+    fields: Fields,
     /// Positions of the rows, in ascending `point_id`.
     order: Vec<usize>,
 }
@@ -93,6 +124,7 @@ impl ResultTable {
             path: folder.join(kind.file_name()),
             batches: Vec::new(),
             metadata: BTreeMap::new(),
+            fields: Fields::empty(),
             order: Vec::new(),
         }
     }
@@ -124,6 +156,7 @@ impl ResultTable {
                 })?;
             }
             self.metadata = metadata;
+            self.fields = reader.schema().fields().clone();
             each(self, reader)?;
         }
         Ok(())
@@ -148,6 +181,39 @@ impl ResultTable {
     /// The file does not say.
     pub fn units(&self) -> Result<BTreeMap<String, String>, StoreError> {
         self.json("units")
+    }
+
+    /// The columns of its files, in their order, those that were not read among them.
+    ///
+    /// # Errors
+    /// The file does not say their units, or has a column of another type than those of this program.
+    pub fn columns(&self) -> Result<Vec<ColumnHead>, StoreError> {
+        let units = self.units()?;
+        let descriptions: BTreeMap<String, String> = self.json("descriptions")?;
+        let of = |texts: &BTreeMap<String, String>, name: &str| {
+            texts
+                .get(name)
+                .map(|text| printable(text).into_owned())
+                .unwrap_or_default()
+        };
+        let head = |field: &FieldRef| {
+            let name = field.name();
+            let kind = match field.data_type() {
+                DataType::UInt64 | DataType::UInt32 => ColumnKind::Whole,
+                DataType::Float64 => ColumnKind::Number,
+                DataType::Boolean => ColumnKind::Truth,
+                DataType::Utf8 => ColumnKind::Text,
+                DataType::List(_) => ColumnKind::List,
+                other => return Err(self.foreign(format!("column `{name}` is of type {other}"))),
+            };
+            Ok(ColumnHead {
+                unit: of(&units, name),
+                description: of(&descriptions, name),
+                name: name.clone(),
+                kind,
+            })
+        };
+        self.fields.iter().map(head).collect()
     }
 
     /// A text of the file's metadata, such as `job` or `half_gap` of a trace.
@@ -249,6 +315,32 @@ impl ResultTable {
             detail,
         }
     }
+}
+
+/// The tables of a folder, those that its records name and that are gone among them.
+///
+/// # Errors
+/// As [`read_runs`].
+pub fn present_tables(folder: &Path) -> Result<Vec<TableKind>, StoreError> {
+    let runs = match folder.is_dir() {
+        true => read_runs(folder)?,
+        false => Vec::new(),
+    };
+    let recorded = |path: &Path| {
+        let names = runs.iter().flat_map(|run| &run.tables);
+        names
+            .into_iter()
+            .any(|table| folder.join(&table.name).starts_with(path))
+    };
+    let is_there = |kind: &&TableKind| {
+        let path = folder.join(kind.file_name());
+        path.exists() || recorded(&path)
+    };
+    Ok(TableKind::VARIANTS
+        .iter()
+        .filter(is_there)
+        .copied()
+        .collect())
 }
 
 /// The run records of a results folder: `run.json`, or one a shard.

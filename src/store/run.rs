@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::file::{Shard, create_folder, write_whole};
+use super::file::{Shard, create_folder};
 use super::seal::{TableRecord, sealed};
+use super::whole::write_whole;
 use crate::propagate::instructions;
 use crate::topology::{Machine, Topology};
 

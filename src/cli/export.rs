@@ -1,0 +1,122 @@
+//! `atlas export`: tables of a results or trace folder for other programs.
+
+use super::{BAD_INPUT, answer, fail, with_causes};
+use crate::export::{ExportError, ExportRequest, Format, Lists, Surveyed, export, survey_folder};
+use crate::store::StoreError;
+use clap::Args;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Arguments of `atlas export`.
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
+    pub folder: PathBuf,
+    /// Format of the files.
+    #[arg(long, value_enum, default_value_t = Format::Csv)]
+    pub format: Format,
+    /// Tables, separated by commas: points, spectra, trace, ... [default: all].
+    #[arg(long, value_delimiter = ',', value_name = "TABLE,...")]
+    pub tables: Vec<String>,
+    /// Columns, separated by commas, of all tables that have them [default: all].
+    #[arg(long, value_delimiter = ',', value_name = "COLUMN,...")]
+    pub columns: Vec<String>,
+    /// Where lists go in csv and xlsx; in npz and mat they are matrices.
+    #[arg(long, value_enum, default_value_t = Lists::Wide)]
+    pub lists: Lists,
+    /// Folder for the files [default: `export` in the folder].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace files that are there already.
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Say which tables and columns there are, and write nothing.
+    #[arg(long)]
+    pub list: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub quiet: bool,
+    /// Print files and tables as JSON.
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+}
+
+/// Writes the files: status 0 when done, 2 for bad input, 1 where a file cannot be written.
+pub fn run(args: &ExportArgs) -> ExitCode {
+    let request = ExportRequest {
+        tables: args.tables.clone(),
+        columns: args.columns.clone(),
+        format: args.format,
+        lists: args.lists,
+        overwrite: args.overwrite,
+    };
+    let out = args
+        .out
+        .clone()
+        .unwrap_or_else(|| args.folder.join("export"));
+    let found = match args.list {
+        true => survey_folder(&args.folder, &request).map(|tables| (Vec::new(), tables)),
+        false => export(&args.folder, &request, &out).map(|done| (done.files, done.tables)),
+    };
+    let (files, tables) = match found {
+        Ok(found) => found,
+        Err(error) => return fail(status(&error), &with_causes(&error)),
+    };
+    let text = match (args.json, args.quiet, args.list) {
+        (true, ..) => format!(
+            "{:#}\n",
+            json!({
+                "files": files,
+                "tables": tables.iter().map(table_json).collect::<Vec<_>>(),
+            })
+        ),
+        (_, true, _) => String::new(),
+        (_, _, true) => tables.iter().map(table_text).collect::<Vec<_>>().join("\n"),
+        _ => files
+            .iter()
+            .map(|file| format!("{}\n", file.display()))
+            .collect(),
+    };
+    answer(&text, ExitCode::SUCCESS)
+}
+
+/// 1 where the system refuses, 2 where something else is to be asked for.
+fn status(error: &ExportError) -> u8 {
+    match error {
+        ExportError::Store(StoreError::Io(_)) | ExportError::Workbook { .. } => 1,
+        _ => BAD_INPUT,
+    }
+}
+
+fn table_text(table: &Surveyed) -> String {
+    let mut text = format!("{}: {} rows\n", table.name(), table.rows);
+    for column in &table.columns {
+        let unit = match column.head.unit.as_str() {
+            "" | "1" => String::new(),
+            unit => format!(" [{unit}]"),
+        };
+        let list = match column.is_list() {
+            true => format!(", {} elements", column.width),
+            false => String::new(),
+        };
+        text += &format!(
+            "  {}{unit}{list}: {}\n",
+            column.head.name, column.head.description
+        );
+    }
+    text
+}
+
+fn table_json(table: &Surveyed) -> Value {
+    let columns = table.columns.iter().map(|column| {
+        json!({
+            "name": column.head.name,
+            "unit": column.head.unit,
+            "description": column.head.description,
+            "elements": column.is_list().then_some(column.width),
+            "absent": column.absent,
+        })
+    });
+    json!({ "name": table.name(), "rows": table.rows, "columns": columns.collect::<Vec<_>>() })
+}

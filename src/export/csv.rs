@@ -1,0 +1,139 @@
+//! Text separated by commas (RFC 4180), UTF-8, lines that end in a line feed.
+//!
+//! Numbers are written with as many digits as tell them from their neighbours, so that they read back
+//! bit for bit. What a table does not have is an empty field, an empty text is `""`.
+
+use super::cells::Cell;
+use super::error::ExportError;
+use super::format::Lists;
+use super::sheet::{Sheet, write_lists, write_table};
+use super::survey::Surveyed;
+use crate::store::{StoreError, WholeFile};
+use std::fmt::Write as _;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// Writes a table, its lists widened or left out.
+pub fn table(
+    folder: &Path,
+    table: &Surveyed,
+    lists: Lists,
+    path: &Path,
+) -> Result<(), ExportError> {
+    written(path, |sheet| write_table(folder, table, lists, sheet))
+}
+
+/// Writes the lists of a table, a line an element.
+pub fn lists(folder: &Path, table: &Surveyed, path: &Path) -> Result<(), ExportError> {
+    written(path, |sheet| write_lists(folder, table, sheet))
+}
+
+fn written(
+    path: &Path,
+    rows: impl FnOnce(&mut Lines<'_, BufWriter<&std::fs::File>>) -> Result<(), ExportError>,
+) -> Result<(), ExportError> {
+    let file = WholeFile::create(path)?;
+    let sink = BufWriter::with_capacity(1 << 20, file.file());
+    let mut lines = Lines {
+        sink,
+        path,
+        line: String::new(),
+    };
+    rows(&mut lines)?;
+    let flushed = lines.sink.flush();
+    flushed.map_err(|source| StoreError::io(path, "write", source))?;
+    drop(lines);
+    Ok(file.publish()?)
+}
+
+struct Lines<'a, W> {
+    sink: W,
+    path: &'a Path,
+    line: String,
+}
+
+impl<W: Write> Sheet for Lines<'_, W> {
+    fn row(&mut self, cells: &[Cell<'_>]) -> Result<(), ExportError> {
+        self.line.clear();
+        for (place, cell) in cells.iter().enumerate() {
+            if place > 0 {
+                self.line.push(',');
+            }
+            push(&mut self.line, *cell);
+        }
+        self.line.push('\n');
+        let written = self.sink.write_all(self.line.as_bytes());
+        Ok(written.map_err(|source| StoreError::io(self.path, "write", source))?)
+    }
+}
+
+fn push(line: &mut String, cell: Cell<'_>) {
+    // Nothing that is written to a text is refused.
+    _ = match cell {
+        Cell::Absent => Ok(()),
+        Cell::Whole(value) => write!(line, "{value}"),
+        // Its exponent is written where the number is very large or very small.
+        Cell::Number(value) => write!(line, "{value:?}"),
+        Cell::Truth(value) => write!(line, "{value}"),
+        Cell::Text(text) if is_plain(text) => write!(line, "{text}"),
+        Cell::Text(text) => write!(line, "\"{}\"", text.replace('"', "\"\"")),
+    };
+}
+
+/// Whether a text needs no quotes.
+fn is_plain(text: &str) -> bool {
+    !text.is_empty() && text.trim() == text && !text.contains(['"', ',', '\n', '\r'])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(cells: &[Cell<'_>]) -> String {
+        let mut lines = Lines {
+            sink: Vec::new(),
+            path: Path::new(""),
+            line: String::new(),
+        };
+        lines.row(cells).unwrap();
+        String::from_utf8(lines.sink).unwrap()
+    }
+
+    #[test]
+    fn fields_are_told_apart() {
+        let cells = [
+            Cell::Text("a, \"b\""),
+            Cell::Absent,
+            Cell::Text(""),
+            Cell::Text("x y"),
+            Cell::Truth(true),
+        ];
+        assert_eq!(line(&cells), "\"a, \"\"b\"\"\",,\"\",x y,true\n");
+        assert_eq!(
+            line(&[Cell::Text(" x"), Cell::Text("a\nb")]),
+            "\" x\",\"a\nb\"\n"
+        );
+    }
+
+    #[test]
+    fn numbers_read_back_bit_for_bit() {
+        for value in [
+            0.1 + 0.2,
+            -0.0,
+            5e-324,
+            f64::MAX,
+            1e22,
+            1.5e-5,
+            123_456.0,
+            f64::EPSILON,
+        ] {
+            let text = line(&[Cell::Number(value)]);
+            let back: f64 = text.trim().parse().unwrap();
+            assert_eq!(back.to_bits(), value.to_bits(), "{text}");
+        }
+        assert_eq!(
+            line(&[Cell::Number(1.5e-5), Cell::Whole(u64::MAX)]),
+            "1.5e-5,18446744073709551615\n"
+        );
+    }
+}

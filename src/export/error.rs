@@ -1,0 +1,109 @@
+//! Why can a table not be written for another program?
+
+use crate::store::StoreError;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A table cannot be exported.
+#[derive(Debug, Error)]
+pub enum ExportError {
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The folder has no result table.
+    #[error(
+        "no result tables in `{}`; give a folder that `atlas run`, `atlas follow` or `atlas trace` wrote",
+        folder.display()
+    )]
+    NoTables {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The folder does not have a table that was asked for.
+    #[error("`{}` has no table `{name}`; it has {present}", folder.display())]
+    NoTable {
+        /// The folder.
+        folder: PathBuf,
+        /// What was asked for.
+        name: String,
+        /// Those that are there.
+        present: String,
+    },
+    /// None of the tables has a column that was asked for.
+    #[error("no column `{name}` in {tables}{}", nearest.as_ref().map_or(
+        String::from("; `atlas export FOLDER --list` names them"), |known| format!("; is `{known}` meant?")
+    ))]
+    NoColumn {
+        /// What was asked for.
+        name: String,
+        /// The tables looked in.
+        tables: String,
+        /// A column with a name like it.
+        nearest: Option<String>,
+    },
+    /// A file would be replaced.
+    #[error("`{}` is there already: choose another folder with --out, or replace it with --overwrite", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A format that has no place for lists in a table of their own.
+    #[error("{format} keeps lists as matrices: leave out --lists long, or choose csv or xlsx")]
+    ListsAreMatrices {
+        /// The format.
+        format: &'static str,
+    },
+    /// More than a worksheet holds.
+    #[error(
+        "table `{table}` has {found} {what}, and a worksheet of Excel holds {most}{}; {remedy}",
+        if *what == "rows" { " below its head" } else { "" }
+    )]
+    Worksheet {
+        /// The table.
+        table: &'static str,
+        /// `rows`, `columns` or `characters in a text`.
+        what: &'static str,
+        /// How many it has.
+        found: u64,
+        /// How many there may be.
+        most: u64,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// More than a MATLAB file of level 5 holds in a variable.
+    #[error(
+        "table `{table}` would take {bytes} bytes, and a variable in a MATLAB file of level 5 at most \
+         {most}: choose columns with --columns, or --format npz or csv"
+    )]
+    MatlabVariable {
+        /// The table.
+        table: &'static str,
+        /// Bytes it would take.
+        bytes: u64,
+        /// Bytes a variable may take.
+        most: u64,
+    },
+    /// A whole number that a floating-point number does not hold.
+    #[error(
+        "column `{column}` of table `{table}` has the whole number {value}, which the numbers of {format} \
+         do not hold to the last digit (they do up to 2^53): leave it out with --columns, or choose csv"
+    )]
+    TooLarge {
+        /// The table.
+        table: &'static str,
+        /// The column.
+        column: String,
+        /// Its largest value.
+        value: u64,
+        /// The format.
+        format: &'static str,
+    },
+    /// The library of worksheets refused.
+    #[error("cannot write the workbook `{}`", path.display())]
+    Workbook {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: rust_xlsxwriter::XlsxError,
+    },
+}

@@ -1,0 +1,180 @@
+//! What is exported, where to, and what came of it.
+
+use super::error::ExportError;
+use super::format::{Format, Lists};
+use super::survey::{Surveyed, survey};
+use super::{csv, mat, npz, xlsx};
+use crate::store::{ResultTable, TableKind, create_folder, present_tables, remove_stale};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What is wanted of a folder of results.
+#[derive(Debug, Clone)]
+pub struct ExportRequest {
+    /// Names of tables; empty for all.
+    pub tables: Vec<String>,
+    /// Names of columns; empty for all. Tables without any of them are left out.
+    pub columns: Vec<String>,
+    /// In which format.
+    pub format: Format,
+    /// Where lists go.
+    pub lists: Lists,
+    /// Whether files that are there already are replaced.
+    pub overwrite: bool,
+}
+
+/// What was written.
+#[derive(Debug)]
+pub struct Exported {
+    /// The files, in the order of their tables.
+    pub files: Vec<PathBuf>,
+    /// What is in them.
+    pub tables: Vec<Surveyed>,
+}
+
+/// Writes tables of a folder into another, which is created where needed.
+///
+/// # Errors
+/// There is no such table or column, a file would be replaced, a format does not hold a table, or a file
+/// cannot be read or written.
+pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Exported, ExportError> {
+    if request.lists == Lists::Long {
+        let matrices = match request.format {
+            Format::Npz => Some("npz"),
+            Format::Mat => Some("mat"),
+            Format::Csv | Format::Xlsx => None,
+        };
+        if let Some(format) = matrices {
+            return Err(ExportError::ListsAreMatrices { format });
+        }
+    }
+    let tables = survey_folder(folder, request)?;
+    for table in &tables {
+        match request.format {
+            Format::Mat => mat::admit(table)?,
+            Format::Xlsx => xlsx::admit(table, request.lists)?,
+            Format::Csv | Format::Npz => {}
+        }
+    }
+    let files = files(folder, &tables, request, out);
+    if !request.overwrite
+        && let Some(path) = files.iter().find(|path| path.symlink_metadata().is_ok())
+    {
+        return Err(ExportError::Exists { path: path.clone() });
+    }
+    create_folder(out)?;
+    remove_stale(out)?;
+    match request.format {
+        Format::Mat => mat::write(folder, &tables, &files[0])?,
+        Format::Xlsx => xlsx::write(folder, &tables, request.lists, &files[0])?,
+        Format::Npz => {
+            for (table, path) in tables.iter().zip(&files) {
+                npz::write(folder, table, path)?;
+            }
+        }
+        Format::Csv => {
+            let mut paths = files.iter();
+            for table in &tables {
+                if let Some(path) = paths.next() {
+                    csv::table(folder, table, request.lists, path)?;
+                }
+                if table.has_long_lists(request.lists)
+                    && let Some(path) = paths.next()
+                {
+                    csv::lists(folder, table, path)?;
+                }
+            }
+        }
+    }
+    Ok(Exported { files, tables })
+}
+
+/// The tables of a folder that are asked for, read through once.
+///
+/// # Errors
+/// There is no such table or column, or a table cannot be read.
+pub fn survey_folder(folder: &Path, request: &ExportRequest) -> Result<Vec<Surveyed>, ExportError> {
+    let surveyed = |kind| Ok(survey(folder, kind, &request.columns)?);
+    chosen(folder, request)?.into_iter().map(surveyed).collect()
+}
+
+/// The tables that are asked for and have one of the columns asked for.
+fn chosen(folder: &Path, request: &ExportRequest) -> Result<Vec<TableKind>, ExportError> {
+    let present = present_tables(folder)?;
+    if present.is_empty() {
+        return Err(ExportError::NoTables {
+            folder: folder.to_path_buf(),
+        });
+    }
+    let listed = |kinds: &[TableKind]| {
+        kinds
+            .iter()
+            .map(|kind| kind.name())
+            .collect::<Vec<_>>()
+            .join(", ")
+    };
+    let unknown = |name: &&String| !present.iter().any(|kind| kind.name() == name.as_str());
+    if let Some(name) = request.tables.iter().find(unknown) {
+        return Err(ExportError::NoTable {
+            folder: folder.to_path_buf(),
+            name: name.clone(),
+            present: listed(&present),
+        });
+    }
+    let asked = |kind: &TableKind| {
+        request.tables.is_empty() || request.tables.iter().any(|name| name == kind.name())
+    };
+    let kinds: Vec<TableKind> = present.into_iter().filter(asked).collect();
+    if request.columns.is_empty() {
+        return Ok(kinds);
+    }
+    let mut known: Vec<(TableKind, Vec<String>)> = Vec::new();
+    for &kind in &kinds {
+        let heads = ResultTable::head(folder, kind)?.columns()?;
+        known.push((kind, heads.into_iter().map(|head| head.name).collect()));
+    }
+    let everywhere = || known.iter().flat_map(|(_, names)| names);
+    if let Some(name) = request
+        .columns
+        .iter()
+        .find(|name| !everywhere().any(|n| n == *name))
+    {
+        let near = |known: &&String| strsim::jaro_winkler(known, name);
+        let nearest = everywhere().max_by(|a, b| near(a).total_cmp(&near(b)));
+        return Err(ExportError::NoColumn {
+            name: name.clone(),
+            tables: listed(&kinds),
+            nearest: nearest.filter(|known| near(known) > 0.8).cloned(),
+        });
+    }
+    let has = |names: &[String]| request.columns.iter().any(|name| names.contains(name));
+    Ok(known
+        .into_iter()
+        .filter(|(_, names)| has(names))
+        .map(|(kind, _)| kind)
+        .collect())
+}
+
+/// The files to be written.
+fn files(folder: &Path, tables: &[Surveyed], request: &ExportRequest, out: &Path) -> Vec<PathBuf> {
+    let extension = request.format.extension();
+    let file = |stem: &str| out.join(format!("{stem}.{extension}"));
+    if request.format.holds_all() {
+        // `.` and the like have no name of their own.
+        let whole = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+        let name = whole
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        return vec![file(if name.is_empty() { "results" } else { &name })];
+    }
+    let mut files = Vec::new();
+    for table in tables {
+        files.push(file(table.name()));
+        if table.has_long_lists(request.lists) {
+            files.push(file(&format!("{}_lists", table.name())));
+        }
+    }
+    files
+}

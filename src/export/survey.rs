@@ -1,0 +1,208 @@
+//! What has to be known of a table before it is written: rows, lengths of lists and texts.
+
+use super::cells::{Cell, Cells};
+use super::error::ExportError;
+use super::format::Lists;
+use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
+use std::path::Path;
+
+/// Whole numbers up to this have floating-point numbers of their own.
+const EXACT: u64 = 1 << 53;
+
+/// A table of a folder and what was found of its columns.
+#[derive(Debug)]
+pub struct Surveyed {
+    /// Which it is.
+    pub kind: TableKind,
+    /// Rows.
+    pub rows: u64,
+    /// Elements of all its lists.
+    pub elements: u64,
+    /// The columns chosen, in file order.
+    pub columns: Vec<SurveyedColumn>,
+}
+
+/// A column of a table.
+#[derive(Debug)]
+pub struct SurveyedColumn {
+    /// Name, unit, description and type.
+    pub head: ColumnHead,
+    /// Rows without a value.
+    pub absent: u64,
+    /// Elements of the longest list.
+    pub width: usize,
+    /// Characters of the longest text.
+    pub characters: usize,
+    /// Bytes of all texts, each filled up to a multiple of eight.
+    pub(super) padded_bytes: u64,
+    /// Largest whole number.
+    largest: u64,
+}
+
+impl SurveyedColumn {
+    fn new(head: ColumnHead) -> Self {
+        Self {
+            head,
+            absent: 0,
+            width: 0,
+            characters: 0,
+            padded_bytes: 0,
+            largest: 0,
+        }
+    }
+
+    fn add(&mut self, cells: &Cells) {
+        for row in 0..cells.rows() {
+            if let Cells::List(lists) = cells {
+                self.absent += u64::from(lists[row].is_none());
+                self.width = self.width.max(cells.length(row));
+                continue;
+            }
+            match cells.at(row, 0) {
+                Cell::Absent => self.absent += 1,
+                Cell::Whole(value) => self.largest = self.largest.max(value),
+                Cell::Text(text) => {
+                    self.characters = self.characters.max(text.chars().count());
+                    self.padded_bytes += (text.len() as u64).next_multiple_of(8);
+                }
+                Cell::Number(_) | Cell::Truth(_) => {}
+            }
+        }
+    }
+
+    /// Whether it holds lists.
+    pub fn is_list(&self) -> bool {
+        self.head.kind == ColumnKind::List
+    }
+
+    /// Columns it becomes where lists are widened.
+    pub fn places(&self) -> usize {
+        if self.is_list() { self.width } else { 1 }
+    }
+
+    /// `deflection_rms [m]`, `harmonics_2 [m]` of the second element of a list; without a unit where
+    /// it has none.
+    fn title(&self, place: usize) -> String {
+        let mut title = self.head.name.clone();
+        if self.is_list() {
+            title += &format!("_{}", place + 1);
+        }
+        match self.head.unit.as_str() {
+            "" | "1" => title,
+            unit => title + &format!(" [{unit}]"),
+        }
+    }
+}
+
+impl Surveyed {
+    /// Name of the table.
+    pub fn name(&self) -> &'static str {
+        self.kind.name()
+    }
+
+    /// Its columns with lists widened to one column an element, or left out.
+    pub(super) fn flat(&self, lists: Lists) -> Vec<Flat> {
+        let columns = self.columns.iter().enumerate();
+        let shown = columns.filter(|(_, column)| lists == Lists::Wide || !column.is_list());
+        let each = |(index, column): (usize, &SurveyedColumn)| {
+            let titles: Vec<String> = (0..column.places())
+                .map(|place| column.title(place))
+                .collect();
+            let flat = titles.into_iter().enumerate();
+            flat.map(move |(place, title)| Flat {
+                column: index,
+                place,
+                title,
+            })
+        };
+        shown.flat_map(each).collect()
+    }
+
+    /// Whether lists are to go into a table of their own.
+    pub(super) fn has_long_lists(&self, lists: Lists) -> bool {
+        lists == Lists::Long && self.columns.iter().any(SurveyedColumn::is_list)
+    }
+
+    /// Refuses whole numbers that a format's floating-point numbers do not hold, in columns where it
+    /// has such.
+    pub(super) fn exact(
+        &self,
+        format: &'static str,
+        floating: impl Fn(&SurveyedColumn) -> bool,
+    ) -> Result<(), ExportError> {
+        let inexact = |column: &&SurveyedColumn| column.largest > EXACT && floating(column);
+        match self.columns.iter().find(inexact) {
+            None => Ok(()),
+            Some(column) => Err(ExportError::TooLarge {
+                table: self.name(),
+                column: column.head.name.clone(),
+                value: column.largest,
+                format,
+            }),
+        }
+    }
+
+    /// Hands over the rows, some thousand at a time, a [`Cells`] a column.
+    pub(super) fn scan(
+        &self,
+        folder: &Path,
+        mut each: impl FnMut(Vec<Cells>) -> Result<(), ExportError>,
+    ) -> Result<(), ExportError> {
+        let names: Vec<&str> = (self.columns.iter())
+            .map(|column| column.head.name.as_str())
+            .collect();
+        ResultTable::scan(folder, self.kind, &names, |rows| {
+            let columns = self.columns.iter();
+            let cells =
+                columns.map(|column| Cells::read(rows, &column.head.name, column.head.kind));
+            each(cells.collect::<Result<_, _>>()?)
+        })
+    }
+}
+
+/// A column of a table without lists.
+#[derive(Debug)]
+pub(super) struct Flat {
+    /// The column of the table that it is of, from 0.
+    pub column: usize,
+    /// The element of its lists, from 0.
+    pub place: usize,
+    /// What stands at its head.
+    pub title: String,
+}
+
+/// Reads through a table; of its columns only those chosen, where some are.
+///
+/// # Errors
+/// The table cannot be read, or is not what was written.
+pub fn survey(folder: &Path, kind: TableKind, chosen: &[String]) -> Result<Surveyed, StoreError> {
+    let heads = ResultTable::head(folder, kind)?.columns()?;
+    let wanted = |head: &ColumnHead| chosen.is_empty() || chosen.contains(&head.name);
+    let columns: Vec<SurveyedColumn> = (heads.into_iter())
+        .filter(wanted)
+        .map(SurveyedColumn::new)
+        .collect();
+    let mut found = Surveyed {
+        kind,
+        rows: 0,
+        elements: 0,
+        columns,
+    };
+    let names: Vec<String> = (found.columns.iter())
+        .map(|column| column.head.name.clone())
+        .collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    ResultTable::scan(folder, kind, &names, |rows| {
+        found.rows += rows.rows() as u64;
+        for column in &mut found.columns {
+            let cells = Cells::read(rows, &column.head.name, column.head.kind)?;
+            column.add(&cells);
+            if column.is_list() {
+                let lengths = (0..cells.rows()).map(|row| cells.length(row) as u64);
+                found.elements += lengths.sum::<u64>();
+            }
+        }
+        Ok::<_, StoreError>(())
+    })?;
+    Ok(found)
+}

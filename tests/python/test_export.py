@@ -1,0 +1,186 @@
+"""What `atlas export` writes, read back by the programs that it is for, has the values of the tables.
+
+`cargo test --test export --test store_sample` leaves the folders that are exported in
+target/tmp, and says in target/tmp/exported/atlas where the program is."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pandas as pd
+import pyarrow as pa
+import pyarrow.dataset
+import pytest
+import scipy.io
+
+ROOT = Path(__file__).resolve().parents[2]
+WRITTEN = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "tmp"
+FOLDERS = ["sample", "sharded", "exported/trace"]
+
+
+@pytest.fixture(scope="module", params=FOLDERS)
+def source(request) -> Path:
+    folder = WRITTEN / request.param
+    assert folder.is_dir(), "run `cargo test --release --test export --test store_sample` first"
+    return folder
+
+
+def export(source: Path, out: Path, *options: str) -> Path:
+    atlas = (WRITTEN / "exported" / "atlas").read_text()
+    subprocess.run([atlas, "export", source, "--quiet", "--out", out, *options], check=True)
+    return out
+
+
+def tables(source: Path) -> dict[str, pa.Table]:
+    paths = sorted(source.glob("*.parquet"))
+    assert paths
+    # Files of shards in the order of their names.
+    return {path.stem: pyarrow.dataset.dataset(path).to_table() for path in paths}
+
+
+def unit(field: pa.Field) -> str:
+    return field.metadata[b"unit"].decode()
+
+
+def width(column: pa.ChunkedArray) -> int:
+    return max((len(each) for each in column.to_pylist() if each is not None), default=0)
+
+
+def matrix(column: pa.ChunkedArray) -> np.ndarray:
+    """Lists as rows, NaN behind their end."""
+    rows = np.full((len(column), width(column)), np.nan)
+    for row, each in zip(rows, column.to_pylist()):
+        values = [np.nan if value is None else value for value in each or []]
+        row[: len(values)] = values
+    return rows
+
+
+def numbers(column: pa.ChunkedArray) -> np.ndarray:
+    return np.array([np.nan if v is None else float(v) for v in column.to_pylist()], dtype=float)
+
+
+def title(field: pa.Field, suffix: str = "") -> str:
+    named = field.name + suffix
+    return named if unit(field) in ("", "1") else f"{named} [{unit(field)}]"
+
+
+def flat(table: pa.Table) -> dict[str, list]:
+    """Columns by title, lists widened."""
+    columns = {}
+    for field in table.schema:
+        column = table[field.name]
+        if pa.types.is_list(field.type):
+            for place in range(width(column)):
+                values = [
+                    each[place] if each is not None and place < len(each) else None
+                    for each in column.to_pylist()
+                ]
+                columns[title(field, f"_{place + 1}")] = values
+        else:
+            columns[title(field)] = column.to_pylist()
+    return columns
+
+
+def test_csv(source, tmp_path):
+    export(source, tmp_path, "--format", "csv")
+    for name, table in tables(source).items():
+        frame = pd.read_csv(
+            tmp_path / f"{name}.csv", keep_default_na=False, na_values=[""],
+            dtype_backend="pyarrow",
+        )  # fmt: skip
+        expected = flat(table)
+        assert list(frame.columns) == list(expected)
+        assert len(frame) == table.num_rows
+        for column, values in expected.items():
+            found = [None if pd.isna(value) else value for value in frame[column].tolist()]
+            assert found == values, f"{name}: {column}"
+
+
+def test_csv_with_lists_apart(source, tmp_path):
+    export(source, tmp_path, "--lists", "long")
+    for name, table in tables(source).items():
+        lists = [field for field in table.schema if pa.types.is_list(field.type)]
+        frame = pd.read_csv(tmp_path / f"{name}.csv")
+        assert len(frame.columns) == len(table.schema) - len(lists)
+        path = tmp_path / f"{name}_lists.csv"
+        assert path.exists() == bool(lists)
+        if not lists:
+            continue
+        long = pd.read_csv(path)
+        for field in lists:
+            found = np.full_like(matrix(table[field.name]), np.nan)
+            own = long[long["column"] == field.name]
+            found[own["row"] - 1, own["element"] - 1] = own["value"]
+            np.testing.assert_array_equal(found, matrix(table[field.name]))
+            assert set(own["unit"].dropna().astype(str)) <= {unit(field)}
+        if "point_id" in table.column_names:
+            ids = np.array(table["point_id"].to_pylist())
+            assert (ids[long["row"] - 1] == long["point_id"]).all()
+
+
+def test_npz(source, tmp_path):
+    export(source, tmp_path, "--format", "npz")
+    for name, table in tables(source).items():
+        with np.load(tmp_path / f"{name}.npz", allow_pickle=False) as arrays:
+            assert list(arrays["column_names"]) == table.column_names
+            assert list(arrays["column_units"]) == [unit(field) for field in table.schema]
+            assert len(arrays.files) == len(table.schema) + 3
+            for field in table.schema:
+                found, column = arrays[field.name], table[field.name]
+                if pa.types.is_list(field.type):
+                    np.testing.assert_array_equal(found, matrix(column))
+                elif pa.types.is_string(field.type):
+                    assert found.tolist() == [text or "" for text in column.to_pylist()]
+                elif pa.types.is_floating(field.type) or column.null_count:
+                    assert found.dtype == np.float64
+                    np.testing.assert_array_equal(found, numbers(column))
+                else:
+                    wanted = np.bool_ if pa.types.is_boolean(field.type) else np.uint64
+                    assert found.dtype == wanted
+                    assert found.tolist() == column.to_pylist()
+
+
+def test_mat(source, tmp_path):
+    export(source, tmp_path, "--format", "mat")
+    (path,) = tmp_path.iterdir()
+    assert path.name == f"{source.name}.mat"
+    kept = scipy.io.loadmat(path, simplify_cells=True)
+    raw = scipy.io.loadmat(path)
+    variables = {name: shape for name, shape, _ in scipy.io.whosmat(path)}
+    assert set(variables) == set(tables(source)) | {"units", "descriptions"}
+    for name, table in tables(source).items():
+        for field in table.schema:
+            column = table[field.name]
+            found = np.asarray(kept[name][field.name])
+            assert raw[name][field.name][0, 0].shape[0] == table.num_rows
+            if pa.types.is_list(field.type):
+                np.testing.assert_array_equal(found.reshape(len(column), -1), matrix(column))
+            elif pa.types.is_string(field.type):
+                texts = [str(text) if np.size(text) else "" for text in found.tolist()]
+                assert texts == [text or "" for text in column.to_pylist()]
+            else:
+                np.testing.assert_array_equal(found.astype(float), numbers(column))
+                logical = pa.types.is_boolean(field.type) and not column.null_count
+                assert raw[name][field.name][0, 0].dtype == (np.uint8 if logical else float)
+            told = kept["units"][name][field.name]
+            assert (str(told) if np.size(told) else "") == unit(field)
+
+
+def test_xlsx(source, tmp_path):
+    export(source, tmp_path, "--format", "xlsx")
+    (path,) = tmp_path.iterdir()
+    book = openpyxl.load_workbook(path, read_only=True)
+    found = tables(source)
+    assert set(book.sheetnames) == set(found) | {"columns"}
+    for name, table in found.items():
+        rows = list(book[name].iter_rows(values_only=True))
+        expected = flat(table)
+        assert list(rows[0]) == list(expected)
+        assert len(rows) == 1 + table.num_rows
+        for place, (column, values) in enumerate(expected.items()):
+            assert [row[place] for row in rows[1:]] == values, f"{name}: {column}"
+    told = list(book["columns"].iter_rows(values_only=True))[1:]
+    assert len(told) == sum(len(table.schema) for table in found.values())
+    assert ("deflection", "m") in {(column, of) for _, column, of, _ in told}
