@@ -526,7 +526,8 @@ fn a_trace_follows_the_sweep_asked_for() {
     let speed = 800.0 + STEP * ((lost - 800.0) / STEP).floor();
     let events = |direction: &str| {
         let point = format!("load=0.5,speed={speed}{direction}");
-        let output = place.atlas(&["trace", "m.toml", "--point", &point, "--json", "--out", "t"]);
+        let options = ["--json", "--fresh", "--out", "t"];
+        let output = place.atlas(&[&["trace", "m.toml", "--point", &point], &options[..]].concat());
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{said}");
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

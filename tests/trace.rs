@@ -38,7 +38,7 @@ fn trace(folder: &Path, arguments: &[&str]) -> Output {
 /// Runs `atlas trace` on a manifest's text, files in `out`, and returns the JSON summary.
 fn traced(folder: &Path, text: &str, arguments: &[&str]) -> serde_json::Value {
     std::fs::write(folder.join("m.toml"), text).unwrap();
-    let fixed = ["m.toml", "--json", "--out", "out"];
+    let fixed = ["m.toml", "--json", "--fresh", "--out", "out"];
     let output = trace(folder, &[&fixed, arguments].concat());
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(0), "{message}");
@@ -500,4 +500,31 @@ fn a_bad_point_is_explained() {
         .map(|entry| entry.unwrap().path())
         .collect();
     assert_eq!(left, [folder.path().join("m.toml")]);
+}
+
+#[test]
+fn a_trace_that_is_there_is_replaced_only_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.toml"), &*QUICKSTART).unwrap();
+    let arguments = ["m.toml", "--out", "out", "--skip", "0", "--cycles"];
+    let run = |more: &[&str]| {
+        let output = trace(
+            folder.path(),
+            &[&arguments[..], more, &["--point", POINT]].concat(),
+        );
+        let said = String::from_utf8(output.stderr).unwrap();
+        (output.status.code(), said)
+    };
+    let file = folder.path().join("out/trace.parquet");
+    assert_eq!(run(&["2"]).0, Some(0));
+    let first = std::fs::read(&file).unwrap();
+    let (status, said) = run(&["3"]);
+    assert_eq!(status, Some(2));
+    assert_eq!(
+        said,
+        "error: `out/trace.parquet` is there already; --fresh replaces this trace, --out DIR writes to another folder\n"
+    );
+    assert!(std::fs::read(&file).unwrap() == first);
+    assert_eq!(run(&["3", "--fresh"]), (Some(0), String::new()));
+    assert!(std::fs::read(&file).unwrap() != first);
 }

@@ -47,6 +47,9 @@ pub struct TraceArgs {
     /// Folder for the files [default: results/JOB/trace-POINT].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Replace a trace that is in the folder already.
+    #[arg(long)]
+    pub fresh: bool,
     #[command(flatten)]
     tables: TablesFolder,
     /// Print the summary as JSON.
@@ -65,6 +68,16 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         Ok(point) => point,
         Err(status) => return status,
     };
+    let folder = args.out.clone().unwrap_or_else(|| {
+        let name = match point.label.as_str() {
+            "" => "trace".to_owned(),
+            label => format!("trace-{label}"),
+        };
+        Path::new("results").join(&job.name).join(name)
+    });
+    if let Some(message) = occupied(&folder).filter(|_| !args.fresh) {
+        return fail(BAD_INPUT, &message);
+    }
     if let Err(message) = start_threads() {
         return fail(1, &message);
     }
@@ -79,13 +92,6 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         samples_per_cycle: args.samples_per_cycle,
         modal: args.modal,
     };
-    let folder = args.out.clone().unwrap_or_else(|| {
-        let name = match point.label.as_str() {
-            "" => "trace".to_owned(),
-            label => format!("trace-{label}"),
-        };
-        Path::new("results").join(&job.name).join(name)
-    });
     let start = match lead_up(&job, &point, &model, &parts) {
         Ok(start) => start,
         Err(error) => return fail(1, &error.to_string()),
@@ -106,6 +112,17 @@ pub fn run(args: &TraceArgs) -> ExitCode {
             &format!("the trace ended early: {stop}; the files hold what came before"),
         ),
     }
+}
+
+/// Why a folder must not be written to: it holds a trace.
+fn occupied(folder: &Path) -> Option<String> {
+    let file = table_path(folder, TableKind::Trace, None);
+    file.exists().then(|| {
+        format!(
+            "`{}` is there already; --fresh replaces this trace, --out DIR writes to another folder",
+            file.display()
+        )
+    })
 }
 
 fn model(point: &ChosenPoint, parts: &Parts) -> Result<Model, String> {
@@ -153,7 +170,9 @@ fn record(
         label: TraceLabel {
             job: job.name.clone(),
             manifest_hash: job.hash.clone(),
-            point: point.values.clone(),
+            point: (job.axes.iter().zip(&point.values))
+                .map(|(axis, (name, value))| (name.clone(), *value, axis.unit.clone()))
+                .collect(),
             period: model.period(),
             half_gap: model.half_gap,
         },

@@ -94,8 +94,8 @@ pub struct TraceLabel {
     pub job: String,
     /// Hash of its manifest.
     pub manifest_hash: String,
-    /// Name and SI value of every axis of the grid.
-    pub point: Vec<(String, f64)>,
+    /// Name, SI value and SI unit of every axis of the grid.
+    pub point: Vec<(String, f64, String)>,
     /// Mesh period \[s\].
     pub period: f64,
     /// Backlash half gap \[m\].
@@ -117,15 +117,17 @@ impl TraceWriter {
     pub fn create(folder: &Path, label: &TraceLabel, modal: bool) -> Result<Self, StoreError> {
         create_folder(folder)?;
         remove_stale(folder)?;
-        let point: serde_json::Map<String, serde_json::Value> = label
-            .point
-            .iter()
-            .map(|(name, value)| (name.clone(), serde_json::json!(value)))
-            .collect();
+        let mut point = serde_json::Map::new();
+        let mut units = serde_json::Map::new();
+        for (name, value, unit) in &label.point {
+            point.insert(name.clone(), serde_json::json!(value));
+            units.insert(name.clone(), serde_json::json!(unit));
+        }
         let metadata = [
             ("job", label.job.clone()),
             ("manifest_hash", label.manifest_hash.clone()),
             ("point", serde_json::Value::Object(point).to_string()),
+            ("point_units", serde_json::Value::Object(units).to_string()),
             (
                 "mesh_period",
                 serde_json::json!({ "value": label.period, "unit": "s" }).to_string(),
