@@ -2,15 +2,14 @@
 //! results.
 
 use super::process::Process;
-use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
+use super::{BAD_INPUT, INTERRUPTED, answer, fail, line, with_causes};
 use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
 use crate::store::{Characteristics, write_whole};
 use clap::{Args, Subcommand};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use std::fs;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -278,16 +277,9 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
 
 /// A bar on a terminal, nothing elsewhere.
 fn bar(quiet: bool, budget: Duration) -> ProgressBar {
-    let target = match !quiet && std::io::stderr().is_terminal() {
-        true => ProgressDrawTarget::stderr(),
-        false => ProgressDrawTarget::hidden(),
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
     let budget = budget.as_secs();
-    let template = format!("{{bar:30}} {{elapsed}} of about {budget} s  {{msg}}");
-    if let Ok(style) = ProgressStyle::with_template(&template) {
-        bar.set_style(style);
-    }
+    let template = format!("{{bar:8}} {{elapsed}} of about {budget} s  {{wide_msg}}");
+    let bar = line::bar(None, quiet, &template);
     bar.enable_steady_tick(Duration::from_millis(250));
     bar
 }

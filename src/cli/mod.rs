@@ -12,6 +12,7 @@ pub mod export;
 pub mod follow;
 mod grid;
 pub mod help;
+mod line;
 pub mod machine;
 pub mod merge;
 pub mod plan;

@@ -1,9 +1,10 @@
 //! Progress on standard error: a bar on a terminal, plain lines elsewhere.
 
 use super::activity::Activity;
+use super::line::{self, Part};
 use crate::store::PointRow;
 use crate::sweep::{Begun, Progress, Watcher};
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar};
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
@@ -24,15 +25,7 @@ impl Display {
     /// A display; silent when `quiet`.
     pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
-        let target = if quiet || !terminal {
-            ProgressDrawTarget::hidden()
-        } else {
-            ProgressDrawTarget::stderr()
-        };
-        let bar = ProgressBar::with_draw_target(None, target);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} points  {msg}") {
-            bar.set_style(style);
-        }
+        let bar = line::bar(None, quiet, "{wide_msg}");
         Self {
             bar,
             quiet,
@@ -56,22 +49,25 @@ impl Display {
     }
 
     fn show(&mut self, progress: &Progress) {
-        let mut text = remark(progress);
+        let mut parts = parts(progress);
         let nodes = self.activity.words(progress.elapsed.as_secs_f64());
         if !nodes.is_empty() {
-            text += &format!("; {nodes}");
+            parts.push(Part {
+                words: nodes,
+                rank: 5,
+            });
         }
-        self.bar.set_length(progress.points);
-        self.bar.set_position(progress.done);
         let plain = !self.quiet && !self.terminal;
         if plain && progress.elapsed >= self.last_line + LINE_INTERVAL {
             self.last_line = progress.elapsed;
-            self.say(&format!(
-                "{}/{} points, {text}",
-                progress.done, progress.points
-            ));
+            let words: Vec<&str> = parts.iter().map(|part| part.words.as_str()).collect();
+            self.say(&words.join(", "));
         }
-        self.bar.set_message(text);
+        if self.terminal && !self.quiet {
+            let share = progress.done as f64 / progress.points as f64;
+            self.bar
+                .set_message(line::fitted(share, &parts, line::width()));
+        }
     }
 }
 
@@ -87,8 +83,6 @@ impl Watcher for Display {
         let Progress {
             points, resumed, ..
         } = begun.progress;
-        self.bar.set_length(points);
-        self.bar.set_position(begun.progress.done);
         if resumed > 0 && !self.terminal {
             self.say(&format!(
                 "{resumed}/{points} points taken over from an interrupted run"
@@ -110,28 +104,36 @@ impl Watcher for Display {
     }
 }
 
-/// Rate, time left and points that ended badly, in words.
-fn remark(progress: &Progress) -> String {
-    let mut text = format!("{:.2} points/s", progress.rate());
+/// How many points are done, at which rate, the time left and points that ended badly, in words.
+fn parts(progress: &Progress) -> Vec<Part> {
+    let mut parts = Vec::new();
+    let mut say = |rank: u8, words: String| parts.push(Part { words, rank });
+    say(0, format!("{}/{} points", progress.done, progress.points));
     if progress.open {
-        text = format!("more where they differ, {text}");
+        say(4, "more where they differ".to_owned());
     }
+    say(3, format!("{:.2} points/s", progress.rate()));
     if let Some(left) = progress.left() {
         // Rates of a first moment may stand for times that a duration does not hold.
         let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
-        text += &format!(", about {} left", HumanDuration(left));
+        say(1, format!("about {} left", HumanDuration(left)));
     }
-    text += &format!(", {} failed", progress.failed);
+    say(2, format!("{} failed", progress.failed));
     let unsettled = progress.not_ok - progress.failed;
     if unsettled > 0 {
-        text += &format!(", {unsettled} not settled");
+        say(2, format!("{unsettled} not settled"));
     }
-    text
+    parts
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn remark(progress: &Progress) -> String {
+        let words: Vec<String> = parts(progress).into_iter().map(|part| part.words).collect();
+        words.join(", ")
+    }
 
     #[test]
     fn remarks_leave_out_what_is_taken_over() {
@@ -147,15 +149,18 @@ mod tests {
         };
         assert_eq!(
             remark(&progress),
-            "5.00 points/s, about 10 seconds left, 1 failed, 2 not settled"
+            "30/80 points, 5.00 points/s, about 10 seconds left, 1 failed, 2 not settled"
         );
         progress.elapsed = Duration::ZERO;
-        assert_eq!(remark(&progress), "0.00 points/s, 1 failed, 2 not settled");
+        assert_eq!(
+            remark(&progress),
+            "30/80 points, 0.00 points/s, 1 failed, 2 not settled"
+        );
         progress.elapsed = Duration::from_secs(4);
         progress.open = true;
         assert_eq!(
             remark(&progress),
-            "more where they differ, 5.00 points/s, 1 failed, 2 not settled"
+            "30/80 points, more where they differ, 5.00 points/s, 1 failed, 2 not settled"
         );
     }
 }

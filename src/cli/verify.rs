@@ -1,13 +1,12 @@
 //! `atlas verify`: the validation ladder on this machine.
 
-use super::{answer, fail, start_threads};
+use super::{answer, fail, line, start_threads};
 use crate::topology::Machine;
 use crate::verify::{self, CHECKS, Check, Extent, Report, Subjects};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use serde_json::json;
-use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -57,15 +56,8 @@ pub fn run(args: &VerifyArgs) -> ExitCode {
 
 /// A bar on a terminal, nothing elsewhere.
 fn bar(checks: u64) -> ProgressBar {
-    let target = match std::io::stderr().is_terminal() {
-        true => ProgressDrawTarget::stderr(),
-        false => ProgressDrawTarget::hidden(),
-    };
-    let bar = ProgressBar::with_draw_target(Some(checks), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} checks  {elapsed}  {msg}")
-    {
-        bar.set_style(style);
-    }
+    let template = "{bar:10} {pos}/{len} checks  {elapsed}  {wide_msg}";
+    let bar = line::bar(Some(checks), false, template);
     bar.enable_steady_tick(Duration::from_millis(250));
     bar
 }

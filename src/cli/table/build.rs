@@ -1,19 +1,18 @@
 //! `atlas table build m.toml`: the mesh table of a manifest's gears, computed and kept.
 
 use std::collections::BTreeSet;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Value, json};
 use signal_hook::consts::SIGXFSZ;
 use signal_hook::flag;
 
 use super::{NO_ACCESS, TablesFolder};
-use crate::cli::{BAD_INPUT, answer, check, fail, start_threads, with_causes};
+use crate::cli::{BAD_INPUT, answer, check, fail, line, start_threads, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
@@ -118,7 +117,9 @@ fn drawings(job: &Job) -> Vec<GearPair> {
 /// The tables that the points of a job use; of a refined grid those that are computed in any case.
 fn needed(args: &BuildArgs, job: &Job) -> ExitCode {
     let parts = Parts::new(args.folder.store());
-    let bar = progress_bar(args, "{spinner} {pos} loads and misalignments");
+    let template = "{spinner} {pos} {wide_msg}";
+    let bar = line::bar(None, args.quiet, template);
+    bar.set_message("loads and misalignments");
     let ids = || (Share::of_shard(job, None).ids()).map(|id| id as usize);
     parts.prepare(job, ids(), &mut || bar.inc(1));
     bar.finish_and_clear();
@@ -162,18 +163,6 @@ fn report(args: &BuildArgs, files: &[(PathBuf, Origin)]) -> ExitCode {
     answer(&text, ExitCode::SUCCESS)
 }
 
-fn progress_bar(args: &BuildArgs, template: &str) -> ProgressBar {
-    let target = match args.quiet || !std::io::stderr().is_terminal() {
-        true => ProgressDrawTarget::hidden(),
-        false => ProgressDrawTarget::stderr(),
-    };
-    let bar = ProgressBar::with_draw_target(None, target);
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar
-}
-
 fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
     let mut inputs = MeshTableInputs {
         pattern: args.pattern,
@@ -185,10 +174,9 @@ fn fetch(args: &BuildArgs, gears: &GearPair) -> Result<FetchedMesh, String> {
     if !args.torque.is_empty() {
         inputs.torque.clone_from(&args.torque);
     }
-    let bar = progress_bar(
-        args,
-        "{bar:30} {pos}/{len} stretches of the mesh cycle  ETA {eta}",
-    );
+    let template = "{bar:10} {pos}/{len}  ETA {eta}  {wide_msg}";
+    let bar = line::bar(None, args.quiet, template);
+    bar.set_message("stretches of the mesh cycle");
     let progress = |_, all: usize| {
         bar.set_length(all as u64);
         bar.inc(1);
