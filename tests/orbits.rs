@@ -348,6 +348,7 @@ fn orbits_are_shown_and_drawn() {
         "periodic orbits, at 2 points",
         "leading multiplier",
         "grazing margin",
+        "where\n",
         "searches from given states that led to no orbit",
     ] {
         assert!(said.contains(wanted), "{wanted}: {said}");
@@ -363,6 +364,15 @@ fn orbits_are_shown_and_drawn() {
     let counted = orbits["periods"].as_array().unwrap();
     let count: u64 = counted.iter().map(|c| c["orbits"].as_u64().unwrap()).sum();
     assert_eq!(listed.len() as u64, count);
+    for counted in counted {
+        let alike = |orbit: &&serde_json::Value| {
+            ["period", "stable"]
+                .iter()
+                .all(|key| orbit[key] == counted[key])
+        };
+        let count = listed.iter().filter(alike).count() as u64;
+        assert_eq!(counted["orbits"], count, "{counted}");
+    }
     for orbit in listed {
         let leading = orbit["leading"].as_array().unwrap();
         let part = |i: usize| leading[i].as_f64().unwrap();

@@ -326,20 +326,32 @@ fn one_run_and_two_shards_say_the_same() {
         (79, 79, 79)
     );
     assert_eq!(orbits.periods, of_shards.periods);
-    let [of_period_2] = orbits.periods.as_slice() else {
+    let [stable, unstable] = orbits.periods.as_slice() else {
         panic!("{:?}", orbits.periods);
     };
-    assert_eq!((of_period_2.period, of_period_2.stable), (2, 40));
-    let [least, greatest] = of_period_2.modulus;
-    assert!((least - 0.5).abs() < 1e-12 && (greatest - 2.0).abs() < 1e-12);
-    assert_eq!(of_period_2.grazing_margin, Some(0.06));
-    assert_eq!(of_period_2.kick_over_linear, Some(1.5));
+    for (count, is_stable, number, modulus) in [(stable, true, 40, 0.5), (unstable, false, 39, 2.0)]
+    {
+        assert_eq!((count.period, count.stable), (2, is_stable));
+        assert_eq!((count.orbits, count.points), (number, number));
+        assert!(
+            count
+                .modulus
+                .iter()
+                .all(|found| (found - modulus).abs() < 1e-12)
+        );
+    }
+    let both = [stable, unstable];
+    let margins = both.iter().filter_map(|count| count.grazing_margin);
+    assert_eq!(margins.reduce(f64::min), Some(0.06));
+    let kicks = both.iter().filter_map(|count| count.kick_over_linear);
+    assert_eq!(kicks.reduce(f64::max), Some(1.5));
     assert_eq!(sharded.shards, Some([2, 2]));
     assert_eq!(sharded.state, Some(RunState::Complete));
     let text = render(&whole, Style::Plain);
     for wanted in [
         "80 points: 1 failed, 79 ok",
-        "       2      79      79      40  0.5 … 2             0.06            1.5\n",
+        "       2  stable        40      40  0.5 ",
+        "       2  unstable      39      39  2 ",
         "orbits.parquet and `atlas show --json` list them one by one",
         "       0       1       3  as designed\n",
         "  … and 59 more\n",

@@ -7,8 +7,9 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::{BAD_INPUT, answer, fail, with_causes};
+use crate::input::printable;
 use crate::report::{ReportError, Style, Summary, render, render_branches};
-use crate::store::{StoreError, journal_path};
+use crate::store::{Contents, StoreError, TableKind, journal_path, table_path};
 
 /// Arguments of `atlas show`.
 #[derive(Debug, Args)]
@@ -60,11 +61,9 @@ pub fn run(args: &ShowArgs) -> ExitCode {
 }
 
 fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<String, String> {
+    let points = table_path(folder, TableKind::Points, None);
     let summary = Summary::read(folder).map_err(|error| match &error {
-        ReportError::Store(StoreError::Missing { .. }) if journal_path(folder, None).exists() => format!(
-            "no results in `{}` yet: a run is at work there, or was killed; repeating its command goes on from there",
-            folder.display()
-        ),
+        ReportError::Store(StoreError::Missing { .. }) if !points.exists() => instead(folder),
         error => with_causes(error),
     })?;
     if json {
@@ -81,6 +80,51 @@ fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<Str
         };
     }
     Ok(render(&summary, colour.style()))
+}
+
+/// What a folder without results is, and what to do with it.
+fn instead(folder: &Path) -> String {
+    let here = folder.display();
+    if journal_path(folder, None).exists() {
+        return format!(
+            "no results in `{here}` yet: a run is at work there, or was killed; repeating its command goes on from there"
+        );
+    }
+    match Contents::of(folder) {
+        Contents::NotThere => {
+            format!("no results in `{here}`: there is no such folder; `atlas run` writes one")
+        }
+        Contents::File => {
+            format!("no results in `{here}`: it is a file; give the folder that `atlas run` wrote")
+        }
+        Contents::Trace => {
+            format!("no results in `{here}`: it holds a trace; `atlas plot {here}` draws it")
+        }
+        Contents::Machine => format!(
+            "no results in `{here}`: it holds what `atlas machine` measured; `atlas machine show {here}` tells it"
+        ),
+        Contents::Tables(_) => format!(
+            "no results in `{here}`: it holds computed tables; `atlas table list --tables {here}` lists them"
+        ),
+        Contents::Folders(names) => {
+            const MOST: usize = 12;
+            let more = match names.len().saturating_sub(MOST) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            let named = names
+                .iter()
+                .take(MOST)
+                .map(|name| printable(name).into_owned());
+            format!(
+                "no results in `{here}` itself; folders in it have some: {}{more}",
+                named.collect::<Vec<_>>().join(", ")
+            )
+        }
+        Contents::Nothing => format!(
+            "no results in `{here}`: nothing in it was written by atlas; give the folder that `atlas run` wrote"
+        ),
+    }
 }
 
 #[cfg(test)]
@@ -106,7 +150,41 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let message = text(folder.path(), false, false, Colour::Never).unwrap_err();
         assert!(message.starts_with("no results in"), "{message}");
+        assert!(
+            message.contains("nothing in it was written by atlas"),
+            "{message}"
+        );
         assert_eq!(message.lines().count(), 1);
+    }
+
+    #[test]
+    fn folders_of_other_kinds_are_named_with_their_command() {
+        for (file, command) in [
+            ("trace.parquet", "atlas plot"),
+            ("machine.json", "atlas machine show"),
+            (
+                "mesh-0123456789abcdef0123456789abcdef.table",
+                "atlas table list --tables",
+            ),
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::write(folder.path().join(file), "").unwrap();
+            let message = text(folder.path(), false, false, Colour::Never).unwrap_err();
+            let wanted = format!("`{command} {}`", folder.path().display());
+            assert!(message.contains(&wanted), "{message}");
+            assert_eq!(message.lines().count(), 1);
+        }
+        let root = tempfile::tempdir().unwrap();
+        let inner = root.path().join("first");
+        ResultWriter::create(&inner, &ResultLayout::default(), [])
+            .unwrap()
+            .finish()
+            .unwrap();
+        let message = text(root.path(), false, false, Colour::Never).unwrap_err();
+        assert!(
+            message.ends_with("folders in it have some: first"),
+            "{message}"
+        );
     }
 
     #[test]

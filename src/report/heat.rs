@@ -1,10 +1,10 @@
-//! What does the first slice of the grid show, over its first two axes?
+//! What does the first slice of the grid show, over the first two axes with several values?
 //!
 //! A wide grid is binned: a cell then stands for the liveliest of its points. Further axes are
 //! held at their first value. Of a refined grid the plane that is refined is shown, each of its
 //! places as the point that stands for it.
 
-use super::point::{Axis, PointSummary};
+use super::point::{Axis, PointSummary, varied};
 use super::refined::Plane;
 use crate::store::RefinedColumns;
 
@@ -44,6 +44,8 @@ pub struct Map {
     /// The axes that rows and columns go along.
     pub(super) down: Option<usize>,
     pub(super) across: usize,
+    /// Further axes with several values.
+    pub(super) further: Vec<usize>,
     pub(super) cells: Vec<Vec<Cell>>,
     pub(super) rows: Bins,
     pub(super) columns: Bins,
@@ -52,21 +54,26 @@ pub struct Map {
 }
 
 impl Map {
-    /// A map without points over some axes; none where there is no axis.
+    /// A map without points over some axes; none where no axis has several values.
     pub(super) fn new(axes: &[Axis], refined: Option<&RefinedColumns>) -> Option<Self> {
         let place = |name: &String| axes.iter().position(|axis| axis.name == *name);
+        let varied: Vec<usize> = varied(axes).collect();
         let (down, across) = match refined.map(|refined| refined.axes.each_ref().map(place)) {
             Some([down, across]) => (Some(down?), across?),
-            None => {
-                let across = axes.len().min(2).checked_sub(1)?;
-                ((across > 0).then_some(0), across)
-            }
+            None => match varied[..] {
+                [] => return None,
+                [across] => (None, across),
+                [down, across, ..] => (Some(down), across),
+            },
         };
+        let shown = |axis: &usize| *axis == across || Some(*axis) == down;
+        let further = varied.into_iter().filter(|axis| !shown(axis)).collect();
         let rows = Bins::new(down.map_or(1, |axis| axes[axis].values.len()), MOST[0]);
         let columns = Bins::new(axes[across].values.len(), MOST[1]);
         Some(Self {
             down,
             across,
+            further,
             cells: vec![vec![Cell::Missing; columns.count]; rows.count],
             rows,
             columns,
@@ -76,13 +83,11 @@ impl Map {
 
     /// Enters a point, unless it lies in another slice than the first.
     pub(super) fn add(&mut self, axes: &[Axis], point: &PointSummary) {
-        let across = self.across;
-        let mut further = axes[across + 1..]
-            .iter()
-            .zip(&point.axis_values[across + 1..]);
-        if further.any(|(axis, value)| axis.values.first() != Some(value)) {
+        let elsewhere = |&axis: &usize| axes[axis].values.first() != point.axis_values.get(axis);
+        if self.further.iter().any(elsewhere) {
             return;
         }
+        let across = self.across;
         let place = |index: usize| position(&axes[index], point.axis_values[index]);
         let column = self.columns.of(place(across));
         let row = self.down.map_or(0, |down| self.rows.of(place(down)));

@@ -2,10 +2,11 @@
 
 mod words;
 
+use crate::report::numbers::plural;
 use crate::report::size_text;
 use crate::store::{Characteristics, Measurement, MountainKey, OperatorKey, SolverKey};
 use std::fmt::Write;
-use words::{caches, memory_words, plural, processor, rate_text, seconds, system, time_text};
+use words::{caches, memory_words, processor, rate_text, seconds, system, time_text};
 
 /// Modes for which solver scaling is shown, where it was measured.
 const SHOWN_MODES: u64 = 40;

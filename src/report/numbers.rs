@@ -19,6 +19,14 @@ pub fn to_digits(value: f64, digits: usize) -> String {
     }
 }
 
+/// `1 point`, `3 points`.
+pub(super) fn plural(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
 /// A number of bytes for people: `512 B`, `1.5 MiB`.
 pub fn size_text(bytes: u64) -> String {
     let mut size = bytes as f64;

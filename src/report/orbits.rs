@@ -15,7 +15,7 @@ use crate::store::{ResultTable, StoreError, TableKind};
 pub struct Orbits {
     /// Points with an orbit.
     pub points: usize,
-    /// The orbits of all points together, by period.
+    /// The orbits of all points together, by period and stability.
     pub periods: Vec<OrbitCount>,
     /// Every orbit, by point and period.
     pub orbits: Vec<Orbit>,
@@ -23,17 +23,17 @@ pub struct Orbits {
     pub missed: Vec<MissedSearch>,
 }
 
-/// The orbits of one period.
+/// The stable or the unstable orbits of one period.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OrbitCount {
     /// The period \[mesh cycles\].
     pub period: u64,
+    /// Whether they are stable.
+    pub stable: bool,
     /// Orbits.
     pub orbits: usize,
     /// Points that have one.
     pub points: usize,
-    /// Those of the orbits that are stable.
-    pub stable: usize,
     /// Smallest and largest modulus of their leading multipliers.
     pub modulus: [f64; 2],
     /// Their smallest grazing margin \[half gaps\]; none where no deflection has an extreme.
@@ -184,18 +184,21 @@ fn distinct_points<'o>(orbits: impl Iterator<Item = &'o Orbit>) -> usize {
 }
 
 fn counts(orbits: &[Orbit]) -> Vec<OrbitCount> {
-    let mut by_period: BTreeMap<u64, Vec<&Orbit>> = BTreeMap::new();
+    let mut alike: BTreeMap<(u64, bool), Vec<&Orbit>> = BTreeMap::new();
     for orbit in orbits {
-        by_period.entry(orbit.period).or_default().push(orbit);
+        alike
+            .entry((orbit.period, !orbit.stable))
+            .or_default()
+            .push(orbit);
     }
-    let count = |(period, orbits): (u64, Vec<&Orbit>)| {
+    let count = |((period, unstable), orbits): ((u64, bool), Vec<&Orbit>)| {
         let moduli = || orbits.iter().map(|orbit| orbit.modulus);
         let ratio = |orbit: &&Orbit| Some(orbit.kick_growth? / orbit.kick_growth_linear?);
         OrbitCount {
             period,
+            stable: !unstable,
             orbits: orbits.len(),
             points: distinct_points(orbits.iter().copied()),
-            stable: orbits.iter().filter(|orbit| orbit.stable).count(),
             modulus: [
                 moduli().fold(f64::INFINITY, f64::min),
                 moduli().fold(0.0, f64::max),
@@ -207,5 +210,5 @@ fn counts(orbits: &[Orbit]) -> Vec<OrbitCount> {
             kick_over_linear: orbits.iter().filter_map(ratio).reduce(f64::max),
         }
     };
-    by_period.into_iter().map(count).collect()
+    alike.into_iter().map(count).collect()
 }

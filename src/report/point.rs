@@ -13,6 +13,15 @@ pub struct Axis {
     pub values: Vec<f64>,
 }
 
+/// Positions of the axes with several values: those that tell points apart.
+pub(super) fn varied(axes: &[Axis]) -> impl Iterator<Item = usize> {
+    let several = |(_, axis): &(usize, &Axis)| axis.values.len() > 1;
+    axes.iter()
+        .enumerate()
+        .filter(several)
+        .map(|(index, _)| index)
+}
+
 /// How many points move in one way.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ClassCount {
@@ -25,7 +34,7 @@ pub struct ClassCount {
 }
 
 /// One point, as far as a summary needs it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PointSummary {
     /// Row-major index into the grid.
     pub point_id: u64,

@@ -25,6 +25,7 @@ use crate::input::printable;
 use crate::store::{
     RefinedColumns, ResultTable, RunRecord, RunState, StoreError, TableKind, read_runs,
 };
+pub(super) use census::LARGEST_RESIDUAL;
 use census::{Census, by_id, in_order, livelier, scan};
 
 /// Said of tables that nothing vouches for.
@@ -100,6 +101,8 @@ pub struct Summary {
     pub troubled: Vec<PointSummary>,
     /// The point with the largest energy residual, and the residual.
     pub worst_energy: Option<(u64, f64)>,
+    /// Points with an energy residual above [`LARGEST_RESIDUAL`].
+    pub open_balances: usize,
     /// Warnings of the runs.
     pub warnings: Vec<String>,
     /// The map of the largest exponent.
@@ -164,6 +167,7 @@ impl Summary {
             cycles,
             worker_time,
             worst_energy,
+            open_balances,
             with_exponent,
             chaotic,
             with_twin,
@@ -243,6 +247,7 @@ impl Summary {
             troubled_points,
             troubled,
             worst_energy,
+            open_balances,
             warnings: match runs.is_empty() {
                 true => vec![UNRECORDED.to_owned()],
                 false => (runs.iter().flat_map(|run| &run.warnings))

@@ -15,13 +15,13 @@ pub use style::Style;
 
 use std::fmt::Write;
 
-use super::numbers::number;
+use super::numbers::{number, plural};
 use super::point::PointSummary;
-use super::summary::Summary;
+use super::summary::{LARGEST_RESIDUAL, Summary};
 use crate::input::printable;
 use crate::store::{RefinedColumns, RunState};
 use heat::heat_map;
-use table::push_table;
+use table::{place_words, push_table};
 
 /// The summary as text.
 pub fn render(summary: &Summary, style: Style) -> String {
@@ -46,9 +46,10 @@ pub fn render(summary: &Summary, style: Style) -> String {
     orbits::push(&mut text, summary);
     push_energy(&mut text, summary);
     push_troubled(&mut text, summary);
-    if !summary.warnings.is_empty() {
+    let energy = energy_warning(summary);
+    if !summary.warnings.is_empty() || energy.is_some() {
         text.push_str("\nwarnings\n");
-        for warning in &summary.warnings {
+        for warning in summary.warnings.iter().chain(&energy) {
             _ = writeln!(text, "  {warning}");
         }
     }
@@ -71,11 +72,21 @@ fn push_header(text: &mut String, summary: &Summary) {
         .iter()
         .map(|(status, count)| format!("{count} {status}"))
         .collect();
-    _ = write!(text, "  {} points", summary.points);
+    _ = write!(text, "  {}", plural(summary.points, "point"));
     if !statuses.is_empty() {
         _ = write!(text, ": {}", statuses.join(", "));
     }
     text.push('\n');
+    let held: Vec<f64> = (summary.axes.iter())
+        .map(|axis| axis.values.first().copied().unwrap_or(f64::NAN))
+        .collect();
+    let single = (0..summary.axes.len()).filter(|&axis| summary.axes[axis].values.len() == 1);
+    let held = place_words(summary, single, &held);
+    if !held.is_empty() && summary.points > 1 {
+        _ = writeln!(text, "  all at {held}");
+    } else if !held.is_empty() {
+        _ = writeln!(text, "  at {held}");
+    }
     if let Some([found, expected]) = summary.shards {
         _ = writeln!(text, "  {found} of {expected} shards");
     }
@@ -207,6 +218,19 @@ fn push_energy(text: &mut String, summary: &Summary) {
             "\nworst energy residual {residual:.1e} (point {point_id})"
         );
     }
+}
+
+/// Where the energy balance closes too badly for what is shown of the motion.
+fn energy_warning(summary: &Summary) -> Option<String> {
+    let (point_id, worst) = summary.worst_energy?;
+    let open = summary.open_balances;
+    (open > 0).then(|| {
+        format!(
+            "energy_residual is above {LARGEST_RESIDUAL:.0e} at {}, {worst:.1e} at point {point_id}: what happens there \
+             is known to fewer digits than are shown; more run.steps, or another run.kernel, follows the motion closer",
+            plural(open, "point")
+        )
+    })
 }
 
 fn push_troubled(text: &mut String, summary: &Summary) {

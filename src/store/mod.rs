@@ -21,6 +21,7 @@ mod chains;
 mod characteristics;
 mod clock;
 mod columns;
+mod contents;
 mod continuation;
 mod cycle_expansion;
 mod error;
@@ -60,6 +61,7 @@ pub use characteristics::{
 };
 pub use clock::timestamp;
 pub use columns::{PoincareRow, SpectrumRow, poincare_table, points_table, spectra_table};
+pub use contents::Contents;
 pub use continuation::{
     BifurcationRow, BranchRow, CurveRow, FollowedRows, Told, bifurcation_rows, bifurcations_table,
     branch_rows, branches_table, curve_rows, curves_table, with, write_followed,

@@ -1,5 +1,6 @@
 //! A machine's description and its figures in words.
 
+use crate::report::numbers::plural;
 use crate::report::size_text;
 use crate::store::{Description, Figure};
 use crate::topology::Cache;
@@ -66,13 +67,6 @@ pub fn system(d: &Description) -> String {
         None => "governor not told".to_owned(),
     });
     parts.join(", ")
-}
-
-pub fn plural(count: usize, noun: &str) -> String {
-    match count {
-        1 => format!("1 {noun}"),
-        _ => format!("{count} {noun}s"),
-    }
 }
 
 /// `12.3 GB/s`.

@@ -13,6 +13,12 @@ use crate::store::{ResultTable, TableKind};
 /// Points listed of each kind; the others are counted.
 const MOST_LISTED: usize = 1000;
 
+/// Energy residual above which a warning is given, relative to the energy at work. Amplitudes go with
+/// the root of an energy: half of this is the seventh digit of one, well below the four that are shown.
+/// Kernels without errors of their own stay below 1e-11, and their points are not ok above 1e-9; those that
+/// step through time get here where their steps are too long.
+pub(in crate::report) const LARGEST_RESIDUAL: f64 = 1e-6;
+
 /// In the order of their numbers.
 pub(super) fn by_id(a: &PointSummary, b: &PointSummary) -> Ordering {
     a.point_id.cmp(&b.point_id)
@@ -124,6 +130,8 @@ pub(super) struct Census {
     pub(super) cycles: u64,
     pub(super) worker_time: f64,
     pub(super) worst_energy: Option<(u64, f64)>,
+    /// Points with a residual above [`LARGEST_RESIDUAL`].
+    pub(super) open_balances: usize,
     pub(super) with_exponent: usize,
     pub(super) chaotic: Leading,
     pub(super) with_twin: usize,
@@ -145,6 +153,7 @@ impl Census {
             cycles: 0,
             worker_time: 0.0,
             worst_energy: None,
+            open_balances: 0,
             with_exponent: 0,
             chaotic: Leading::new(most),
             with_twin: 0,
@@ -161,7 +170,9 @@ impl Census {
             self.points += 1;
             self.cycles = self.cycles.saturating_add(extra.cycles);
             self.worker_time += extra.wall_time;
-            if let Some(residual) = extra.energy_residual.map(f64::abs)
+            let residual = extra.energy_residual.map(f64::abs);
+            self.open_balances += usize::from(residual.is_some_and(|r| r > LARGEST_RESIDUAL));
+            if let Some(residual) = residual
                 && self.worst_energy.is_none_or(|(_, worst)| residual >= worst)
             {
                 self.worst_energy = Some((point.point_id, residual));

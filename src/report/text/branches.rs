@@ -1,6 +1,8 @@
 //! The branches of attractors, as text.
 
+use super::table::place_words;
 use crate::report::numbers::number;
+use crate::report::point::varied;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
@@ -25,12 +27,7 @@ pub fn render_branches(summary: &Summary) -> String {
             .all
             .binary_search_by_key(&attractor.point_id, |point| point.point_id);
         let values = place.map_or(&[][..], |place| &summary.all[place].axis_values);
-        let values: Vec<String> = summary
-            .axes
-            .iter()
-            .zip(values)
-            .map(|(axis, value)| format!("{} {}", axis.name, number(*value)))
-            .collect();
+        let place = place_words(summary, varied(&summary.axes), values);
         let percent = |share: f64| format!("{:.1}", 100.0 * share);
         let [low, high] = attractor.interval.map(percent);
         let rms = attractor
@@ -40,7 +37,7 @@ pub fn render_branches(summary: &Summary) -> String {
             text,
             "  point {:<5} {:<34} {:<15} RMS {rms:>6} µm  {:>5} % ({low} … {high})",
             attractor.point_id,
-            values.join(", "),
+            place,
             attractor.kind(),
             percent(attractor.share),
         );

@@ -1,4 +1,4 @@
-//! A character map of the largest exponent over the first two axes of the grid.
+//! A character map of the largest exponent over the first two axes of the grid with several values.
 //!
 //! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis),
 //! all others what they are.
@@ -23,7 +23,8 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
     let Some(Map {
         cells,
         down,
-        across: across_index,
+        across,
+        further,
         rows,
         columns,
         largest,
@@ -32,16 +33,15 @@ pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
         return String::new();
     };
     let largest = *largest;
-    let across = &summary.axes[*across_index];
+    let across = &summary.axes[*across];
     let down = down.map(|down| &summary.axes[down]);
-    let further = summary.axes.get(across_index + 1..).unwrap_or_default();
 
     let mut text = String::from("largest Lyapunov exponent");
     if let Some(down) = down {
         _ = write!(text, ", {} (down)", label(down));
     }
     _ = writeln!(text, " over {}", label(across));
-    for axis in further {
+    for axis in further.iter().map(|axis| &summary.axes[*axis]) {
         let (first, slices) = (number(axis.values[0]), axis.values.len());
         _ = writeln!(
             text,

@@ -1,9 +1,11 @@
 //! The periodic orbits, as text.
 
-use crate::report::numbers::number;
-use crate::report::orbits::Orbit;
-use crate::report::point::PointSummary;
+use super::table::place_words;
+use crate::report::numbers::{number, plural};
+use crate::report::orbits::{Orbit, OrbitCount};
+use crate::report::point::{PointSummary, varied};
 use crate::report::summary::Summary;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// Orbits that are listed one by one; of more only the counts are shown.
@@ -20,11 +22,21 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     if found.orbits.is_empty() {
         text.push_str("\nno periodic orbit was found\n");
     } else {
-        _ = writeln!(text, "\nperiodic orbits, at {} points", found.points);
         _ = writeln!(
             text,
-            "  {:>6}  {:>6}  {:>6}  {:>6}  {:<18}  {:<14}  kick over linear",
-            "period", "orbits", "points", "stable", "leading modulus", "grazing margin"
+            "\nperiodic orbits, at {}",
+            plural(found.points, "point")
+        );
+        _ = writeln!(
+            text,
+            "  {:>6}  {:<8}  {:>6}  {:>6}  {:<18}  {:<14}  {:<16}  where",
+            "period",
+            "",
+            "orbits",
+            "points",
+            "leading modulus",
+            "grazing margin",
+            "kick over linear"
         );
     }
     for count in &found.periods {
@@ -34,13 +46,14 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
             false => format!("{least} … {greatest}"),
         };
         let line = format!(
-            "  {:>6}  {:>6}  {:>6}  {:>6}  {modulus:<18}  {:<14}  {}",
+            "  {:>6}  {:<8}  {:>6}  {:>6}  {modulus:<18}  {:<14}  {:<16}  {}",
             count.period,
+            stability(count.stable),
             count.orbits,
             count.points,
-            count.stable,
             cell(count.grazing_margin),
-            cell(count.kick_over_linear)
+            cell(count.kick_over_linear),
+            place(summary, &found.orbits, count)
         );
         _ = writeln!(text, "{}", line.trim_end());
     }
@@ -66,6 +79,40 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     }
 }
 
+fn stability(stable: bool) -> &'static str {
+    if stable { "stable" } else { "unstable" }
+}
+
+/// Where the orbits of a period are: `load 0.05, speed 900 … 1200 rad/s`, of the axes with several values.
+fn place(summary: &Summary, orbits: &[Orbit], count: &OrbitCount) -> String {
+    let alike = |orbit: &&Orbit| orbit.period == count.period && orbit.stable == count.stable;
+    let ids: BTreeSet<u64> = orbits
+        .iter()
+        .filter(alike)
+        .map(|orbit| orbit.point_id)
+        .collect();
+    let points = summary
+        .all
+        .iter()
+        .filter(|point| ids.contains(&point.point_id));
+    let points: Vec<&PointSummary> = points.collect();
+    let words = varied(&summary.axes).filter_map(|index| {
+        let axis = &summary.axes[index];
+        let values = || points.iter().map(|point| point.axis_values[index]);
+        let [low, high] = [values().reduce(f64::min)?, values().reduce(f64::max)?].map(number);
+        let span = if low == high {
+            low
+        } else {
+            format!("{low} … {high}")
+        };
+        Some(match axis.unit.as_str() {
+            "" | "1" => format!("{} {span}", axis.name),
+            unit => format!("{} {span} {unit}", axis.name),
+        })
+    });
+    words.collect::<Vec<_>>().join(", ")
+}
+
 fn cell(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), number)
 }
@@ -86,7 +133,7 @@ fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
             let line = format!(
                 "  {:>6}  {:<8}  {:<19}  {:<7}  {:<23}  {:<14}  {:<10}  {}",
                 orbit.period,
-                if orbit.stable { "stable" } else { "unstable" },
+                stability(orbit.stable),
                 orbit.leading_words(),
                 number(orbit.modulus),
                 orbit.crossing_words(),
@@ -101,12 +148,15 @@ fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
 
 /// `3: load 0.05, speed 1200 rad/s, sweep up`.
 fn words(summary: &Summary, point: &PointSummary) -> String {
-    let values = summary.axes.iter().zip(&point.axis_values);
-    let values = values.map(|(axis, value)| match axis.unit.as_str() {
-        "" | "1" => format!("{} {}", axis.name, number(*value)),
-        unit => format!("{} {} {unit}", axis.name, number(*value)),
-    });
+    let place = place_words(summary, varied(&summary.axes), &point.axis_values);
     let sweep = point.direction.iter().map(|way| format!("sweep {way}"));
-    let parts: Vec<String> = values.chain(sweep).collect();
-    format!("{}: {}", point.point_id, parts.join(", "))
+    let parts = Some(place)
+        .into_iter()
+        .filter(|place| !place.is_empty())
+        .chain(sweep);
+    let parts: Vec<String> = parts.collect();
+    match parts.is_empty() {
+        true => point.point_id.to_string(),
+        false => format!("{}: {}", point.point_id, parts.join(", ")),
+    }
 }

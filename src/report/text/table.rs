@@ -1,14 +1,14 @@
 //! A table of points.
 
 use crate::report::numbers::number;
-use crate::report::point::{Axis, PointSummary};
+use crate::report::point::{Axis, PointSummary, varied};
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
 /// Rows of a table before it is cut short.
 const MOST_ROWS: usize = 20;
 
-/// A table of the first of `count` points: id, axis values and one more cell.
+/// A table of the first of `count` points: id, values of the axes with several, and one more cell.
 pub(super) fn push_table(
     text: &mut String,
     summary: &Summary,
@@ -16,7 +16,9 @@ pub(super) fn push_table(
     count: usize,
     cell: impl Fn(&PointSummary) -> String,
 ) {
-    let headings: Vec<String> = summary.axes.iter().map(label).collect();
+    let varied: Vec<usize> = varied(&summary.axes).collect();
+    let headings = varied.iter().map(|axis| label(&summary.axes[*axis]));
+    let headings: Vec<String> = headings.collect();
     _ = write!(text, "  {:>6}", "point");
     for heading in &headings {
         _ = write!(text, "  {heading:>10}");
@@ -27,9 +29,9 @@ pub(super) fn push_table(
     text.push('\n');
     for point in points.iter().take(MOST_ROWS) {
         _ = write!(text, "  {:>6}", point.point_id);
-        for (value, heading) in point.axis_values.iter().zip(&headings) {
+        for (axis, heading) in varied.iter().zip(&headings) {
             let width = heading.chars().count().max(10);
-            _ = write!(text, "  {:>width$}", number(*value));
+            _ = write!(text, "  {:>width$}", number(point.axis_values[*axis]));
         }
         if let Some(direction) = &point.direction {
             _ = write!(text, "  {direction:<5}");
@@ -39,6 +41,22 @@ pub(super) fn push_table(
     if count > MOST_ROWS {
         _ = writeln!(text, "  … and {} more", count - MOST_ROWS);
     }
+}
+
+/// `load 0.1, speed 1200 rad/s` of some axes of a point.
+pub(super) fn place_words(
+    summary: &Summary,
+    axes: impl Iterator<Item = usize>,
+    values: &[f64],
+) -> String {
+    let words = axes.filter_map(|index| {
+        let (axis, value) = (&summary.axes[index], number(*values.get(index)?));
+        Some(match axis.unit.as_str() {
+            "" | "1" => format!("{} {value}", axis.name),
+            unit => format!("{} {value} {unit}", axis.name),
+        })
+    });
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// `speed [rad/s]`; no unit when dimensionless.

@@ -292,3 +292,43 @@ fn an_exponent_shows_two_digits_of_its_error() {
     assert_eq!(exponent(&point(Some(0.5), Some(0.0))), "λ = 0.5");
     assert_eq!(exponent(&point(None, None)), "λ unknown");
 }
+
+#[test]
+fn an_axis_with_one_value_is_told_once() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &[1, 3], &[], |_| {
+        outcome(Status::Ok, Some(Class::Chaotic), Some(0.8))
+    });
+    let text = shown(folder.path());
+    assert_eq!(text.matches("0.05").count(), 1, "{text}");
+    assert!(
+        text.contains("  3 points: 3 ok\n  all at load 0.05\n"),
+        "{text}"
+    );
+    assert!(text.contains("   point  speed [rad/s]\n"), "{text}");
+    let single = tempfile::tempdir().unwrap();
+    write(single.path(), &[1, 1], &[], kind);
+    let text = shown(single.path());
+    assert!(
+        text.contains("  1 point: 1 ok\n  at load 0.05, speed 600 rad/s\n"),
+        "{text}"
+    );
+}
+
+#[test]
+fn an_energy_balance_that_does_not_close_is_a_warning() {
+    let told = |residual: f64| {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path(), &[1, 3], &[], |point_id| PointOutcome {
+            energy_residual: Some(residual / (1 + point_id) as f64),
+            ..outcome(Status::Ok, Some(Class::Periodic(1)), Some(-0.1))
+        });
+        shown(folder.path())
+    };
+    let text = told(2.5e-6);
+    let wanted = "energy_residual is above 1e-6 at 2 points, 2.5e-6 at point 0:";
+    assert!(text.contains(wanted), "{text}");
+    let text = told(0.9e-6);
+    assert!(!text.contains("energy_residual"), "{text}");
+    assert!(text.contains("worst energy residual 9.0e-7"), "{text}");
+}

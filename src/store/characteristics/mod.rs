@@ -25,7 +25,7 @@ use std::path::Path;
 const FORMAT: &str = "atlas-machine-2";
 
 /// The file that holds everything.
-const RECORD: &str = "machine.json";
+pub(super) const RECORD: &str = "machine.json";
 
 /// Everything that was found out about a machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

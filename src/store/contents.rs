@@ -1,0 +1,105 @@
+//! What does a folder hold, where it is not the results of a run?
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::characteristics::RECORD;
+use super::file::{TableKind, table_path};
+use super::tables::TableStore;
+
+/// What is found at a path that holds no `points.parquet`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Contents {
+    /// There is nothing at the path.
+    NotThere,
+    /// A file.
+    File,
+    /// What `atlas trace` wrote.
+    Trace,
+    /// What `atlas machine` wrote.
+    Machine,
+    /// Computed tables, so many.
+    Tables(usize),
+    /// Folders with results, by name.
+    Folders(Vec<String>),
+    /// None of these.
+    Nothing,
+}
+
+impl Contents {
+    /// Looks at names only; nothing is read.
+    pub fn of(path: &Path) -> Self {
+        if !path.exists() {
+            return Self::NotThere;
+        }
+        if !path.is_dir() {
+            return Self::File;
+        }
+        let holds = |folder: &Path, kind| table_path(folder, kind, None).exists();
+        if holds(path, TableKind::Trace) {
+            return Self::Trace;
+        }
+        if path.join(RECORD).is_file() {
+            return Self::Machine;
+        }
+        match TableStore::open(path).entries() {
+            Ok(entries) if !entries.is_empty() => return Self::Tables(entries.len()),
+            _ => {}
+        }
+        let inside = fs::read_dir(path).into_iter().flatten().flatten();
+        let results = |folder: &PathBuf| {
+            [TableKind::Points, TableKind::Branches]
+                .iter()
+                .any(|kind| holds(folder, *kind))
+        };
+        let mut names: Vec<String> = inside
+            .map(|entry| entry.path())
+            .filter(results)
+            .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
+            .collect();
+        names.sort();
+        match names.is_empty() {
+            true => Self::Nothing,
+            false => Self::Folders(names),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folders_are_told_apart_by_what_is_in_them() {
+        let root = tempfile::tempdir().unwrap();
+        let within = |name: &str, file: &str| {
+            let folder = root.path().join(name);
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(folder.join(file), "").unwrap();
+            Contents::of(&folder)
+        };
+        assert_eq!(within("a", "trace.parquet"), Contents::Trace);
+        assert_eq!(within("b", "machine.json"), Contents::Machine);
+        let key = "0123456789abcdef0123456789abcdef";
+        assert_eq!(
+            within("c", &format!("mesh-{key}.table")),
+            Contents::Tables(1)
+        );
+        assert_eq!(within("d", "notes.txt"), Contents::Nothing);
+        assert_eq!(
+            Contents::of(&root.path().join("d/notes.txt")),
+            Contents::File
+        );
+        assert_eq!(Contents::of(&root.path().join("e")), Contents::NotThere);
+        for name in ["run2", "run1"] {
+            let folder = root.path().join("d").join(name);
+            fs::create_dir(&folder).unwrap();
+            fs::write(folder.join("points.parquet"), "").unwrap();
+        }
+        let names = ["run1", "run2"].map(str::to_owned).to_vec();
+        assert_eq!(
+            Contents::of(&root.path().join("d")),
+            Contents::Folders(names)
+        );
+    }
+}
