@@ -3,6 +3,8 @@
 //! Values stay in SI. Ticks and label are shown in a scaled unit (µm, kN, 10⁶ …), chosen so
 //! that the largest value shown has one to three digits before the point.
 
+use crate::report::numbers::{number, to_digits};
+
 /// Units that take SI prefixes.
 const PREFIXABLE: [&str; 11] = [
     "m", "m/s", "N", "N/m", "N*m", "N*s/m", "s", "Hz", "rad", "B/s", "op/s",
@@ -41,6 +43,8 @@ pub(super) struct Axis {
     binary: bool,
     /// Shown value over SI value.
     factor: f64,
+    /// Unit of shown values.
+    unit: String,
 }
 
 impl Axis {
@@ -55,6 +59,7 @@ impl Axis {
             logarithmic: false,
             binary: false,
             factor,
+            unit: shown,
         }
     }
 
@@ -79,6 +84,7 @@ impl Axis {
             logarithmic: true,
             binary: true,
             factor: 1.0,
+            unit: "B".to_owned(),
         }
     }
 
@@ -112,12 +118,16 @@ impl Axis {
     /// Values with their texts, about `wanted` of them.
     pub fn ticks(&self, wanted: usize) -> Vec<(f64, String)> {
         if self.binary {
-            self.binary_ticks(wanted)
-        } else if self.logarithmic {
-            self.decade_ticks(wanted)
-        } else {
-            self.even_ticks(wanted)
+            return self.binary_ticks(wanted);
         }
+        if self.logarithmic {
+            let ticks = self.decade_ticks(wanted);
+            // Between neighbours of 1, 2, 5, 10 there is one of them, or none.
+            if ticks.len() > 1 || self.high > 10.0 * self.low {
+                return ticks;
+            }
+        }
+        self.even_ticks(wanted)
     }
 
     fn even_ticks(&self, wanted: usize) -> Vec<(f64, String)> {
@@ -180,7 +190,16 @@ impl Axis {
 
     /// A value in the shown unit, with four digits.
     pub fn shown(&self, value: f64) -> String {
-        minus(crate::report::numbers::number(value * self.factor))
+        minus(number(value * self.factor))
+    }
+
+    /// The same with three digits and the unit: `12.5 µm`.
+    pub fn with_unit(&self, value: f64) -> String {
+        let shown = minus(to_digits(value * self.factor, 3));
+        match self.unit.as_str() {
+            "–" => shown,
+            unit => format!("{shown} {unit}"),
+        }
     }
 }
 
@@ -213,6 +232,26 @@ pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
         _ => format!("{power} {readable}"),
     };
     (10f64.powi(-exponent), shown)
+}
+
+/// A value with a unit in which it reads well: `12.5 µm`.
+pub(super) fn value_words(value: f64, unit: &str) -> String {
+    let (factor, unit) = scaled_unit(unit, value.abs());
+    let shown = minus(number(value * factor));
+    match unit.as_str() {
+        "–" => shown,
+        unit => format!("{shown} {unit}"),
+    }
+}
+
+/// The least and the greatest of some values with one unit: `1.2 … 12.5 µm`.
+pub(super) fn span_words([low, high]: [f64; 2], unit: &str) -> String {
+    let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
+    let [low, high] = [low, high].map(|value| minus(to_digits(value * factor, 3)));
+    match low == high {
+        true => format!("{low} {shown}"),
+        false => format!("{low} … {high} {shown}"),
+    }
 }
 
 /// `10⁻⁶`.
@@ -334,6 +373,22 @@ mod tests {
         assert_eq!(texts(&wide.ticks(4)), ["10⁻⁴", "0.01", "1", "100", "10⁴"]);
         let short = Axis::logarithmic("a", "1", [0.8, 60.0]);
         assert_eq!(texts(&short.ticks(5)), ["1", "2", "5", "10", "20", "50"]);
+    }
+
+    #[test]
+    fn a_logarithmic_axis_over_a_fraction_of_a_decade_has_even_ticks() {
+        let axis = Axis::logarithmic("a", "1", [0.81, 0.9]);
+        assert_eq!(texts(&axis.ticks(4)), ["0.85", "0.90"]);
+    }
+
+    #[test]
+    fn values_are_written_with_a_unit_that_suits_them() {
+        assert_eq!(value_words(1.029, "m"), "1.029 m");
+        assert_eq!(value_words(-1.25e-5, "m"), "−12.5 µm");
+        assert_eq!(value_words(1200.0, "rad/s"), "1200 rad/s");
+        assert_eq!(value_words(0.05, "1"), "0.05");
+        assert_eq!(span_words([1.2e-6, 1.25e-5], "m"), "1.2 … 12.5 µm");
+        assert_eq!(span_words([3e-6, 3.0001e-6], "m"), "3 µm");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::axis::Axis;
+use super::axis::{Axis, value_words};
 use super::canvas::{Anchor, Canvas, INK, Place, SOFT};
 use super::categories::{colour, lost};
 use super::error::PlotError;
@@ -11,7 +11,6 @@ use super::picture::{Drawn, Picture};
 use super::results::{MOST_SLICES, Results};
 use super::what::{PlotRequest, What};
 use crate::report::branches::{Attractor, read_attractors};
-use crate::report::numbers::number;
 use crate::store::{ResultTable, TableKind};
 
 const LEFT: f64 = 92.0;
@@ -188,7 +187,7 @@ fn key(canvas: &mut Canvas, cells: &[Cell], own: &[&Attractor]) {
             (Ok(id), Some(attractor)) => {
                 let rms = attractor
                     .deflection_rms
-                    .map(|rms| format!(", RMS {} µm", number(1e6 * rms)));
+                    .map(|rms| format!(", RMS {}", value_words(rms, "m")));
                 (
                     format!("attractor {id}: {}", attractor.kind()),
                     format!("{}{}", share(*count), rms.unwrap_or_default()),

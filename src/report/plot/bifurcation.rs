@@ -7,12 +7,12 @@ use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, Canvas, Colour, INK};
 use super::error::PlotError;
 use super::lambda_curve;
-use super::motion::{Motion, counts, key};
+use super::motion::{Motion, cell_sample, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
 use super::results::Results;
-use super::section::Section;
+use super::section::{Quantity, Section};
 use super::what::What;
 use crate::report::PointSummary;
 use crate::store::TableKind;
@@ -46,10 +46,11 @@ impl Samples {
             unfit("there is no poincare.parquet; ask for `poincare` in the manifest's [analyses]")
         })?;
         let section = Section::of(&table)?;
-        let (column, name, symbol) = match section.fixed_deflection {
-            true => ("velocity", "rate of the deflection", "δ'"),
-            false => ("deflection", "deflection", "δ"),
-        };
+        let Quantity {
+            column,
+            name,
+            symbol,
+        } = section.plane[1];
         let mut values: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
         for (id, value) in table.u64("point_id")?.into_iter().zip(table.f64(column)?) {
             if let (Some(id), Some(value)) = (id, value) {
@@ -126,7 +127,18 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             canvas.height = top + 74.0;
         }
         let found = counts(slice.points.iter().copied());
-        let used = key(&mut canvas, [MARGIN, TOP], &found);
+        // λ and its key are below the panel, and beside the last of several.
+        let room = if with_lambda && !both { 358.0 } else { 446.0 };
+        let used = key(
+            &mut canvas,
+            [MARGIN, TOP],
+            room - 40.0,
+            &found,
+            |canvas, at, motion| match with_lambda && !both {
+                true => marker_sample(canvas, at, motion),
+                false => cell_sample(canvas, at, motion.colour(), ""),
+            },
+        );
         if !results.summary.transitions.is_empty() {
             let y = TOP + used + 10.0;
             canvas.dashes([MARGIN + 7.0, y], [MARGIN + 7.0, y + 26.0], CHANGE, 1.2);

@@ -6,13 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::axis::{Axis, padded, range};
 use super::canvas::{Canvas, Colour, Place};
 use super::categories::colour;
-use super::marker::{Marker, entry, name};
+use super::marker::{Marker, SAMPLE, entry, name};
 use super::over_axis::{LEFT, MARGIN, RIGHT};
 use super::panel::Panel;
 use super::picture::{Drawn, Picture};
 use super::results::{MOST_SLICES, Results, distinct, held_words};
 use super::what::What;
 use crate::report::followed::{Bifurcation, Followed, Held, Orbit};
+use crate::report::numbers::plural;
 
 /// Points that settled.
 const GREY: Colour = Colour(0xc0, 0xc0, 0xc0);
@@ -20,9 +21,6 @@ const GREY: Colour = Colour(0xc0, 0xc0, 0xc0);
 /// Widths of stable and unstable branches \[px\].
 const STABLE: f64 = 2.4;
 const UNSTABLE: f64 = 1.1;
-
-/// Distance of the entries of the key \[px\].
-const PITCH: f64 = 22.0;
 
 /// Most periods in the key.
 const MOST_PERIODS: usize = 8;
@@ -89,8 +87,11 @@ fn picture(followed: &Followed, line: &Held, results: Option<&Results>) -> Canva
     let title = format!("{job}: periodic orbits over {}", axis.name);
     let counts = [
         words(followed, line),
-        format!("{} branches", own().count()),
-        format!("{} orbits", orbits().count()),
+        match own().count() {
+            1 => "1 branch".to_owned(),
+            count => format!("{count} branches"),
+        },
+        plural(orbits().count(), "orbit"),
     ];
     let counts: Vec<&str> = counts
         .iter()
@@ -186,15 +187,15 @@ fn parts(over: usize, orbits: &[Orbit], found: &[&Bifurcation]) -> Vec<(bool, Ve
 fn key(canvas: &mut Canvas, periods: &[u64], kinds: &BTreeMap<&str, usize>, points: [usize; 2]) {
     let (x, mut y) = (MARGIN, 84.0);
     let mut line = |canvas: &mut Canvas, text: &str| {
-        entry(canvas, [x, y], text);
-        y += PITCH;
-        y - PITCH
+        let at = y;
+        y += entry(canvas, [x, y], text);
+        at
     };
     let grey = Colour(0x5c, 0x5c, 0x5c);
     let at = line(canvas, "stable");
-    canvas.line(&[[x, at], [x + 22.0, at]], grey, STABLE);
+    canvas.line(&[[x, at], [x + SAMPLE, at]], grey, STABLE);
     let at = line(canvas, "unstable");
-    canvas.dashed_line(&[[x, at], [x + 22.0, at]], grey, UNSTABLE);
+    canvas.dashed_line(&[[x, at], [x + SAMPLE, at]], grey, UNSTABLE);
     if points != [0, 0] {
         let text = match points {
             [_, 0] => "points of the grid".to_owned(),

@@ -1,6 +1,7 @@
 //! A picture as shapes in pixels, x to the right and y down, before it becomes SVG or PNG:
 //! both show the same because both are drawn from this list.
 
+use super::lettering::fitted;
 use crate::input::{clipped, printable};
 
 /// A place on the canvas \[px\].
@@ -22,7 +23,7 @@ pub(super) const BLUE: Colour = Colour(0x0b, 0x5c, 0x9e);
 pub(super) const RED: Colour = Colour(0xc8, 0x3c, 0x00);
 
 /// Width of a picture \[px\] in SVG; PNG has twice as many pixels each way.
-const WIDTH: f64 = 960.0;
+pub(super) const WIDTH: f64 = 960.0;
 /// Height of most pictures \[px\].
 const HEIGHT: f64 = 600.0;
 
@@ -96,8 +97,13 @@ impl Canvas {
             height: HEIGHT,
             shapes: Vec::new(),
         };
-        canvas.text([24.0, 30.0], title, 17.0, INK, Anchor::Start);
-        canvas.text([24.0, 50.0], subtitle, 13.0, SOFT, Anchor::Start);
+        const ASIDE: f64 = 24.0;
+        let lines = [(title, 30.0, 17.0, INK), (subtitle, 50.0, 13.0, SOFT)];
+        for (text, y, size, colour) in lines {
+            let shown = printable(&clipped(text, MOST_CHARACTERS)).into_owned();
+            let (shown, size) = fitted(&shown, size, 9.0, WIDTH - 2.0 * ASIDE);
+            canvas.text([ASIDE, y], &shown, size, colour, Anchor::Start);
+        }
         canvas
     }
 
@@ -239,8 +245,84 @@ impl Canvas {
 }
 
 #[cfg(test)]
+impl Canvas {
+    /// All texts, in the order of drawing.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.shapes.iter().filter_map(|shape| match shape {
+            Shape::Text { text, .. } => Some(text.as_str()),
+            _ => None,
+        })
+    }
+
+    /// Texts that reach beyond the canvas, and pairs of texts on each other.
+    pub fn faults(&self) -> Vec<String> {
+        let boxes: Vec<(&str, [f64; 4])> = (self.shapes.iter().filter_map(text_box)).collect();
+        let [width, height] = self.size();
+        let mut faults = Vec::new();
+        for (index, (text, [left, top, right, bottom])) in boxes.iter().enumerate() {
+            if *left < 0.0 || *right > width || *top < 0.0 || *bottom > height {
+                faults.push(format!("`{text}` is cut off"));
+            }
+            for (other, [from, above, to, below]) in &boxes[..index] {
+                if left < to && from < right && top < below && above < bottom {
+                    faults.push(format!("`{text}` is on `{other}`"));
+                }
+            }
+        }
+        faults
+    }
+}
+
+/// A text and what it covers: left, top, right, bottom.
+#[cfg(test)]
+fn text_box(shape: &Shape) -> Option<(&str, [f64; 4])> {
+    let Shape::Text {
+        at: [x, y],
+        text,
+        size,
+        anchor,
+        upwards,
+        ..
+    } = shape
+    else {
+        return None;
+    };
+    let width = super::lettering::text_width(text, *size);
+    let start = match anchor {
+        Anchor::Start => 0.0,
+        Anchor::Middle => -0.5 * width,
+        Anchor::End => -width,
+    };
+    // Digits and capitals rise 0.73 em above the baseline; what hangs below it may touch.
+    let rise = 0.73 * size;
+    let covered = match upwards {
+        false => [x + start, y - rise, x + start + width, *y],
+        true => [x - rise, y - start - width, *x, y - start],
+    };
+    (width > 0.0).then_some((text, covered))
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn texts_on_each_other_and_beyond_the_edge_are_found() {
+        let mut canvas = Canvas::titled("a title", "a line below it");
+        assert_eq!(canvas.faults(), [] as [&str; 0]);
+        canvas.text(
+            [900.0, 300.0],
+            "far too long for its place",
+            14.0,
+            INK,
+            Anchor::Start,
+        );
+        canvas.text([905.0, 304.0], "on it", 14.0, INK, Anchor::Start);
+        canvas.text_upwards([30.0, 40.0], "label", 14.0, INK, Anchor::Middle);
+        let faults = canvas.faults();
+        assert_eq!(faults.len(), 4, "{faults:?}");
+        assert!(faults[0].contains("cut off") && faults[1].contains("is on `far"));
+    }
 
     #[test]
     fn dashes_are_even_however_many_places_a_line_has() {

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::axis::{Axis, range};
-use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, SOFT};
-use super::draw::text_width;
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, SOFT, WIDTH};
+use super::lettering::{fitted, text_width, wrapped};
 use super::panel::{LABEL_SIZE, TICK_SIZE, label_place};
 use super::ramp::ink_on;
 use super::results::{Results, Slice};
+use crate::report::numbers::plural;
 use crate::report::refined::Plane;
 use crate::report::{Axis as GridAxis, PointSummary};
 use crate::store::RefinedColumns;
@@ -21,6 +22,20 @@ pub(super) const MARGIN: f64 = RIGHT + 24.0;
 /// Most cells of a map.
 const MOST_CELLS: usize = 1 << 20;
 pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
+
+/// Most values of an axis that all have a tick.
+const FEW: usize = 12;
+/// Smallest em size of letters in cells \[px\].
+const SMALLEST: f64 = 6.5;
+
+/// What became of the cells of a map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Drawn {
+    /// Cells without a point.
+    pub missing: usize,
+    /// Cells with a point that had no room for its text.
+    pub unlettered: usize,
+}
 
 /// The axes of a map: the first two that vary.
 pub(super) struct Cells<'a> {
@@ -60,20 +75,21 @@ impl<'a> Cells<'a> {
         format!("{} and {}", self.up.1.name, self.across.1.name)
     }
 
-    /// Draws every point of a slice in the colour and with the text that `show` gives it (a
-    /// list of texts, the first that fits is taken), and the axes. Gives how many cells are
-    /// without a point.
+    /// Draws every point of a slice in the colour and with the text that `show` gives it, and the axes.
     pub fn draw(
         &self,
         canvas: &mut Canvas,
         slice: &Slice<'_>,
-        show: impl Fn(&PointSummary) -> (Colour, Vec<String>),
-    ) -> usize {
+        show: impl Fn(&PointSummary) -> (Colour, String),
+    ) -> Drawn {
         match self.refined {
             Some(refined) => {
                 let plane = Plane::new(refined, slice.points.iter().copied());
                 self.draw_plane(canvas, &plane, |index| show(slice.points[index]).0);
-                0
+                Drawn {
+                    missing: 0,
+                    unlettered: slice.points.len(),
+                }
             }
             None => self.draw_points(canvas, slice, show),
         }
@@ -133,8 +149,8 @@ impl<'a> Cells<'a> {
         &self,
         canvas: &mut Canvas,
         slice: &Slice<'_>,
-        show: impl Fn(&PointSummary) -> (Colour, Vec<String>),
-    ) -> usize {
+        show: impl Fn(&PointSummary) -> (Colour, String),
+    ) -> Drawn {
         let columns = self.across.1.values.len();
         let rows = self.up.1.values.len();
         let [wide, high] = [
@@ -145,6 +161,7 @@ impl<'a> Cells<'a> {
         // abutting edges show as seams in some viewers.
         let gap = if wide.min(high) > 8.0 { 0.75 } else { -0.2 };
         let mut filled = vec![false; columns * rows];
+        let mut unlettered = 0;
         for point in &slice.points {
             let column = position(self.across.1, point.axis_values[self.across.0]);
             let row = position(self.up.1, point.axis_values[self.up.0]);
@@ -153,16 +170,18 @@ impl<'a> Cells<'a> {
                 LEFT + wide * column as f64,
                 BOTTOM - high * (row + 1) as f64,
             ];
-            let (colour, texts) = show(point);
+            let (colour, text) = show(point);
             canvas.rectangle([x + gap, y + gap], [x + wide - gap, y + high - gap], colour);
             let size = (0.55 * high).min(14.0);
-            let fitting = texts
-                .iter()
-                .find(|text| size >= 6.5 && text_width(text, size) < 0.86 * wide);
-            if let Some(text) = fitting {
-                let at = [x + 0.5 * wide, y + 0.5 * high + 0.36 * size];
-                canvas.text(at, text, size, ink_on(colour), Anchor::Middle);
-            }
+            // No letter is narrower than a quarter of its height.
+            let room = size >= SMALLEST && wide >= 0.25 * SMALLEST;
+            let fitting = room.then(|| size.min(size * 0.86 * wide / text_width(&text, size)));
+            let Some(size) = fitting.filter(|size| *size >= SMALLEST) else {
+                unlettered += 1;
+                continue;
+            };
+            let at = [x + 0.5 * wide, y + 0.5 * high + 0.36 * size];
+            canvas.text(at, &text, size, ink_on(colour), Anchor::Middle);
         }
         for (index, _) in filled.iter().enumerate().filter(|(_, filled)| !**filled) {
             let (row, column) = (index / columns, index % columns);
@@ -176,61 +195,182 @@ impl<'a> Cells<'a> {
         canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
         self.ticks_across(canvas, wide, 1);
         self.ticks_up(canvas, high, 1);
-        filled.iter().filter(|filled| !**filled).count()
+        Drawn {
+            missing: filled.iter().filter(|filled| !**filled).count(),
+            unlettered,
+        }
     }
 
     fn ticks_across(&self, canvas: &mut Canvas, wide: f64, step: usize) {
         let (_, axis) = self.across;
-        let scale = scale(axis);
-        let texts: Vec<String> = axis.values.iter().map(|v| scale.shown(*v)).collect();
-        let widest = texts.iter().map(|text| text_width(text, TICK_SIZE));
-        let stride = ((widest.fold(0.0, f64::max) + 12.0) / wide).ceil().max(1.0) as usize;
-        let stride = stride.next_multiple_of(step);
-        for (column, text) in texts.iter().enumerate().step_by(stride) {
-            let x = LEFT + wide * (column as f64 + 0.5);
+        let width = |text: &str| text_width(text, TICK_SIZE) + 12.0;
+        for (column, text) in ticks(axis, wide, step, width) {
+            let x = LEFT + wide * (column + 0.5);
             canvas.line(&[[x, BOTTOM], [x, BOTTOM + 5.0]], INK, 1.0);
             let at = [x, BOTTOM + 9.0 + TICK_SIZE];
-            canvas.text(at, text, TICK_SIZE, INK, Anchor::Middle);
+            canvas.text(at, &text, TICK_SIZE, INK, Anchor::Middle);
         }
         let at = [0.5 * (LEFT + RIGHT), BOTTOM + 46.0];
-        canvas.text(at, &scale.label, LABEL_SIZE, INK, Anchor::Middle);
+        let (label, size) = fitted(&scale(axis).label, LABEL_SIZE, 8.0, RIGHT - LEFT);
+        canvas.text(at, &label, size, INK, Anchor::Middle);
     }
 
     fn ticks_up(&self, canvas: &mut Canvas, high: f64, step: usize) {
         let (_, axis) = self.up;
-        let scale = scale(axis);
-        let stride = (1.7 * TICK_SIZE / high).ceil().max(1.0) as usize;
-        let stride = stride.next_multiple_of(step);
         let mut widest = 0.0_f64;
-        for (row, value) in axis.values.iter().enumerate().step_by(stride) {
-            let y = BOTTOM - high * (row as f64 + 0.5);
+        for (row, text) in ticks(axis, high, step, |_| 1.7 * TICK_SIZE) {
+            let y = BOTTOM - high * (row + 0.5);
             canvas.line(&[[LEFT - 5.0, y], [LEFT, y]], INK, 1.0);
-            let text = scale.shown(*value);
             let at = [LEFT - 9.0, y + 0.35 * TICK_SIZE];
             canvas.text(at, &text, TICK_SIZE, INK, Anchor::End);
             widest = widest.max(text_width(&text, TICK_SIZE));
         }
         let at = [label_place(LEFT, widest), 0.5 * (TOP + BOTTOM)];
-        canvas.text_upwards(at, &scale.label, LABEL_SIZE, INK, Anchor::Middle);
+        let (label, size) = fitted(&scale(axis).label, LABEL_SIZE, 8.0, BOTTOM - TOP);
+        canvas.text_upwards(at, &label, size, INK, Anchor::Middle);
     }
 }
 
-/// Only for its unit and number format: cells are evenly spaced whatever their values.
+/// Ticks of an axis of cells, each in cells from the centre of the first: the values of the grid where
+/// they are few and all have room, else round values between them. Of a refined grid `step` cells lie
+/// between values of the undivided one. `room` is what a text takes, \[px\] as `cell` is.
+fn ticks(
+    axis: &GridAxis,
+    cell: f64,
+    step: usize,
+    room: impl Fn(&str) -> f64,
+) -> Vec<(f64, String)> {
+    let scale = scale(axis);
+    let own = axis.values.iter().enumerate().step_by(step);
+    let own: Vec<(f64, String)> = own
+        .map(|(index, value)| (index as f64, scale.shown(*value)))
+        .collect();
+    let fit = |text: &str| room(text) <= cell * step as f64;
+    if own.len() <= FEW && own.iter().all(|(_, text)| fit(text)) {
+        return own;
+    }
+    let span = cell * axis.values.len() as f64;
+    let wanted = ((span / 60.0) as usize).clamp(2, FEW);
+    let round = scale.ticks(wanted).into_iter();
+    let round = round.filter_map(|(value, text)| Some((place(&axis.values, value)?, text)));
+    let mut kept = thinned(round.collect(), cell, &room);
+    if kept.len() < 2 {
+        kept = thinned(own, cell, &room);
+    }
+    kept
+}
+
+/// Ticks that have room beside the one kept before.
+fn thinned(ticks: Vec<(f64, String)>, cell: f64, room: impl Fn(&str) -> f64) -> Vec<(f64, String)> {
+    let mut kept: Vec<(f64, String)> = Vec::new();
+    for (place, text) in ticks {
+        let free = |(before, other): &(f64, String)| {
+            (place - before) * cell >= 0.5 * (room(other) + room(&text))
+        };
+        if kept.last().is_none_or(free) {
+            kept.push((place, text));
+        }
+    }
+    kept
+}
+
+/// Where a value lies among ascending ones, counted in them; none outside.
+fn place(values: &[f64], value: f64) -> Option<f64> {
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
+    let upper = values.partition_point(|&known| known < value && !near(known, value));
+    let above = *values.get(upper)?;
+    if near(above, value) {
+        return Some(upper as f64);
+    }
+    let below = values[upper.checked_sub(1)?];
+    Some((upper - 1) as f64 + (value - below) / (above - below))
+}
+
+/// Only for its unit and its ticks: cells are evenly spaced whatever their values.
 fn scale(axis: &GridAxis) -> Axis {
-    Axis::linear(&axis.name, &axis.unit, range(axis.values.iter().copied()))
+    Axis::for_grid(&axis.name, &axis.unit, &axis.values)
 }
 
 fn position(axis: &GridAxis, value: f64) -> usize {
     axis.values.partition_point(|&known| known < value)
 }
 
-/// Says below a key what crossed-out cells are.
-pub(super) fn missing_key(canvas: &mut Canvas, y: f64, missing: usize) {
-    if missing > 0 {
-        let [x, y] = [MARGIN, y];
-        canvas.line(&[[x, y], [x + 14.0, y + 14.0]], SOFT, 1.0);
-        canvas.line(&[[x, y + 14.0], [x + 14.0, y]], SOFT, 1.0);
-        let text = format!("not computed ({missing})");
-        canvas.text([x + 21.0, y + 12.0], &text, TICK_SIZE, INK, Anchor::Start);
+/// Says below a key what crossed-out cells are, and why there are no letters where there are none.
+pub(super) fn notes(canvas: &mut Canvas, mut y: f64, drawn: Drawn) {
+    let x = MARGIN;
+    let say = |canvas: &mut Canvas, mut y: f64, words: &str| {
+        for line in wrapped(words, TICK_SIZE, WIDTH - 6.0 - x - 28.0) {
+            canvas.text([x + 28.0, y + 12.0], &line, TICK_SIZE, INK, Anchor::Start);
+            y += 16.0;
+        }
+        y + 6.0
+    };
+    if drawn.missing > 0 {
+        let [left, top] = [x + 3.0, y];
+        canvas.line(&[[left, top], [left + 14.0, top + 14.0]], SOFT, 1.0);
+        canvas.line(&[[left, top + 14.0], [left + 14.0, top]], SOFT, 1.0);
+        y = say(canvas, y, &format!("not computed ({})", drawn.missing));
+    }
+    if drawn.unlettered > 0 {
+        let words = format!(
+            "{} without room for a text",
+            plural(drawn.unlettered, "cell")
+        );
+        say(canvas, y, &words);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(values: Vec<f64>) -> GridAxis {
+        GridAxis {
+            name: "speed".into(),
+            unit: "rad/s".into(),
+            values,
+        }
+    }
+
+    fn even(from: f64, to: f64, count: usize) -> GridAxis {
+        let step = (to - from) / (count - 1) as f64;
+        axis((0..count).map(|i| from + step * i as f64).collect())
+    }
+
+    #[test]
+    fn few_values_have_a_tick_each_and_many_have_round_ones() {
+        let wide = |text: &str| 8.0 * text.len() as f64;
+        let few = ticks(&axis(vec![172.9, 300.0, 411.5]), 200.0, 1, wide);
+        let texts: Vec<&str> = few.iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(texts, ["172.9", "300", "411.5"]);
+        let many = ticks(&even(172.9, 2000.0, 80), 8.0, 1, wide);
+        let texts: Vec<&str> = many.iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(
+            texts,
+            [
+                "200", "400", "600", "800", "1000", "1200", "1400", "1600", "1800", "2000"
+            ]
+        );
+        // 200 lies 27.1 of 23.13 after the first, and the last cell is 2000.
+        assert!((many[0].0 - 27.1 / 23.127_848).abs() < 1e-3, "{many:?}");
+        assert!((many[9].0 - 79.0).abs() < 1e-9, "{many:?}");
+    }
+
+    #[test]
+    fn ticks_of_uneven_cells_do_not_touch() {
+        let mut values: Vec<f64> = (0..40).map(f64::from).collect();
+        values.extend((1..=40).map(|i| 40.0 + 1000.0 * f64::from(i)));
+        let found = ticks(&axis(values), 8.0, 1, |_| 40.0);
+        assert!(found.len() > 2, "{found:?}");
+        assert!(
+            found.windows(2).all(|pair| pair[1].0 - pair[0].0 >= 5.0),
+            "{found:?}"
+        );
+        let decades = axis((0..60).map(|i| 10f64.powf(f64::from(i) / 20.0)).collect());
+        let texts: Vec<String> = ticks(&decades, 10.0, 1, |_| 40.0)
+            .into_iter()
+            .map(|t| t.1)
+            .collect();
+        assert_eq!(texts, ["1", "10", "100"]);
     }
 }

@@ -10,11 +10,21 @@ use super::panel::{LABEL_SIZE, Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
 use super::results::Results;
 use super::what::What;
+use crate::report::PointSummary;
+use crate::report::numbers::plural;
 
-/// Height of a row \[px\].
-const ROW: f64 = 40.0;
+/// Heights of a row of many and of few \[px\].
+const ROW: [f64; 2] = [18.0, 40.0];
+/// Height of the panel unless rows are very many or few \[px\].
+const USUAL: f64 = 454.0;
 /// Least height of the panel \[px\]: its label needs as much.
 const LEAST: f64 = 116.0;
+
+/// Half the height of what is drawn of a point, at most \[px\].
+const TALLEST: f64 = 9.0;
+/// Half the width of what is drawn of points that are far from each other, and least width \[px\].
+const WIDEST: f64 = 6.0;
+const LEAST_WIDTH: f64 = 1.0;
 
 pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let name = &results.summary.axes[along].name;
@@ -25,7 +35,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
         let found = counts(slice.points.iter().copied());
         let rows: BTreeSet<Motion> = found.keys().copied().collect();
-        let height = (ROW * rows.len() as f64).clamp(LEAST, 454.0);
+        let count = rows.len() as f64;
+        let height = (count * (USUAL / count).clamp(ROW[0], ROW[1])).max(LEAST);
         let panel = Panel {
             left: 148.0,
             right: 850.0,
@@ -42,18 +53,22 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
             let baseline = y + 0.35 * TICK_SIZE;
             let at = [panel.left - 9.0, baseline];
             canvas.text(at, &motion.name(), TICK_SIZE, INK, Anchor::End);
-            let count = match found[motion] {
-                1 => "1 point".to_owned(),
-                count => format!("{count} points"),
-            };
+            let count = plural(found[motion], "point");
             let at = [panel.right + 9.0, baseline];
             canvas.text(at, &count, TICK_SIZE, SOFT, Anchor::Start);
-            let radius = (0.6 * half).min(6.0);
-            for point in slice.points.iter().filter(|p| Motion::of(p) == *motion) {
-                let x = panel.x(point.axis_values[along]);
-                canvas.disc([x, y], radius, INK);
-                canvas.disc([x, y], radius - 0.8, motion.colour());
-            }
+        }
+        let tall = (0.6 * half).min(TALLEST);
+        for (motion, [left, right]) in stretches(&panel, along, &slice.points) {
+            let row = rows.iter().position(|own| *own == motion).unwrap_or(0);
+            let y = panel.y(row as f64 + 0.5);
+            let [left, right] = at_least_seen([left, right]);
+            canvas.rectangle([left, y - tall], [right, y + tall], SOFT);
+            let edge = (0.2 * (right - left)).min(0.8);
+            let [from, to] = [
+                [left + edge, y - tall + 0.8],
+                [right - edge, y + tall - 0.8],
+            ];
+            canvas.rectangle(from, to, motion.colour());
         }
         let at = [24.0, 0.5 * (panel.top + panel.bottom)];
         canvas.text_upwards(at, "kind of motion", LABEL_SIZE, INK, Anchor::Middle);
@@ -68,4 +83,84 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
         drawn.pictures.push(Picture::new(name, canvas));
     }
     drawn
+}
+
+/// Points that move alike, next to each other, as stretches of the axis \[px\]: each point halfway to
+/// its neighbours, or a few pixels to both sides where they are far; those that touch are one stretch.
+fn stretches(panel: &Panel, along: usize, points: &[&PointSummary]) -> Vec<(Motion, [f64; 2])> {
+    let mut places: Vec<(f64, Motion)> = (points.iter())
+        .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))
+        .collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut stretches: Vec<(Motion, [f64; 2])> = Vec::new();
+    for (index, &(x, motion)) in places.iter().enumerate() {
+        let reach = |other: Option<&(f64, Motion)>| {
+            other.map_or(WIDEST, |(other, _)| (0.5 * (other - x).abs()).min(WIDEST))
+        };
+        let before = index.checked_sub(1).and_then(|before| places.get(before));
+        let [from, to] = [x - reach(before), x + reach(places.get(index + 1))];
+        match stretches.last_mut() {
+            Some((own, [_, end])) if *own == motion && from - *end < 0.01 => *end = to,
+            _ => stretches.push((motion, [from, to])),
+        }
+    }
+    stretches
+}
+
+/// A stretch, widened where it would not be seen.
+fn at_least_seen([left, right]: [f64; 2]) -> [f64; 2] {
+    let lack = (0.5 * (LEAST_WIDTH - (right - left))).max(0.0);
+    [left - lack, right + lack]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(at: f64, class: &str) -> PointSummary {
+        PointSummary {
+            axis_values: vec![at],
+            status: "ok".into(),
+            class: Some(class.into()),
+            ..PointSummary::default()
+        }
+    }
+
+    #[test]
+    fn points_are_apart_where_they_are_few_and_touch_where_they_are_many() {
+        let panel = Panel {
+            left: 0.0,
+            right: 100.0,
+            top: 0.0,
+            bottom: 100.0,
+            across: Axis::linear("", "1", [0.0, 100.0]),
+            up: Axis::linear("", "1", [0.0, 1.0]),
+        };
+        let few = [
+            point(10.0, "chaotic"),
+            point(50.0, "chaotic"),
+            point(54.0, "steady_contact"),
+        ];
+        let found = stretches(&panel, 0, &few.each_ref());
+        let wanted = [
+            (Motion::Chaotic, [4.0, 16.0]),
+            (Motion::Chaotic, [44.0, 52.0]),
+            (Motion::SteadyContact, [52.0, 60.0]),
+        ];
+        assert_eq!(found, wanted);
+        let class = |i: usize| {
+            if i == 500 {
+                "chaotic"
+            } else {
+                "quasi_periodic"
+            }
+        };
+        let many: Vec<PointSummary> = (0..=1000)
+            .map(|i| point(0.1 * i as f64, class(i)))
+            .collect();
+        let found = stretches(&panel, 0, &many.iter().collect::<Vec<_>>());
+        assert_eq!(found.len(), 3, "{found:?}");
+        let [left, right] = at_least_seen(found[1].1);
+        assert!((right - left - LEAST_WIDTH).abs() < 1e-9 && (left + right - 100.0).abs() < 1e-9);
+    }
 }

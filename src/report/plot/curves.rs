@@ -8,7 +8,7 @@ use super::branches::{suffix, words};
 use super::canvas::{Anchor, Canvas, Colour, INK, Place};
 use super::error::PlotError;
 use super::lambda_map::{largest_of, shade};
-use super::marker::{OTHERS, colour, entry, name};
+use super::marker::{OTHERS, SAMPLE, colour, entry, name};
 use super::over_axis::LEFT;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
@@ -17,6 +17,7 @@ use super::results::{MOST_SLICES, Results};
 use super::what::What;
 use crate::report::PointSummary;
 use crate::report::followed::{Curve, Followed, Held};
+use crate::report::numbers::plural;
 use crate::report::refined::Plane;
 
 const RIGHT: f64 = 735.0;
@@ -25,9 +26,6 @@ const WHITE: Colour = Colour(255, 255, 255);
 
 /// The kind of the curve that is in closed form.
 const ONSET: &str = "onset";
-
-/// Distance of the entries of the key \[px\].
-const PITCH: f64 = 22.0;
 
 /// Width of curves, of the onset of rattle, and of their edges on a map \[px\].
 const WIDTH: f64 = 1.8;
@@ -93,9 +91,9 @@ fn picture(
     let job = followed.job.as_deref().unwrap_or("job unknown");
     let [over, second] = axes.map(|axis| &followed.axes[axis].name);
     let title = format!("{job}: bifurcations over {over} and {second}");
-    let mut parts = vec![words(followed, plane), format!("{} curves", curves.len())];
+    let mut parts = vec![words(followed, plane), plural(curves.len(), "curve")];
     if let Some(map) = &map {
-        parts.push(format!("behind: {} points", map.points.len()));
+        parts.push(format!("behind: {}", plural(map.points.len(), "point")));
         parts.extend(map.direction.map(|direction| format!("sweep {direction}")));
     }
     parts.retain(|words| !words.is_empty());
@@ -137,9 +135,9 @@ fn picture(
     }
     let mut y = 84.0;
     let mut line = |canvas: &mut Canvas, text: &str| {
-        entry(canvas, [MARGIN, y], text);
-        y += PITCH;
-        [MARGIN, y - PITCH]
+        let at = [MARGIN, y];
+        y += entry(canvas, at, text);
+        at
     };
     for (kind, shown) in &kinds {
         let text = match (*kind, shown.visible) {
@@ -148,7 +146,7 @@ fn picture(
             (kind, _) => format!("{} ({})", name(kind), shown.curves),
         };
         let [x, y] = line(&mut canvas, &text);
-        canvas.line(&[[x, y], [x + 22.0, y]], colour(kind), width(kind));
+        canvas.line(&[[x, y], [x + SAMPLE, y]], colour(kind), width(kind));
     }
     for (index, note) in notes.iter().enumerate() {
         let count = noted().filter(|(_, own)| own == note).count();

@@ -4,24 +4,16 @@
 //! its view box, PNG four times as large and averaged down by two, which also smooths edges.
 //! Same canvas, same bytes.
 
-use std::sync::OnceLock;
-
 use plotters::prelude::{BitMapBackend, DrawingBackend, SVGBackend};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{
-    FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle, register_font,
+    FontDesc, FontFamily, FontStyle, FontTransform, RGBColor, ShapeStyle, TextStyle,
 };
 
 use super::canvas::{Anchor, Canvas, Colour, Place, Shape};
 use super::error::PlotError;
+use super::lettering::{FAMILY, LINE_PER_EM, font_is_ready};
 
-/// DejaVu Sans 2.37, cut down to Latin, Greek and symbols; licence beside it.
-static FONT: &[u8] = include_bytes!("fonts/DejaVuSans-subset.ttf");
-/// What SVG viewers look for. Verdana has the widths of DejaVu Sans.
-const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
-/// Ascent plus descent of DejaVu Sans over its em (1901 + 483 of 2048 units): bitmap sizes
-/// are given as that height.
-const LINE_PER_EM: f64 = 2384.0 / 2048.0;
 /// The SVG backend divides sizes by this to get the em.
 const SVG_SIZE_PER_EM: f64 = 1.24;
 /// Units of the SVG view box a pixel.
@@ -37,34 +29,6 @@ const OVERSAMPLING: usize = 2;
 enum Medium {
     Svg,
     Bitmap,
-}
-
-/// Registers the font once; whether it could be read.
-fn font_is_ready() -> bool {
-    static READY: OnceLock<bool> = OnceLock::new();
-    *READY.get_or_init(|| register_font(FAMILY, FontStyle::Normal, FONT).is_ok())
-}
-
-/// Width of a text \[px\].
-pub(super) fn text_width(text: &str, size: f64) -> f64 {
-    // Measured large, because the answer comes in whole pixels.
-    const LARGE: f64 = 100.0;
-    let font = FontDesc::new(
-        FontFamily::Name(FAMILY),
-        LARGE * LINE_PER_EM,
-        FontStyle::Normal,
-    );
-    let measured = if font_is_ready() {
-        font.box_size(text).ok()
-    } else {
-        None
-    };
-    // Letters are 0.6 em wide on average, should there be no font.
-    let width = measured.map_or_else(
-        || 0.6 * LARGE * text.chars().count() as f64,
-        |(width, _)| f64::from(width),
-    );
-    width * size / LARGE
 }
 
 /// The canvas as an SVG document.
@@ -284,15 +248,6 @@ mod tests {
             let pixel = &pixels[3 * (2 * y * width + 2 * x)..][..3];
             assert!(pixel[0] < 0x80, "nothing at {x}, {y}: {pixel:?}");
         }
-    }
-
-    #[test]
-    fn texts_are_measured_with_the_built_in_font() {
-        // Advance widths of DejaVu Sans: 1303 of 2048 units for a digit, 569 for an i.
-        let width = text_width("0000000000", 20.0);
-        assert!((width - 200.0 * 1303.0 / 2048.0).abs() < 0.5, "{width}");
-        let narrow = text_width("iiiiiiiiii", 20.0);
-        assert!((narrow - 200.0 * 569.0 / 2048.0).abs() < 0.5, "{narrow}");
     }
 
     #[test]

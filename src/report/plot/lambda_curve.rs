@@ -1,10 +1,11 @@
 //! The largest Lyapunov exponent with its standard error over one axis.
 
 use super::axis::{Axis, padded, range};
-use super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
-use super::motion::{Motion, counts, key};
+use super::canvas::{Canvas, Colour, INK, Place, SOFT};
+use super::marker::{SAMPLE, entry};
+use super::motion::{Motion, counts, key, marker_sample};
 use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::Panel;
 use super::picture::{Drawn, Picture};
 use super::results::Results;
 use super::what::What;
@@ -12,7 +13,6 @@ use crate::report::PointSummary;
 
 /// Half the height of the ends of an error bar's whiskers \[px\].
 const WHISKER: f64 = 3.0;
-const WHITE: Colour = Colour(255, 255, 255);
 const PALE: Colour = Colour(0xc4, 0xc4, 0xc4);
 
 /// λ with its standard error over one axis.
@@ -24,10 +24,10 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
         let title = format!("{}: largest Lyapunov exponent λ over {name}", results.job);
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
         let area = [72.0, 526.0];
-        panel(&mut canvas, area, results, along, &slice.points);
+        let y = panel(&mut canvas, area, results, along, &slice.points);
         if sweeps(results, &slice.points).len() < 2 {
             let found = counts(slice.points.iter().copied());
-            key(&mut canvas, [MARGIN, area[0] + 34.0], &found);
+            key(&mut canvas, [MARGIN, y], area[1], &found, marker_sample);
         }
         drawn
             .pictures
@@ -40,15 +40,15 @@ fn error(point: &PointSummary) -> f64 {
     point.stderr.unwrap_or(0.0)
 }
 
-/// λ as dots with error bars: in the colour of the motion or, where there are sweeps in both
-/// directions, of the direction.
+/// λ with error bars: with the symbol of the motion or, where there are sweeps in both directions, as
+/// dots in the colour of the direction. Gives where its key ends \[px\].
 pub(super) fn panel(
     canvas: &mut Canvas,
     [top, bottom]: [f64; 2],
     results: &Results,
     along: usize,
     points: &[&PointSummary],
-) {
+) -> f64 {
     let known = points
         .iter()
         .filter_map(|point| Some((error(point), point.lambda?)));
@@ -67,23 +67,49 @@ pub(super) fn panel(
         ),
     };
     panel.frame(canvas, true);
-    panel.level(canvas, 0.0, "λ = 0", SOFT);
-    let at = [MARGIN, panel.top + 14.0];
-    let note = "bars: ± standard error";
-    canvas.text(at, note, TICK_SIZE, SOFT, Anchor::Start);
+    let zero = panel.y(0.0);
+    canvas.dashes([panel.left, zero], [panel.right, zero], SOFT, 1.2);
     if ends.is_empty() {
         panel.note(canvas, "no exponents in these results");
     }
     let sweeps = sweeps(results, points);
-    for (row, sweep) in sweeps.iter().enumerate() {
+    for sweep in &sweeps {
         let own = (sweeps.len() > 1).then_some(sweep.colour);
         curve(canvas, &panel, along, sweep, own);
-        if let Some(colour) = own {
-            let [x, y] = [MARGIN + 5.0, panel.top + 34.0 + 20.0 * row as f64];
-            canvas.disc([x, y - 4.0], 3.4, colour);
-            let text = format!("sweep {}", sweep.direction);
-            canvas.text([x + 12.0, y], &text, TICK_SIZE, INK, Anchor::Start);
+    }
+    legend(canvas, &sweeps, points, top + 12.0)
+}
+
+/// Names of what is drawn, from a height on; gives where they end \[px\].
+fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], mut y: f64) -> f64 {
+    canvas.dashes([MARGIN, y], [MARGIN + SAMPLE, y], SOFT, 1.2);
+    y += entry(canvas, [MARGIN, y], "λ = 0");
+    if points.iter().any(|point| error(point) > 0.0) {
+        bar(canvas, MARGIN + 0.5 * SAMPLE, [y - 7.0, y + 7.0], INK, true);
+        y += entry(canvas, [MARGIN, y], "± standard error");
+    }
+    if sweeps.len() > 1 {
+        for sweep in sweeps {
+            canvas.disc([MARGIN + 0.5 * SAMPLE, y], 3.4, sweep.colour);
+            y += entry(canvas, [MARGIN, y], &format!("sweep {}", sweep.direction));
         }
+    }
+    let without = points.iter().filter(|point| point.lambda.is_none()).count();
+    if without > 0 {
+        y += entry(
+            canvas,
+            [MARGIN, y],
+            &format!("on the edge: no λ ({without})"),
+        );
+    }
+    y
+}
+
+/// An error bar between two heights.
+fn bar(canvas: &mut Canvas, x: f64, ends: [f64; 2], colour: Colour, whiskers: bool) {
+    canvas.line(&ends.map(|y| [x, y]), colour, 1.2);
+    for y in ends.into_iter().filter(|_| whiskers) {
+        canvas.line(&[[x - WHISKER, y], [x + WHISKER, y]], colour, 1.2);
     }
 }
 
@@ -97,31 +123,28 @@ fn curve(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>, ow
         .map(|(point, lambda)| panel.at(point.axis_values[along], lambda))
         .collect();
     canvas.line(&line, own.unwrap_or(PALE), 1.0);
-    // Dots of a dense sweep would hide its line.
-    let radius = (0.4 * (RIGHT - LEFT) / sweep.points.len().max(1) as f64).clamp(1.4, 3.4);
+    // Symbols of a dense sweep would hide its line, and each other.
+    let room = 0.4 * (RIGHT - LEFT) / sweep.points.len().max(1) as f64;
+    let symbol = |canvas: &mut Canvas, at: Place, point: &PointSummary| match own {
+        Some(colour) => canvas.disc(at, room.clamp(1.4, 3.4), colour),
+        None => {
+            let (motion, factor) = (Motion::of(point), (room / 4.6).clamp(0.45, 1.0));
+            motion.marker().sized(canvas, at, motion.colour(), factor);
+        }
+    };
     for (point, lambda) in known() {
         let x = panel.x(point.axis_values[along]);
         let [low, high] =
             [lambda - error(point), lambda + error(point)].map(|value| panel.y(value));
-        canvas.line(&[[x, low], [x, high]], own.unwrap_or(INK), 1.2);
-        if low - high > 2.0 * WHISKER && own.is_none() {
-            for y in [low, high] {
-                canvas.line(&[[x - WHISKER, y], [x + WHISKER, y]], INK, 1.2);
-            }
+        if error(point) > 0.0 {
+            let whiskers = low - high > 2.0 * WHISKER && own.is_none() && room > WHISKER;
+            bar(canvas, x, [high, low], own.unwrap_or(INK), whiskers);
         }
-        let centre = [x, panel.y(lambda)];
-        match own {
-            Some(colour) => canvas.disc(centre, radius, colour),
-            None => {
-                canvas.disc(centre, 4.2, INK);
-                canvas.disc(centre, 3.4, Motion::of(point).colour());
-            }
-        }
+        symbol(canvas, [x, panel.y(lambda)], point);
     }
     // Points without λ stand on the lower edge, so that none is lost.
     for point in sweep.points.iter().filter(|point| point.lambda.is_none()) {
-        let centre = [panel.x(point.axis_values[along]), panel.bottom];
-        canvas.disc(centre, 4.2, own.unwrap_or(INK));
-        canvas.disc(centre, 3.0, WHITE);
+        let x = panel.x(point.axis_values[along]);
+        symbol(canvas, [x, panel.bottom], point);
     }
 }

@@ -2,18 +2,14 @@
 //! what they are.
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, Colour, INK};
-use super::cells::{Cells, HEIGHT, MARGIN, missing_key};
-use super::motion::{Motion, counts, key, leading};
-use super::panel::TICK_SIZE;
+use super::canvas::{Canvas, Colour};
+use super::cells::{Cells, HEIGHT, MARGIN, notes};
+use super::motion::{Motion, cell_sample, counts, key};
 use super::picture::{Drawn, Picture};
 use super::ramp::{bar, viridis};
 use super::results::Results;
 use super::what::What;
 use crate::report::PointSummary;
-
-/// Most kinds of motion named beside the colour bar.
-const MOST_OTHERS: usize = 8;
 
 /// Cells of points that are not chaotic: pale, so that the ramp stands out.
 fn calm(motion: Motion) -> Colour {
@@ -52,12 +48,12 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             cells.words()
         );
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let missing = cells.draw(&mut canvas, &slice, |point| {
+        let cells_drawn = cells.draw(&mut canvas, &slice, |point| {
             let text = match Motion::of(point) {
                 Motion::Chaotic => format!("{:.2}", point.lambda.unwrap_or(0.0)),
                 motion => motion.mark(),
             };
-            (shade(point, largest), vec![text])
+            (shade(point, largest), text)
         });
         let mut others = counts(slice.points.iter().copied());
         let mut y = HEIGHT[0];
@@ -68,34 +64,17 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
             bar(&mut canvas, MARGIN, [HEIGHT[0], bottom], &axis);
             y = bottom + 26.0;
         }
-        let (named, left) = leading(&others, MOST_OTHERS);
-        for (motion, count) in &named {
-            canvas.rectangle([MARGIN, y], [MARGIN + 20.0, y + 18.0], calm(*motion));
-            let ink = super::ramp::ink_on(calm(*motion));
-            let mark = motion.mark();
-            canvas.text(
-                [MARGIN + 10.0, y + 13.5],
-                &mark,
-                TICK_SIZE,
-                ink,
-                Anchor::Middle,
-            );
-            let text = format!("{} ({count})", motion.name());
-            canvas.text(
-                [MARGIN + 28.0, y + 13.5],
-                &text,
-                TICK_SIZE,
-                INK,
-                Anchor::Start,
-            );
-            y += 24.0;
-        }
-        if left > 0 {
-            let text = format!("… and {left} more");
-            canvas.text([MARGIN, y + 13.5], &text, TICK_SIZE, INK, Anchor::Start);
-            y += 24.0;
-        }
-        missing_key(&mut canvas, y + 2.0, missing);
+        let bottom = HEIGHT[1] - 50.0;
+        let used = key(
+            &mut canvas,
+            [MARGIN, y],
+            bottom,
+            &others,
+            |canvas, at, motion| {
+                cell_sample(canvas, at, calm(motion), &motion.mark());
+            },
+        );
+        notes(&mut canvas, y + used + 2.0, cells_drawn);
         drawn
             .pictures
             .push(Picture::new(format!("lambda{}", slice.suffix), canvas));
@@ -110,13 +89,22 @@ pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
     for slice in slices {
         let title = format!("{}: kind of motion over {}", results.job, cells.words());
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let missing = cells.draw(&mut canvas, &slice, |point| {
+        let cells_drawn = cells.draw(&mut canvas, &slice, |point| {
             let motion = Motion::of(point);
-            (motion.colour(), vec![motion.mark()])
+            (motion.colour(), motion.mark())
         });
         let found = counts(slice.points.iter().copied());
-        let used = key(&mut canvas, [MARGIN, HEIGHT[0]], &found);
-        missing_key(&mut canvas, HEIGHT[0] + used, missing);
+        let [top, bottom] = [HEIGHT[0], HEIGHT[1] - 50.0];
+        let used = key(
+            &mut canvas,
+            [MARGIN, top],
+            bottom,
+            &found,
+            |canvas, at, motion| {
+                cell_sample(canvas, at, motion.colour(), &motion.mark());
+            },
+        );
+        notes(&mut canvas, top + used + 2.0, cells_drawn);
         drawn
             .pictures
             .push(Picture::new(format!("classes{}", slice.suffix), canvas));

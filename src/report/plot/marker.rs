@@ -1,6 +1,7 @@
 //! How bifurcations look: one symbol, one colour and one name for every kind, in all pictures.
 
-use super::canvas::{Anchor, Canvas, Colour, INK, Place};
+use super::canvas::{Anchor, Canvas, Colour, INK, Place, WIDTH};
+use super::lettering::wrapped;
 use super::panel::TICK_SIZE;
 
 /// Fill of symbols.
@@ -50,7 +51,12 @@ impl Marker {
     }
 
     /// Draws it, closed symbols in a colour with an edge of ink.
-    pub fn filled(self, canvas: &mut Canvas, [x, y]: Place, fill: Colour) {
+    pub fn filled(self, canvas: &mut Canvas, at: Place, fill: Colour) {
+        self.sized(canvas, at, fill, 1.0);
+    }
+
+    /// The same, larger or smaller by a factor.
+    pub fn sized(self, canvas: &mut Canvas, [x, y]: Place, fill: Colour, factor: f64) {
         let corners: &[Place] = match self {
             Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
             Self::Diamond => &[[0.0, -1.3], [1.3, 0.0], [0.0, 1.3], [-1.3, 0.0]],
@@ -64,16 +70,18 @@ impl Marker {
         };
         let mut strokes = |ends: &[[Place; 2]], width: f64| {
             for [from, to] in ends {
-                let [from, to] = [from, to].map(|[a, b]| [x + a, y + b]);
+                let [from, to] = [from, to].map(|[a, b]| [x + factor * a, y + factor * b]);
                 canvas.line(&[from, to], INK, width);
             }
         };
+        // The edge of small symbols must leave something of their colour.
+        let edge = 1.3 * factor.min(1.0);
         match self {
             Self::Disc => {
-                canvas.disc([x, y], 4.6, INK);
-                canvas.disc([x, y], 3.3, fill);
+                canvas.disc([x, y], 4.6 * factor, INK);
+                canvas.disc([x, y], 4.6 * factor - edge, fill);
             }
-            Self::Dot => canvas.disc([x, y], 2.2, INK),
+            Self::Dot => canvas.disc([x, y], 2.2 * factor, INK),
             Self::Cross => strokes(
                 &[[[-3.0, -3.0], [3.0, 3.0]], [[-3.0, 3.0], [3.0, -3.0]]],
                 1.2,
@@ -81,8 +89,8 @@ impl Marker {
             Self::Plus => strokes(&[[[-4.5, 0.0], [4.5, 0.0]], [[0.0, -4.5], [0.0, 4.5]]], 1.8),
             Self::Bar => strokes(&[[[0.0, -6.0], [0.0, 6.0]]], 1.8),
             _ => {
-                canvas.polygon(&shape(4.8), INK);
-                canvas.polygon(&shape(3.1), fill);
+                canvas.polygon(&shape(4.8 * factor), INK);
+                canvas.polygon(&shape(4.8 * factor - 1.3 * edge), fill);
             }
         }
     }
@@ -107,7 +115,19 @@ pub(super) fn name(kind: &str) -> String {
     }
 }
 
-/// The words of an entry of a key, right of the 22 pixels of its sample.
-pub(super) fn entry(canvas: &mut Canvas, [x, y]: Place, text: &str) {
-    canvas.text([x + 30.0, y + 4.5], text, TICK_SIZE, INK, Anchor::Start);
+/// Width of the sample of an entry of a key \[px\].
+pub(super) const SAMPLE: f64 = 22.0;
+
+/// The words of an entry of a key, right of its sample, in as many lines as they take. Gives the
+/// height used \[px\].
+pub(super) fn entry(canvas: &mut Canvas, [x, y]: Place, text: &str) -> f64 {
+    const PITCH: f64 = 22.0;
+    const LINE: f64 = 15.0;
+    let left = x + SAMPLE + 8.0;
+    let lines = wrapped(text, TICK_SIZE, WIDTH - 6.0 - left);
+    for (line, words) in lines.iter().enumerate() {
+        let at = [left, y + 4.5 + LINE * line as f64];
+        canvas.text(at, words, TICK_SIZE, INK, Anchor::Start);
+    }
+    PITCH + LINE * lines.len().saturating_sub(1) as f64
 }

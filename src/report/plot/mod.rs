@@ -19,6 +19,7 @@ mod horizon;
 mod kicks;
 mod lambda_curve;
 mod lambda_map;
+mod lettering;
 mod machine;
 mod marker;
 mod mesh;
@@ -235,3 +236,6 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Branches | What::Curves => Err(unfit(FOLLOWED_NEEDED)),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,13 @@
-//! What a point did, as the pictures show it: one colour, one mark and one name for every
+//! What a point did, as the pictures show it: one colour, one symbol, one mark and one name for every
 //! kind of motion, in all of them.
 
 use std::collections::BTreeMap;
 
-use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT};
+use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WIDTH};
+use super::lettering::fitted;
+use super::marker::Marker;
 use super::panel::TICK_SIZE;
+use super::ramp::ink_on;
 use crate::report::PointSummary;
 
 /// Kind of motion, or why there is none; the calmest first.
@@ -32,21 +35,45 @@ impl Motion {
         }
     }
 
-    /// From Okabe and Ito's palette and tints of it, told apart by colour-blind readers and
-    /// from viridis; longer periods are darker.
+    /// Okabe and Ito's green and vermilion, and for periods a family of shades a prime factor, darker
+    /// after every doubling: told apart by colour-blind readers, as a test of them tells. Periods of one
+    /// shade (8, 16, …; 12, 24, …; 10, 20, …; 7, 9, …) have their numbers on maps and rows of their own
+    /// elsewhere.
     pub fn colour(self) -> Colour {
         match self {
             Self::SteadyContact => Colour(0xdc, 0xdc, 0xdc),
-            Self::Periodic(0 | 1) => Colour(0x9f, 0xcf, 0xee),
-            Self::Periodic(2) => Colour(0x3f, 0x9b, 0xd5),
-            Self::Periodic(3 | 4) => Colour(0x00, 0x62, 0xa3),
-            Self::Periodic(5..=8) => Colour(0x00, 0x33, 0x66),
-            Self::Periodic(_) => Colour(0x00, 0x14, 0x29),
+            Self::Periodic(period) => match family(period) {
+                (1, 0) => Colour(0x9f, 0xcf, 0xee),
+                (1, 1) => Colour(0x3f, 0x9b, 0xd5),
+                (1, 2) => Colour(0x00, 0x62, 0xa3),
+                (1, _) => Colour(0x00, 0x2a, 0x5c),
+                (3, 0) => Colour(0xff, 0xde, 0xa3),
+                (3, 1) => Colour(0xe6, 0xb8, 0x00),
+                (3, _) => Colour(0x61, 0x40, 0x00),
+                (5, 0) => Colour(0xc2, 0xa9, 0xa5),
+                (5, _) => Colour(0x8e, 0x42, 0x75),
+                _ => Colour(0x7d, 0x68, 0x3e),
+            },
             Self::QuasiPeriodic => Colour(0x00, 0x9e, 0x73),
             Self::Chaotic => Colour(0xd5, 0x5e, 0x00),
-            Self::NotConverged => Colour(0xea, 0xb8, 0xd4),
+            Self::NotConverged => Colour(0x8b, 0x89, 0xa7),
             Self::Unclassified => Colour(0xff, 0xff, 0xff),
             Self::Failed => Colour(0x22, 0x22, 0x22),
+        }
+    }
+
+    /// Its symbol on a curve: one a family of periods.
+    pub fn marker(self) -> Marker {
+        match self {
+            Self::Periodic(period) => match family(period).0 {
+                1 => Marker::Disc,
+                3 => Marker::Triangle,
+                5 => Marker::Square,
+                _ => Marker::Diamond,
+            },
+            Self::QuasiPeriodic => Marker::Inverted,
+            Self::Failed => Marker::Cross,
+            _ => Marker::Disc,
         }
     }
 
@@ -89,36 +116,163 @@ pub(super) fn counts<'p>(
     counts
 }
 
-/// Most entries of a key.
-const MOST_ENTRIES: usize = 14;
+/// A period without its factors of two, and how many there are; of an unknown period as of 1.
+fn family(period: u64) -> (u64, u32) {
+    let doublings = period.max(1).trailing_zeros();
+    (period.max(1) >> doublings, doublings)
+}
 
 /// The kinds of motion that a key of so many entries names, those that occur most, the calmest
 /// first; and how many it leaves out.
-pub(super) fn leading(
-    counts: &BTreeMap<Motion, usize>,
-    most: usize,
-) -> (BTreeMap<Motion, usize>, usize) {
+fn leading(counts: &BTreeMap<Motion, usize>, most: usize) -> (BTreeMap<Motion, usize>, usize) {
     let mut frequent: Vec<(Motion, usize)> = counts.iter().map(|(m, n)| (*m, *n)).collect();
     frequent.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     let left = frequent.len().saturating_sub(most);
     (frequent.into_iter().take(most).collect(), left)
 }
 
-/// Names beside their colours, downwards from a place; gives the height used \[px\].
-pub(super) fn key(canvas: &mut Canvas, at: Place, counts: &BTreeMap<Motion, usize>) -> f64 {
-    const PITCH: f64 = 23.0;
-    let (named, left) = leading(counts, MOST_ENTRIES);
-    for (row, (motion, count)) in named.iter().enumerate() {
-        let [x, y] = [at[0], at[1] + PITCH * row as f64];
-        canvas.rectangle([x, y], [x + 14.0, y + 14.0], motion.colour());
-        canvas.outline([x, y], [x + 14.0, y + 14.0], SOFT, 1.0);
-        let text = format!("{} ({count})", motion.name());
-        canvas.text([x + 21.0, y + 12.0], &text, TICK_SIZE, INK, Anchor::Start);
+/// Distance of the entries of a key \[px\].
+const PITCH: f64 = 24.0;
+/// Width and height of a sample \[px\].
+const SAMPLE: [f64; 2] = [20.0, 18.0];
+
+/// A sample of a key: a cell of a map in a colour, with the letter of its motion where the map has
+/// letters.
+pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, colour: Colour, letter: &str) {
+    let corner = [x + SAMPLE[0], y + SAMPLE[1]];
+    canvas.rectangle([x, y], corner, colour);
+    canvas.outline([x, y], corner, SOFT, 1.0);
+    let at = [x + 0.5 * SAMPLE[0], y + 13.5];
+    canvas.text(at, letter, TICK_SIZE, ink_on(colour), Anchor::Middle);
+}
+
+/// A sample of a key: a motion's symbol on curves.
+pub(super) fn marker_sample(canvas: &mut Canvas, [x, y]: Place, motion: Motion) {
+    let at = [x + 0.5 * SAMPLE[0], y + 0.5 * SAMPLE[1]];
+    motion.marker().filled(canvas, at, motion.colour());
+}
+
+/// Names with how often they occur, beside their samples, from a place down to a bottom. Gives the height
+/// used \[px\].
+pub(super) fn key(
+    canvas: &mut Canvas,
+    [x, top]: Place,
+    bottom: f64,
+    counts: &BTreeMap<Motion, usize>,
+    sample: impl Fn(&mut Canvas, Place, Motion),
+) -> f64 {
+    let room = ((bottom - top) / PITCH).max(1.0) as usize;
+    // One line says how many are left out.
+    let most = if counts.len() > room {
+        room.saturating_sub(1).max(1)
+    } else {
+        room
+    };
+    let (named, left) = leading(counts, most);
+    let left_out = (left > 0).then(|| format!("… and {left} more kinds"));
+    let lines = named
+        .iter()
+        .map(|(motion, count)| (Some(*motion), format!("{} ({count})", motion.name())));
+    let lines: Vec<(Option<Motion>, String)> =
+        lines.chain(left_out.map(|words| (None, words))).collect();
+    for (row, (motion, words)) in lines.iter().enumerate() {
+        let y = top + PITCH * row as f64;
+        if let Some(motion) = motion {
+            sample(canvas, [x, y], *motion);
+        }
+        let left = x + SAMPLE[0] + 8.0;
+        let (words, size) = fitted(words, TICK_SIZE, 8.0, WIDTH - 6.0 - left);
+        canvas.text([left, y + 13.5], &words, size, INK, Anchor::Start);
     }
-    if left > 0 {
-        let y = at[1] + PITCH * MOST_ENTRIES as f64;
-        let text = format!("… and {left} more");
-        canvas.text([at[0], y + 12.0], &text, TICK_SIZE, SOFT, Anchor::Start);
+    PITCH * lines.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How colours look to readers without cones for red, green and blue light: linear RGB by
+    /// matrices of Machado, Oliveira and Fernandes (2009), severity 1.
+    const SIGHTS: [[[f64; 3]; 3]; 4] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ],
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ],
+        [
+            [1.255528, -0.076749, -0.178779],
+            [-0.078411, 0.930809, 0.147602],
+            [0.004733, 0.691367, 0.303900],
+        ],
+    ];
+
+    fn times(matrix: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+        matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
     }
-    PITCH * counts.len().min(MOST_ENTRIES + 1) as f64
+
+    /// CIE 1976 L*a*b* of a colour as it is seen (sRGB, D65).
+    fn seen(colour: Colour, sight: &[[f64; 3]; 3]) -> [f64; 3] {
+        let linear = [colour.0, colour.1, colour.2].map(|value| {
+            let value = f64::from(value) / 255.0;
+            match value <= 0.04045 {
+                true => value / 12.92,
+                false => ((value + 0.055) / 1.055).powf(2.4),
+            }
+        });
+        let seen = times(sight, linear).map(|value| value.clamp(0.0, 1.0));
+        let to_xyz = [
+            [0.4124564, 0.3575761, 0.1804375],
+            [0.2126729, 0.7151522, 0.0721750],
+            [0.0193339, 0.1191920, 0.9503041],
+        ];
+        let [x, y, z] = times(&to_xyz, seen);
+        let f = |value: f64| match value > (6.0_f64 / 29.0).powi(3) {
+            true => value.cbrt(),
+            false => value / (3.0 * (6.0_f64 / 29.0).powi(2)) + 4.0 / 29.0,
+        };
+        let [x, y, z] = [f(x / 0.95047), f(y), f(z / 1.08883)];
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    /// A difference of 2.3 is just noticed; eleven are seen between small marks.
+    #[test]
+    fn kinds_of_motion_differ_in_colour_to_every_reader() {
+        let periods = [1, 2, 3, 4, 5, 6, 7, 8, 10, 12].map(Motion::Periodic);
+        let others = [
+            Motion::SteadyContact,
+            Motion::QuasiPeriodic,
+            Motion::Chaotic,
+            Motion::NotConverged,
+            Motion::Unclassified,
+            Motion::Failed,
+        ];
+        let all: Vec<Motion> = periods.into_iter().chain(others).collect();
+        for (index, a) in all.iter().enumerate() {
+            for b in &all[..index] {
+                for sight in &SIGHTS {
+                    let [p, q] = [a, b].map(|motion| seen(motion.colour(), sight));
+                    let apart = (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
+                    assert!(apart > 11.0, "{a:?} and {b:?}: {apart}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_key_of_many_kinds_ends_where_its_room_does() {
+        let counts: BTreeMap<Motion, usize> =
+            (1..30).map(|p| (Motion::Periodic(p), p as usize)).collect();
+        let mut canvas = Canvas::titled("", "");
+        let used = key(&mut canvas, [800.0, 72.0], 312.0, &counts, marker_sample);
+        assert_eq!(used, 240.0);
+        let texts: Vec<&str> = canvas.texts().collect();
+        assert!(texts.contains(&"period 29 (29)"), "{texts:?}");
+        assert!(texts.contains(&"… and 20 more kinds"), "{texts:?}");
+    }
 }

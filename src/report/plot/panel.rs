@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, Place, SOFT};
-use super::draw::text_width;
+use super::lettering::{apart, fitted, text_width, wrapped};
 
 /// Em size of tick texts \[px\].
 pub(super) const TICK_SIZE: f64 = 12.5;
@@ -55,11 +55,28 @@ impl Panel {
             canvas.text(at, text, TICK_SIZE, INK, Anchor::End);
             widest = widest.max(text_width(text, TICK_SIZE));
         }
-        let middle = 0.5 * (self.top + self.bottom);
-        let x = label_place(self.left, widest);
-        let label = &self.up.label;
-        canvas.text_upwards([x, middle], label, LABEL_SIZE, INK, Anchor::Middle);
+        self.label_up(canvas, label_place(self.left, widest));
         canvas.outline([self.left, self.top], [self.right, self.bottom], INK, 1.0);
+    }
+
+    /// The label of the axis up with its baseline at a place: no longer than the panel is high, in two
+    /// lines where there is room for them.
+    fn label_up(&self, canvas: &mut Canvas, x: f64) {
+        const LINE: f64 = 16.0;
+        let (middle, length) = (
+            0.5 * (self.top + self.bottom),
+            self.bottom - self.top + 12.0,
+        );
+        let lines = wrapped(&self.up.label, LABEL_SIZE, length);
+        let two = lines.len() == 2 && x - LINE > LABEL_SIZE;
+        let lines: Vec<(String, f64)> = match two {
+            true => lines.into_iter().map(|line| (line, LABEL_SIZE)).collect(),
+            false => vec![fitted(&self.up.label, LABEL_SIZE, 8.0, length)],
+        };
+        for (above, (words, size)) in lines.iter().rev().enumerate() {
+            let at = [x - LINE * above as f64, middle];
+            canvas.text_upwards(at, words, *size, INK, Anchor::Middle);
+        }
     }
 
     /// Grid lines, ticks and, where `named`, texts of the axis across.
@@ -78,16 +95,20 @@ impl Panel {
         }
         if named {
             let at = [0.5 * (self.left + self.right), self.bottom + 46.0];
-            canvas.text(at, &self.across.label, LABEL_SIZE, INK, Anchor::Middle);
+            let (label, size) = fitted(&self.across.label, LABEL_SIZE, 8.0, self.right - self.left);
+            canvas.text(at, &label, size, INK, Anchor::Middle);
         }
     }
 
-    /// A dashed line at a value, with its name right of the panel.
-    pub fn level(&self, canvas: &mut Canvas, value: f64, name: &str, colour: Colour) {
-        let y = self.y(value);
-        canvas.dashes([self.left, y], [self.right, y], colour, 1.2);
-        let at = [self.right + 8.0, y + 0.35 * TICK_SIZE];
-        canvas.text(at, name, TICK_SIZE, colour, Anchor::Start);
+    /// Dashed lines at values, with their names right of the panel, none on another.
+    pub fn levels(&self, canvas: &mut Canvas, levels: &[(f64, &str)], colour: Colour) {
+        let wanted: Vec<f64> = levels.iter().map(|(value, _)| self.y(*value)).collect();
+        let places = apart(&wanted, 1.3 * TICK_SIZE, [self.top, self.bottom]);
+        for ((y, place), (_, name)) in wanted.into_iter().zip(places).zip(levels) {
+            canvas.dashes([self.left, y], [self.right, y], colour, 1.2);
+            let at = [self.right + 8.0, place + 0.35 * TICK_SIZE];
+            canvas.text(at, name, TICK_SIZE, colour, Anchor::Start);
+        }
     }
 
     /// A note in the middle of a panel without data.

@@ -9,9 +9,10 @@ use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
 use super::recording::Recording;
 use super::results::Results;
-use super::section::Section;
+use super::section::{Quantity, Section};
 use super::what::{PlotRequest, What};
 use crate::report::PointSummary;
+use crate::report::numbers::plural;
 use crate::store::TableKind;
 
 /// Most mesh cycles of an orbit.
@@ -19,22 +20,19 @@ const MOST_CYCLES: u64 = 400;
 /// The orbit below the strobe samples.
 const ORBIT: Colour = Colour(0x7f, 0xb2, 0xd9);
 
-fn panel(across: [f64; 2], up: [f64; 2], units: [&str; 2], at: &str) -> Panel {
+fn panel(across: Axis, up: Axis) -> Panel {
     Panel {
         left: 92.0,
         right: 820.0,
         top: 72.0,
         bottom: 526.0,
-        across: Axis::linear(&format!("deflection{at}"), units[0], padded(across, 0.05)),
-        up: Axis::linear(
-            &format!("rate of the deflection{at}"),
-            units[1],
-            padded(up, 0.05),
-        ),
+        across,
+        up,
     }
 }
 
-/// Strobe samples of one point: the one asked for, else the most chaotic, else the loudest.
+/// Poincaré samples of one point in a plane in which they differ: the point asked for, else the most
+/// chaotic, else the loudest.
 pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let unfit = |reason: String| PlotError::Unfit {
         what: What::Phase,
@@ -67,33 +65,37 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
             (point, why)
         }
     };
-    let (deflections, rates) = (table.f64("deflection")?, table.f64("velocity")?);
+    let section = Section::of(&table)?;
+    // The phase plane of a strobe has the deflection across.
+    let [up, across] = match section.plane {
+        [first, second] if first.column == "phase" => [second, first],
+        [rate, deflection] => [rate, deflection],
+    };
+    let (first, second) = (table.f64(across.column)?, table.f64(up.column)?);
     let samples: Vec<[f64; 2]> = ids
         .iter()
-        .zip(deflections.iter().zip(&rates))
+        .zip(first.iter().zip(&second))
         .filter(|(id, _)| **id == Some(point.point_id))
-        .filter_map(|(_, (deflection, rate))| Some([(*deflection)?, (*rate)?]))
+        .filter_map(|(_, (first, second))| Some([(*first)?, (*second)?]))
         .collect();
     if samples.is_empty() {
         return Err(unfit(format!("point {} has no sample", point.point_id)));
     }
     let units = table.units()?;
-    let unit = |column: &str| units.get(column).map_or("", String::as_str);
-    let title = format!("{}: Poincaré samples in the phase plane", results.job);
+    let title = format!("{}: Poincaré samples {}", results.job, section.words);
     let words = results.point_words(point);
     let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words, why]));
-    let column = |index: usize| range(samples.iter().map(|sample| sample[index]));
-    let panel = panel(
-        column(0),
-        column(1),
-        [unit("deflection"), unit("velocity")],
-        &format!(" {}", Section::of(&table)?.words),
-    );
+    let axis = |quantity: Quantity, index: usize| {
+        let unit = units.get(quantity.column).map_or("", String::as_str);
+        let met = range(samples.iter().map(|sample| sample[index]));
+        Axis::linear(quantity.name, unit, padded(met, 0.05))
+    };
+    let panel = panel(axis(across, 0), axis(up, 1));
     panel.frame(&mut canvas, true);
-    for [deflection, rate] in &samples {
-        canvas.disc(panel.at(*deflection, *rate), 2.6, BLUE);
+    for [across, up] in &samples {
+        canvas.disc(panel.at(*across, *up), 2.6, BLUE);
     }
-    let count = format!("{} samples", samples.len());
+    let count = plural(samples.len(), "sample");
     let at = [panel.right + 14.0, panel.top + TICK_SIZE];
     canvas.text(at, &count, TICK_SIZE, SOFT, Anchor::Start);
     Ok(Drawn::one(Picture::new(
@@ -108,11 +110,14 @@ pub(super) fn of_trace(recording: &Recording) -> Drawn {
     let (deflection, rate) = (&recording.deflection[..rows], &recording.velocity[..rows]);
     let gap = recording.half_gap;
     let edges = gap.into_iter().flat_map(|gap| [-gap, gap]);
+    let across = range(deflection.iter().copied().chain(edges));
+    let up = range(rate.iter().copied());
+    let axis = |name: &str, column: &str, met: [f64; 2]| {
+        Axis::linear(name, recording.unit(column), padded(met, 0.05))
+    };
     let panel = panel(
-        range(deflection.iter().copied().chain(edges)),
-        range(rate.iter().copied()),
-        [recording.unit("deflection"), recording.unit("velocity")],
-        "",
+        axis("deflection", "deflection", across),
+        axis("rate of the deflection", "velocity", up),
     );
     let title = format!("{}: phase portrait", recording.job);
     let mut canvas = Canvas::titled(&title, &recording.subtitle(rows));

@@ -10,7 +10,7 @@ use super::what::What;
 pub struct Picture {
     /// File name without extension.
     pub name: String,
-    canvas: Canvas,
+    pub(super) canvas: Canvas,
 }
 
 impl Picture {

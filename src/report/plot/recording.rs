@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::axis::value_words;
 use super::error::PlotError;
 use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
@@ -52,7 +53,7 @@ impl Recording {
         let phase = column("phase")?;
         Ok(Self {
             job: table.metadata("job").unwrap_or("trace").to_owned(),
-            point: point_words(table.metadata("point")),
+            point: point_words(table.metadata("point"), table.metadata("point_units")),
             time: times(&table)?,
             deflection: column("deflection")?,
             velocity: column("velocity")?,
@@ -134,17 +135,40 @@ fn quantity(text: Option<&str>) -> Option<f64> {
     value.get("value")?.as_f64()
 }
 
-/// `{"load":0.1,"speed":1150.0}` in words; values are in SI.
-fn point_words(text: Option<&str>) -> String {
-    let parsed = text.and_then(|text| serde_json::from_str(text).ok());
-    let map: serde_json::Map<String, serde_json::Value> = parsed.unwrap_or_default();
-    let values = map.iter().map(|(name, value)| match value.as_f64() {
-        Some(value) => format!("{name} {}", number(value)),
-        None => format!("{name} {value}"),
+/// `{"load":0.1,"speed":1150.0}` in words, with the units of `{"load":"1","speed":"rad/s"}`.
+fn point_words(values: Option<&str>, units: Option<&str>) -> String {
+    type Map = serde_json::Map<String, serde_json::Value>;
+    let map = |text: Option<&str>| -> Map {
+        let parsed = text.and_then(|text| serde_json::from_str(text).ok());
+        parsed.unwrap_or_default()
+    };
+    let units = map(units);
+    let words = map(values).into_iter().map(|(name, value)| {
+        let unit = units.get(&name).and_then(|unit| unit.as_str());
+        match value.as_f64() {
+            Some(value) => format!("{name} {}", value_words(value, unit.unwrap_or(""))),
+            None => format!("{name} {value}"),
+        }
     });
-    let values: Vec<String> = values.collect();
-    match values.is_empty() {
-        true => String::new(),
-        false => format!("{} (SI units)", values.join(", ")),
+    words.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_is_told_with_its_units() {
+        let values = r#"{"load":0.1,"speed":1200.0,"mesh.half_gap":1.5e-5}"#;
+        let units = r#"{"load":"1","speed":"rad/s","mesh.half_gap":"m"}"#;
+        let mut words: Vec<String> = (point_words(Some(values), Some(units)).split(", "))
+            .map(str::to_owned)
+            .collect();
+        words.sort();
+        assert_eq!(
+            words,
+            ["load 0.1", "mesh.half_gap 15 µm", "speed 1200 rad/s"]
+        );
+        assert_eq!(point_words(None, None), "");
     }
 }

@@ -4,9 +4,11 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
+use super::axis::value_words;
 use super::error::PlotError;
 use super::what::What;
-use crate::report::numbers::number;
+use crate::report::numbers::{number, plural};
+use crate::report::point::varied;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
 use crate::store::{ResultTable, RunState, StoreError, TableKind, read_runs, verify};
 
@@ -83,10 +85,7 @@ impl Results {
 
     /// Positions of the axes with more than one value, slowest first.
     pub fn varied(&self) -> Vec<usize> {
-        let axes = self.summary.axes.iter().enumerate();
-        axes.filter(|(_, axis)| axis.values.len() > 1)
-            .map(|(index, _)| index)
-            .collect()
+        varied(&self.summary.axes).collect()
     }
 
     /// The axis that pictures over one axis go along: the one named, else the swept one, else
@@ -173,7 +172,7 @@ impl Results {
                     .map(|(axis, value)| format!("{}={}", axis.name, distinct(axis, *value)))
                     .chain(direction.map(str::to_owned))
                     .collect();
-                let mut count_words = format!("{} points", points.len());
+                let mut count_words = plural(points.len(), "point");
                 if let Some(refined) = &self.summary.refined {
                     let [rows, columns] = refined.nested.sides(refined.nested.levels);
                     count_words += &format!(" of {rows} x {columns} places");
@@ -237,13 +236,7 @@ impl Results {
 
 /// `speed 1108 rad/s`.
 pub(super) fn held_words(axis: &GridAxis, value: f64) -> String {
-    match axis.unit.as_str() {
-        "" | "1" => format!("{} {}", axis.name, number(value)),
-        unit => {
-            let (factor, unit) = super::axis::scaled_unit(unit, value.abs());
-            format!("{} {} {unit}", axis.name, number(value * factor))
-        }
-    }
+    format!("{} {}", axis.name, value_words(value, &axis.unit))
 }
 
 /// Four digits, or all where four do not tell the values of the axis apart.

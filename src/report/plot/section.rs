@@ -1,32 +1,79 @@
-//! Which section of phase space the samples of poincare.parquet lie on, in words.
+//! Which section of phase space the samples of poincare.parquet lie on: in words, and what tells
+//! its samples apart.
 
 use super::error::PlotError;
 use crate::report::numbers::number;
 use crate::store::ResultTable;
 
+/// A quantity of a sample: column of poincare.parquet, and its name on an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Quantity {
+    pub column: &'static str,
+    pub name: &'static str,
+    pub symbol: &'static str,
+}
+
+const PHASE: Quantity = Quantity {
+    column: "phase",
+    name: "mesh phase",
+    symbol: "φ",
+};
+const DEFLECTION: Quantity = Quantity {
+    column: "deflection",
+    name: "deflection",
+    symbol: "δ",
+};
+const RATE: Quantity = Quantity {
+    column: "velocity",
+    name: "rate of the deflection",
+    symbol: "δ'",
+};
+
 /// A section.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Section {
-    /// `at mesh phase 0`, for the label of an axis.
+    /// `at mesh phase 0`.
     pub words: String,
-    /// Whether δ is the same for all its samples, so that only the rate tells them apart.
-    pub fixed_deflection: bool,
+    /// Two quantities that its samples differ in, the second more telling: on entry into contact all
+    /// have one deflection, at an extreme one rate, and a strobe sees one phase.
+    pub plane: [Quantity; 2],
 }
 
 impl Section {
     /// The section of a table's samples, which is that of the first: a job has one.
     pub fn of(table: &ResultTable) -> Result<Self, PlotError> {
         let kind = table.text("section")?.into_iter().flatten().next();
-        let words = match kind.as_deref() {
-            Some("entry") => "on entry into drive contact".to_owned(),
-            Some("maximum" | "minimum") => "at extrema of the deflection".to_owned(),
-            _ => {
-                let phase = table.f64("phase")?.into_iter().flatten().next();
-                format!("at mesh phase {}", number(phase.unwrap_or(0.0)))
-            }
+        let phase = table.f64("phase")?.into_iter().flatten().next();
+        Ok(Self::named(kind.as_deref(), phase.unwrap_or(0.0)))
+    }
+
+    fn named(kind: Option<&str>, phase: f64) -> Self {
+        let (words, plane) = match kind {
+            Some("entry") => ("on entry into drive contact".to_owned(), [PHASE, RATE]),
+            Some("maximum" | "minimum") => (
+                "at extrema of the deflection".to_owned(),
+                [PHASE, DEFLECTION],
+            ),
+            _ => (
+                format!("at mesh phase {}", number(phase)),
+                [RATE, DEFLECTION],
+            ),
         };
-        Ok(Self {
-            words,
-            fixed_deflection: kind.as_deref() == Some("entry"),
-        })
+        Self { words, plane }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_section_is_drawn_over_what_is_one_value_on_it() {
+        let columns = |kind| Section::named(Some(kind), 0.25).plane.map(|q| q.column);
+        assert_eq!(columns("entry"), ["phase", "velocity"]);
+        assert_eq!(columns("maximum"), ["phase", "deflection"]);
+        assert_eq!(columns("minimum"), ["phase", "deflection"]);
+        assert_eq!(columns("strobe"), ["velocity", "deflection"]);
+        assert_eq!(Section::named(None, 0.25).words, "at mesh phase 0.25");
     }
 }

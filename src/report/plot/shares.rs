@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::axis::{Axis, range};
-use super::canvas::{Anchor, Canvas, INK, SOFT};
+use super::axis::{Axis, range, span_words};
+use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WIDTH};
 use super::categories::colour;
 use super::error::PlotError;
+use super::lettering::{fitted, wrapped};
+use super::marker::OTHERS;
 use super::over_axis::across;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
@@ -13,16 +15,16 @@ use super::results::Results;
 use super::what::What;
 use crate::report::PointSummary;
 use crate::report::branches::{Attractor, branches, read_attractors};
+use crate::report::numbers::plural;
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 690.0;
 const MARGIN: f64 = RIGHT + 24.0;
 /// Half the width of the ends of whiskers \[px\].
 const WHISKER: f64 = 3.0;
-/// Sideways distance of branches at one point \[px\]: whiskers must not cover each other.
-const APART: f64 = 7.0;
-/// Most entries of the key.
-const MOST_ENTRIES: usize = 10;
+/// By how much those of the next branch reach further \[px\].
+const WIDER: f64 = 2.0;
+const BOTTOM: f64 = 526.0;
 
 /// Draws the shares of every slice of the grid.
 pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> {
@@ -57,13 +59,17 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             left: LEFT,
             right: RIGHT,
             top: 72.0,
-            bottom: 526.0,
+            bottom: BOTTOM,
             across: across(results, along),
             up: Axis::linear("share of probes", "1", [-0.03, 1.03]),
         };
         panel.frame(&mut canvas, true);
+        // Intervals of branches at one point lie on each other: below all lines and symbols.
         for (place, line) in own.values().enumerate() {
-            draw_branch(&mut canvas, &panel, along, place, own.len(), line);
+            intervals(&mut canvas, &panel, along, place, line);
+        }
+        for (place, line) in own.values().enumerate() {
+            draw_branch(&mut canvas, &panel, along, place, line);
         }
         key(&mut canvas, along, &own);
         let name = format!("shares{}", slice.suffix);
@@ -72,82 +78,96 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     Ok(drawn)
 }
 
+/// The intervals of a branch's shares, its whiskers a little wider than those of the branch before.
+fn intervals(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    along: usize,
+    place: usize,
+    line: &[(&PointSummary, &Attractor)],
+) {
+    let half = WHISKER + WIDER * (place % 4) as f64;
+    for (point, attractor) in line {
+        let x = panel.x(point.axis_values[along]);
+        let [low, high] = attractor.interval.map(|share| panel.y(share));
+        canvas.line(&[[x, low], [x, high]], colour(place), 1.2);
+        for y in [low, high] {
+            canvas.line(&[[x - half, y], [x + half, y]], colour(place), 1.2);
+        }
+    }
+}
+
 fn draw_branch(
     canvas: &mut Canvas,
     panel: &Panel,
     along: usize,
     place: usize,
-    count: usize,
     line: &[(&PointSummary, &Attractor)],
 ) {
-    // Branches that are far apart in number seldom meet at one point: a few lanes do.
-    let lanes = count.min(4);
-    let aside = APART * ((place % 4) as f64 - 0.5 * (lanes - 1) as f64);
-    let x = |point: &PointSummary| panel.x(point.axis_values[along]) + aside;
-    let dots: Vec<_> = line
+    let dots: Vec<Place> = line
         .iter()
-        .map(|(point, attractor)| [x(point), panel.y(attractor.share)])
+        .map(|(point, attractor)| panel.at(point.axis_values[along], attractor.share))
         .collect();
     canvas.line(&dots, colour(place), 1.6);
-    for ((point, attractor), dot) in line.iter().zip(dots) {
-        let x = x(point);
-        let [low, high] = attractor.interval.map(|share| panel.y(share));
-        canvas.line(&[[x, low], [x, high]], SOFT, 1.0);
-        for y in [low, high] {
-            canvas.line(&[[x - WHISKER, y], [x + WHISKER, y]], SOFT, 1.0);
-        }
-        canvas.disc(dot, 5.0, INK);
-        canvas.disc(dot, 4.0, colour(place));
+    for dot in dots {
+        OTHERS[place % OTHERS.len()].filled(canvas, dot, colour(place));
     }
 }
 
 /// Names of the branches: their kinds of motion, in the order met.
 fn key(canvas: &mut Canvas, along: usize, own: &BTreeMap<usize, Vec<(&PointSummary, &Attractor)>>) {
     let at = [MARGIN, 84.0];
-    canvas.text(
-        at,
-        "branches; bars: 95 % interval",
-        TICK_SIZE,
-        SOFT,
-        Anchor::Start,
-    );
+    let width = WIDTH - 6.0 - MARGIN;
+    let (head, size) = fitted("branches; bars: 95 % interval", TICK_SIZE, 8.0, width);
+    canvas.text(at, &head, size, SOFT, Anchor::Start);
     let mut y = 98.0;
-    for (place, line) in own.values().take(MOST_ENTRIES).enumerate() {
-        let mut line = line.clone();
-        line.sort_by(|a, b| a.0.axis_values[along].total_cmp(&b.0.axis_values[along]));
-        let mut kinds: Vec<String> = line.iter().map(|(_, attractor)| attractor.kind()).collect();
-        kinds.dedup();
-        let mut words = kinds.join(" → ");
-        if kinds.len() > 3 {
-            let [first, last] = [&kinds[0], &kinds[kinds.len() - 1]];
-            words = format!("{first} → … → {last}");
+    let mut named = 0;
+    for (place, line) in own.values().enumerate() {
+        let (words, numbers) = described(line, along);
+        let inks = [(words, INK), (numbers, SOFT)];
+        let lines: Vec<(String, Colour)> = inks
+            .into_iter()
+            .flat_map(|(text, ink)| {
+                let lines = wrapped(&text, TICK_SIZE, width - 21.0).into_iter();
+                lines.map(move |line| (line, ink))
+            })
+            .collect();
+        let height = 16.0 * lines.len() as f64 + 8.0;
+        if y + height > BOTTOM - 16.0 && own.len() > place + 1 {
+            break;
         }
-        let rms = range(
-            line.iter()
-                .filter_map(|(_, attractor)| attractor.deflection_rms),
-        );
-        let [low, high] = rms.map(|rms| format!("{:.1}", 1e6 * rms));
-        let span = if low == high {
-            low
-        } else {
-            format!("{low} … {high}")
-        };
-        let points = match line.len() {
-            1 => "1 point".to_owned(),
-            count => format!("{count} points"),
-        };
-        let numbers = format!("{points}, RMS {span} µm");
-        canvas.disc([MARGIN + 7.0, y + 7.0], 6.0, INK);
-        canvas.disc([MARGIN + 7.0, y + 7.0], 5.0, colour(place));
-        let texts = [(words, 12.0, INK), (numbers, 28.0, SOFT)];
-        for (text, down, ink) in texts {
-            let at = [MARGIN + 21.0, y + down];
-            canvas.text(at, &text, TICK_SIZE, ink, Anchor::Start);
+        OTHERS[place % OTHERS.len()].filled(canvas, [MARGIN + 7.0, y + 7.0], colour(place));
+        for (row, (text, ink)) in lines.iter().enumerate() {
+            let at = [MARGIN + 21.0, y + 12.0 + 16.0 * row as f64];
+            canvas.text(at, text, TICK_SIZE, *ink, Anchor::Start);
         }
-        y += 40.0;
+        y += height;
+        named += 1;
     }
-    if own.len() > MOST_ENTRIES {
-        let text = format!("… and {} more", own.len() - MOST_ENTRIES);
+    if own.len() > named {
+        let text = format!("… and {} more", own.len() - named);
         canvas.text([MARGIN, y + 12.0], &text, TICK_SIZE, SOFT, Anchor::Start);
     }
+}
+
+/// A branch's kinds of motion in the order met along the axis, and its points with their RMS.
+fn described(line: &[(&PointSummary, &Attractor)], along: usize) -> (String, String) {
+    let mut line = line.to_vec();
+    line.sort_by(|a, b| a.0.axis_values[along].total_cmp(&b.0.axis_values[along]));
+    let mut kinds: Vec<String> = line.iter().map(|(_, attractor)| attractor.kind()).collect();
+    kinds.dedup();
+    let mut words = kinds.join(" → ");
+    if kinds.len() > 3 {
+        let [first, last] = [&kinds[0], &kinds[kinds.len() - 1]];
+        words = format!("{first} → … → {last}");
+    }
+    let rms: Vec<f64> = (line.iter())
+        .filter_map(|(_, attractor)| attractor.deflection_rms)
+        .collect();
+    let points = plural(line.len(), "point");
+    let numbers = match rms.is_empty() {
+        true => points,
+        false => format!("{points}, RMS {}", span_words(range(rms.into_iter()), "m")),
+    };
+    (words, numbers)
 }

@@ -3,18 +3,22 @@
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, INK, Place};
 use super::error::PlotError;
+use super::lettering::fitted;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
 use super::results::Results;
 use super::what::{PlotRequest, What};
+use crate::report::numbers::to_digits;
 use crate::store::TableKind;
 
 /// Decades shown below the largest line; what is lower is round-off.
 const DECADES: f64 = 6.0;
 /// Orders shown unless there are fewer.
 const MOST_ORDERS: f64 = 16.0;
-/// Most orders whose amplitude is written above their line.
+/// Most orders that are written above their line with their amplitude.
 const MOST_NAMED: usize = 5;
+/// Width of what is written, and height of one of its two lines \[px\].
+const NAME: [f64; 2] = [76.0, 15.0];
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let unfit = |reason: String| PlotError::Unfit {
@@ -112,13 +116,16 @@ fn panel(
     let floor = largest * 10f64.powf(-DECADES);
     let smallest = shown.iter().map(|l| l[1]).fold(largest, f64::min);
     let low = smallest.clamp(floor, 0.1 * largest);
+    // Names of the highest peak stand below the upper edge.
+    let part = (2.0 * NAME[1] + 8.0) / (bottom - top);
+    let room = (largest / low).powf(part / (1.0 - part));
     let panel = Panel {
         left: 92.0,
         right: 920.0,
         top,
         bottom,
         across: Axis::linear("mesh order", "1", [0.0, orders.max(1.0)]),
-        up: Axis::logarithmic(name, unit, [low, 4.0 * largest]),
+        up: Axis::logarithmic(name, unit, [low, room * largest]),
     };
     panel.frame(canvas, last);
     if empty {
@@ -142,17 +149,24 @@ fn panel(
         }
     };
     peaks.sort_by(|a, b| b[1].total_cmp(&a[1]));
-    let mut named: Vec<Place> = Vec::new();
+    let mut named: Vec<f64> = Vec::new();
     for [order, amplitude] in peaks {
         let at = panel.at(order, amplitude);
-        let free = |other: &Place| (other[0] - at[0]).abs() > 64.0;
+        let half = 0.5 * NAME[0];
+        let middle = at[0].clamp(panel.left + half, panel.right - half);
+        let free = |other: &f64| (other - middle).abs() > NAME[0];
         if named.len() < MOST_NAMED && named.iter().all(free) {
-            let place = [at[0].min(panel.right - 30.0), at[1] - 5.0];
-            let (factor, shown) = super::axis::scaled_unit(unit, amplitude);
-            let value = crate::report::numbers::number(amplitude * factor);
-            let text = format!("{value} {shown}");
-            canvas.text(place, &text, TICK_SIZE, INK, Anchor::Middle);
-            named.push(at);
+            // In the unit of the axis, so that peaks compare.
+            let words = [
+                format!("order {}", to_digits(order, 3)),
+                panel.up.with_unit(amplitude),
+            ];
+            for (above, words) in words.iter().rev().enumerate() {
+                let (words, size) = fitted(words, TICK_SIZE, 8.0, NAME[0] - 4.0);
+                let place = [middle, at[1] - 5.0 - NAME[1] * above as f64];
+                canvas.text(place, &words, size, INK, Anchor::Middle);
+            }
+            named.push(middle);
         }
     }
 }

@@ -54,8 +54,8 @@ pub(super) fn draw(recording: &Recording) -> Drawn {
     };
     panel.frame(&mut canvas, false);
     if let Some(gap) = gap {
-        panel.level(&mut canvas, gap, "drive flank", RED);
-        panel.level(&mut canvas, -gap, "coast flank", RED);
+        let flanks = [(gap, "drive flank"), (-gap, "coast flank")];
+        panel.levels(&mut canvas, &flanks, RED);
     }
     curve(&mut canvas, &panel, time, deflection);
     if let Some(gap) = gap {
@@ -72,6 +72,9 @@ pub(super) fn draw(recording: &Recording) -> Drawn {
     };
     panel.frame(&mut canvas, false);
     curve(&mut canvas, &panel, time, force);
+    if gap.is_some() {
+        key(&mut canvas, [panel.right + 8.0, panel.top + 10.0]);
+    }
 
     let panel = Panel {
         top: 464.0,
@@ -113,9 +116,12 @@ fn mark_changes(canvas: &mut Canvas, panel: &Panel, changes: &[Change], time: &[
         let edge = if change.drive { gap } else { -gap };
         triangle(canvas, panel.at(change.time, edge), change);
     }
-    let [x, y] = [panel.right + 8.0, 0.5 * (panel.top + panel.bottom)];
+}
+
+/// What the triangles mean, from a place downwards.
+fn key(canvas: &mut Canvas, [x, y]: Place) {
     for (line, entry, name) in [(0.0, true, "contact begins"), (1.0, false, "contact ends")] {
-        let at = [x + 5.0, y - 6.0 + 18.0 * line];
+        let at = [x + 5.0, y + 18.0 * line];
         let change = Change {
             time: 0.0,
             drive: true,

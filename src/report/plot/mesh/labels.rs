@@ -1,6 +1,7 @@
 //! Names of lines, right of their panel and level with their ends as far as others let them.
 
 use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK, Place};
+use crate::report::plot::lettering::apart;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 
 /// Least distance of two names \[px\].
@@ -28,7 +29,7 @@ pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &s
     let groups = groups(&paths);
     let end = |first: usize| paths[first].last().map_or(panel.bottom, |end| end[1]);
     let ends: Vec<f64> = groups.iter().map(|&[_, last]| end(last)).collect();
-    let places = apart(&ends, [panel.top, panel.bottom]);
+    let places = apart(&ends, APART, [panel.top, panel.bottom]);
     for ((&[first, last], end), place) in groups.iter().zip(&ends).zip(places) {
         let x = panel.right;
         let leader = [[x + 2.0, *end], [x + 14.0, place], [x + 22.0, place]];
@@ -64,25 +65,6 @@ fn groups(paths: &[Vec<Place>]) -> Vec<[usize; 2]> {
     groups
 }
 
-/// Heights near those wanted, in their order, [`APART`] and between two bounds where there is
-/// room.
-fn apart(wanted: &[f64], [top, bottom]: [f64; 2]) -> Vec<f64> {
-    let mut order: Vec<usize> = (0..wanted.len()).collect();
-    order.sort_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));
-    let mut places = wanted.to_vec();
-    let mut least = top;
-    for &i in &order {
-        places[i] = places[i].max(least);
-        least = places[i] + APART;
-    }
-    let mut most = bottom;
-    for &i in order.iter().rev() {
-        places[i] = places[i].min(most);
-        most = places[i] - APART;
-    }
-    places
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,19 +75,5 @@ mod tests {
         let paths = [line(1.0), line(1.1), line(1.2), line(9.0), line(1.0)];
         assert_eq!(groups(&paths), [[0, 2], [3, 3], [4, 4]]);
         assert!(groups(&[]).is_empty());
-    }
-
-    #[test]
-    fn names_do_not_overlap_and_stay_beside_their_panel() {
-        assert_eq!(apart(&[10.0, 90.0], [0.0, 100.0]), [10.0, 90.0]);
-        for wanted in [[50.0; 4], [99.0, 98.0, 97.0, 3.0], [0.0, 0.0, 100.0, 100.0]] {
-            let places = apart(&wanted, [0.0, 100.0]);
-            for i in 0..4 {
-                assert!((0.0..=100.0).contains(&places[i]), "{places:?}");
-                for j in 0..i {
-                    assert!((places[i] - places[j]).abs() >= APART, "{places:?}");
-                }
-            }
-        }
     }
 }

@@ -1,0 +1,312 @@
+//! Pictures of made-up results of few and of many points: nothing written is cut off or stands on
+//! something else written, and what keys say is what is drawn.
+
+use super::canvas::{Canvas, INK, Shape};
+use super::picture::Drawn;
+use super::*;
+use crate::analysis::{
+    AttractorOutcome, BasinShare, Class, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome,
+    PoincareSample, PointOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
+};
+use crate::store::{AxisColumn, Placement, PointRow, ResultLayout, ResultWriter};
+
+/// How many points a slice has.
+const SIZES: [usize; 4] = [1, 12, 80, 1000];
+
+/// A point of every kind, in turn, without an exponent where it failed.
+fn outcome(id: u64, section: SampleKind) -> PointOutcome {
+    let class = match id % 16 {
+        0 => Some(Class::SteadyContact(Some(1))),
+        1 => Some(Class::QuasiPeriodic),
+        2 => Some(Class::Chaotic),
+        3 => Some(Class::NotConverged),
+        4 => None,
+        period => Some(Class::Periodic(period as u32 - 4)),
+    };
+    let status = if class.is_none() {
+        Status::Diverged
+    } else {
+        Status::Ok
+    };
+    let wave = (0.37 * id as f64).sin();
+    let lyapunov = class.as_ref().map(|class| LyapunovOutcome {
+        exponents: vec![if *class == Class::Chaotic {
+            0.5 + 0.3 * wave
+        } else {
+            -0.5 + 0.4 * wave
+        }],
+        stderr: if *class == Class::Chaotic { 0.02 } else { 0.0 },
+        twin: None,
+        twin_stderr: None,
+        twin_agrees: None,
+        method: LyapunovMethod::Tangent,
+    });
+    let sample = |cycle: u64| PoincareSample {
+        cycle,
+        phase: 0.3 + 0.01 * cycle as f64,
+        deflection: 1e-5 * (1.0 + 0.1 * cycle as f64),
+        velocity: 0.02 * wave + 1e-3 * cycle as f64,
+        kind: section,
+    };
+    let line = |order: u32| SpectrumLine {
+        frequency: 100.0 * f64::from(order),
+        order: f64::from(order) / 2.0,
+        amplitude: 3e-6 * 10f64.powi(-(order as i32) / 3),
+    };
+    let spectrum = |signal: &str| Spectrum {
+        signal: signal.into(),
+        method: SpectrumMethod::Fourier,
+        lines: (0..30).map(line).collect(),
+    };
+    PointOutcome {
+        status,
+        reason: "for a test".into(),
+        class,
+        lyapunov,
+        spectra: match id {
+            0 => ["deflection", "force"].map(spectrum).to_vec(),
+            _ => Vec::new(),
+        },
+        poincare: (0..3).map(sample).collect(),
+        ..PointOutcome::unanswered(Status::Ok, String::new())
+    }
+}
+
+fn attractor(class: Class, share: f64) -> AttractorOutcome {
+    AttractorOutcome {
+        class,
+        lambda: None,
+        lambda_stderr: None,
+        deflection_rms: Some(1e-5 + 2e-5 * share),
+        force_peak: Some(1e4),
+        events_per_cycle: Some(2.0),
+        probes: 8,
+        basin: BasinShare {
+            share,
+            low: 0.8 * share,
+            high: share + 0.1,
+        },
+        cells: None,
+        strobe: Vec::new(),
+    }
+}
+
+/// Results over `counts` loads and speeds, named as awkwardly as users name jobs.
+fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let axis = |name: &str, unit: &str| AxisColumn {
+        name: name.into(),
+        unit: unit.into(),
+    };
+    let layout = ResultLayout {
+        axes: vec![axis("load", "1"), axis("speed", "rad/s")],
+        poincare: true,
+        spectra: true,
+        probes: true,
+        ..ResultLayout::default()
+    };
+    let all = (counts[0] * counts[1]) as u64;
+    let mut writer = ResultWriter::create(folder.path(), &layout, 0..all).unwrap();
+    for point_id in 0..all {
+        let [row, column] = [point_id / counts[1] as u64, point_id % counts[1] as u64];
+        let kinds = [
+            Class::SteadyContact(Some(1)),
+            Class::QuasiPeriodic,
+            Class::Chaotic,
+        ];
+        let turning = kinds[(point_id / 4 % 3) as usize].clone();
+        writer
+            .push(PointRow {
+                point_id,
+                axis_values: vec![0.05 + 0.01 * row as f64, 172.9 + 11.387 * column as f64],
+                outcome: outcome(point_id, section),
+                multistability: Some(MultistabilityOutcome {
+                    attractors: vec![attractor(turning, 0.7), attractor(Class::Periodic(2), 0.3)],
+                    probes: Vec::new(),
+                    cells: Vec::new(),
+                }),
+                orbits: None,
+                chain: None,
+                horizon: None,
+                cycle_expansion: None,
+                mesh: None,
+                kernel: "volterra".into(),
+                placement: Placement {
+                    worker: 0,
+                    numa_node: None,
+                    wall_time: 0.01,
+                },
+            })
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    folder
+}
+
+fn drawn(folder: &Path, what: &[What], over: Option<&str>) -> Drawn {
+    let request = PlotRequest {
+        what: what.to_vec(),
+        over: over.map(str::to_owned),
+        point: None,
+    };
+    plot(folder, &request).unwrap()
+}
+
+fn one(folder: &Path, what: What) -> Canvas {
+    let mut drawn = drawn(folder, &[what], None);
+    assert_eq!(drawn.pictures.len(), 1);
+    drawn.pictures.remove(0).canvas
+}
+
+#[test]
+fn nothing_written_is_cut_off_or_covered_whatever_the_number_of_points() {
+    for section in [SampleKind::Strobe, SampleKind::Entry, SampleKind::Maximum] {
+        for columns in SIZES {
+            for rows in [1, 3] {
+                let folder = written([rows, columns], section);
+                for over in [None, Some("speed")]
+                    .into_iter()
+                    .take(if columns > 1 { 2 } else { 1 })
+                {
+                    for picture in drawn(folder.path(), &[], over).pictures {
+                        let faults = picture.canvas.faults();
+                        let name = &picture.name;
+                        assert!(faults.is_empty(), "{name}, {rows} x {columns}: {faults:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_error_bar_is_explained_only_where_there_is_one() {
+    let folder = written([1, 12], SampleKind::Strobe);
+    let canvas = one(folder.path(), What::Lambda);
+    assert!(canvas.texts().any(|text| text == "± standard error"));
+    // One steady point has no error.
+    let calm = written([3, 1], SampleKind::Strobe);
+    let pictures = drawn(calm.path(), &[What::Lambda], None).pictures;
+    let texts: Vec<&str> = pictures[0].canvas.texts().collect();
+    assert!(texts.contains(&"± standard error"), "{texts:?}");
+    let calm = written([2, 1], SampleKind::Strobe);
+    let pictures = drawn(calm.path(), &[What::Lambda], None).pictures;
+    let texts: Vec<&str> = pictures[0].canvas.texts().collect();
+    assert!(
+        !texts.iter().any(|text| text.contains("standard error")),
+        "{texts:?}"
+    );
+    assert!(texts.contains(&"λ = 0"), "{texts:?}");
+}
+
+#[test]
+fn a_point_that_failed_looks_as_in_the_key() {
+    let folder = written([1, 12], SampleKind::Strobe);
+    let canvas = one(folder.path(), What::Lambda);
+    assert!(canvas.texts().any(|text| text == "on the edge: no λ (1)"));
+    // The cross of ink, once on the lower edge and once in the key.
+    let strokes = canvas.shapes.iter().filter(|shape| match shape {
+        Shape::Line {
+            points,
+            colour,
+            width,
+        } => {
+            let [from, to] = [points[0], points[points.len() - 1]];
+            let [wide, high] = [0, 1].map(|i| (from[i] - to[i]).abs());
+            let diagonal = (wide - high).abs() < 1e-6;
+            *colour == INK && *width == 1.2 && diagonal && points.len() == 2
+        }
+        _ => false,
+    });
+    assert_eq!(strokes.count(), 4);
+}
+
+#[test]
+fn a_thousand_kinds_of_motion_leave_their_colours_to_be_seen() {
+    let folder = written([1, 1000], SampleKind::Strobe);
+    let canvas = one(folder.path(), What::Classes);
+    let wide = |from: [f64; 2], to: [f64; 2]| (to[0] - from[0]) * (to[1] - from[1]);
+    let (mut edges, mut inner) = (0.0, 0.0);
+    for shape in &canvas.shapes {
+        if let Shape::Rectangle { from, to, colour } = shape {
+            match *colour == canvas::SOFT {
+                true => edges += wide(*from, *to),
+                false => inner += wide(*from, *to),
+            }
+        }
+    }
+    assert!(inner > 0.5 * edges, "{inner} of {edges}");
+}
+
+#[test]
+fn narrow_maps_say_that_letters_are_missing_and_have_round_ticks() {
+    let folder = written([3, 80], SampleKind::Strobe);
+    let canvas = one(folder.path(), What::Classes);
+    let texts: Vec<&str> = canvas.texts().collect();
+    // Two digits have no room in eight pixels; one has.
+    assert!(texts.contains(&"q") && texts.contains(&"400"), "{texts:?}");
+    assert!(
+        texts.iter().any(|text| text.contains("cells without")),
+        "{texts:?}"
+    );
+    assert!(!texts.contains(&"172.9"), "{texts:?}");
+    let folder = written([3, 4], SampleKind::Strobe);
+    let texts: Vec<String> = one(folder.path(), What::Classes)
+        .texts()
+        .map(str::to_owned)
+        .collect();
+    assert!(texts.contains(&"172.9".to_owned()), "{texts:?}");
+    assert!(
+        !texts.iter().any(|text| text.contains("without")),
+        "{texts:?}"
+    );
+}
+
+#[test]
+fn shares_stand_at_their_points() {
+    let folder = written([1, 12], SampleKind::Strobe);
+    let canvas = one(folder.path(), What::Shares);
+    let mut places: Vec<f64> = (canvas.shapes.iter())
+        .filter_map(|shape| match shape {
+            Shape::Disc { centre, colour, .. } if *colour == INK && centre[0] < 690.0 => {
+                Some(centre[0])
+            }
+            Shape::Polygon { points, colour } if *colour == INK && points[0][0] < 690.0 => {
+                let [low, high] = axis::range(points.iter().map(|at| at[0]));
+                Some(0.5 * (low + high))
+            }
+            _ => None,
+        })
+        .collect();
+    places.sort_by(f64::total_cmp);
+    places.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+    assert_eq!(places.len(), 12, "{places:?}");
+}
+
+#[test]
+fn peaks_of_a_spectrum_have_orders_and_the_unit_of_their_axis() {
+    let folder = written([1, 1], SampleKind::Strobe);
+    let canvas = one(folder.path(), What::Spectrum);
+    let texts: Vec<&str> = canvas.texts().collect();
+    assert!(
+        texts.iter().any(|text| text.starts_with("order ")),
+        "{texts:?}"
+    );
+    assert!(texts.contains(&"deflection amplitude [µm]"), "{texts:?}");
+    assert!(!texts.iter().any(|text| text.ends_with(" nm")), "{texts:?}");
+}
+
+#[test]
+fn samples_of_an_entry_section_are_over_the_mesh_phase() {
+    let folder = written([1, 1], SampleKind::Entry);
+    let canvas = one(folder.path(), What::Phase);
+    let texts: Vec<&str> = canvas.texts().collect();
+    assert!(
+        texts.contains(&"mesh phase [–]") && texts.contains(&"3 samples"),
+        "{texts:?}"
+    );
+    assert!(
+        !texts.iter().any(|text| text.starts_with("deflection")),
+        "{texts:?}"
+    );
+}
