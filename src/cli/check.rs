@@ -2,12 +2,13 @@
 
 use super::analyses::analyses;
 use super::excitation::{self, Cause};
+use super::gear_mesh::GearMesh;
 use super::structure::Structure;
-use super::{BAD_INPUT, answer, fail, grid, portable};
+use super::{BAD_INPUT, answer, fail, grid, portable, words};
 use crate::input::{clipped, printable};
 use crate::manifest::{
     self, CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
-    StiffnessSpec,
+    StiffnessSpec, advice,
 };
 use crate::propagate::KernelChoice;
 use clap::Args;
@@ -142,7 +143,9 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
     ));
     lines.push(("mesh".to_owned(), mesh(job)));
     lines.push(("coast flank".to_owned(), coast(job)));
-    let causes: Vec<String> = (excitation::causes(first).into_iter())
+    let gear_mesh = GearMesh::of(first);
+    lines.extend(gear_mesh.lines());
+    let causes: Vec<String> = (excitation::causes(first, &gear_mesh).into_iter())
         .map(|cause| cause.text)
         .collect();
     let causes = match causes.is_empty() {
@@ -164,6 +167,7 @@ fn describe(job: &Job, first: &PointSpec) -> Vec<(String, String)> {
         Ok(structure) => lines.extend(structure.lines()),
         Err(reason) => lines.push(("modes".to_owned(), reason)),
     }
+    lines.extend(words::lines(&advice(job)));
     lines
 }
 
@@ -240,6 +244,12 @@ fn coast(job: &Job) -> String {
 fn stiffness(job: &Job) -> String {
     let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
     let mut segments = (f64::INFINITY, f64::NEG_INFINITY);
+    let means = range(
+        job.points
+            .variants()
+            .iter()
+            .filter_map(|v| v.mesh.stiffness.mean()),
+    );
     for variant in job.points.variants() {
         let values = match &variant.mesh.stiffness {
             StiffnessSpec::Constant(value) => Cow::Borrowed(std::slice::from_ref(value)),
@@ -257,8 +267,12 @@ fn stiffness(job: &Job) -> String {
         let count = values.len() as f64;
         segments = (segments.0.min(count), segments.1.max(count));
     }
+    let mean = match levels.0 == levels.1 {
+        true => String::new(),
+        false => format!(", mean {}", span(means.0, means.1)),
+    };
     format!(
-        "{} segments, {} N/m",
+        "{} segments, {} N/m{mean}",
         span(segments.0, segments.1),
         span(levels.0, levels.1)
     )
@@ -342,6 +356,7 @@ fn job_json(name: &str, job: &Job) -> Value {
             .map(|v| v.model.retained as f64),
     );
     let first = job.points.first();
+    let gear_mesh = first.as_ref().map(GearMesh::of);
     json!({
         "valid": true,
         "file": name,
@@ -357,8 +372,9 @@ fn job_json(name: &str, job: &Job) -> Value {
             CoastSpec::SameLine => json!({ "line": "same_line" }),
             CoastSpec::Mirrored { symmetry } => json!({ "line": "mirrored", "symmetry": symmetry }),
         }),
-        "excited_by": first.as_ref().map(|p| {
-            let causes = excitation::causes(p).into_iter();
+        "gears": gear_mesh.as_ref().map(GearMesh::json),
+        "excited_by": first.as_ref().zip(gear_mesh.as_ref()).map(|(p, mesh)| {
+            let causes = excitation::causes(p, mesh).into_iter();
             causes.map(|Cause { value, .. }| value).collect::<Vec<_>>()
         }),
         "retained_min": retained.0,
@@ -366,6 +382,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         "structure": (first.as_ref())
             .and_then(|p| Structure::of(job, p).ok())
             .map(|structure| structure.json()),
+        "advice": words::json(&advice(job)),
         "kernel": first.as_ref().map(|p| p.run.kernel.name()),
         "analyses": first.as_ref().map(|p| {
             let names = [

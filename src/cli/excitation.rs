@@ -1,9 +1,9 @@
 //! What excites the drive of a manifest, for `atlas check`.
 
+use super::gear_mesh::GearMesh;
 use super::point::number;
-use crate::manifest::{PointSpec, StiffnessSpec, StructureSource};
+use crate::manifest::{PointSpec, StructureSource};
 use crate::model::DriveShaft;
-use crate::sweep::flank_error;
 use serde_json::{Value, json};
 
 /// One cause of vibration.
@@ -16,7 +16,7 @@ pub struct Cause {
 
 /// What excites a point, in the order of the manifest's tables. What was left out on purpose is
 /// among it, and says so.
-pub fn causes(point: &PointSpec) -> Vec<Cause> {
+pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
     let mut causes: Vec<Cause> = Vec::new();
     let mut push = |text: String, value: Value| causes.push(Cause { text, value });
     if point.mesh.stiffness.varies() {
@@ -25,9 +25,11 @@ pub fn causes(point: &PointSpec) -> Vec<Cause> {
             json!({ "cause": "stiffness" }),
         );
     }
-    if let StiffnessSpec::Table(spec) = &point.mesh.stiffness {
+    if let Some(loaded) = &mesh.loaded {
         // Gears without a table are reported when they are asked for; here there is no figure.
-        let range = flank_error(point, spec).unwrap_or(f64::NAN);
+        let range = loaded
+            .as_ref()
+            .map_or(f64::NAN, |loaded| loaded.flank_error);
         let size = format!("{:.3} um peak to peak at load {}", 1e6 * range, point.load);
         let harmonics = point.excitation.table_harmonics;
         let value = json!({

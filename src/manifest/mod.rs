@@ -8,6 +8,7 @@
 //! Nothing is computed or written here. A fault never stops the search for others; a
 //! syntax error does, for the text behind it.
 
+mod advice;
 mod axis;
 mod diagnostic;
 mod errors;
@@ -29,6 +30,7 @@ mod text;
 mod tree;
 mod unknown;
 
+pub use advice::{Advice, AdviceKind, advice};
 pub use axis::{AxisKey, AxisValues};
 pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
 pub use errors::ManifestErrors;

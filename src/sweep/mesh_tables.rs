@@ -330,20 +330,35 @@ fn flank_load(force: f64) -> Result<f64, MeshError> {
     }
 }
 
-/// Largest less smallest error of the loaded flanks \[m\] of a point that takes its stiffness from
-/// the table of `spec`, before the shafts tilt. Nothing is kept.
+/// What the mean load makes of a mesh that is computed from the drawing, before the shafts tilt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadedMesh {
+    /// Largest less smallest error of the loaded flanks \[m\].
+    pub flank_error: f64,
+    /// Smallest, mean and largest stiffness over the mesh cycle \[N/m\].
+    pub stiffness: [f64; 3],
+    /// Mean number of pairs that bear load.
+    pub contact_ratio: f64,
+}
+
+/// That of a point that takes its stiffness from the table of `spec`. Nothing is kept.
 ///
 /// # Errors
 /// Gears that do not mesh, or a load that cannot be shared.
-pub fn flank_error(point: &PointSpec, spec: &MeshTableSpec) -> Result<f64, MeshError> {
+pub fn loaded_mesh(point: &PointSpec, spec: &MeshTableSpec) -> Result<LoadedMesh, MeshError> {
     let cycle = passing(point, spec)?;
-    Ok(match cycle.has_error() {
-        true => cycle.range(&cycle.tangent_error()),
-        false => 0.0,
+    let [least, most] = cycle.extremes(&cycle.stiffness);
+    Ok(LoadedMesh {
+        flank_error: match cycle.has_error() {
+            true => cycle.range(&cycle.tangent_error()),
+            false => 0.0,
+        },
+        stiffness: [least, cycle.mean_stiffness(), most],
+        contact_ratio: loaded_pairs(&cycle),
     })
 }
 
-/// Mean stiffness over the mesh cycle \[N/m\], likewise.
+/// Mean stiffness over the mesh cycle \[N/m\] of such a point.
 ///
 /// # Errors
 /// As there.

@@ -40,7 +40,7 @@ pub use family::PointFamily;
 pub use forecast::{Forecast, forecast};
 pub use kernel_tables::KernelTables;
 pub use memory::Memory;
-pub use mesh_tables::{MeshError, MeshTables, TabledMesh, flank_error};
+pub use mesh_tables::{LoadedMesh, MeshError, MeshTables, TabledMesh, loaded_mesh};
 pub use parts::{Parts, structures};
 pub use point::Worker;
 pub use recorder::{Begun, Progress, Watcher};

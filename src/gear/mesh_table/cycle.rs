@@ -171,6 +171,12 @@ impl MeshTableCycle {
 
     /// Largest less smallest of one of this cycle's quantities, jumps between pieces included.
     pub fn range(&self, values: &[[f64; NODES]]) -> f64 {
+        let [lowest, highest] = self.extremes(values);
+        highest - lowest
+    }
+
+    /// Smallest and largest of one of this cycle's quantities, jumps between pieces included.
+    pub fn extremes(&self, values: &[[f64; NODES]]) -> [f64; 2] {
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut meet = |value: f64| {
             lowest = lowest.min(value);
@@ -188,7 +194,7 @@ impl MeshTableCycle {
             let turn = |x, _| meet(evaluate(&series, x));
             sign_changes(transforms8(), &slope, noise, &mut None, turn);
         }
-        highest - lowest
+        [lowest, highest]
     }
 
     /// The first `count` harmonics of one of this cycle's quantities,

@@ -28,14 +28,20 @@ use super::grid::is_carried;
 use super::reader::{Child, Section};
 use super::spec::{ExcitationSpec, StructureSource, Variant};
 use crate::analysis::Analyses;
-use crate::shaft::ModalStructure;
+use crate::shaft::{ModalStructure, Tier};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use backlash::Surroundings;
 pub(super) use continuation::read as read_continuation;
+use drive_kind::DriveKind;
 pub(super) use job::read as read_job;
+
+/// Whether a tier feels a key of `[shafts]` or of one shaft.
+pub(super) fn feels(tier: Tier, key: &str) -> bool {
+    unfelt::feels(DriveKind::Rigid(tier), key)
+}
 
 impl Variant {
     /// Shares with another whatever is equal.

@@ -1,0 +1,48 @@
+//! What is worth a word of a valid manifest, for `atlas check`.
+
+use crate::manifest::{Advice, AdviceKind};
+use serde_json::{Value, json};
+
+/// Head and text of its lines; what is said of several keys is said once.
+pub fn lines(advice: &[Advice]) -> Vec<(String, String)> {
+    let mut said: Vec<(AdviceKind, &str, Vec<String>)> = Vec::new();
+    for word in advice {
+        let place = match word.line {
+            Some(line) => format!("{} (line {line})", word.key),
+            None => word.key.clone(),
+        };
+        match said
+            .iter_mut()
+            .find(|(kind, message, _)| *kind == word.kind && *message == word.message)
+        {
+            Some((.., places)) => places.push(place),
+            None => said.push((word.kind, word.message.as_str(), vec![place])),
+        }
+    }
+    let line = |(kind, message, places): (AdviceKind, &str, Vec<String>)| {
+        (
+            head(kind).to_owned(),
+            format!("{}: {message}", places.join(", ")),
+        )
+    };
+    said.into_iter().map(line).collect()
+}
+
+fn head(kind: AdviceKind) -> &'static str {
+    match kind {
+        AdviceKind::Suspect => "warning",
+        AdviceKind::NoEffect => "no effect",
+    }
+}
+
+/// The same for programs.
+pub fn json(advice: &[Advice]) -> Value {
+    let each = advice.iter().map(|word| {
+        let kind = match word.kind {
+            AdviceKind::Suspect => "suspect",
+            AdviceKind::NoEffect => "no_effect",
+        };
+        json!({ "kind": kind, "key": word.key, "line": word.line, "message": word.message })
+    });
+    Value::Array(each.collect())
+}

@@ -1,0 +1,113 @@
+//! What of a manifest has no effect on a run.
+
+use crate::manifest::tree::{Node, Value};
+use crate::manifest::{FrictionSpec, Job, PointSpec, StiffnessSpec, StructureSource, sections};
+
+/// Keys of `[gear]` that only a mesh computed from the drawing takes up.
+const OF_FLANKS: [&str; 13] = [
+    "tip_relief",
+    "root_relief",
+    "end_relief",
+    "profile_crowning",
+    "profile_slope",
+    "profile_points",
+    "lead_crowning",
+    "lead_slope",
+    "lead_points",
+    "young_modulus",
+    "poisson_ratio",
+    "plane",
+    "bore",
+];
+
+/// Keys and what is to be said of them.
+pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let drawn = first.model.source.gears().is_some();
+    let imposed = !matches!(first.mesh.stiffness, StiffnessSpec::Table(_));
+    if drawn && imposed {
+        let why = "is not felt where the stiffness of the mesh is given; stiffness = \"table\" computes it from the drawing";
+        let width =
+            matches!(first.mesh.friction, FrictionSpec::Constant(_)).then_some("face_width");
+        for key in OF_FLANKS.into_iter().chain(width) {
+            let path = format!("gear.{key}");
+            if root.at(&path).is_some() {
+                found.push((path, why.to_owned()));
+            }
+        }
+    }
+    found.extend(unfelt_shafts(first, root));
+    found.extend(silent(first));
+    if job.continuation.is_some() {
+        let why = "is for `atlas follow`; `atlas run` does not look at it";
+        found.push(("continuation".to_owned(), why.to_owned()));
+    }
+    if first.load == 0.0
+        && job
+            .axes
+            .iter()
+            .all(|axis| axis.name() != "load" || axis.values.ends() == (0.0, 0.0))
+    {
+        found.push((
+            "gear.rated_torque".to_owned(),
+            "is not felt where every load is 0".to_owned(),
+        ));
+    }
+    found
+}
+
+/// Keys of `[shafts]` that are given and that the kind of model does not feel.
+fn unfelt_shafts(first: &PointSpec, root: &Node) -> Vec<(String, String)> {
+    let StructureSource::Rigid(drive) = &first.model.source else {
+        return Vec::new();
+    };
+    let mut found = Vec::new();
+    for table in ["shafts", "shafts.pinion", "shafts.wheel"] {
+        let Some(Value::Table(entries)) = root.at(table).map(|node| &node.value) else {
+            continue;
+        };
+        for entry in entries {
+            let inner: Vec<String> = match &entry.node.value {
+                Value::Table(inner) if entry.key == "bearings" => inner
+                    .iter()
+                    .map(|below| format!("bearings.{}", below.key))
+                    .collect(),
+                _ => vec![entry.key.clone()],
+            };
+            let unfelt = inner
+                .into_iter()
+                .filter(|key| !sections::feels(drive.tier, key));
+            let why = format!("is not felt with kind = \"{}\"", drive.tier.name());
+            found.extend(unfelt.map(|key| (format!("{table}.{key}"), why.clone())));
+        }
+    }
+    found
+}
+
+/// Excitation of amplitude 0.
+fn silent(first: &PointSpec) -> Vec<(String, String)> {
+    let excitation = &first.excitation;
+    let errors = excitation
+        .transmission_error
+        .iter()
+        .map(|term| term.amplitude);
+    let of_coast = excitation.coast_transmission_error.iter().flatten();
+    let ripples = excitation
+        .torque_ripple
+        .iter()
+        .map(|ripple| ripple.amplitude);
+    let mut found = Vec::new();
+    let mut list = |name: &str, amplitudes: Vec<f64>| {
+        for index in (0..amplitudes.len()).filter(|index| amplitudes[*index] == 0.0) {
+            let key = format!("excitation.{name}.{index}.amplitude");
+            found.push((key, "is 0: this entry excites nothing".to_owned()));
+        }
+    };
+    list("transmission_error", errors.collect());
+    list(
+        "coast_transmission_error",
+        of_coast.map(|term| term.amplitude).collect(),
+    );
+    list("torque_ripple", ripples.collect());
+    found
+}

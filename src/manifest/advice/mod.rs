@@ -1,0 +1,97 @@
+//! What of a valid manifest is worth a word: what has no effect, and what no gear drive is built like.
+//! Nothing here is refused.
+
+mod idle;
+mod suspect;
+
+use super::diagnostic::Issues;
+use super::tree::{self, Node};
+use super::{AxisKey, Job};
+
+/// Why something is worth a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AdviceKind {
+    /// It may be left out without a change of any result.
+    NoEffect,
+    /// No gear drive is built like that; mostly a unit is another one than was meant.
+    Suspect,
+}
+
+/// A word on a key of a manifest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Advice {
+    /// Why.
+    pub kind: AdviceKind,
+    /// Its path, such as `mesh.half_gap`.
+    pub key: String,
+    /// Line of the manifest that gives it, from 1; none where its default is meant, or what a drawing or a
+    /// modal file makes of it.
+    pub line: Option<usize>,
+    /// In a sentence.
+    pub message: String,
+}
+
+/// All there is to say of a job, a key at most once, in the order of the manifest.
+pub fn advice(job: &Job) -> Vec<Advice> {
+    let mut issues = Issues::default();
+    let source = issues.add_source(String::new(), job.text.clone());
+    let text = Text {
+        root: tree::parse(source, &mut issues),
+        text: &job.text,
+    };
+    let mut found: Vec<Advice> = Vec::new();
+    let mut add = |kind, (key, message): (String, String)| {
+        let line = text.line_of(&key);
+        // Harmonics of deviations that are given tooth by tooth are nobody's to change.
+        let derived = line.is_none() && key.starts_with("excitation.");
+        if !derived && !found.iter().any(|known: &Advice| known.key == key) {
+            found.push(Advice {
+                kind,
+                key,
+                line,
+                message,
+            });
+        }
+    };
+    let ends = |wanted: &AxisKey| {
+        let axis = job.axes.iter().find(|axis| axis.key == *wanted);
+        axis.map_or((0.0, 0.0), |axis| axis.values.ends())
+    };
+    let largest = |(low, high): (f64, f64)| low.abs().max(high.abs());
+    let operating = suspect::Operating {
+        load: largest(ends(&AxisKey::Load)),
+        speed: largest(ends(&AxisKey::Speed)),
+    };
+    for variant in job.points.variants().iter() {
+        let suspects = suspect::suspects(variant, operating);
+        suspects
+            .into_iter()
+            .for_each(|word| add(AdviceKind::Suspect, word));
+    }
+    if let Some(first) = job.points.first() {
+        let idle = idle::idle(job, &first, &text.root);
+        idle.into_iter()
+            .for_each(|word| add(AdviceKind::NoEffect, word));
+    }
+    found.sort_by_key(|advice| (advice.kind == AdviceKind::NoEffect, advice.line));
+    found
+}
+
+/// A manifest and where its keys stand.
+struct Text<'t> {
+    root: Node,
+    text: &'t str,
+}
+
+impl Text<'_> {
+    /// Line of a key, or of the axis of the grid that varies it, from 1.
+    fn line_of(&self, key: &str) -> Option<usize> {
+        let axis = self.root.at("grid").and_then(|grid| grid.entry(key));
+        let span = match axis {
+            Some(axis) => axis.key_span,
+            None => self.root.at(key)?.span,
+        };
+        let before = self.text.get(..span.start)?;
+        Some(1 + before.matches('\n').count())
+    }
+}

@@ -1,0 +1,307 @@
+//! What no gear drive is built like. Bounds are far outside what handbooks show (module, face width, backlash:
+//! ISO 53, ISO 6336-1, ISO/TR 10064-2; stresses: ISO 6336-5, the best case-hardened steels), so that a value
+//! beyond one is mostly of another unit than was meant.
+
+use crate::gear::GearPair;
+use crate::manifest::{DampingSpec, StructureSource, Variant};
+use std::f64::consts::PI;
+
+/// Largest load and speed of a grid.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Operating {
+    /// Part of the rated mesh force.
+    pub load: f64,
+    /// Of the pinion \[rad/s\].
+    pub speed: f64,
+}
+
+/// Half gap in modules; drives have 0.01 to 0.1.
+const MOST_GAP: f64 = 0.2;
+/// Half gap without a drawing \[m\].
+const MOST_GAP_LENGTH: f64 = 1e-3;
+/// Smallest half gap \[m\]: roughness is more.
+const LEAST_GAP: f64 = 1e-7;
+/// Modules \[m\].
+const MODULE: [f64; 2] = [1e-4, 0.1];
+/// Face width in reference diameters of the pinion; 0.2 to 1.5 is usual.
+const MOST_WIDTH: f64 = 4.0;
+/// Mesh stiffness per face width \[N/m²\]; steel has 1e10 to 2.5e10, plastic 1e8.
+const STIFFNESS: [f64; 2] = [2e7, 1e11];
+/// Contact damping ratio; measured ones are 0.01 to 0.2.
+const MOST_DAMPING: f64 = 0.5;
+/// Damping ratio of elastic modes.
+const MOST_MODAL_DAMPING: f64 = 0.3;
+/// Coefficient of friction.
+const MOST_FRICTION: f64 = 0.5;
+/// Hertzian pressure \[Pa\]; the static strength of case-hardened flanks is 2.5e9.
+const MOST_PRESSURE: f64 = 4e9;
+/// Nominal stress at the root \[Pa\]; case-hardened teeth bear 1e9 a million times, 2.5e9 once.
+const MOST_ROOT_STRESS: f64 = 3e9;
+/// Form factor and stress correction of a tooth that bears its force at the tip, ISO 6336-3: 3.5 to 5.
+const ROOT_FACTOR: f64 = 4.3;
+/// Speed of the pitch circle \[m/s\]; turbo gears reach 200.
+const MOST_PITCH_SPEED: f64 = 300.0;
+/// Pinion speed without a drawing \[rad/s\].
+const MOST_SPEED: f64 = 2e4;
+/// Amplitude of transmission error in modules.
+const MOST_ERROR: f64 = 0.05;
+/// The same without a drawing, in half gaps.
+const MOST_ERROR_GAPS: f64 = 100.0;
+/// Amplitude of torque ripple in rated torques.
+const MOST_RIPPLE: f64 = 20.0;
+/// Density \[kg/m³\]: foamed plastic, tungsten.
+const DENSITY: [f64; 2] = [300.0, 2e4];
+/// Young's modulus \[Pa\]: soft plastic, tungsten carbide.
+const YOUNG: [f64; 2] = [1e8, 8e11];
+
+/// Keys and what is to be said of them.
+pub(super) fn suspects(variant: &Variant, operating: Operating) -> Vec<(String, String)> {
+    let mut found = Words(Vec::new());
+    let gears = variant.model.source.gears();
+    mesh(variant, gears.as_ref(), &mut found);
+    excitation(variant, gears.as_ref(), &mut found);
+    drive(variant, &mut found);
+    match &gears {
+        Some(gears) => drawing(gears, operating, &mut found),
+        None => found.add(
+            operating.speed > MOST_SPEED,
+            "grid.speed",
+            format!(
+                "{:.0} rpm is beyond what drives run at",
+                rpm(operating.speed)
+            ),
+        ),
+    }
+    found.0
+}
+
+struct Words(Vec<(String, String)>);
+
+impl Words {
+    fn add(&mut self, suspect: bool, key: &str, message: String) {
+        if suspect {
+            self.0.push((key.to_owned(), message));
+        }
+    }
+}
+
+fn mesh(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
+    let mesh = &variant.mesh;
+    let gap = mesh.half_gap;
+    match gears {
+        Some(gears) => found.add(
+            gap > MOST_GAP * gears.module,
+            "mesh.half_gap",
+            format!(
+                "{} is {:.2} modules; drives have 0.01 to 0.1",
+                length(gap),
+                gap / gears.module
+            ),
+        ),
+        None => found.add(
+            gap > MOST_GAP_LENGTH,
+            "mesh.half_gap",
+            format!(
+                "{} is wider than what drives have (some 10 um)",
+                length(gap)
+            ),
+        ),
+    }
+    found.add(
+        gap < LEAST_GAP,
+        "mesh.half_gap",
+        format!(
+            "{} is less than the roughness of flanks; drives have some 10 um",
+            length(gap)
+        ),
+    );
+    if let (Some(gears), Some(mean)) = (gears, mesh.stiffness.mean()) {
+        let each = mean / gears.face_width;
+        found.add(
+            !(STIFFNESS[0]..=STIFFNESS[1]).contains(&each),
+            "mesh.mean_stiffness",
+            format!(
+                "{mean:.3e} N/m over a face of {} is {:.3} N/(mm um); steel gears have 10 to 25",
+                length(gears.face_width),
+                1e-9 * each
+            ),
+        );
+    }
+    if let DampingSpec::Ratio(ratio) = mesh.damping {
+        found.add(
+            ratio > MOST_DAMPING,
+            "mesh.contact_damping",
+            format!("a damping ratio of {ratio} is beyond the 0.01 to 0.2 that are measured in gear contacts"),
+        );
+    }
+    if let Some(friction) = mesh.friction.constant() {
+        found.add(
+            friction > MOST_FRICTION,
+            "mesh.friction",
+            format!("a coefficient of {friction} is that of dry, seizing flanks; oiled ones have 0.02 to 0.1"),
+        );
+    }
+}
+
+fn excitation(variant: &Variant, gears: Option<&GearPair>, found: &mut Words) {
+    let excitation = &variant.excitation;
+    let most = gears.map_or(MOST_ERROR_GAPS * variant.mesh.half_gap, |gears| {
+        MOST_ERROR * gears.module
+    });
+    for (index, term) in excitation.transmission_error.iter().enumerate() {
+        let amplitude = term.amplitude.abs();
+        found.add(
+            amplitude > most,
+            &format!("excitation.transmission_error.{index}.amplitude"),
+            format!(
+                "{} is beyond what teeth can be off (gears have 0.1 to 20 um)",
+                length(amplitude)
+            ),
+        );
+    }
+    let Some(gears) = gears else { return };
+    for (index, ripple) in excitation.torque_ripple.iter().enumerate() {
+        let amplitude = ripple.amplitude.abs();
+        found.add(
+            amplitude > MOST_RIPPLE * gears.rated_torque,
+            &format!("excitation.torque_ripple.{index}.amplitude"),
+            format!(
+                "{amplitude} N m is {:.0} times the rated torque",
+                amplitude / gears.rated_torque
+            ),
+        );
+    }
+}
+
+fn drawing(gears: &GearPair, operating: Operating, found: &mut Words) {
+    let (module, width) = (gears.module, gears.face_width);
+    found.add(
+        !(MODULE[0]..=MODULE[1]).contains(&module),
+        "gear.module",
+        format!(
+            "{} is no module of gears that are built (0.1 to 100 mm)",
+            length(module)
+        ),
+    );
+    let [pinion, wheel] = gears.pitch_radii();
+    found.add(
+        width > MOST_WIDTH * 2.0 * pinion,
+        "gear.face_width",
+        format!(
+            "{} is {:.1} times the pinion's diameter; loads do not spread over more than 1 to 2",
+            length(width),
+            0.5 * width / pinion
+        ),
+    );
+    let speed = operating.speed * pinion;
+    found.add(
+        speed > MOST_PITCH_SPEED,
+        "grid.speed",
+        format!(
+            "{:.0} rpm moves the teeth at {speed:.0} m/s; turbo gears reach 200 m/s",
+            rpm(operating.speed)
+        ),
+    );
+    let force = operating.load * gears.rated_force();
+    let root = ROOT_FACTOR * force / (width * module);
+    let moduli = gears
+        .form
+        .material
+        .iter()
+        .map(|m| (1.0 - m.poisson_ratio.powi(2)) / m.young_modulus);
+    let sin = gears.transverse_pressure_angle().sin();
+    let curvature = (1.0 / pinion + 1.0 / wheel) / sin;
+    let pressure = (force * curvature / (width * PI * moduli.sum::<f64>())).sqrt();
+    found.add(
+        root > MOST_ROOT_STRESS || pressure > MOST_PRESSURE,
+        "gear.rated_torque",
+        format!(
+            "at the largest load of the grid teeth would bear some {:.2e} MPa at their roots and {:.2e} MPa on their flanks; no steel does",
+            1e-6 * root,
+            1e-6 * pressure
+        ),
+    );
+}
+
+/// Shafts, bodies, materials.
+fn drive(variant: &Variant, found: &mut Words) {
+    let (gears, shafts, density, young, damping) = match &variant.model.source {
+        StructureSource::Flexible(drive) => (
+            &drive.gears,
+            &drive.shafts,
+            drive.density,
+            Some(drive.young_modulus),
+            drive.damping,
+        ),
+        StructureSource::Rigid(drive) => (
+            &drive.gears,
+            &drive.shafts,
+            drive.density,
+            None,
+            drive.damping,
+        ),
+        StructureSource::Train(_) | StructureSource::Modal(_) => return,
+    };
+    found.add(
+        damping > MOST_MODAL_DAMPING,
+        "model.damping",
+        format!(
+            "a damping ratio of {damping} is beyond that of shafts in their bearings (0.005 to 0.1)"
+        ),
+    );
+    found.add(
+        !(DENSITY[0]..=DENSITY[1]).contains(&density),
+        "shafts.density",
+        format!("{density} kg/m^3 is the density of no machine part (steel has 7850)"),
+    );
+    found.add(
+        young.is_some_and(|young| !(YOUNG[0]..=YOUNG[1]).contains(&young)),
+        "shafts.young_modulus",
+        format!(
+            "{:.3e} Pa is the modulus of no machine part (steel has 2.06e11)",
+            young.unwrap_or_default()
+        ),
+    );
+    for (index, name) in ["pinion", "wheel"].into_iter().enumerate() {
+        let (own, other) = (&shafts[index], &shafts[1 - index]);
+        let tip =
+            gears.pitch_radii()[index] + (1.0 + gears.form.profile_shift[index]) * gears.module;
+        if let Ok(centres) = gears.centre_distance() {
+            found.add(
+                tip + 0.5 * other.diameter > centres,
+                &format!("shafts.{}.diameter", ["wheel", "pinion"][index]),
+                format!(
+                    "this shaft of {} and the teeth of the {name} do not fit into a centre distance of {}",
+                    length(other.diameter),
+                    length(centres)
+                ),
+            );
+        }
+        let room = 2.0 * own.span * own.gear_position.min(1.0 - own.gear_position);
+        found.add(
+            gears.body_length[index] > room && variant.model.source.kind() == "flexible",
+            "gear.body_length",
+            format!(
+                "the {name}'s body of {} does not fit between bearings {} apart",
+                length(gears.body_length[index]),
+                length(own.span)
+            ),
+        );
+    }
+}
+
+/// Revolutions a minute.
+fn rpm(speed: f64) -> f64 {
+    speed * 30.0 / PI
+}
+
+/// A length with four digits in m, mm or um.
+fn length(metres: f64) -> String {
+    let (scale, unit) = match metres.abs() {
+        size if size >= 1.0 => (1.0, "m"),
+        size if size >= 1e-3 => (1e3, "mm"),
+        _ => (1e6, "um"),
+    };
+    let rounded: f64 = format!("{:.3e}", scale * metres).parse().unwrap_or(metres);
+    format!("{rounded} {unit}")
+}
