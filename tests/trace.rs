@@ -345,6 +345,35 @@ fn modal_rows_are_the_trajectory() {
         assert!((d - s.deflection[row]).abs() < 1e-12 * far, "row {row}");
         assert!((v - s.velocity[row]).abs() < 1e-9 * fast, "row {row}");
     }
+    // Bearings are pressed as the modes move: nothing is left out of the first twelve but at rest.
+    let table = ResultTable::read(&folder.path().join("out"), TableKind::Trace).unwrap();
+    let sum = |gain: &[f64], of: &[f64]| gain.iter().zip(of).map(|(g, x)| g * x).sum::<f64>();
+    for bearing in &structure.bearings {
+        let name = format!("bearing_{}", bearing.name.replace(' ', "_"));
+        let column = whole(table.f64(&name).unwrap());
+        let of_modes = |row: usize| {
+            sum(&bearing.gain, &displacement[row]) + sum(&bearing.rate_gain, &velocity[row])
+        };
+        // What modes that are left out add goes with the force of the mesh.
+        let [mut slope, mut square] = [0.0; 2];
+        let first = column[0] - of_modes(0);
+        for row in 0..s.time.len() {
+            let force = s.force[row] - s.force[0];
+            slope += force * (column[row] - of_modes(row) - first);
+            square += force * force;
+        }
+        let far = largest(&column);
+        assert!(far > 0.0, "{name}");
+        for row in 0..s.time.len() {
+            let added = first + slope / square * (s.force[row] - s.force[0]);
+            let expected = of_modes(row) + added;
+            assert!(
+                (column[row] - expected).abs() < 1e-8 * far,
+                "{name}, row {row}"
+            );
+        }
+    }
+    assert_eq!(structure.bearings.len(), 8 + 2);
     // At mesh phase 0 it is the state that an independent integrator finds.
     let start = model.start(&atlas::model::InitialState::Static);
     let reference = Reference::new(&model);

@@ -11,7 +11,7 @@
 //! two windows is read off the later one: stiffness steps and entries show their new force.
 
 use super::modal_series::{ModalMotion, padded};
-use super::{Nvh, NvhOutcome};
+use super::{BearingForces, Nvh, NvhOutcome};
 use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::legendre::{derivative, evaluate};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
@@ -46,6 +46,8 @@ pub struct TraceSample {
     pub force: f64,
     /// The contacts that are closed.
     pub contact: ActiveSet,
+    /// Force on each bearing that the model knows \[N\].
+    pub bearings: Vec<f64>,
     /// Modal state, where asked for.
     pub modal: Option<ModalState>,
 }
@@ -111,6 +113,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
         Recorder {
             model,
             motion: ModalMotion::new(model),
+            bearings: (!model.bearings.is_empty()).then(|| BearingForces::new(model)),
             question,
             sink,
             next: 0,
@@ -162,6 +165,8 @@ pub fn trace<K: Kernel, S: TraceSink>(
 struct Recorder<'a, S: TraceSink> {
     model: &'a Model,
     motion: ModalMotion<'a>,
+    /// None where the model knows no bearings.
+    bearings: Option<BearingForces>,
     question: &'a TraceQuestion,
     sink: &'a mut S,
     /// The next instant of the present mesh cycle.
@@ -206,9 +211,17 @@ impl<S: TraceSink> Recorder<'_, S> {
                 velocity: 2.0 / tau * evaluate(&slope, x),
                 force: evaluate(window.force, x),
                 contact: window.contact,
+                bearings: Vec::new(),
                 modal: None,
             })
             .collect();
+        if let Some(bearings) = &mut self.bearings {
+            bearings.window(window);
+            for (sample, (_, x)) in samples.iter_mut().zip(&places) {
+                let forces = bearings.series().iter().map(|series| evaluate(series, *x));
+                sample.bearings = forces.collect();
+            }
+        }
         if self.question.modal {
             for (sample, state) in samples.iter_mut().zip(self.modal(window, &places)) {
                 sample.modal = Some(state);

@@ -175,6 +175,9 @@ fn record(
                 .collect(),
             period: model.period(),
             half_gap: model.half_gap,
+            bearings: (model.bearings.iter())
+                .map(|bearing| bearing.name.clone())
+                .collect(),
         },
         start: start.unwrap_or_else(|| model.start(&run.initial)),
         model,

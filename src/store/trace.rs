@@ -12,9 +12,9 @@ use crate::propagate::Event;
 
 impl Row for TraceSample {
     fn list_bytes(&self) -> usize {
-        self.modal.as_ref().map_or(0, |modal| {
-            size_of::<f64>() * (modal.displacement.len() + modal.velocity.len())
-        })
+        let modal = (self.modal.as_ref())
+            .map_or(0, |modal| modal.displacement.len() + modal.velocity.len());
+        size_of::<f64>() * (self.bearings.len() + modal)
     }
 }
 
@@ -49,8 +49,8 @@ const TIME: &str = "Time since the start of the simulation";
 const CYCLE: &str = "Mesh cycle, counted from the start of the simulation";
 const PHASE: &str = "Mesh phase: fraction of the mesh cycle passed";
 
-/// Columns of `trace.parquet`; the modal ones only where `modal`.
-pub fn trace_table(modal: bool) -> Table<TraceSample> {
+/// Columns of `trace.parquet`, one of each of the bearing forces; the modal ones only where `modal`.
+pub fn trace_table(bearings: &[String], modal: bool) -> Table<TraceSample> {
     let mut columns = columns![row: TraceSample;
         f64 "time", "s", row.time, TIME;
         u64 "cycle", "mesh cycles", row.cycle, CYCLE;
@@ -62,6 +62,13 @@ pub fn trace_table(modal: bool) -> Table<TraceSample> {
         u64 "closed", "", u64::from(row.contact.bits()),
             "All closed contacts as a sum: 1 the drive flank, 2 the coast flank, 4, 8, ... further ones";
     ];
+    let names = column_names(bearings);
+    for (index, (name, bearing)) in names.iter().zip(bearings).enumerate() {
+        columns.extend(columns![row: TraceSample;
+            f64 name, "N", row.bearings.get(index).copied(),
+                &format!("Force of the shaft on the bearing, springs and dampers: {bearing}");
+        ]);
+    }
     if modal {
         columns.extend(columns![row: TraceSample;
             list "displacement", "m sqrt(kg)", &*row.modal.as_ref()?.displacement,
@@ -71,6 +78,19 @@ pub fn trace_table(modal: bool) -> Table<TraceSample> {
         ]);
     }
     Table::new(columns)
+}
+
+/// `bearing_pinion_1_x`, a number behind the second of two bearings of one name.
+fn column_names(bearings: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for own in bearings {
+        let base = format!("bearing_{}", own.replace(' ', "_"));
+        let numbered = (2..).map(|number| format!("{base}_{number}"));
+        let mut candidates = std::iter::once(base.clone()).chain(numbered);
+        let free = candidates.find(|name| !names.contains(name));
+        names.extend(free);
+    }
+    names
 }
 
 /// Columns of `events.parquet`.
@@ -100,6 +120,8 @@ pub struct TraceLabel {
     pub period: f64,
     /// Backlash half gap \[m\].
     pub half_gap: f64,
+    /// Names of the bearing forces that are recorded.
+    pub bearings: Vec<String>,
 }
 
 /// Streams a trace into its files. Dropped without [`TraceWriter::finish`], it leaves none.
@@ -137,7 +159,8 @@ impl TraceWriter {
                 serde_json::json!({ "value": label.half_gap, "unit": "m" }).to_string(),
             ),
         ];
-        let (samples, events) = (trace_table(modal), events_table());
+        let samples = trace_table(&label.bearings, modal);
+        let events = events_table();
         Ok(Self {
             period: label.period,
             trace: TableFile::create(folder, TableKind::Trace, None, samples, &metadata)?,

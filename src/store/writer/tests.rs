@@ -333,6 +333,11 @@ fn part() -> ChainPart {
     }
 }
 
+/// Bearing forces of a trace, two of one name.
+fn bearings() -> Vec<String> {
+    vec!["pinion 1 x".into(), "pinion 1 x".into()]
+}
+
 /// An instant with a different number in every column.
 fn instant() -> TraceSample {
     TraceSample {
@@ -343,6 +348,7 @@ fn instant() -> TraceSample {
         velocity: -4e-3,
         force: 250.0,
         contact: ActiveSet::COAST,
+        bearings: vec![700.0, 800.0],
         modal: Some(ModalState {
             displacement: vec![1e-7, 2e-7],
             velocity: vec![3e-7, 4e-7],
@@ -412,7 +418,7 @@ fn columns_units_and_descriptions() {
             TableKind::Bifurcations => bifurcations_table(&layout().axes).listing(),
             TableKind::Curves => curves_table(&layout().axes).listing(),
             TableKind::CycleExpansion => cycle_expansion_table().listing(),
-            TableKind::Trace => trace_table(true).listing(),
+            TableKind::Trace => trace_table(&bearings(), true).listing(),
             TableKind::Events => events_table().listing(),
         };
         let name = kind.file_name().strip_suffix(".parquet").unwrap();
@@ -893,6 +899,7 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
         point: Vec::new(),
         period: 8e-4,
         half_gap: 1e-5,
+        bearings: bearings(),
     };
     let mut writer = TraceWriter::create(folder.path(), &label, true).unwrap();
     writer.sample(instant()).unwrap();
@@ -915,6 +922,8 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
         ("deflection", 1e-5),
         ("velocity", -4e-3),
         ("force", 250.0),
+        ("bearing_pinion_1_x", 700.0),
+        ("bearing_pinion_1_x_2", 800.0),
     ] {
         assert_eq!(trace.f64(name), [Some(value)], "{name}");
     }
