@@ -143,7 +143,7 @@ fn a_job_over_one_axis_gives_curves_with_units() {
             .find(|name| name.starts_with(kind) && name.ends_with(extension));
         found.unwrap_or_else(|| panic!("no {kind} in {files:?}"))
     };
-    assert_eq!(files.len(), 10, "{files:?}");
+    assert_eq!(files.len(), 12, "{files:?}");
     assert_eq!(notes, [] as [&str; 0]);
     let path = folder.path();
     let lambda = labels(path, "lambda.svg");
@@ -323,7 +323,10 @@ fn bad_input_is_explained() {
         "{said}"
     );
     let said = refused(path, &["results/case", "--what", "music"]);
-    assert!(said.contains("possible values: lambda, classes"), "{said}");
+    assert!(
+        said.contains("no kind of picture and no column of numbers is called `music`"),
+        "{said}"
+    );
     let said = refused(path, &["results/case", "--over", "load"]);
     assert!(said.contains("such axes are: speed"), "{said}");
     let said = refused(path, &["results/case", "--point", "77"]);
@@ -352,6 +355,243 @@ fn quiet_says_nothing() {
     let pictures = folder.path().join("results/case/pictures");
     assert!(pictures.join("lambda.svg").is_file());
     assert!(!pictures.join("lambda.png").exists());
+}
+
+/// Marks of a picture: circles, polygons and polylines of SVG.
+fn marks(folder: &Path, name: &str) -> [usize; 3] {
+    let source = fs::read_to_string(folder.join("out").join(name)).unwrap();
+    let document = roxmltree::Document::parse(&source).unwrap();
+    ["circle", "polygon", "rect"].map(|kind| {
+        let all = document.descendants();
+        all.filter(|node| node.has_tag_name(kind)).count()
+    })
+}
+
+const SVG: [&str; 2] = ["--format", "svg"];
+
+#[test]
+fn columns_of_one_unit_are_curves_of_one_picture() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let draw = |arguments: &[&str]| plotted(path, "results/case", &[&SVG, arguments].concat());
+    let (files, notes) = draw(&["--what", "deflection_rms,force_peak,deflection_pp"]);
+    assert_eq!(
+        files,
+        ["deflection_rms+deflection_pp.svg", "force_peak.svg"]
+    );
+    assert_eq!(notes, [] as [&str; 0]);
+    let both = labels(path, &files[0]);
+    holds(
+        &both,
+        &[
+            "case: deflection_rms, deflection_pp over speed",
+            "load 0.1",
+            "4 points",
+        ],
+    );
+    holds(
+        &both,
+        &[
+            "deflection [µm]",
+            "speed [rad/s]",
+            "deflection_rms",
+            "deflection_pp",
+        ],
+    );
+    // Four points of two curves, and a sample of each: discs and squares, filled with an edge.
+    let [discs, squares, _] = marks(path, &files[0]);
+    assert_eq!((discs, squares), (10, 10));
+    let (files, _) = draw(&["--what", "harmonics[2],lambda_max"]);
+    assert_eq!(files, ["harmonics-mesh-order-2.svg", "lambda_max.svg"]);
+    holds(&labels(path, &files[0]), &["harmonics, mesh order 2 ["]);
+    let (files, _) = draw(&[
+        "--what",
+        "force_peak",
+        "--db",
+        "1 N",
+        "--unit",
+        "rpm",
+        "--log",
+        "x",
+    ]);
+    holds(
+        &labels(path, &files[0]),
+        &["force_peak [dB re 1 N]", "speed [rpm]"],
+    );
+    let (files, _) = draw(&["--what", "deflection_rms", "--range", "0:40 um"]);
+    holds(
+        &labels(path, &files[0]),
+        &["deflection_rms [µm]", "0", "10", "40"],
+    );
+}
+
+#[test]
+fn a_column_over_two_axes_is_a_map_or_a_curve_by_value() {
+    let folder = finished(TWO_AXES, ANALYSES);
+    let path = folder.path();
+    let column = ["--what", "deflection_rms"];
+    let draw =
+        |arguments: &[&str]| plotted(path, "results/case", &[&SVG, &column, arguments].concat());
+    let (files, _) = draw(&[]);
+    assert_eq!(files, ["deflection_rms.svg"]);
+    holds(
+        &labels(path, &files[0]),
+        &["over load and speed", "deflection_rms [µm]", "6 points"],
+    );
+    // The white ground, six cells, and the bar's 64 steps.
+    assert_eq!(marks(path, &files[0])[2], 1 + 6 + 64);
+    let (files, _) = draw(&["--by", "load"]);
+    assert_eq!(files, ["deflection_rms-over-speed-by-load.svg"]);
+    holds(
+        &labels(path, &files[0]),
+        &["load 0.05", "load 0.1", "6 points"],
+    );
+    let (files, _) = draw(&["--over", "load"]);
+    assert_eq!(files.len(), 3, "{files:?}");
+    holds(
+        &labels(path, &files[1]),
+        &["speed 1050 rad/s", "load [–]", "2 points"],
+    );
+}
+
+#[test]
+fn several_folders_are_curves_of_one_picture() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let other = fs::read_to_string(path.join("m.toml")).unwrap();
+    let other = other.replace("load = 0.1", "load = 0.2");
+    fs::write(path.join("n.toml"), other).unwrap();
+    let output = atlas(
+        path,
+        &["run", "n.toml", "--quiet", "--out", "results/heavy"],
+    );
+    assert!(output.status.code() != Some(2), "{}", text(&output.stderr));
+    let both = ["results/heavy", "--what", "force_mean", "--format", "svg"];
+    let (files, _) = plotted(path, "results/case", &both);
+    assert_eq!(files, ["force_mean-with-heavy.svg"]);
+    // What tells the runs apart is said, and the job that they share is not.
+    holds(
+        &labels(path, &files[0]),
+        &["case, load 0.1", "heavy, load 0.2", "8 points"],
+    );
+    let said = refused(
+        path,
+        &["results/case", "results/heavy", "--what", "classes"],
+    );
+    assert!(
+        said.contains("classes pictures are of one folder"),
+        "{said}"
+    );
+}
+
+#[test]
+fn spectra_are_waterfalls_and_order_cuts() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let draw = |arguments: &[&str]| plotted(path, "results/case", &[&SVG, arguments].concat());
+    let (files, _) = draw(&["--what", "waterfall"]);
+    assert_eq!(files, ["waterfall.svg"]);
+    let said = labels(path, "waterfall.svg");
+    holds(
+        &said,
+        &[
+            "mesh order [–]",
+            "speed [rad/s]",
+            "deflection amplitude [",
+            "white: no spectrum",
+        ],
+    );
+    // The ground, a strip a point, the bar's steps, and cells in every strip.
+    assert!(marks(path, "waterfall.svg")[2] >= 1 + 4 + 64 + 4);
+    draw(&[
+        "--what",
+        "waterfall",
+        "--frequency",
+        "--signal",
+        "force",
+        "--db",
+        "1 N",
+    ]);
+    holds(
+        &labels(path, "waterfall.svg"),
+        &["frequency [kHz]", "force amplitude [dB re 1 N]"],
+    );
+    let (files, _) = draw(&["--what", "orders", "--orders", "1,2,1/2"]);
+    assert_eq!(files, ["deflection-amplitude.svg"]);
+    let said = labels(path, &files[0]);
+    holds(
+        &said,
+        &[
+            "mesh order 1",
+            "mesh order 2",
+            "mesh order 0.5",
+            "deflection amplitude [",
+        ],
+    );
+    let said = refused(
+        path,
+        &["results/case", "--what", "orders", "--signal", "sound"],
+    );
+    assert!(said.contains("its signals: deflection, force"), "{said}");
+    let said = refused(
+        path,
+        &["results/case", "--what", "orders", "--orders", "99"],
+    );
+    assert!(said.contains("do not reach mesh order 99"), "{said}");
+}
+
+#[test]
+fn a_campbell_diagram_comes_from_the_manifest() {
+    // Mode at 2 kHz open; 20 teeth at 1050 rad/s mesh at 3342 Hz.
+    let folder = job(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let (files, _) = plotted(path, "m.toml", &["--what", "campbell", "--format", "svg"]);
+    assert_eq!(files, ["campbell.svg"]);
+    let said = labels(path, "campbell.svg");
+    holds(
+        &said,
+        &[
+            "case: Campbell diagram",
+            "speed [rad/s]",
+            "frequency [kHz]",
+            "× mesh",
+        ],
+    );
+    holds(&said, &["1 × pinion", "dashed: mode, contacts open"]);
+}
+
+#[test]
+fn columns_that_cannot_be_drawn_are_refused() {
+    let folder = finished(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let said = |arguments: &[&str]| refused(path, &[&["results/case"], arguments].concat());
+    let misspelt = said(&["--what", "deflection_rsm"]);
+    assert!(misspelt.contains("near it: deflection_rms"), "{misspelt}");
+    assert!(
+        misspelt.contains("`atlas plot results/case --list` shows all"),
+        "{misspelt}"
+    );
+    assert!(said(&["--what", "class"]).contains("that column holds texts"));
+    assert!(said(&["--what", "harmonics[9]"]).contains("have 3 elements"));
+    assert!(said(&["--what", "force_peak[1]"]).contains("holds numbers, not lists"));
+    assert!(said(&["--what", "orbits.lambda"]).contains("there is no orbits.parquet"));
+    let unit = said(&["--what", "force_peak", "--db", "1 um"]);
+    assert!(
+        unit.contains("`--db 1 um` does not fit force_peak, whose unit is N"),
+        "{unit}"
+    );
+    let unused = said(&["--what", "force_peak", "--unit", "kg"]);
+    assert!(unused.contains("`--unit kg` fits nothing"), "{unused}");
+    assert!(said(&["--what", "force_peak", "--unit", "furlong"]).contains("not a unit"));
+    assert!(
+        said(&["--what", "force_peak", "--over", "torque"]).contains("its axes are: load, speed")
+    );
+    let same = said(&["--what", "force_peak", "--over", "speed", "--by", "speed"]);
+    assert!(same.contains("name the same axis"), "{same}");
+    let list = atlas(path, &["plot", "results/case", "--list"]);
+    let list = text(&list.stdout);
+    assert!(list.contains("kinds    lambda, classes"), "{list}");
+    assert!(list.contains("deflection_rms               m "), "{list}");
 }
 
 /// One rigid rotation that rattles chaotically.

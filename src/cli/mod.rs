@@ -3,6 +3,7 @@
 
 mod activity;
 mod analyses;
+mod campbell;
 pub mod check;
 mod console;
 mod earlier;

@@ -1,45 +1,163 @@
 //! `atlas plot`: SVG and PNG pictures of a results or trace folder, or of a mesh table.
 
+use std::f64::consts::TAU;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::str::FromStr;
+use std::sync::LazyLock;
 
-use clap::{Args, ValueEnum};
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Arg, Args, ValueEnum};
 use serde_json::json;
 
-use super::{BAD_INPUT, answer, fail, with_causes};
-use crate::report::{Drawn, PlotRequest, What, plot};
-use crate::store::write_whole;
+use super::{BAD_INPUT, answer, campbell, fail, with_causes};
+use crate::report::{
+    Amount, Asked, Display, Drawn, Log, NoAmount, PlotRequest, Resonance, What, drawable, plot,
+};
+use crate::store::{ResultLayout, points_table, write_whole};
+use crate::units::conversion;
 
 /// Arguments of `atlas plot`.
 #[derive(Debug, Args)]
+#[command(after_help = KINDS)]
 pub struct PlotArgs {
-    /// Folder that `atlas run` or `atlas trace` wrote, such as results/flex80, or the file of a
-    /// mesh table.
-    pub source: PathBuf,
-    /// Folder for the pictures [default: `pictures` in the folder, or beside the file].
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// File formats.
-    #[arg(long, value_enum, default_value_t = Format::Both)]
-    pub format: Format,
-    /// Kinds of pictures, separated by commas [default: all that the data allow].
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,...")]
-    pub what: Vec<What>,
-    /// Axis of pictures over one axis [default: the one with most values]; with `lambda` and
-    /// `classes`, curves over it instead of maps.
+    /// Folder that `atlas run` or `atlas trace` wrote, or the file of a mesh table; several folders
+    /// put the same columns into one picture.
+    #[arg(required = true, value_name = "SOURCE")]
+    pub sources: Vec<PathBuf>,
+    /// Kinds of pictures and columns of the results, separated by commas; see below
+    /// [default: all kinds that the data allow].
+    #[arg(long, value_parser = Names, value_delimiter = ',', value_name = "KIND|COLUMN,...", hide_possible_values = true)]
+    pub what: Vec<Asked>,
+    /// Axis of pictures over one axis [default: the one with most values]; curves over it instead of
+    /// maps.
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
-    /// point_id for spectrum and phase [default: the loudest, or the most chaotic point] and
-    /// for basins, multipliers and kicks [default: all].
+    /// A curve for every value of this axis, of columns.
+    #[arg(long, value_name = "AXIS")]
+    pub by: Option<String>,
+    /// point_id of pictures of one point [default: the loudest, or the most chaotic one; all for
+    /// basins, multipliers and kicks].
     #[arg(long, value_name = "ID")]
     pub point: Option<u64>,
+    /// Mesh orders of `orders` [default: 1,2,3].
+    #[arg(long, value_parser = order, value_delimiter = ',', value_name = "ORDER,...")]
+    pub orders: Vec<f64>,
+    /// Signal of `orders` and `waterfall`: deflection, force, "bearing ..." [default: deflection].
+    #[arg(long, value_name = "NAME")]
+    pub signal: Option<String>,
+    /// A waterfall over frequency instead of order.
+    #[arg(long)]
+    pub frequency: bool,
+    /// Units to show, such as rpm,um [default: those of the manifest].
+    #[arg(long, value_parser = unit, value_delimiter = ',', value_name = "UNIT,...")]
+    pub unit: Vec<String>,
+    /// Decibels of an amplitude, in SI or with its unit: 1e-6, "1 N".
+    #[arg(long, value_name = "REFERENCE")]
+    pub db: Option<Amount>,
+    /// Logarithmic axes of columns: x, y or xy.
+    #[arg(long, value_enum, value_name = "AXES", hide_possible_values = true)]
+    pub log: Option<Log>,
+    /// Lowest and highest value shown: 0:2e-5, "0:20 um"; decibels with --db.
+    #[arg(long, value_parser = range, value_name = "LOW:HIGH", allow_hyphen_values = true)]
+    pub range: Option<[Amount; 2]>,
+    /// Folder for the pictures [default: `pictures` in the first folder, or beside the file].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// File formats: svg, png or both.
+    #[arg(long, value_enum, default_value_t = Format::Both, hide_possible_values = true)]
+    pub format: Format,
+    /// List the kinds and columns that the source has, and draw nothing.
+    #[arg(long)]
+    pub list: bool,
     /// Print nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
     /// Print the list of files as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// What `--help` says of `--what`.
+const KINDS: &str = "\
+Kinds:
+  of a run       lambda, classes, bifurcation, spectrum, phase, waterfall, orders, horizon, shares, basins
+  of orbits      branches, curves, multipliers, kicks
+  of a manifest  campbell, also of the one in a run's record
+  of a trace     trace, phase
+  of a mesh      mesh, sharing, contact
+Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3]), columns of
+  attractors and periodic orbits (attractors.force_peak, orbits.multipliers). Over two axes a map.
+  `atlas plot SOURCE --list` shows them all, with units.
+Examples:
+  atlas plot results/job --what deflection_rms,deflection_pp --over speed --by load
+  atlas plot results/relief1 results/relief2 --what force_peak --db \"1 N\" --unit rpm";
+
+/// Columns of numbers that every points.parquet has.
+static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let table = points_table(&ResultLayout::default());
+    let columns = table.iter().flat_map(|table| table.columns());
+    let numbers = columns.filter(|column| !column.unit.is_empty());
+    numbers.map(|column| column.name.clone()).collect()
+});
+
+/// Names of kinds and columns, for shells to complete; others are judged against the results.
+#[derive(Debug, Clone)]
+struct Names;
+
+impl TypedValueParser for Names {
+    type Value = Asked;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        argument: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<Asked, clap::Error> {
+        Asked::from_str.parse_ref(command, argument, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let kinds = What::value_variants()
+            .iter()
+            .filter_map(What::to_possible_value);
+        let columns = COLUMNS.iter().map(|name| PossibleValue::new(&**name));
+        Some(Box::new(kinds.chain(columns)))
+    }
+}
+
+/// A unit known here.
+fn unit(text: &str) -> Result<String, String> {
+    match conversion(text, text) {
+        Some(_) => Ok(text.to_owned()),
+        None => Err("not a unit known here; write for example rpm, um, kN, deg".to_owned()),
+    }
+}
+
+/// A positive number, or a fraction such as 1/3.
+fn order(text: &str) -> Result<f64, String> {
+    let number = match text.split_once('/') {
+        None => text.parse::<f64>().ok(),
+        Some((part, whole)) => {
+            let parts = part.parse::<f64>().ok().zip(whole.parse::<f64>().ok());
+            parts.map(|(part, whole)| part / whole)
+        }
+    };
+    (number.filter(|order| order.is_finite() && *order > 0.0))
+        .ok_or_else(|| "write a positive number such as 2, 0.5 or 1/3".to_owned())
+}
+
+/// Two amounts with a colon between; a unit behind the second holds for both.
+fn range(text: &str) -> Result<[Amount; 2], String> {
+    let refused =
+        || "write two numbers with a colon between, such as 0:2e-5 or \"0:20 um\"".to_owned();
+    let (low, high) = text.split_once(':').ok_or_else(refused)?;
+    let high: Amount = high.parse().map_err(|error: NoAmount| error.to_string())?;
+    let low: Amount = low.parse().map_err(|error: NoAmount| error.to_string())?;
+    low.up_to(high)
+        .ok_or_else(|| "the range is empty".to_owned())
 }
 
 /// File formats of pictures.
@@ -56,26 +174,55 @@ pub enum Format {
 /// Writes the pictures: status 0 when done, 2 for bad input, 1 where a file cannot be
 /// written.
 pub fn run(args: &PlotArgs) -> ExitCode {
-    let request = PlotRequest {
+    if args.list {
+        return list(args);
+    }
+    let mut request = PlotRequest {
         what: args.what.clone(),
         over: args.over.clone(),
+        by: args.by.clone(),
         point: args.point,
+        orders: args.orders.clone(),
+        signal: args.signal.clone(),
+        frequency: args.frequency,
+        display: Display {
+            units: args.unit.clone(),
+            decibels: args.db.clone(),
+            log: args.log,
+            range: args.range.clone(),
+        },
     };
-    let drawn = match plot(&args.source, &request) {
-        Ok(drawn) => drawn,
-        Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+    let Some(source) = args.sources.first() else {
+        return fail(BAD_INPUT, "give a folder with results");
     };
+    let (mut drawn, mut resonances) = (Drawn::default(), Vec::new());
+    if request.what.contains(&CAMPBELL) {
+        request.what.retain(|asked| *asked != CAMPBELL);
+        let diagram = match campbell::of(source, &args.orders) {
+            Ok(diagram) => diagram,
+            Err(Some(message)) => return fail(BAD_INPUT, &message),
+            Err(None) => return ExitCode::from(BAD_INPUT),
+        };
+        resonances = diagram.resonances();
+        drawn = diagram.draw(&request.display);
+    }
+    if drawn.pictures.is_empty() || !request.what.is_empty() {
+        match plot(&args.sources, &request) {
+            Ok(others) => drawn.append(others),
+            Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+        }
+    }
     if drawn.pictures.is_empty() {
         let message = format!(
             "nothing to draw in `{}`: {}",
-            args.source.display(),
+            source.display(),
             drawn.notes.join("; ")
         );
         return fail(BAD_INPUT, &message);
     }
-    let default = || match args.source.parent() {
-        Some(parent) if args.source.is_file() => parent.join("pictures"),
-        _ => args.source.join("pictures"),
+    let default = || match source.parent() {
+        Some(parent) if source.is_file() => parent.join("pictures"),
+        _ => source.join("pictures"),
     };
     let folder = args.out.clone().unwrap_or_else(default);
     let files = match write(&drawn, &folder, args.format) {
@@ -84,7 +231,10 @@ pub fn run(args: &PlotArgs) -> ExitCode {
     };
     let mut text = String::new();
     if args.json {
-        text = format!("{:#}\n", json!({ "files": files, "notes": drawn.notes }));
+        text = format!(
+            "{:#}\n",
+            json!({ "files": files, "notes": drawn.notes, "resonances": resonances })
+        );
     } else if !args.quiet {
         for file in &files {
             text.push_str(&format!("{}\n", file.display()));
@@ -92,8 +242,63 @@ pub fn run(args: &PlotArgs) -> ExitCode {
         for note in &drawn.notes {
             text.push_str(&format!("left out  {note}\n"));
         }
+        text.push_str(&table(&resonances));
     }
     answer(&text, ExitCode::SUCCESS)
+}
+
+/// A Campbell diagram, which is computed here.
+const CAMPBELL: Asked = Asked::Kind(What::Campbell);
+
+/// Resonances in lines; nothing where there are none.
+fn table(resonances: &[Resonance]) -> String {
+    let mut text = String::new();
+    if !resonances.is_empty() {
+        text += &format!(
+            "{:>10} {:>10} {:>10} {:<14} {:>4} {:>10}\n",
+            "rpm", "rad/s", "Hz", "excitation", "mode", "in mesh"
+        );
+    }
+    for resonance in resonances {
+        text += &format!(
+            "{:>10.1} {:>10.2} {:>10.1} {:<14} {:>4} {:>8.1} %\n",
+            resonance.speed * 60.0 / TAU,
+            resonance.speed,
+            resonance.frequency,
+            resonance.excitation,
+            resonance.mode,
+            100.0 * resonance.mesh_share
+        );
+    }
+    text
+}
+
+/// Prints what can be drawn of the sources: status 0, or 2 where one cannot be read.
+fn list(args: &PlotArgs) -> ExitCode {
+    let mut text = String::new();
+    let mut all = Vec::new();
+    for source in &args.sources {
+        let found = match drawable(source) {
+            Ok(found) => found,
+            Err(error) => return fail(BAD_INPUT, &with_causes(&error)),
+        };
+        let kinds: Vec<&str> = found.kinds.iter().map(|kind| kind.name()).collect();
+        text += &format!("{}\n", source.display());
+        text += &format!("kinds    {}\n", kinds.join(", "));
+        for [name, unit, description] in &found.columns {
+            text += &format!("{name:<28} {unit:<12} {description}\n");
+        }
+        let columns: Vec<_> = (found.columns.iter())
+            .map(|[name, unit, description]| {
+                json!({ "name": name, "unit": unit, "description": description })
+            })
+            .collect();
+        all.push(json!({ "source": source, "kinds": kinds, "columns": columns }));
+    }
+    match args.json {
+        true => answer(&format!("{:#}\n", json!(all)), ExitCode::SUCCESS),
+        false => answer(&text, ExitCode::SUCCESS),
+    }
 }
 
 /// Writes every picture in every format; gives the files.

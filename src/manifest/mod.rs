@@ -10,6 +10,7 @@
 
 mod advice;
 mod axis;
+mod axis_units;
 mod diagnostic;
 mod errors;
 mod excerpt;
@@ -32,6 +33,7 @@ mod unknown;
 
 pub use advice::{Advice, AdviceKind, advice};
 pub use axis::{AxisKey, AxisValues};
+pub use axis_units::axis_units;
 pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
 pub use errors::ManifestErrors;
 pub use expand::Between;

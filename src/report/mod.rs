@@ -27,7 +27,11 @@ pub use machine_page::machine_page;
 pub use numbers::{size_text, to_digits};
 pub use operator_summary::OperatorSummary;
 pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};
-pub use plot::{Drawn, Picture, PlotError, PlotRequest, What, machine_pictures, plot};
+pub use plot::{
+    Amount, Asked, Campbell, ColumnName, Display, Drawable, Drawn, Log, ModeLine, NoAmount,
+    NoColumn, Picture, PlotError, PlotRequest, Ray, Resonance, USUAL_ORDERS, What, drawable,
+    machine_pictures, plot,
+};
 pub use point::{Axis, ClassCount, PointSummary};
 pub use summary::Summary;
 pub use table_summary::{ArraySummary, TableSummary};

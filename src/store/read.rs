@@ -292,6 +292,60 @@ impl ResultTable {
         })
     }
 
+    /// Name, unit and description of every column of numbers, or of lists of them, in the order of
+    /// their names.
+    ///
+    /// # Errors
+    /// The file does not say.
+    pub fn numeric(&self) -> Result<Vec<[String; 3]>, StoreError> {
+        let mut descriptions: BTreeMap<String, String> = self.json("descriptions")?;
+        let units = self
+            .units()?
+            .into_iter()
+            .filter(|(_, unit)| !unit.is_empty());
+        let shown = |text: String| printable(&text).into_owned();
+        Ok(units
+            .map(|(name, unit)| {
+                let description = descriptions.remove(&name).unwrap_or_default();
+                [name, unit, description].map(shown)
+            })
+            .collect())
+    }
+
+    /// Whether a column holds lists.
+    pub fn is_list(&self, name: &str) -> bool {
+        let columns = self
+            .batches
+            .iter()
+            .filter_map(|batch| batch.column_by_name(name));
+        columns
+            .into_iter()
+            .any(|array| matches!(array.data_type(), DataType::List(_)))
+    }
+
+    /// A column of numbers of any type, or of lists of them, in ascending `point_id`: one number a
+    /// row, those of its list, or nothing where it is null.
+    ///
+    /// # Errors
+    /// No such column, or of another type.
+    pub fn numbers(&self, name: &str) -> Result<Vec<Vec<Option<f64>>>, StoreError> {
+        if self.is_list(name) {
+            let lists = self.lists(name)?.into_iter();
+            return Ok(lists.map(Option::unwrap_or_default).collect());
+        }
+        let single = |value: Option<f64>| value.map(Some).into_iter().collect();
+        let whole = self.batches.iter().any(|batch| {
+            let array = batch.column_by_name(name);
+            array.is_some_and(|array| array.data_type().is_integer())
+        });
+        Ok(match whole {
+            true => (self.u64(name)?.into_iter())
+                .map(|value| single(value.map(|whole| whole as f64)))
+                .collect(),
+            false => self.f64(name)?.into_iter().map(single).collect(),
+        })
+    }
+
     fn column<T>(
         &self,
         name: &str,

@@ -256,6 +256,23 @@ pub fn parse_any(text: &str) -> Result<(f64, Dimension), QuantityError> {
     }
 }
 
+/// How many of the unit `to` make one of the unit `from`, such as 60/(2π) of `rpm` one `rad/s`; none
+/// where either is not known here, or they measure different things.
+pub fn conversion(from: &str, to: &str) -> Option<f64> {
+    let [from, to] = [from, to].map(|unit| expression::parse(unit.trim()).ok());
+    let (from, to) = (from?, to?);
+    let ratio = from.factor / to.factor * 10f64.powi(from.ten - to.ten);
+    (from.exponents == to.exponents && ratio.is_finite() && ratio > 0.0).then_some(ratio)
+}
+
+/// The number of a text `number unit`, and its unit, empty where there is none; none where it does not
+/// begin with a number.
+pub fn split(text: &str) -> Option<(f64, &str)> {
+    let (number, unit) = split_number(text.trim())?;
+    let number = scaled(number, 0).filter(|number| number.is_finite())?;
+    Some((number, unit.trim()))
+}
+
 fn parse_exponents(text: &str) -> Result<(f64, Exponents, String), QuantityError> {
     let trimmed = text.trim();
     let whole = || text.to_owned();

@@ -104,6 +104,13 @@ impl Axis {
         Self::linear(name, unit, padded(range(values.iter().copied()), 0.02))
     }
 
+    /// The same in a unit of one's choice, of which `factor` make one of SI.
+    pub fn in_unit(mut self, name: &str, unit: &str, factor: f64) -> Self {
+        self.label = format!("{name} [{unit}]");
+        self.factor = factor;
+        self
+    }
+
     /// Position of a value: 0 at the low end, 1 at the high end; of one far beyond, where
     /// nothing is seen of it. NaN of what is no number.
     pub fn fraction(&self, value: f64) -> f64 {

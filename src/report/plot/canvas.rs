@@ -147,9 +147,13 @@ impl Canvas {
 
     /// A dashed line through some places, its dashes even along it.
     pub fn dashed_line(&mut self, points: &[Place], colour: Colour, width: f64) {
-        const PATTERN: [f64; 2] = [5.0, 3.5];
+        self.patterned(points, [5.0, 3.5], colour, width);
+    }
+
+    /// The same with dashes and gaps of one's choice \[px\].
+    pub fn patterned(&mut self, points: &[Place], pattern: [f64; 2], colour: Colour, width: f64) {
         let mut dash: Vec<Place> = points.iter().take(1).copied().collect();
-        let (mut left, mut gap) = (PATTERN[0], false);
+        let (mut left, mut gap) = (pattern[0], false);
         for pair in points.windows(2) {
             let (Some(mut from), Some(to)) = (bounded(pair[0]), bounded(pair[1])) else {
                 continue;
@@ -168,7 +172,7 @@ impl Canvas {
                     self.line(&dash, colour, width);
                 }
                 gap = !gap;
-                left = PATTERN[usize::from(gap)];
+                left = pattern[usize::from(gap)];
                 dash = vec![from];
             }
         }

@@ -41,6 +41,8 @@ pub(super) struct Drawn {
 pub(super) struct Cells<'a> {
     across: (usize, &'a GridAxis),
     up: (usize, &'a GridAxis),
+    /// For their units and ticks: cells are evenly spaced whatever their values.
+    scales: [Axis; 2],
     /// Of a refined grid: its places are the cells.
     refined: Option<&'a RefinedColumns>,
 }
@@ -56,7 +58,11 @@ impl<'a> Cells<'a> {
         let refined = results.summary.refined.as_ref();
         match results.varied()[..] {
             [slow, fast, ..] if refined.is_some() || cells(slow, fast) <= MOST_CELLS => {
+                let scale = |(_, axis): (usize, &GridAxis)| {
+                    results.axis(axis, |name, unit| Axis::for_grid(name, unit, &axis.values))
+                };
                 Some(Self {
+                    scales: [axis(fast), axis(slow)].map(scale),
                     across: axis(fast),
                     up: axis(slow),
                     refined,
@@ -202,23 +208,23 @@ impl<'a> Cells<'a> {
     }
 
     fn ticks_across(&self, canvas: &mut Canvas, wide: f64, step: usize) {
-        let (_, axis) = self.across;
+        let ((_, axis), scale) = (self.across, &self.scales[0]);
         let width = |text: &str| text_width(text, TICK_SIZE) + 12.0;
-        for (column, text) in ticks(axis, wide, step, width) {
+        for (column, text) in ticks(axis, scale, wide, step, width) {
             let x = LEFT + wide * (column + 0.5);
             canvas.line(&[[x, BOTTOM], [x, BOTTOM + 5.0]], INK, 1.0);
             let at = [x, BOTTOM + 9.0 + TICK_SIZE];
             canvas.text(at, &text, TICK_SIZE, INK, Anchor::Middle);
         }
         let at = [0.5 * (LEFT + RIGHT), BOTTOM + 46.0];
-        let (label, size) = fitted(&scale(axis).label, LABEL_SIZE, 8.0, RIGHT - LEFT);
+        let (label, size) = fitted(&scale.label, LABEL_SIZE, 8.0, RIGHT - LEFT);
         canvas.text(at, &label, size, INK, Anchor::Middle);
     }
 
     fn ticks_up(&self, canvas: &mut Canvas, high: f64, step: usize) {
-        let (_, axis) = self.up;
+        let ((_, axis), scale) = (self.up, &self.scales[1]);
         let mut widest = 0.0_f64;
-        for (row, text) in ticks(axis, high, step, |_| 1.7 * TICK_SIZE) {
+        for (row, text) in ticks(axis, scale, high, step, |_| 1.7 * TICK_SIZE) {
             let y = BOTTOM - high * (row + 0.5);
             canvas.line(&[[LEFT - 5.0, y], [LEFT, y]], INK, 1.0);
             let at = [LEFT - 9.0, y + 0.35 * TICK_SIZE];
@@ -226,7 +232,7 @@ impl<'a> Cells<'a> {
             widest = widest.max(text_width(&text, TICK_SIZE));
         }
         let at = [label_place(LEFT, widest), 0.5 * (TOP + BOTTOM)];
-        let (label, size) = fitted(&scale(axis).label, LABEL_SIZE, 8.0, BOTTOM - TOP);
+        let (label, size) = fitted(&scale.label, LABEL_SIZE, 8.0, BOTTOM - TOP);
         canvas.text_upwards(at, &label, size, INK, Anchor::Middle);
     }
 }
@@ -236,11 +242,11 @@ impl<'a> Cells<'a> {
 /// between values of the undivided one. `room` is what a text takes, \[px\] as `cell` is.
 fn ticks(
     axis: &GridAxis,
+    scale: &Axis,
     cell: f64,
     step: usize,
     room: impl Fn(&str) -> f64,
 ) -> Vec<(f64, String)> {
-    let scale = scale(axis);
     let own = axis.values.iter().enumerate().step_by(step);
     let own: Vec<(f64, String)> = own
         .map(|(index, value)| (index as f64, scale.shown(*value)))
@@ -286,11 +292,6 @@ fn place(values: &[f64], value: f64) -> Option<f64> {
     Some((upper - 1) as f64 + (value - below) / (above - below))
 }
 
-/// Only for its unit and its ticks: cells are evenly spaced whatever their values.
-fn scale(axis: &GridAxis) -> Axis {
-    Axis::for_grid(&axis.name, &axis.unit, &axis.values)
-}
-
 fn position(axis: &GridAxis, value: f64) -> usize {
     axis.values.partition_point(|&known| known < value)
 }
@@ -330,6 +331,16 @@ mod tests {
             unit: "rad/s".into(),
             values,
         }
+    }
+
+    fn ticks(
+        axis: &GridAxis,
+        cell: f64,
+        step: usize,
+        room: impl Fn(&str) -> f64,
+    ) -> Vec<(f64, String)> {
+        let scale = Axis::for_grid(&axis.name, &axis.unit, &axis.values);
+        super::ticks(axis, &scale, cell, step, room)
     }
 
     fn even(from: f64, to: f64, count: usize) -> GridAxis {

@@ -80,6 +80,99 @@ pub enum PlotError {
         /// Axes that can be plotted over.
         known: String,
     },
+    /// No axis of that name in one of the folders.
+    #[error("no grid axis `{name}` in `{}`; its axes are: {known}", folder.display())]
+    NoAxis {
+        /// The name asked for.
+        name: String,
+        /// The folder.
+        folder: PathBuf,
+        /// Its axes.
+        known: String,
+    },
+    /// Curves that go along the axis that they are to differ by.
+    #[error(
+        "--over and --by name the same axis `{name}`; curves go over one and differ by another"
+    )]
+    SameAxis {
+        /// The axis.
+        name: String,
+    },
+    /// Neither a kind of picture nor a column of numbers.
+    #[error(
+        "no kind of picture and no column of numbers is called `{name}`{}{}; `atlas plot {} --list` shows all",
+        if *is_text { " (that column holds texts)" } else { "" },
+        if nearest.is_empty() { String::new() } else { format!("; near it: {}", nearest.join(", ")) },
+        folder.display()
+    )]
+    UnknownColumn {
+        /// The name asked for.
+        name: String,
+        /// Whether it is a column, but of texts.
+        is_text: bool,
+        /// Names like it.
+        nearest: Vec<String>,
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A column of a table that is not there.
+    #[error("no {column}: there is no {table} in `{}`; `atlas plot {} --list` shows what can be drawn", folder.display(), folder.display())]
+    NoTable {
+        /// The column asked for.
+        column: String,
+        /// The folder.
+        folder: PathBuf,
+        /// Its missing file.
+        table: &'static str,
+    },
+    /// An element that a column does not have.
+    #[error(
+        "no {column}[{element}]: {}",
+        match length {
+            Some(length) => format!("its lists have {length} elements, counted from 1"),
+            None => "the column holds numbers, not lists".to_owned(),
+        }
+    )]
+    NoElement {
+        /// The column.
+        column: String,
+        /// The element asked for.
+        element: usize,
+        /// How many there are; none where the column holds no lists.
+        length: Option<usize>,
+    },
+    /// An option with a unit that does not fit.
+    #[error("`{option} {given}` does not fit {name}, whose unit is {}", if unit == "1" { "1 (a plain number)" } else { unit })]
+    OtherUnit {
+        /// The option.
+        option: &'static str,
+        /// What it was given.
+        given: String,
+        /// The column or level.
+        name: String,
+        /// Its unit.
+        unit: String,
+    },
+    /// A unit that nothing drawn is measured in.
+    #[error("`--unit {unit}` fits nothing that is drawn; what is drawn has the units {drawn}")]
+    UnusedUnit {
+        /// The unit.
+        unit: String,
+        /// Units of SI of what is drawn.
+        drawn: String,
+    },
+    /// A picture of one folder, asked of several.
+    #[error("{} pictures are of one folder; several folders go with columns (`--what deflection_rms`) and with `--what orders`", what.name())]
+    OneFolder {
+        /// The picture.
+        what: What,
+    },
+    /// Columns of something else than results.
+    #[error("`{}` has no columns to draw: a folder from `atlas run` is needed", folder.display())]
+    NoColumns {
+        /// The folder or file.
+        folder: PathBuf,
+    },
     /// The drawing library refuses.
     #[error("a picture could not be drawn: {detail}")]
     Drawing {

@@ -8,11 +8,14 @@ mod axis;
 mod basins;
 mod bifurcation;
 mod branches;
+mod campbell;
 mod canvas;
 mod categories;
 mod cells;
 mod class_rows;
+mod column;
 mod curves;
+mod display;
 mod draw;
 mod error;
 mod horizon;
@@ -35,11 +38,13 @@ mod recording;
 mod results;
 mod section;
 mod shares;
+mod spectral;
 mod spectrum;
 mod trace;
+mod waterfall;
 mod what;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use strum::VariantArray;
 
@@ -49,13 +54,20 @@ use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
 
+pub use campbell::{Campbell, ModeLine, Ray, Resonance};
+pub use column::{Asked, ColumnName, NoColumn};
+pub use display::{Amount, Display, Log, NoAmount};
 pub use error::PlotError;
 pub use machine::pictures as machine_pictures;
 pub use picture::{Drawn, Picture};
-pub use what::{PlotRequest, What};
+pub use what::{PlotRequest, USUAL_ORDERS, What};
 
 /// What pictures of a mesh need.
 const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table list` shows";
+
+/// Where Campbell diagrams come from.
+const CAMPBELL_APART: &str =
+    "natural frequencies are no results; they are computed from the manifest, see [`Campbell`]";
 
 /// What pictures of followed orbits need.
 const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writes it";
@@ -68,45 +80,80 @@ struct Source {
     mesh: Option<MeshCurves>,
 }
 
-/// Draws what was asked for, or all that the data of a folder or of a table file allow.
+/// Draws what was asked for, or all that the data of a folder or of a table file allow; columns of
+/// several folders go into one picture.
 ///
 /// # Errors
 /// There is nothing to plot, a file cannot be read, or what was asked for is not there.
-pub fn plot(path: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let found = Source::read(path)?;
+pub fn plot(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError> {
     let mut drawn = Drawn::default();
+    let (mut columns, mut kinds) = (Vec::new(), Vec::new());
+    for asked in &request.what {
+        match asked {
+            Asked::Kind(what) => kinds.push(*what),
+            Asked::Column(column) => columns.push(column.clone()),
+        }
+    }
+    let cut = kinds.contains(&What::Orders);
+    kinds.retain(|what| *what != What::Orders);
+    if let (Some(&what), [_, _, ..]) = (kinds.first(), paths) {
+        return Err(PlotError::OneFolder { what });
+    }
+    let mut all = Vec::new();
+    for path in paths {
+        all.push(Source::read(path, &request.display.units)?);
+    }
     if request.what.is_empty() {
-        for &what in What::VARIANTS {
-            match found.draw(what, request) {
-                Ok(pictures) => drawn.append(pictures),
-                Err(PlotError::Unfit { what, reason }) if found.can_hold(what) => {
-                    drawn.notes.push(format!("{}: {reason}", what.name()));
-                }
-                Err(PlotError::Unfit { .. }) => {}
-                Err(error) => return Err(error),
-            }
+        for found in &all {
+            drawn.append(found.draw_all(request)?);
         }
         return Ok(drawn);
     }
-    for &what in &request.what {
-        match found.draw(what, request) {
-            Ok(pictures) => drawn.append(pictures),
-            Err(PlotError::Unfit { what, reason }) => {
-                return Err(PlotError::NotAvailable {
-                    what,
-                    path: path.to_path_buf(),
-                    reason,
-                    available: found.available(),
-                });
-            }
-            Err(error) => return Err(error),
+    if let ([path], [found]) = (paths, &all[..]) {
+        for what in kinds {
+            drawn.append(found.draw_one(what, path, request)?);
         }
+    }
+    if columns.is_empty() && !cut {
+        return Ok(drawn);
+    }
+    let results: Result<Vec<&Results>, PlotError> = (paths.iter().zip(&all))
+        .map(|(path, found)| found.results_with_points(path))
+        .collect();
+    let sources = column::named(&results?);
+    drawn.append(column::draw(&sources, &columns, request)?);
+    if cut {
+        drawn.append(column::draw_orders(&sources, request)?);
     }
     Ok(drawn)
 }
 
+/// What can be drawn of a results folder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawable {
+    /// Kinds of pictures.
+    pub kinds: Vec<What>,
+    /// Name, unit and description of every column.
+    pub columns: Vec<[String; 3]>,
+}
+
+/// Says what can be drawn of a results folder.
+///
+/// # Errors
+/// It cannot be read.
+pub fn drawable(path: &Path) -> Result<Drawable, PlotError> {
+    let found = Source::read(path, &[])?;
+    Ok(Drawable {
+        kinds: found.available(),
+        columns: match &found.results {
+            Some(results) => column::listed(results)?,
+            None => Vec::new(),
+        },
+    })
+}
+
 impl Source {
-    fn read(path: &Path) -> Result<Self, PlotError> {
+    fn read(path: &Path, units: &[String]) -> Result<Self, PlotError> {
         if path.is_file() {
             return Ok(Self {
                 results: None,
@@ -126,11 +173,68 @@ impl Source {
                 folder: path.to_path_buf(),
             });
         }
+        let mut results = has_results.then(|| Results::read(path)).transpose()?;
+        if let Some(results) = &mut results {
+            results.show_in(units);
+        }
         Ok(Self {
-            results: has_results.then(|| Results::read(path)).transpose()?,
+            results,
             followed: Followed::read(path)?,
             recording: has_trace.then(|| Recording::read(path)).transpose()?,
             mesh: None,
+        })
+    }
+
+    /// Draws all that the data allow, and says what was left out.
+    fn draw_all(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
+        let mut drawn = Drawn::default();
+        let usual = |what: &&What| match what {
+            What::Orders | What::Campbell => false,
+            What::Waterfall => {
+                let varies = |results: &Results| !results.varied().is_empty();
+                self.holds(TableKind::Spectra) && self.results.as_ref().is_some_and(varies)
+            }
+            _ => true,
+        };
+        for &what in What::VARIANTS.iter().filter(usual) {
+            match self.draw(what, request) {
+                Ok(pictures) => drawn.append(pictures),
+                Err(PlotError::Unfit { what, reason }) if self.can_hold(what) => {
+                    drawn.notes.push(format!("{}: {reason}", what.name()));
+                }
+                Err(PlotError::Unfit { .. }) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(drawn)
+    }
+
+    /// Draws a kind that was asked for.
+    fn draw_one(&self, what: What, path: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
+        self.draw(what, request).map_err(|error| match error {
+            PlotError::Unfit { what, reason } => {
+                let names: Vec<&str> = self.available().into_iter().map(What::name).collect();
+                PlotError::NotAvailable {
+                    what,
+                    path: path.to_path_buf(),
+                    reason,
+                    available: match names.is_empty() {
+                        true => "none".into(),
+                        false => names.join(", "),
+                    },
+                }
+            }
+            error => error,
+        })
+    }
+
+    /// The results, which columns are of.
+    fn results_with_points(&self, path: &Path) -> Result<&Results, PlotError> {
+        let results = self.results.as_ref();
+        (results.filter(|results| !results.summary.all.is_empty())).ok_or_else(|| {
+            PlotError::NoColumns {
+                folder: path.to_path_buf(),
+            }
         })
     }
 
@@ -188,16 +292,12 @@ impl Source {
         folder.is_some_and(|folder| folder.join(kind.file_name()).exists())
     }
 
-    /// Names of the pictures that the data allow.
-    fn available(&self) -> String {
+    /// The pictures that the data allow.
+    fn available(&self) -> Vec<What> {
         let request = PlotRequest::default();
-        let fitting =
-            (What::VARIANTS.iter().copied()).filter(|&what| self.draw(what, &request).is_ok());
-        let names: Vec<&str> = fitting.map(What::name).collect();
-        match names.is_empty() {
-            true => "none".into(),
-            false => names.join(", "),
-        }
+        let all = What::VARIANTS.iter().copied();
+        all.filter(|&what| self.draw(what, &request).is_ok())
+            .collect()
     }
 }
 
@@ -229,6 +329,9 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Multipliers => multipliers::draw(results, request),
         What::Kicks => kicks::draw(results, request),
         What::Spectrum => spectrum::draw(results, request),
+        What::Waterfall => waterfall::draw(results, request),
+        What::Campbell => Err(unfit(CAMPBELL_APART)),
+        What::Orders => column::draw_orders(&column::named(&[results]), request),
         What::Horizon => horizon::draw(results, request),
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("a folder from `atlas trace` is needed")),

@@ -10,7 +10,7 @@ pub(super) const RIGHT: f64 = 775.0;
 pub(super) const MARGIN: f64 = RIGHT + 18.0;
 pub(super) fn across(results: &Results, along: usize) -> Axis {
     let axis = &results.summary.axes[along];
-    Axis::for_grid(&axis.name, &axis.unit, &axis.values)
+    results.axis(axis, |name, unit| Axis::for_grid(name, unit, &axis.values))
 }
 
 /// Points of a slice that were computed in one direction.

@@ -41,6 +41,14 @@ impl Picture {
     }
 }
 
+#[cfg(test)]
+impl Picture {
+    /// What is drawn, for tests to look at.
+    pub(super) fn shapes(&self) -> &[super::canvas::Shape] {
+        &self.canvas.shapes
+    }
+}
+
 /// Pictures of a folder.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drawn {
@@ -60,11 +68,15 @@ impl Drawn {
 
     /// Nothing yet, but a note if not all slices will be drawn.
     pub(super) fn of_slices(what: What, drawn: usize, all: usize) -> Self {
+        Self::sliced(what.name(), drawn, all)
+    }
+
+    /// The same of a kind of picture without a name of its own.
+    pub(super) fn sliced(name: &str, drawn: usize, all: usize) -> Self {
         let mut notes = Vec::new();
         if drawn < all {
             notes.push(format!(
-                "{}: the first {drawn} of {all} slices are drawn",
-                what.name()
+                "{name}: the first {drawn} of {all} slices are drawn"
             ));
         }
         Self {
@@ -73,7 +85,8 @@ impl Drawn {
         }
     }
 
-    pub(super) fn append(&mut self, other: Self) {
+    /// Takes up others.
+    pub fn append(&mut self, other: Self) {
         self.pictures.extend(other.pictures);
         self.notes.extend(other.notes);
     }

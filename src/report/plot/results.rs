@@ -4,9 +4,11 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use super::axis::value_words;
+use super::axis::{Axis, value_words};
+use super::display::Unit;
 use super::error::PlotError;
 use super::what::What;
+use crate::manifest::axis_units;
 use crate::report::numbers::{number, plural};
 use crate::report::point::varied;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
@@ -26,6 +28,8 @@ pub(super) struct Results {
     pub loudness: Vec<Option<f64>>,
     /// What is missing, if anything.
     caveat: Option<String>,
+    /// Units to show axes in, by the name of the axis.
+    shown: BTreeMap<String, Unit>,
 }
 
 /// Points with the same values on all axes but those of the picture.
@@ -35,14 +39,17 @@ pub(super) struct Slice<'a> {
     pub words: String,
     /// The same for a file name, `-load=0.1`; empty when there is but one slice.
     pub suffix: String,
+    /// The held axes with their values.
+    pub held: Vec<(usize, f64)>,
 }
 
 impl Results {
     pub fn read(folder: &Path) -> Result<Self, PlotError> {
         // Which pictures there are follows from the tables: one that is gone must not be taken for
         // one that was never asked for.
-        for run in read_runs(folder)? {
-            verify(folder, &run)?;
+        let runs = read_runs(folder)?;
+        for run in &runs {
+            verify(folder, run)?;
         }
         let summary = Summary::with_points(folder)?;
         let table = ResultTable::read(folder, TableKind::Points)?;
@@ -59,7 +66,15 @@ impl Results {
             )),
             None => Some("without run.json: may be incomplete".into()),
         };
+        let written = runs.first().map(|run| axis_units(&run.manifest));
+        let written = written.unwrap_or_default();
+        let axes = summary.axes.iter();
+        let shown = axes.filter_map(|axis| {
+            let unit = Unit::of(written.get(&axis.name)?, &axis.unit)?;
+            Some((axis.name.clone(), unit))
+        });
         Ok(Self {
+            shown: shown.collect(),
             folder: folder.to_path_buf(),
             job: job.unwrap_or_default(),
             units: table.units()?,
@@ -120,6 +135,35 @@ impl Results {
         }
     }
 
+    /// The axis of a name, or where none is given the one that pictures over one axis go along but
+    /// for `except`; of points that have one place, the last.
+    pub fn along_any(&self, name: Option<&str>, except: Option<&str>) -> Result<usize, PlotError> {
+        let axes = &self.summary.axes;
+        let name =
+            name.or((self.summary.carried_along.as_deref()).filter(|own| Some(*own) != except));
+        let longest = |index: &usize| (axes[*index].values.len() > 1, axes[*index].values.len());
+        let known = || {
+            axes.iter()
+                .map(|axis| axis.name.as_str())
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let refused = |name: &str| PlotError::NoAxis {
+            name: name.to_owned(),
+            folder: self.folder.clone(),
+            known: known(),
+        };
+        match name {
+            Some(name) => {
+                (axes.iter().position(|axis| axis.name == name)).ok_or_else(|| refused(name))
+            }
+            None => (0..axes.len())
+                .filter(|&index| Some(axes[index].name.as_str()) != except)
+                .max_by_key(longest)
+                .ok_or_else(|| refused("speed")),
+        }
+    }
+
     /// The grid cut along some axes, in the order of the held values, sweeps up and down
     /// apart; at most [`MOST_SLICES`], with the number of all.
     pub fn slices(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
@@ -164,7 +208,7 @@ impl Results {
                 let known = || held.iter().map(|&index| &axes[index]).zip(&key);
                 let swept = direction.map(|direction| format!("sweep {direction}"));
                 let words: Vec<String> = known()
-                    .map(|(axis, value)| held_words(axis, *value))
+                    .map(|(axis, value)| self.held_words(axis, *value))
                     .chain(swept)
                     .collect();
                 let parts: Vec<String> = known()
@@ -179,6 +223,7 @@ impl Results {
                 }
                 Slice {
                     points,
+                    held: held.iter().copied().zip(key.iter().copied()).collect(),
                     words: match words.is_empty() {
                         true => count_words,
                         false => format!("{}  ·  {count_words}", words.join(", ")),
@@ -209,6 +254,38 @@ impl Results {
         parts.join("  ·  ")
     }
 
+    /// The place of a point in the summary.
+    pub fn place(&self, point_id: u64) -> Option<usize> {
+        let points = &self.summary.all;
+        (points.binary_search_by_key(&point_id, |point| point.point_id)).ok()
+    }
+
+    /// Shows axes in the first of some units that fits them.
+    pub fn show_in(&mut self, units: &[String]) {
+        for axis in &self.summary.axes {
+            if let Some(unit) = Unit::first(units, &axis.unit) {
+                self.shown.insert(axis.name.clone(), unit);
+            }
+        }
+    }
+
+    /// An axis of a picture, in the unit that the manifest has for it; made from name and unit of SI.
+    pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
+        let made = make(&axis.name, &axis.unit);
+        match self.shown.get(&axis.name) {
+            Some(unit) => made.in_unit(&axis.name, &unit.text, unit.factor),
+            None => made,
+        }
+    }
+
+    /// `speed 6000 rpm`.
+    pub fn held_words(&self, axis: &GridAxis, value: f64) -> String {
+        match self.shown.get(&axis.name) {
+            Some(unit) => unit.words(&axis.name, value),
+            None => held_words(axis, value),
+        }
+    }
+
     /// The point of a number.
     pub fn point(&self, point_id: u64) -> Result<&PointSummary, PlotError> {
         let found = self.summary.all.iter().find(|p| p.point_id == point_id);
@@ -219,7 +296,7 @@ impl Results {
     pub fn point_words(&self, point: &PointSummary) -> String {
         let values = self.summary.axes.iter().zip(&point.axis_values);
         let values: Vec<String> = values
-            .map(|(axis, value)| held_words(axis, *value))
+            .map(|(axis, value)| self.held_words(axis, *value))
             .chain(point.direction.as_ref().map(|word| format!("sweep {word}")))
             .collect();
         let motion = super::motion::Motion::of(point).name();

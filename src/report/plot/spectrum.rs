@@ -90,7 +90,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
 }
 
 /// The unit of a signal in `m (deflection) or N (force)`.
-fn unit_of<'u>(units: &'u str, signal: &str) -> &'u str {
+pub(super) fn unit_of<'u>(units: &'u str, signal: &str) -> &'u str {
     let named = format!(" ({signal})");
     let parts = units.split(" or ");
     parts

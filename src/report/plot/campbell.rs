@@ -1,0 +1,345 @@
+//! Campbell diagram: natural frequencies over the speed, the rays of mesh and shaft orders, and where
+//! they meet.
+
+use serde::Serialize;
+
+use super::axis::{Axis, range};
+use super::canvas::{Anchor, BLUE, Canvas, Colour, FAINT, INK, RED, SOFT};
+use super::display::{Display, Unit};
+use super::over_axis::LEFT;
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
+use crate::report::numbers::number;
+
+const RIGHT: f64 = 690.0;
+const TOP: f64 = 72.0;
+const BOTTOM: f64 = 526.0;
+/// Most resonances listed beside the diagram.
+const MOST_LISTED: usize = 20;
+/// Part of a mode's elastic energy in the mesh from which it is drawn bold.
+const IN_MESH: f64 = 0.05;
+/// Natural frequencies of modes with open contacts.
+const PALE: Colour = Colour(0xa8, 0xa8, 0xa8);
+
+/// A natural frequency over the speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModeLine {
+    /// Number of the mode, from 1 in ascending frequency.
+    pub mode: usize,
+    /// At each of [`Campbell::speeds`] \[Hz\].
+    pub frequencies: Vec<f64>,
+    /// Part of its elastic energy that the closed contacts store.
+    pub mesh_share: f64,
+}
+
+/// An excitation whose frequency goes with the speed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ray {
+    /// `2 × mesh`.
+    pub name: String,
+    /// Periods a revolution of the pinion.
+    pub order: f64,
+    /// Whether it is of the mesh, not of a shaft.
+    pub of_mesh: bool,
+}
+
+/// What a Campbell diagram shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Campbell {
+    /// Name of the job.
+    pub job: String,
+    /// Unit of the manifest for speeds, if any.
+    pub unit: Option<String>,
+    /// Load and speed that modes were looked at, in words.
+    pub words: String,
+    /// Lowest and highest speed of the grid \[rad/s\].
+    pub grid: [f64; 2],
+    /// Pinion speeds at which modes were computed, ascending \[rad/s\]; the diagram ends at the last.
+    pub speeds: Vec<f64>,
+    /// Modes with all contacts open.
+    pub open: Vec<ModeLine>,
+    /// Modes with those contacts closed that bear the static load.
+    pub closed: Vec<ModeLine>,
+    /// Excitations.
+    pub rays: Vec<Ray>,
+}
+
+/// A natural frequency met by an excitation within the speeds of the grid.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Resonance {
+    /// Pinion speed \[rad/s\].
+    pub speed: f64,
+    /// \[Hz\]
+    pub frequency: f64,
+    /// `2 × mesh`.
+    pub excitation: String,
+    /// Mode with closed contacts, from 1.
+    pub mode: usize,
+    /// Part of its elastic energy that the closed contacts store.
+    pub mesh_share: f64,
+}
+
+impl Campbell {
+    /// Where rays meet natural frequencies of closed modes at speeds of the grid, by speed.
+    pub fn resonances(&self) -> Vec<Resonance> {
+        let mut found = Vec::new();
+        for mode in &self.closed {
+            for ray in &self.rays {
+                let met = self.meetings(mode, ray).into_iter();
+                let [low, high] = self.grid;
+                found.extend(met.filter(|(speed, _)| (low..=high).contains(speed)).map(
+                    |(speed, frequency)| Resonance {
+                        speed,
+                        frequency,
+                        excitation: ray.name.clone(),
+                        mode: mode.mode,
+                        mesh_share: mode.mesh_share,
+                    },
+                ));
+            }
+        }
+        found.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+        found
+    }
+
+    /// Where a ray meets a mode whose frequency is linear between the speeds: speed and frequency.
+    fn meetings(&self, mode: &ModeLine, ray: &Ray) -> Vec<(f64, f64)> {
+        let slope = ray.order / std::f64::consts::TAU;
+        let above: Vec<(f64, f64)> = (self.speeds.iter().zip(&mode.frequencies))
+            .map(|(&speed, &frequency)| (speed, slope * speed - frequency))
+            .collect();
+        let between = above.windows(2).filter_map(|pair| {
+            let [(from, a), (to, b)] = [pair[0], pair[1]];
+            // An end that is met belongs to the interval behind it.
+            let crosses = (a <= 0.0 && b > 0.0) || (a >= 0.0 && b < 0.0);
+            let speed = from + (to - from) * a / (a - b);
+            crosses.then_some((speed, slope * speed))
+        });
+        between.collect()
+    }
+
+    /// The diagram.
+    pub fn draw(&self, display: &Display) -> Drawn {
+        const SI: &str = "rad/s";
+        let units: Vec<String> = display.units.iter().chain(&self.unit).cloned().collect();
+        let unit = Unit::first(&units, SI).unwrap_or_else(|| Unit::fitting(SI, 1.0));
+        let title = format!("{}: Campbell diagram", self.job);
+        let mut canvas = Canvas::titled(&title, &self.words);
+        let last = self.speeds.last().copied().unwrap_or(1.0);
+        let of_mesh = self.rays.iter().filter(|ray| ray.of_mesh);
+        let steepest = range(of_mesh.map(|ray| ray.order))[1] / std::f64::consts::TAU;
+        let panel = Panel {
+            left: LEFT,
+            right: RIGHT,
+            top: TOP,
+            bottom: BOTTOM,
+            across: Axis::linear("speed", SI, [0.0, last]).in_unit(
+                "speed",
+                &unit.text,
+                unit.factor,
+            ),
+            up: Axis::linear("frequency", "Hz", [0.0, 1.02 * steepest * last]),
+        };
+        // The speeds of the grid.
+        let [low, high] = self.grid.map(|speed| panel.x(speed));
+        canvas.rectangle(
+            [low, TOP],
+            [high.max(low + 1.5), BOTTOM],
+            Colour(0xf3, 0xf3, 0xee),
+        );
+        panel.frame(&mut canvas, true);
+        for mode in &self.open {
+            self.line(&mut canvas, &panel, mode, true);
+        }
+        for mode in &self.closed {
+            self.line(&mut canvas, &panel, mode, false);
+        }
+        self.rays(&mut canvas, &panel);
+        let met = self.resonances();
+        for resonance in &met {
+            let at = panel.at(resonance.speed, resonance.frequency);
+            if at[1] >= TOP {
+                canvas.disc(at, 4.4, INK);
+                canvas.disc(
+                    at,
+                    3.2,
+                    if resonance.mesh_share < IN_MESH {
+                        Colour(255, 255, 255)
+                    } else {
+                        RED
+                    },
+                );
+            }
+        }
+        canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
+        self.key(&mut canvas, &met, &unit);
+        Drawn::one(Picture::new("campbell".to_owned(), canvas))
+    }
+
+    fn line(&self, canvas: &mut Canvas, panel: &Panel, mode: &ModeLine, open: bool) {
+        let places = self.speeds.iter().zip(&mode.frequencies);
+        let places: Vec<_> = places
+            .filter(|(_, frequency)| panel.y(**frequency) >= panel.top)
+            .map(|(speed, frequency)| panel.at(*speed, *frequency))
+            .collect();
+        match open {
+            true => canvas.dashed_line(&places, PALE, 1.1),
+            false if mode.mesh_share < IN_MESH => canvas.line(&places, BLUE, 0.9),
+            false => canvas.line(&places, BLUE, 2.4),
+        }
+    }
+
+    /// Rays with their names at the edge that they leave through; those that would cover another's are
+    /// left out.
+    fn rays(&self, canvas: &mut Canvas, panel: &Panel) {
+        let mut taken: Vec<f64> = Vec::new();
+        let last = self.speeds.last().copied().unwrap_or(1.0);
+        for ray in &self.rays {
+            let end = ray.order / std::f64::consts::TAU * last;
+            let (from, to) = (panel.at(0.0, 0.0), panel.at(last, end));
+            let beyond = ((from[1] - panel.top) / (from[1] - to[1])).min(1.0);
+            let to = [0, 1].map(|axis| from[axis] + beyond * (to[axis] - from[axis]));
+            match ray.of_mesh {
+                true => canvas.line(&[from, to], RED, 1.3),
+                false => canvas.dashed_line(&[from, to], RED, 1.0),
+            }
+            let baseline = to[1] + 0.35 * TICK_SIZE;
+            if taken
+                .iter()
+                .all(|other| (other - baseline).abs() > TICK_SIZE)
+            {
+                canvas.text(
+                    [to[0] + 6.0, baseline],
+                    &ray.name,
+                    TICK_SIZE,
+                    RED,
+                    Anchor::Start,
+                );
+                taken.push(baseline);
+            }
+        }
+    }
+
+    fn key(&self, canvas: &mut Canvas, met: &[Resonance], unit: &Unit) {
+        let x = RIGHT + 86.0;
+        let mut y = TOP + 6.0;
+        let mut say = |canvas: &mut Canvas, text: &str, colour: Colour| {
+            canvas.text([x, y], text, 11.5, colour, Anchor::Start);
+            y += 16.5;
+        };
+        let named = [
+            ("bold: closed mode, mesh in it", BLUE),
+            ("thin: closed mode, other", BLUE),
+            ("dashed: mode, contacts open", SOFT),
+            ("dashed rays: turns of shafts", RED),
+            ("shaded: speeds of the grid", SOFT),
+        ];
+        for (text, colour) in named {
+            say(canvas, text, colour);
+        }
+        let head = match met.len() {
+            0 => "no resonance at these speeds".to_owned(),
+            1 => "1 resonance:".to_owned(),
+            count => format!("{count} resonances:"),
+        };
+        say(canvas, &head, INK);
+        // Those that the mesh drives most, by speed.
+        let mut leading: Vec<&Resonance> = met.iter().collect();
+        leading.sort_by(|a, b| b.mesh_share.total_cmp(&a.mesh_share));
+        leading.truncate(MOST_LISTED);
+        leading.sort_by(|a, b| a.speed.total_cmp(&b.speed));
+        for resonance in &leading {
+            let text = format!(
+                "{} {}: {}, mode {}",
+                number(resonance.speed * unit.factor),
+                unit.text,
+                resonance.excitation,
+                resonance.mode
+            );
+            let bold = resonance.mesh_share >= IN_MESH;
+            say(canvas, &text, if bold { INK } else { SOFT });
+        }
+        if leading.len() < met.len() {
+            let text = format!("… {} more, less in the mesh", met.len() - leading.len());
+            say(canvas, &text, SOFT);
+        }
+        canvas.line(&[[x - 8.0, TOP], [x - 8.0, BOTTOM]], FAINT, 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn diagram() -> Campbell {
+        let mode = |mode: usize, frequencies: [f64; 3], mesh_share: f64| ModeLine {
+            mode,
+            frequencies: frequencies.to_vec(),
+            mesh_share,
+        };
+        let ray = |name: &str, order: f64, of_mesh: bool| Ray {
+            name: name.into(),
+            order,
+            of_mesh,
+        };
+        Campbell {
+            job: "case".into(),
+            unit: Some("rpm".into()),
+            words: "load 0.1".into(),
+            grid: [TAU * 80.0, TAU * 180.0],
+            speeds: vec![TAU * 10.0, TAU * 100.0, TAU * 200.0],
+            open: vec![mode(1, [500.0; 3], 0.0)],
+            // The second rises with the speed.
+            closed: vec![
+                mode(1, [2000.0; 3], 0.9),
+                mode(2, [2910.0, 3000.0, 3100.0], 0.01),
+            ],
+            rays: vec![
+                ray("1 × mesh", 20.0, true),
+                ray("2 × mesh", 40.0, true),
+                ray("pinion", 1.0, false),
+            ],
+        }
+    }
+
+    #[test]
+    fn resonances_are_where_rays_meet_closed_modes_in_the_grid() {
+        let found = diagram().resonances();
+        // 2 × mesh meets both modes below the grid's speeds.
+        let met: Vec<(&str, usize)> = (found.iter())
+            .map(|resonance| (&*resonance.excitation, resonance.mode))
+            .collect();
+        assert_eq!(met, [("1 × mesh", 1), ("1 × mesh", 2)]);
+        assert!((found[0].speed / TAU - 100.0).abs() < 1e-9);
+        // 20 n = 2900 + n between 100 and 200 revolutions a second.
+        assert!((found[1].speed / TAU - 2900.0 / 19.0).abs() < 1e-9);
+        assert!((found[1].frequency - 20.0 * 2900.0 / 19.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_diagram_names_rays_resonances_and_units() {
+        use crate::report::plot::canvas::Shape;
+        let canvas = diagram().draw(&Display::default());
+        let shapes = canvas.pictures[0].shapes();
+        let texts: Vec<&str> = (shapes.iter())
+            .filter_map(|shape| match shape {
+                Shape::Text { text, .. } => Some(&**text),
+                _ => None,
+            })
+            .collect();
+        for wanted in [
+            "speed [rpm]",
+            "frequency [kHz]",
+            "2 × mesh",
+            "2 resonances:",
+            "6000 rpm: 1 × mesh, mode 1",
+        ] {
+            assert!(texts.contains(&wanted), "{wanted} is not in {texts:?}");
+        }
+        let discs = shapes
+            .iter()
+            .filter(|shape| matches!(shape, Shape::Disc { .. }));
+        assert_eq!(discs.count(), 4);
+    }
+}

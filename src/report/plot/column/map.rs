@@ -1,0 +1,84 @@
+//! A column over two axes, in colour.
+
+use super::series::Series;
+use crate::report::plot::axis::range;
+use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK};
+use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, missing_key};
+use crate::report::plot::display::Scale;
+use crate::report::plot::error::PlotError;
+use crate::report::plot::panel::TICK_SIZE;
+use crate::report::plot::picture::{Drawn, Picture};
+use crate::report::plot::ramp::{bar, viridis};
+use crate::report::plot::results::Results;
+use crate::report::plot::what::PlotRequest;
+
+/// Cells without a value.
+const NONE: Colour = Colour(0xee, 0xee, 0xee);
+
+/// Draws a map of every slice, all with one scale, so that they compare.
+pub(super) fn draw(
+    results: &Results,
+    cells: &Cells<'_>,
+    series: &Series,
+    request: &PlotRequest,
+) -> Result<Drawn, PlotError> {
+    let name = match series.part.as_str() {
+        "" => series.name.clone(),
+        part => format!("{}, {part}", series.name),
+    };
+    let scale = Scale::new(&name, &series.unit, &request.display)?;
+    let value = |point_id: u64| scale.shown(series.one(results.place(point_id)?)?.value);
+    let ids = || results.summary.all.iter().map(|point| point.point_id);
+    let ends = range(ids().filter_map(value));
+    let axis = scale.axis_over(ends);
+    let (slices, all) = results.slices(&cells.free());
+    let mut drawn = Drawn::sliced(&series.name, slices.len(), all);
+    for slice in slices {
+        let title = format!("{}: {name} over {}", results.job, cells.words());
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let missing = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
+            Some(value) => (viridis(axis.fraction(value)), vec![axis.shown(value)]),
+            None => (NONE, vec!["–".to_owned()]),
+        });
+        let empty = slice
+            .points
+            .iter()
+            .filter(|point| value(point.point_id).is_none());
+        let empty = empty.count();
+        let mut y = HEIGHT[0];
+        if empty < slice.points.len() {
+            let bottom = HEIGHT[0] + 300.0;
+            bar(&mut canvas, MARGIN, [HEIGHT[0], bottom], &axis);
+            y = bottom + 26.0;
+        }
+        if empty > 0 {
+            canvas.rectangle([MARGIN, y], [MARGIN + 14.0, y + 14.0], NONE);
+            let text = format!("– no value ({empty})");
+            canvas.text(
+                [MARGIN + 21.0, y + 12.0],
+                &text,
+                TICK_SIZE,
+                INK,
+                Anchor::Start,
+            );
+            y += 22.0;
+        }
+        missing_key(&mut canvas, y, missing);
+        let name = format!(
+            "{}{}{}",
+            series.name.replace(' ', "-"),
+            file_part(&series.part),
+            slice.suffix
+        );
+        drawn.pictures.push(Picture::new(name, canvas));
+    }
+    Ok(drawn)
+}
+
+/// The part of a series in the name of a file: `-mesh-order-3`.
+pub(super) fn file_part(part: &str) -> String {
+    match part {
+        "" => String::new(),
+        part => format!("-{}", part.replace([' ', '/'], "-")),
+    }
+}

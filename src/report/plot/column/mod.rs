@@ -1,0 +1,131 @@
+//! Pictures of any column: curves over one axis, of several columns, values of a second axis and
+//! results folders beside each other, or a map over two axes.
+
+mod curves;
+mod map;
+mod name;
+mod orders;
+mod series;
+mod style;
+
+use super::display::Unit;
+use super::error::PlotError;
+use super::picture::Drawn;
+use super::results::Results;
+use super::what::PlotRequest;
+
+pub use name::{Asked, ColumnName, NoColumn};
+pub(super) use orders::draw as draw_orders;
+pub(super) use series::{SUBORDERS, Series, listed};
+
+/// A results folder with the name that tells it from the others of a picture.
+pub(super) struct Source<'a> {
+    pub name: String,
+    pub results: &'a Results,
+}
+
+/// Names results folders: by their job, by their last part, or by their whole path, whichever tells
+/// them apart.
+pub(super) fn named<'a>(all: &[&'a Results]) -> Vec<Source<'a>> {
+    let last = |results: &Results| match results.folder.file_name() {
+        Some(name) => name.to_string_lossy().into_owned(),
+        None => results.folder.display().to_string(),
+    };
+    let namings: [&dyn Fn(&Results) -> String; 3] =
+        [&|results| results.job.clone(), &last, &|results| {
+            results.folder.display().to_string()
+        }];
+    let names = namings
+        .iter()
+        .map(|naming| -> Vec<String> { all.iter().map(|results| naming(results)).collect() });
+    let mut names: Vec<Vec<String>> = names.collect();
+    let distinct = |names: &Vec<String>| {
+        (names.iter().enumerate()).all(|(i, name)| !name.is_empty() && !names[..i].contains(name))
+    };
+    let place = names.iter().position(distinct).unwrap_or(names.len() - 1);
+    let chosen = names.swap_remove(place);
+    (chosen.into_iter().zip(all.iter().copied()))
+        .map(|(name, results)| Source { name, results })
+        .collect()
+}
+
+/// Draws columns: those of one unit in one picture.
+///
+/// # Errors
+/// A column, an axis or an element is not there, or what was asked for is of another unit.
+pub(super) fn draw(
+    sources: &[Source<'_>],
+    columns: &[ColumnName],
+    request: &PlotRequest,
+) -> Result<Drawn, PlotError> {
+    let mut read = Vec::new();
+    for column in columns {
+        let mut of_source = Vec::new();
+        for source in sources {
+            of_source.push(series::read(source.results, column)?);
+        }
+        read.push(of_source);
+    }
+    // The series of all columns, source by source.
+    let all: Vec<Vec<Series>> = (0..sources.len())
+        .map(|source| {
+            read.iter_mut()
+                .flat_map(|column| std::mem::take(&mut column[source]))
+                .collect()
+        })
+        .collect();
+    draw_series(sources, all, request)
+}
+
+/// Draws series of some sources: maps where two axes vary and nothing says over which of them, else
+/// curves, those of one unit in one picture.
+pub(super) fn draw_series(
+    sources: &[Source<'_>],
+    mut all: Vec<Vec<Series>>,
+    request: &PlotRequest,
+) -> Result<Drawn, PlotError> {
+    for unit in &request.display.units {
+        let axes = sources
+            .iter()
+            .flat_map(|source| &source.results.summary.axes);
+        let values = all.iter().flatten().map(|series| &series.unit);
+        let mut known: Vec<&String> = axes.map(|axis| &axis.unit).chain(values).collect();
+        known.sort();
+        known.dedup();
+        if known.iter().all(|si| Unit::of(unit, si).is_none()) {
+            let known: Vec<&str> = known.iter().map(|si| si.as_str()).collect();
+            return Err(PlotError::UnusedUnit {
+                unit: unit.clone(),
+                drawn: known.join(", "),
+            });
+        }
+    }
+    let mut drawn = Drawn::default();
+    if let ([source], [series]) = (sources, &all[..])
+        && request.over.is_none()
+        && request.by.is_none()
+        && let Some(cells) = super::cells::Cells::new(source.results)
+        && series.iter().all(|series| !series.scattered)
+    {
+        for series in series {
+            drawn.append(map::draw(source.results, &cells, series, request)?);
+        }
+        return Ok(drawn);
+    }
+    while let Some(unit) = all
+        .iter()
+        .flatten()
+        .map(|series| series.unit.clone())
+        .next()
+    {
+        let group: Vec<Vec<Series>> = (all.iter_mut())
+            .map(|series| {
+                series
+                    .extract_if(.., |series| series.unit == unit)
+                    .collect()
+            })
+            .collect();
+        drawn.append(curves::draw(sources, &group, request)?);
+    }
+    Ok(drawn)
+}

@@ -1,0 +1,150 @@
+//! Which columns are asked for?
+
+use std::fmt;
+use std::str::FromStr;
+
+use crate::report::plot::what::What;
+use crate::store::TableKind;
+use strum::VariantArray;
+
+/// Tables whose columns can be drawn: those with rows that belong to points.
+pub(super) const TABLES: [TableKind; 3] =
+    [TableKind::Points, TableKind::Attractors, TableKind::Orbits];
+
+/// What was asked for: a kind of picture, or a column.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Asked {
+    /// A kind of picture.
+    Kind(What),
+    /// A column.
+    Column(ColumnName),
+}
+
+/// A column of numbers: `deflection_rms`, `harmonics[3]`, `orbits.lambda`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ColumnName {
+    pub(super) table: TableKind,
+    /// Name in the table.
+    pub(super) name: String,
+    /// Element of a list, counted from 1.
+    pub(super) element: Option<usize>,
+}
+
+/// A text that names neither a kind of picture nor a column.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{text}` has an element that is no number counted from 1; write for example harmonics[3]")]
+pub struct NoColumn {
+    text: String,
+}
+
+/// `points`.
+pub(super) fn stem(table: TableKind) -> &'static str {
+    let name = table.file_name();
+    name.split_once('.').map_or(name, |(stem, _)| stem)
+}
+
+impl FromStr for Asked {
+    type Err = NoColumn;
+
+    fn from_str(text: &str) -> Result<Self, NoColumn> {
+        if let Some(what) = What::VARIANTS.iter().find(|what| what.name() == text) {
+            return Ok(Self::Kind(*what));
+        }
+        let of_table = TABLES.iter().find_map(|&table| {
+            let rest = text.strip_prefix(stem(table))?.strip_prefix('.')?;
+            Some((table, rest))
+        });
+        let (table, rest) = of_table.unwrap_or((TableKind::Points, text));
+        let refused = || NoColumn {
+            text: text.to_owned(),
+        };
+        let (name, element) = match rest.split_once('[') {
+            None => (rest, None),
+            Some((name, element)) => {
+                let number = element.strip_suffix(']').and_then(|text| text.parse().ok());
+                let counted = number.filter(|&number: &usize| number > 0);
+                (name, Some(counted.ok_or_else(refused)?))
+            }
+        };
+        Ok(Self::Column(ColumnName {
+            table,
+            name: name.to_owned(),
+            element,
+        }))
+    }
+}
+
+impl fmt::Display for ColumnName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.table != TableKind::Points {
+            write!(f, "{}.", stem(self.table))?;
+        }
+        f.write_str(&self.name)?;
+        match self.element {
+            Some(element) => write!(f, "[{element}]"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Names of which one may be meant: those that hold it or are held by it, then those that differ in few
+/// letters.
+pub(super) fn nearest(name: &str, known: &[String]) -> Vec<String> {
+    const MOST: usize = 4;
+    let folded = name.to_lowercase();
+    let mut near: Vec<(usize, &String)> = (known.iter())
+        .filter_map(|candidate| {
+            let distance = strsim::damerau_levenshtein(&folded, candidate);
+            let held =
+                folded.len() > 2 && (candidate.contains(&folded) || folded.contains(&**candidate));
+            (held || distance <= 1 + name.len() / 3).then_some((distance, candidate))
+        })
+        .collect();
+    near.sort();
+    near.into_iter()
+        .take(MOST)
+        .map(|(_, name)| name.clone())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(text: &str) -> ColumnName {
+        match text.parse() {
+            Ok(Asked::Column(column)) => column,
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+
+    #[test]
+    fn names_are_kinds_columns_and_elements_of_lists() {
+        assert_eq!("lambda".parse(), Ok(Asked::Kind(What::Lambda)));
+        let of = |text: &str| {
+            let found = column(text);
+            assert_eq!(found.to_string(), text.replace("points.", ""));
+            (stem(found.table), found.name, found.element)
+        };
+        assert_eq!(of("lambda_max"), ("points", "lambda_max".into(), None));
+        assert_eq!(of("points.horizon"), ("points", "horizon".into(), None));
+        assert_eq!(
+            of("mesh.half_gap"),
+            ("points", "mesh.half_gap".into(), None)
+        );
+        assert_eq!(of("harmonics[3]"), ("points", "harmonics".into(), Some(3)));
+        assert_eq!(of("orbits.lambda"), ("orbits", "lambda".into(), None));
+        for wrong in ["harmonics[0]", "harmonics[x]", "harmonics[1"] {
+            assert!(wrong.parse::<Asked>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_names_are_given() {
+        let known = ["deflection_rms", "deflection_mean", "force_peak", "speed"];
+        let known = known.map(str::to_owned);
+        assert_eq!(nearest("deflection_rsm", &known)[0], "deflection_rms");
+        assert_eq!(nearest("rms", &known), ["deflection_rms"]);
+        assert!(nearest("colour", &known).is_empty());
+    }
+}

@@ -1,0 +1,49 @@
+//! Order cuts: the level of chosen mesh orders over an axis.
+
+use super::series::{Sample, Series};
+use super::{Source, draw_series};
+use crate::report::numbers::number;
+use crate::report::plot::error::PlotError;
+use crate::report::plot::picture::Drawn;
+use crate::report::plot::spectral::SpectralLines;
+use crate::report::plot::what::{PlotRequest, USUAL_ORDERS, What};
+
+/// Draws the levels of orders.
+///
+/// # Errors
+/// There are no lines of the signal, or none as high as an order.
+pub(in crate::report::plot) fn draw(
+    sources: &[Source<'_>],
+    request: &PlotRequest,
+) -> Result<Drawn, PlotError> {
+    let orders = match &request.orders[..] {
+        [] => &USUAL_ORDERS[..],
+        orders => orders,
+    };
+    let mut all = Vec::new();
+    for source in sources {
+        let found = SpectralLines::read(source.results, What::Orders, request.signal())?;
+        let mut series = Vec::new();
+        for &order in orders {
+            if !found.reach(order) {
+                return Err(PlotError::Unfit {
+                    what: What::Orders,
+                    reason: format!("the spectra do not reach mesh order {}", number(order)),
+                });
+            }
+            let sample = |value: f64| Sample { value, error: 0.0 };
+            let places = 0..found.lines.len();
+            series.push(Series {
+                name: found.name.clone(),
+                part: format!("mesh order {}", number(order)),
+                unit: found.unit.clone(),
+                scattered: false,
+                samples: places
+                    .map(|place| found.at(place, order).map(sample).into_iter().collect())
+                    .collect(),
+            });
+        }
+        all.push(series);
+    }
+    draw_series(sources, all, request)
+}

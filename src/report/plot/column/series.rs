@@ -1,0 +1,185 @@
+//! What are the values of a column, point by point?
+
+use super::name::{ColumnName, TABLES, nearest};
+use crate::report::plot::error::PlotError;
+use crate::report::plot::results::Results;
+use crate::store::{ResultTable, StoreError, TableKind};
+
+/// Orders of the elements of the list `suborders`.
+pub(in crate::report::plot) const SUBORDERS: [(&str, f64); 5] = [
+    ("1/4", 0.25),
+    ("1/3", 1.0 / 3.0),
+    ("1/2", 0.5),
+    ("2/3", 2.0 / 3.0),
+    ("3/4", 0.75),
+];
+
+/// A value with its standard error, 0 where it has none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::report::plot) struct Sample {
+    pub value: f64,
+    pub error: f64,
+}
+
+/// Values over the points of a results folder.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::report::plot) struct Series {
+    /// What the axis is called: the column, with its table and without an element.
+    pub name: String,
+    /// What tells it from others of that name; empty where nothing does.
+    pub part: String,
+    /// Unit of SI.
+    pub unit: String,
+    /// Whether a point may have several values, which belong to no curve.
+    pub scattered: bool,
+    /// Values of each point, in the order of the summary.
+    pub samples: Vec<Vec<Sample>>,
+}
+
+impl Series {
+    /// The value of a point; none where it has none, or several.
+    pub fn one(&self, point: usize) -> Option<Sample> {
+        match self.samples[point][..] {
+            [one] => Some(one),
+            _ => None,
+        }
+    }
+}
+
+/// The series of a column: one, or one an element of a list.
+///
+/// # Errors
+/// There is no such column of numbers, or no such element.
+pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>, PlotError> {
+    let Some(table) = results.table(column.table)? else {
+        return Err(PlotError::NoTable {
+            column: column.to_string(),
+            folder: results.folder.clone(),
+            table: column.table.file_name(),
+        });
+    };
+    let units = table.units()?;
+    let modulus = column.table == TableKind::Orbits && column.name == "multipliers";
+    let known = units.get(&column.name).filter(|unit| !unit.is_empty());
+    let unit = match (modulus, known) {
+        (true, _) => "1",
+        (false, Some(unit)) => unit,
+        (false, None) => return Err(unknown(results, column, units.contains_key(&column.name))?),
+    };
+    let values = match modulus {
+        true => moduli(&table)?,
+        false => table.numbers(&column.name)?,
+    };
+    let partner = match column.name.as_str() {
+        "lambda_max" => "lambda_stderr".to_owned(),
+        name => format!("{name}_stderr"),
+    };
+    let errors = match units.contains_key(&partner) {
+        true => table.numbers(&partner)?,
+        false => vec![Vec::new(); values.len()],
+    };
+    let ids = table.u64("point_id")?;
+    let longest = values.iter().map(Vec::len).max().unwrap_or(0);
+    let is_list = modulus || table.is_list(&column.name);
+    let elements = match (is_list, column.element) {
+        (false, None) => 0..1,
+        (true, None) => 0..longest,
+        (true, Some(element)) if element <= longest => element - 1..element,
+        (_, Some(element)) => {
+            return Err(PlotError::NoElement {
+                column: column.name.clone(),
+                element,
+                length: is_list.then_some(longest),
+            });
+        }
+    };
+    let whole = ColumnName {
+        element: None,
+        ..column.clone()
+    };
+    let of_element = |element: usize| {
+        let mut samples = vec![Vec::new(); results.summary.all.len()];
+        for (row, id) in ids.iter().enumerate() {
+            let number = |values: &[Vec<Option<f64>>]| values[row].get(element).copied().flatten();
+            let place = id.and_then(|id| results.place(id));
+            if let (Some(place), Some(value)) = (place, number(&values)) {
+                let error = number(&errors).unwrap_or(0.0).abs();
+                samples[place].push(Sample { value, error });
+            }
+        }
+        Series {
+            name: whole.to_string(),
+            part: match is_list {
+                true => element_words(&column.name, element),
+                false => String::new(),
+            },
+            unit: unit.to_owned(),
+            scattered: column.table != TableKind::Points,
+            samples,
+        }
+    };
+    Ok(elements.map(of_element).collect())
+}
+
+/// `order 3` of harmonics, else the number from 1.
+fn element_words(column: &str, element: usize) -> String {
+    match column.trim_end_matches("_stderr") {
+        "harmonics" => format!("mesh order {}", element + 1),
+        "suborders" => match SUBORDERS.get(element) {
+            Some((order, _)) => format!("mesh order {order}"),
+            None => format!("element {}", element + 1),
+        },
+        _ => format!("element {}", element + 1),
+    }
+}
+
+/// Moduli of the multipliers of orbits.
+fn moduli(table: &ResultTable) -> Result<Vec<Vec<Option<f64>>>, StoreError> {
+    let [re, im] = [
+        table.lists("multipliers_re")?,
+        table.lists("multipliers_im")?,
+    ];
+    let of_orbit = |(re, im): (Option<Vec<Option<f64>>>, Option<Vec<Option<f64>>>)| {
+        let pairs = re
+            .unwrap_or_default()
+            .into_iter()
+            .zip(im.unwrap_or_default());
+        pairs.map(|(re, im)| Some(re?.hypot(im?))).collect()
+    };
+    Ok(re.into_iter().zip(im).map(of_orbit).collect())
+}
+
+/// Name, unit and description of every column that can be drawn.
+///
+/// # Errors
+/// A table cannot be read.
+pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<[String; 3]>, PlotError> {
+    let mut all = Vec::new();
+    for kind in TABLES {
+        if let Some(table) = results.table(kind)? {
+            for [name, unit, description] in table.numeric()? {
+                let column = ColumnName {
+                    table: kind,
+                    name,
+                    element: None,
+                };
+                all.push([column.to_string(), unit, description]);
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// What is said of a column that cannot be drawn.
+fn unknown(results: &Results, column: &ColumnName, is_text: bool) -> Result<PlotError, PlotError> {
+    let known: Vec<String> = (listed(results)?.into_iter())
+        .map(|[name, ..]| name)
+        .collect();
+    let name = column.to_string();
+    Ok(PlotError::UnknownColumn {
+        nearest: nearest(&name, &known),
+        name,
+        is_text,
+        folder: results.folder.clone(),
+    })
+}

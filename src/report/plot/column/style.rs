@@ -1,0 +1,72 @@
+//! How are curves of one picture told apart? By colour and marker, and by dashes.
+
+use crate::report::plot::canvas::{Canvas, Colour, Place};
+use crate::report::plot::categories::colour;
+use crate::report::plot::marker::{Marker, OTHERS};
+use crate::report::plot::ramp::viridis;
+
+/// Most curves with a colour of their own.
+const MOST_COLOURS: usize = 7;
+
+/// How a curve is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Style {
+    pub colour: Colour,
+    pub marker: Marker,
+    /// 0 for a full line, then ever shorter dashes.
+    pub dashes: usize,
+}
+
+impl Style {
+    /// The `place`-th of `count` colours, with the `dashes`-th kind of line; `ordered` ones that are too
+    /// many to be told apart go from dark to bright.
+    pub fn new([place, count]: [usize; 2], ordered: bool, dashes: usize) -> Self {
+        let ramp = ordered && count > MOST_COLOURS;
+        Self {
+            colour: match ramp {
+                true => viridis(0.92 * place as f64 / (count - 1) as f64),
+                false => colour(place),
+            },
+            marker: OTHERS[place % OTHERS.len()],
+            dashes,
+        }
+    }
+
+    /// The line through some places.
+    pub fn line(&self, canvas: &mut Canvas, places: &[Place], width: f64) {
+        const PATTERNS: [[f64; 2]; 3] = [[8.0, 4.0], [2.0, 3.0], [14.0, 3.0]];
+        match self.dashes.checked_sub(1) {
+            None => canvas.line(places, self.colour, width),
+            Some(kind) => {
+                // A dashed line goes on over places that are nowhere.
+                let nowhere = |place: &Place| place.iter().any(|c| c.is_nan());
+                for part in places.split(nowhere).filter(|part| part.len() > 1) {
+                    canvas.patterned(part, PATTERNS[kind % PATTERNS.len()], self.colour, width);
+                }
+            }
+        }
+    }
+
+    /// A tint of the colour, for error bars.
+    pub fn tint(&self) -> Colour {
+        let Colour(r, g, b) = self.colour;
+        let half = |part: u8| 255 - (255 - part) / 2;
+        Colour(half(r), half(g), half(b))
+    }
+
+    /// Its sample in a legend, 26 pixels wide from `at`.
+    pub fn sample(&self, canvas: &mut Canvas, [x, y]: Place, lined: bool) {
+        if lined {
+            self.line(canvas, &[[x, y], [x + 26.0, y]], 1.8);
+        }
+        self.mark(canvas, [x + 13.0, y], false);
+    }
+
+    /// A marker, or where it is `small` a dot.
+    pub fn mark(&self, canvas: &mut Canvas, at: Place, small: bool) {
+        match small {
+            true => canvas.disc(at, 1.3, self.colour),
+            false => self.marker.filled(canvas, at, self.colour),
+        }
+    }
+}

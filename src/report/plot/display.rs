@@ -1,0 +1,274 @@
+//! How values are shown: in which units, in decibels of which reference, on which axes, over which range.
+
+use std::fmt;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+use serde::Serialize;
+
+use super::axis::{Axis, padded, scaled_unit};
+use super::error::PlotError;
+use crate::report::numbers::number;
+use crate::units;
+
+/// How values are shown, as asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Display {
+    /// Units to show, each of whatever it measures; else those of the manifest, and SI with prefixes.
+    pub units: Vec<String>,
+    /// Values as decibels of this amplitude.
+    pub decibels: Option<Amount>,
+    /// Which axes are logarithmic; else that across where its values are spaced so.
+    pub log: Option<Log>,
+    /// Lowest and highest value shown.
+    pub range: Option<[Amount; 2]>,
+}
+
+/// Which axes are logarithmic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Log {
+    /// The axis across.
+    X,
+    /// The axis of the values.
+    Y,
+    /// Both.
+    Xy,
+}
+
+/// A number, with a unit or in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Amount {
+    number: f64,
+    unit: String,
+}
+
+/// A text that is no number with a unit known here.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`{text}` is no number, bare (SI) or with a unit such as \"1 um\" or \"20 N\"")]
+pub struct NoAmount {
+    text: String,
+}
+
+impl FromStr for Amount {
+    type Err = NoAmount;
+
+    fn from_str(text: &str) -> Result<Self, NoAmount> {
+        let refused = || NoAmount {
+            text: text.to_owned(),
+        };
+        let (number, unit) = units::split(text).ok_or_else(refused)?;
+        if !unit.is_empty() && units::conversion(unit, unit).is_none() {
+            return Err(refused());
+        }
+        Ok(Self {
+            number,
+            unit: unit.to_owned(),
+        })
+    }
+}
+
+impl fmt::Display for Amount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.number, self.unit)
+    }
+}
+
+impl Amount {
+    /// From this amount to another, whose unit holds for a number without one; none where that is no
+    /// larger.
+    pub fn up_to(mut self, high: Self) -> Option<[Self; 2]> {
+        if self.unit.is_empty() {
+            self.unit.clone_from(&high.unit);
+        }
+        let [low, top] = [&self, &high].map(|own| own.si(&high.unit).unwrap_or(own.number));
+        (low < top).then_some([self, high])
+    }
+
+    /// In SI; none where it measures something else than the unit `si` does.
+    fn si(&self, si: &str) -> Option<f64> {
+        match self.unit.as_str() {
+            "" => Some(self.number),
+            unit => Some(self.number * units::conversion(unit, si)?),
+        }
+    }
+}
+
+/// A unit to show values in.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Unit {
+    /// How many make one of SI.
+    pub factor: f64,
+    /// `µm`.
+    pub text: String,
+}
+
+impl Unit {
+    /// A unit for values with the unit `si`; none where it measures something else.
+    pub fn of(unit: &str, si: &str) -> Option<Self> {
+        let text = unit.trim().replace('*', "·").replace("um", "µm");
+        Some(Self {
+            factor: units::conversion(si, unit)?,
+            text: text.replace("^2", "²").replace("^3", "³"),
+        })
+    }
+
+    /// The first of some that fits values with the unit `si`.
+    pub fn first(units: &[String], si: &str) -> Option<Self> {
+        units.iter().find_map(|unit| Self::of(unit, si))
+    }
+
+    /// The unit that is easiest to read for values of this size.
+    pub fn fitting(si: &str, largest: f64) -> Self {
+        let (factor, text) = scaled_unit(si, largest.abs());
+        Self { factor, text }
+    }
+
+    /// `speed 6000 rpm`; a number alone where it has no unit.
+    pub fn words(&self, name: &str, value: f64) -> String {
+        let text = format!("{name} {} {}", number(value * self.factor), self.text);
+        text.trim_end_matches(['–', ' ']).to_owned()
+    }
+}
+
+/// How the values of one column are shown.
+pub(super) struct Scale {
+    name: String,
+    si: String,
+    unit: Option<Unit>,
+    /// Reference of decibels in SI.
+    reference: Option<f64>,
+    logarithmic: bool,
+    range: [Option<f64>; 2],
+}
+
+/// Powers are squares of amplitudes.
+const POWER: &str = "W";
+
+impl Scale {
+    /// Of values with a name and a unit of SI.
+    ///
+    /// # Errors
+    /// What was asked for is of another unit.
+    pub fn new(name: &str, si: &str, display: &Display) -> Result<Self, PlotError> {
+        let unfit = |option: &'static str, amount: &Amount| PlotError::OtherUnit {
+            option,
+            given: amount.to_string().trim_end().to_owned(),
+            name: name.to_owned(),
+            unit: si.to_owned(),
+        };
+        let reference = match &display.decibels {
+            None => None,
+            Some(amount) => Some(
+                (amount.si(si))
+                    .filter(|reference| *reference > 0.0)
+                    .ok_or_else(|| unfit("--db", amount))?,
+            ),
+        };
+        let mut range = [None; 2];
+        for (end, amount) in range.iter_mut().zip(display.range.iter().flatten()) {
+            // Of decibels a range is in decibels.
+            let si = if reference.is_some() { "dB" } else { si };
+            *end = Some(amount.si(si).ok_or_else(|| unfit("--range", amount))?);
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            si: si.to_owned(),
+            unit: Unit::first(&display.units, si),
+            reference,
+            logarithmic: matches!(display.log, Some(Log::Y | Log::Xy)) && reference.is_none(),
+            range,
+        })
+    }
+
+    /// The same, logarithmic unless it shows decibels.
+    pub fn in_decades(mut self) -> Self {
+        self.logarithmic = self.reference.is_none();
+        self
+    }
+
+    /// What is drawn of a value: itself or its level; none where the axis has no place for it.
+    pub fn shown(&self, value: f64) -> Option<f64> {
+        let shown = match self.reference {
+            Some(reference) => {
+                let decade = if self.si == POWER { 10.0 } else { 20.0 };
+                decade * (value.abs() / reference).log10()
+            }
+            None => value,
+        };
+        (shown.is_finite() && (!self.logarithmic || shown > 0.0)).then_some(shown)
+    }
+
+    /// An axis for shown values from low to high.
+    pub fn axis(&self, shown: [f64; 2]) -> Axis {
+        let [low, high] = shown;
+        let room = match self.logarithmic {
+            true => {
+                let margin = (high / low).max(1.0).powf(0.05).max(1.02);
+                [low / margin, high * margin]
+            }
+            false => padded(shown, 0.05),
+        };
+        self.axis_over(room)
+    }
+
+    /// The same without room around it.
+    pub fn axis_over(&self, shown: [f64; 2]) -> Axis {
+        let ends = [0, 1].map(|end| self.range[end].unwrap_or(shown[end]));
+        let axis = |unit: &str| match self.logarithmic {
+            true => Axis::logarithmic(&self.name, unit, ends),
+            false => Axis::linear(&self.name, unit, ends),
+        };
+        match (self.reference, &self.unit) {
+            (Some(reference), _) => {
+                let unit = Unit::fitting(&self.si, reference);
+                let words = unit.words("dB re", reference);
+                axis("dB").in_unit(&self.name, &words, 1.0)
+            }
+            (None, Some(unit)) => axis(&self.si).in_unit(&self.name, &unit.text, unit.factor),
+            (None, None) => axis(&self.si),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_relative_to_the_reference() {
+        let display = Display {
+            decibels: Some("1 um".parse().unwrap()),
+            ..Display::default()
+        };
+        let scale = Scale::new("rms", "m", &display).unwrap();
+        assert!((scale.shown(1e-5).unwrap() - 20.0).abs() < 1e-12);
+        assert_eq!(scale.shown(0.0), None);
+        assert_eq!(scale.axis([0.0, 20.0]).label, "rms [dB re 1 µm]");
+        let power = Display {
+            decibels: Some("1e-3".parse().unwrap()),
+            ..Display::default()
+        };
+        let scale = Scale::new("power_loss", "W", &power).unwrap();
+        assert!((scale.shown(1.0).unwrap() - 30.0).abs() < 1e-12);
+        let wrong = Scale::new("force_peak", "N", &display).err().unwrap();
+        assert!(wrong.to_string().contains("`--db 1 um`"), "{wrong}");
+    }
+
+    #[test]
+    fn units_are_taken_for_what_they_measure() {
+        let display = Display {
+            units: vec!["rpm".into(), "mm".into()],
+            ..Display::default()
+        };
+        let scale = Scale::new("deflection_rms", "m", &display).unwrap();
+        assert_eq!(scale.axis([0.0, 1e-3]).label, "deflection_rms [mm]");
+        let speed = Unit::of("rpm", "rad/s").unwrap();
+        assert_eq!(
+            speed.words("speed", 100.0 * std::f64::consts::PI),
+            "speed 3000 rpm"
+        );
+        assert_eq!(Unit::of("rpm", "m"), None);
+        assert!("1 furlong".parse::<Amount>().is_err());
+        assert!("much".parse::<Amount>().is_err());
+    }
+}

@@ -1,0 +1,169 @@
+//! Spectral lines of all points of a results folder, of one signal: from spectra.parquet, or the
+//! deflection's from the harmonics in points.parquet.
+
+use super::column::SUBORDERS;
+use super::error::PlotError;
+use super::results::Results;
+use super::spectrum::unit_of;
+use super::what::What;
+use crate::store::{ResultTable, TableKind};
+
+/// How far from an order a line may lie to count as its line: the spacing of averaged spectra.
+const REACH: f64 = 1.0 / 64.0;
+
+/// A line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Line {
+    /// Multiple of the mesh frequency.
+    pub order: f64,
+    /// \[Hz\], where known.
+    pub frequency: Option<f64>,
+    /// In the unit of the signal.
+    pub amplitude: f64,
+}
+
+/// Lines of one signal over the points.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SpectralLines {
+    /// `force amplitude`.
+    pub name: String,
+    /// Unit of SI.
+    pub unit: String,
+    /// Lines of each point in ascending order, in the order of the summary; empty where it has none.
+    pub lines: Vec<Vec<Line>>,
+}
+
+impl SpectralLines {
+    /// Lines of a signal.
+    ///
+    /// # Errors
+    /// There are none, or there is no such signal.
+    pub fn read(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
+        match results.table(TableKind::Spectra)? {
+            Some(table) => Self::of_spectra(results, &table, what, signal),
+            None => Self::of_harmonics(results, what, signal),
+        }
+    }
+
+    fn of_spectra(
+        results: &Results,
+        table: &ResultTable,
+        what: What,
+        signal: &str,
+    ) -> Result<Self, PlotError> {
+        let ids = table.u64("point_id")?;
+        let signals = table.text("signal")?;
+        let [orders, frequencies, amplitudes] = [
+            table.f64("order")?,
+            table.f64("frequency")?,
+            table.f64("amplitude")?,
+        ];
+        let mut lines = vec![Vec::new(); results.summary.all.len()];
+        for (row, id) in ids.iter().enumerate() {
+            let place = id.and_then(|id| results.place(id));
+            if let (Some(place), Some(order), Some(amplitude)) =
+                (place, orders[row], amplitudes[row])
+                && signals[row].as_deref() == Some(signal)
+            {
+                lines[place].push(Line {
+                    order,
+                    frequency: frequencies[row],
+                    amplitude,
+                });
+            }
+        }
+        if lines.iter().all(Vec::is_empty) {
+            let mut known: Vec<&str> = signals.iter().flatten().map(String::as_str).collect();
+            known.sort_unstable();
+            known.dedup();
+            return Err(PlotError::Unfit {
+                what,
+                reason: format!(
+                    "spectra.parquet holds no line of the signal `{signal}`; its signals: {}",
+                    known.join(", ")
+                ),
+            });
+        }
+        for lines in &mut lines {
+            lines.sort_by(|a, b| a.order.total_cmp(&b.order));
+        }
+        let units = table.units()?.remove("amplitude").unwrap_or_default();
+        // Bearings are forces.
+        let unit = match signal.starts_with("bearing") {
+            true => unit_of(&units, "force"),
+            false => unit_of(&units, signal),
+        };
+        Ok(Self {
+            name: format!("{signal} amplitude"),
+            unit: unit.to_owned(),
+            lines,
+        })
+    }
+
+    /// Of the deflection, from the lists of points.parquet.
+    fn of_harmonics(results: &Results, what: What, signal: &str) -> Result<Self, PlotError> {
+        let unfit = |reason: &str| PlotError::Unfit {
+            what,
+            reason: reason.to_owned(),
+        };
+        if signal != "deflection" {
+            return Err(unfit(
+                "there is no spectra.parquet; ask for `nvh = { spectrum = true }` in the manifest's [analyses]",
+            ));
+        }
+        let table = ResultTable::read(&results.folder, TableKind::Points)?;
+        let whole = table.lists("harmonics")?.into_iter();
+        let parts = table.lists("suborders")?.into_iter();
+        let lines: Vec<Vec<Line>> = (whole.zip(parts))
+            .map(|(whole, parts)| {
+                let line = |(order, amplitude): (f64, Option<f64>)| {
+                    Some(Line {
+                        order,
+                        frequency: None,
+                        amplitude: amplitude?,
+                    })
+                };
+                let parts = SUBORDERS
+                    .iter()
+                    .map(|(_, order)| *order)
+                    .zip(parts.unwrap_or_default());
+                let whole = (1..).map(f64::from).zip(whole.unwrap_or_default());
+                parts.chain(whole).filter_map(line).collect()
+            })
+            .collect();
+        if lines.iter().all(Vec::is_empty) {
+            return Err(unfit(
+                "no point has harmonics; ask for `nvh = { harmonics = 5, spectrum = true }` in the manifest's [analyses]",
+            ));
+        }
+        Ok(Self {
+            name: "deflection amplitude".to_owned(),
+            unit: "m".to_owned(),
+            lines,
+        })
+    }
+
+    /// The amplitude of a point at an order: its largest line within a 64th of a mesh order, 0 where
+    /// it has lines but none there.
+    pub fn at(&self, point: usize, order: f64) -> Option<f64> {
+        let lines = &self.lines[point];
+        let near = lines
+            .iter()
+            .filter(|line| (line.order - order).abs() < REACH);
+        (!lines.is_empty()).then(|| near.map(|line| line.amplitude).fold(0.0, f64::max))
+    }
+
+    /// Whether an order lies within the lines of any point.
+    pub fn reach(&self, order: f64) -> bool {
+        let last = self.lines.iter().filter_map(|lines| lines.last());
+        last.fold(0.0_f64, |most, line| most.max(line.order)) + REACH > order
+    }
+
+    /// Whether frequencies are known.
+    pub fn has_frequencies(&self) -> bool {
+        self.lines
+            .iter()
+            .flatten()
+            .any(|line| line.frequency.is_some())
+    }
+}

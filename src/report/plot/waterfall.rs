@@ -1,0 +1,179 @@
+//! Spectral lines over an axis of the grid, such as the speed: orders or frequencies upwards, levels in
+//! colour.
+
+use std::collections::BTreeMap;
+
+use super::axis::{Axis, range};
+use super::canvas::{Anchor, Canvas, SOFT};
+use super::display::Scale;
+use super::error::PlotError;
+use super::over_axis::{LEFT, across};
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
+use super::ramp::{bar, viridis};
+use super::results::Results;
+use super::spectral::{Line, SpectralLines};
+use super::what::{PlotRequest, What};
+
+const RIGHT: f64 = 775.0;
+const TOP: f64 = 72.0;
+const BOTTOM: f64 = 526.0;
+/// Height of a cell \[px\].
+const ROW: f64 = 3.0;
+/// Least width of a column of cells \[px\]: narrower ones share one, the largest level of which is shown.
+const NARROWEST: f64 = 2.0;
+/// Orders shown unless there are fewer.
+const MOST_ORDERS: f64 = 16.0;
+/// Colours told apart.
+const SHADES: f64 = 64.0;
+/// Part of the largest amplitude that is shown darkest: 80 dB.
+const FLOOR: f64 = 1e-4;
+
+pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let found = SpectralLines::read(results, What::Waterfall, request.signal())?;
+    if request.frequency && !found.has_frequencies() {
+        return Err(PlotError::Unfit {
+            what: What::Waterfall,
+            reason: "frequencies are in spectra.parquet; ask for `nvh = { spectrum = true }` in the manifest's [analyses]".into(),
+        });
+    }
+    let place = |line: &Line| match request.frequency {
+        true => line.frequency,
+        false => Some(line.order),
+    };
+    let scale = Scale::new(&found.name, &found.unit, &request.display)?.in_decades();
+    let shown = || {
+        found
+            .lines
+            .iter()
+            .flatten()
+            .filter(|line| line.order <= MOST_ORDERS)
+    };
+    let largest = shown().map(|line| line.amplitude).fold(0.0, f64::max);
+    let ends = [FLOOR * largest, largest].map(|end| scale.shown(end));
+    let [Some(low), Some(high)] = ends else {
+        return Err(PlotError::Unfit {
+            what: What::Waterfall,
+            reason: "no line is above zero".into(),
+        });
+    };
+    let level = scale.axis_over([low, high]);
+    let seen = |line: &&Line| {
+        scale
+            .shown(line.amplitude)
+            .is_some_and(|level| level >= low)
+    };
+    let highest = 1.02 * range(shown().filter(seen).filter_map(place))[1];
+    let up = match request.frequency {
+        true => Axis::linear("frequency", "Hz", [0.0, highest]),
+        false => Axis::linear("mesh order", "1", [0.0, highest.max(1.0)]),
+    };
+    let along = results.along_any(request.over.as_deref(), None)?;
+    let axis = &results.summary.axes[along];
+    let (slices, all) = results.slices(&[along]);
+    let mut drawn = Drawn::of_slices(What::Waterfall, slices.len(), all);
+    for slice in slices {
+        let title = format!("{}: {} over {}", results.job, found.name, axis.name);
+        let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
+        let panel = Panel {
+            left: LEFT,
+            right: RIGHT,
+            top: TOP,
+            bottom: BOTTOM,
+            across: across(results, along),
+            up: up.clone(),
+        };
+        panel.frame(&mut canvas, true);
+        let columns: Vec<(f64, &[Line])> = (slice.points.iter())
+            .filter_map(|point| {
+                let lines = &found.lines[results.place(point.point_id)?];
+                Some((panel.x(point.axis_values[along]), &lines[..]))
+            })
+            .filter(|(x, lines)| x.is_finite() && !lines.is_empty())
+            .collect();
+        for ([left, right], lines) in strips(&panel, &columns) {
+            let lit = |line: &&Line| line.order <= MOST_ORDERS;
+            let cells = lines.iter().flat_map(|lines| lines.iter().filter(lit));
+            let cells = cells.filter_map(|line| {
+                let fraction = level.fraction(scale.shown(line.amplitude)?);
+                Some((panel.y(place(line)?), fraction))
+            });
+            strip(&mut canvas, &panel, [left, right], cells);
+        }
+        if columns.is_empty() {
+            panel.note(&mut canvas, "no point has a spectrum");
+        }
+        canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], super::canvas::INK, 1.0);
+        bar(&mut canvas, RIGHT + 24.0, [TOP, TOP + 300.0], &level);
+        for (row, text) in ["white: no spectrum", "dark: less, or none"]
+            .iter()
+            .enumerate()
+        {
+            let at = [RIGHT + 18.0, TOP + 330.0 + 18.0 * row as f64];
+            canvas.text(at, text, TICK_SIZE, SOFT, Anchor::Start);
+        }
+        let name = format!("waterfall{}", slice.suffix);
+        drawn.pictures.push(Picture::new(name, canvas));
+    }
+    Ok(drawn)
+}
+
+/// Strips of the panel with the spectra that each shows: from half-way to one neighbour to half-way to
+/// the other, the ends as wide as their neighbours.
+fn strips<'a>(panel: &Panel, columns: &[(f64, &'a [Line])]) -> Vec<([f64; 2], Vec<&'a [Line]>)> {
+    let mut columns = columns.to_vec();
+    columns.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Those that would be too narrow are put together.
+    let mut merged: Vec<(f64, Vec<&[Line]>)> = Vec::new();
+    for (x, lines) in columns {
+        match merged.last_mut() {
+            Some((last, all)) if x - *last < NARROWEST => all.push(lines),
+            _ => merged.push((x, vec![lines])),
+        }
+    }
+    let places: Vec<f64> = merged.iter().map(|(x, _)| *x).collect();
+    let [left, right] = [panel.left, panel.right];
+    let edge = |i: usize| -> f64 {
+        let last = places.len() - 1;
+        match i {
+            _ if last == 0 => [left, right][i.min(1)],
+            0 => places[0] - 0.5 * (places[1] - places[0]),
+            i if i > last => places[last] + 0.5 * (places[last] - places[last - 1]),
+            i => 0.5 * (places[i - 1] + places[i]),
+        }
+    };
+    let edges: Vec<[f64; 2]> = (0..places.len())
+        .map(|i| [edge(i), edge(i + 1)].map(|x| x.clamp(left, right)))
+        .collect();
+    (edges.into_iter().zip(merged))
+        .map(|(edges, (_, lines))| (edges, lines))
+        .collect()
+}
+
+/// One strip: the largest of the lines in every cell, cells of one shade as one rectangle.
+fn strip(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    [left, right]: [f64; 2],
+    lines: impl Iterator<Item = (f64, f64)>,
+) {
+    let dark = viridis(0.0);
+    canvas.rectangle([left, panel.top], [right, panel.bottom], dark);
+    let mut rows: BTreeMap<i64, i64> = BTreeMap::new();
+    for (y, fraction) in lines.filter(|(y, _)| (panel.top..=panel.bottom).contains(y)) {
+        let shade = (SHADES * fraction.clamp(0.0, 1.0)).round() as i64;
+        let row = ((panel.bottom - y) / ROW).floor() as i64;
+        let own = rows.entry(row).or_insert(0);
+        *own = shade.max(*own);
+    }
+    let mut rows = rows.into_iter().filter(|(_, shade)| *shade > 0).peekable();
+    while let Some((first, shade)) = rows.next() {
+        let mut last = first;
+        while let Some((row, _)) = rows.next_if(|&(row, own)| row == last + 1 && own == shade) {
+            last = row;
+        }
+        let y = |row: i64| (panel.bottom - ROW * row as f64).max(panel.top);
+        let colour = viridis(shade as f64 / SHADES);
+        canvas.rectangle([left, y(last + 1)], [right, y(first)], colour);
+    }
+}
