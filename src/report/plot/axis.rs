@@ -195,6 +195,11 @@ impl Axis {
             .collect()
     }
 
+    /// A value in the shown unit, with two digits.
+    pub fn briefly(&self, value: f64) -> String {
+        minus(crate::report::to_digits(value * self.factor, 2))
+    }
+
     /// A value in the shown unit, with four digits.
     pub fn shown(&self, value: f64) -> String {
         minus(number(value * self.factor))

@@ -22,6 +22,8 @@ const BOTTOM: f64 = 526.0;
 const ROW: f64 = 3.0;
 /// Least width of a column of cells \[px\]: narrower ones share one, the largest level of which is shown.
 const NARROWEST: f64 = 2.0;
+/// Half the width of the only spectrum \[px\].
+const ALONE: f64 = 30.0;
 /// Orders shown unless there are fewer.
 const MOST_ORDERS: f64 = 16.0;
 /// Colours told apart.
@@ -136,7 +138,7 @@ fn strips<'a>(panel: &Panel, columns: &[(f64, &'a [Line])]) -> Vec<([f64; 2], Ve
     let edge = |i: usize| -> f64 {
         let last = places.len() - 1;
         match i {
-            _ if last == 0 => [left, right][i.min(1)],
+            _ if last == 0 => places[0] + [-ALONE, ALONE][i.min(1)],
             0 => places[0] - 0.5 * (places[1] - places[0]),
             i if i > last => places[last] + 0.5 * (places[last] - places[last - 1]),
             i => 0.5 * (places[i - 1] + places[i]),

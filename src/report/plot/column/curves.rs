@@ -126,7 +126,11 @@ pub(super) fn draw(
     across.sort_by(f64::total_cmp);
     across.dedup();
     let across = first.axis(over, |name, unit| match request.display.log {
-        Some(Log::X | Log::Xy) => Axis::logarithmic(name, unit, range(across.iter().copied())),
+        Some(Log::X | Log::Xy) => {
+            let [first, last] = range(across.iter().copied());
+            let margin = (last / first).max(1.0).powf(0.02);
+            Axis::logarithmic(name, unit, [first / margin, last * margin])
+        }
         Some(Log::Y) | None => Axis::for_grid(name, unit, &across),
     });
     let up = scale.axis(range(ends.into_iter()));

@@ -37,7 +37,7 @@ pub(super) fn draw(
         let title = format!("{}: {name} over {}", results.job, cells.words());
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
         let missing = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
-            Some(value) => (viridis(axis.fraction(value)), vec![axis.shown(value)]),
+            Some(value) => (viridis(axis.fraction(value)), vec![axis.briefly(value)]),
             None => (NONE, vec!["–".to_owned()]),
         });
         let empty = slice
