@@ -1,7 +1,9 @@
 //! Pictures of any column: curves over one axis, of several columns, values of a second axis and
 //! results folders beside each other, or a map over two axes.
 
+mod clip;
 mod curves;
+mod labelled;
 mod map;
 mod name;
 mod orders;
