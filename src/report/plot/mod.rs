@@ -66,8 +66,7 @@ pub use what::{PlotRequest, USUAL_ORDERS, What};
 const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table list` shows";
 
 /// Where Campbell diagrams come from.
-const CAMPBELL_APART: &str =
-    "natural frequencies are no results; they are computed from the manifest, see [`Campbell`]";
+const CAMPBELL_APART: &str = "natural frequencies are not among the results; `atlas plot m.toml --what campbell` computes them from a manifest";
 
 /// What pictures of followed orbits need.
 const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writes it";
