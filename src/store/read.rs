@@ -292,35 +292,10 @@ impl ResultTable {
         })
     }
 
-    /// Name, unit and description of every column of numbers, or of lists of them, in the order of
-    /// their names.
-    ///
-    /// # Errors
-    /// The file does not say.
-    pub fn numeric(&self) -> Result<Vec<[String; 3]>, StoreError> {
-        let mut descriptions: BTreeMap<String, String> = self.json("descriptions")?;
-        let units = self
-            .units()?
-            .into_iter()
-            .filter(|(_, unit)| !unit.is_empty());
-        let shown = |text: String| printable(&text).into_owned();
-        Ok(units
-            .map(|(name, unit)| {
-                let description = descriptions.remove(&name).unwrap_or_default();
-                [name, unit, description].map(shown)
-            })
-            .collect())
-    }
-
     /// Whether a column holds lists.
     pub fn is_list(&self, name: &str) -> bool {
-        let columns = self
-            .batches
-            .iter()
-            .filter_map(|batch| batch.column_by_name(name));
-        columns
-            .into_iter()
-            .any(|array| matches!(array.data_type(), DataType::List(_)))
+        let field = self.fields.iter().find(|field| field.name() == name);
+        field.is_some_and(|field| matches!(field.data_type(), DataType::List(_)))
     }
 
     /// A column of numbers of any type, or of lists of them, in ascending `point_id`: one number a
@@ -334,10 +309,8 @@ impl ResultTable {
             return Ok(lists.map(Option::unwrap_or_default).collect());
         }
         let single = |value: Option<f64>| value.map(Some).into_iter().collect();
-        let whole = self.batches.iter().any(|batch| {
-            let array = batch.column_by_name(name);
-            array.is_some_and(|array| array.data_type().is_integer())
-        });
+        let field = self.fields.iter().find(|field| field.name() == name);
+        let whole = field.is_some_and(|field| field.data_type().is_integer());
         Ok(match whole {
             true => (self.u64(name)?.into_iter())
                 .map(|value| single(value.map(|whole| whole as f64)))

@@ -107,6 +107,7 @@ impl Axis {
     /// The same in a unit of one's choice, of which `factor` make one of SI.
     pub fn in_unit(mut self, name: &str, unit: &str, factor: f64) -> Self {
         self.label = format!("{name} [{unit}]");
+        self.unit = unit.to_owned();
         self.factor = factor;
         self
     }
@@ -197,7 +198,7 @@ impl Axis {
 
     /// A value in the shown unit, with two digits.
     pub fn briefly(&self, value: f64) -> String {
-        minus(crate::report::to_digits(value * self.factor, 2))
+        minus(to_digits(value * self.factor, 2))
     }
 
     /// A value in the shown unit, with four digits.

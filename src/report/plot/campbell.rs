@@ -321,7 +321,7 @@ mod tests {
     fn the_diagram_names_rays_resonances_and_units() {
         use crate::report::plot::canvas::Shape;
         let canvas = diagram().draw(&Display::default());
-        let shapes = canvas.pictures[0].shapes();
+        let shapes = &canvas.pictures[0].canvas.shapes;
         let texts: Vec<&str> = (shapes.iter())
             .filter_map(|shape| match shape {
                 Shape::Text { text, .. } => Some(&**text),

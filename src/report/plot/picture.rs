@@ -41,14 +41,6 @@ impl Picture {
     }
 }
 
-#[cfg(test)]
-impl Picture {
-    /// What is drawn, for tests to look at.
-    pub(super) fn shapes(&self) -> &[super::canvas::Shape] {
-        &self.canvas.shapes
-    }
-}
-
 /// Pictures of a folder.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drawn {

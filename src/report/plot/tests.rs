@@ -145,11 +145,11 @@ fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
 
 fn drawn(folder: &Path, what: &[What], over: Option<&str>) -> Drawn {
     let request = PlotRequest {
-        what: what.to_vec(),
+        what: what.iter().map(|what| Asked::Kind(*what)).collect(),
         over: over.map(str::to_owned),
-        point: None,
+        ..PlotRequest::default()
     };
-    plot(folder, &request).unwrap()
+    plot(&[folder.to_path_buf()], &request).unwrap()
 }
 
 fn one(folder: &Path, what: What) -> Canvas {

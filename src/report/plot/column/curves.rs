@@ -7,6 +7,7 @@ use super::Source;
 use super::labelled::Labelled;
 use super::map::file_part;
 use super::series::Series;
+use crate::report::numbers::plural;
 use crate::report::plot::axis::{Axis, range};
 use crate::report::plot::canvas::Canvas;
 use crate::report::plot::display::{Log, Scale};
@@ -148,10 +149,7 @@ pub(super) fn draw(
             names.join(", "),
             over.name
         );
-        let points = match plan.points {
-            1 => "1 point".to_owned(),
-            points => format!("{points} points"),
-        };
+        let points = plural(plan.points, "point");
         let held = plan.held().join(", ");
         let mut canvas = Canvas::titled(&title, &first.subtitle(&[&held, &points]));
         let picture = Labelled {

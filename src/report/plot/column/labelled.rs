@@ -7,7 +7,7 @@ use super::series::Series;
 use super::style::Style;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::canvas::{Anchor, Canvas, INK, Place, SOFT};
-use crate::report::plot::draw::text_width;
+use crate::report::plot::lettering::{fitted, text_width};
 use crate::report::plot::over_axis::LEFT;
 use crate::report::plot::panel::{Panel, TICK_SIZE};
 
@@ -138,13 +138,8 @@ impl Labelled<'_> {
             let every = curves.len().div_ceil(MOST_ENTRIES);
             for (label, style, curve) in curves.iter().step_by(every) {
                 style.sample(canvas, [right + 14.0, y], !curve.scattered);
-                canvas.text(
-                    [right + 47.0, y + 4.5],
-                    label,
-                    TICK_SIZE,
-                    INK,
-                    Anchor::Start,
-                );
+                let (label, size) = fitted(label, TICK_SIZE, 8.0, EDGE - right - 49.0);
+                canvas.text([right + 47.0, y + 4.5], &label, size, INK, Anchor::Start);
                 y += 20.0;
             }
             if every > 1 {

@@ -3,7 +3,7 @@
 use super::series::Series;
 use crate::report::plot::axis::range;
 use crate::report::plot::canvas::{Anchor, Canvas, Colour, INK};
-use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, missing_key};
+use crate::report::plot::cells::{Cells, HEIGHT, MARGIN, notes};
 use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::TICK_SIZE;
@@ -36,9 +36,9 @@ pub(super) fn draw(
     for slice in slices {
         let title = format!("{}: {name} over {}", results.job, cells.words());
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&slice.words]));
-        let missing = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
-            Some(value) => (viridis(axis.fraction(value)), vec![axis.briefly(value)]),
-            None => (NONE, vec!["–".to_owned()]),
+        let found = cells.draw(&mut canvas, &slice, |point| match value(point.point_id) {
+            Some(value) => (viridis(axis.fraction(value)), axis.briefly(value)),
+            None => (NONE, "–".to_owned()),
         });
         let empty = slice
             .points
@@ -63,7 +63,7 @@ pub(super) fn draw(
             );
             y += 22.0;
         }
-        missing_key(&mut canvas, y, missing);
+        notes(&mut canvas, y, found);
         let name = format!(
             "{}{}{}",
             series.name.replace(' ', "-"),

@@ -3,7 +3,7 @@
 use super::name::{ColumnName, TABLES, nearest};
 use crate::report::plot::error::PlotError;
 use crate::report::plot::results::Results;
-use crate::store::{ResultTable, StoreError, TableKind};
+use crate::store::{ColumnKind, ResultTable, StoreError, TableKind};
 
 /// Orders of the elements of the list `suborders`.
 pub(in crate::report::plot) const SUBORDERS: [(&str, f64); 5] = [
@@ -157,13 +157,17 @@ pub(in crate::report::plot) fn listed(results: &Results) -> Result<Vec<[String; 
     let mut all = Vec::new();
     for kind in TABLES {
         if let Some(table) = results.table(kind)? {
-            for [name, unit, description] in table.numeric()? {
+            for head in table.columns()? {
+                let numbers = [ColumnKind::Whole, ColumnKind::Number, ColumnKind::List];
+                if !numbers.contains(&head.kind) {
+                    continue;
+                }
                 let column = ColumnName {
                     table: kind,
-                    name,
+                    name: head.name,
                     element: None,
                 };
-                all.push([column.to_string(), unit, description]);
+                all.push([column.to_string(), head.unit, head.description]);
             }
         }
     }
