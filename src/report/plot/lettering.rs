@@ -71,7 +71,8 @@ fn cut(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_owned();
     }
-    let mut kept: String = text.to_owned();
+    // Of a name gone wrong no more than anyone reads.
+    let mut kept: String = text.chars().take(300).collect();
     while kept.pop().is_some() {
         let shown = format!("{}…", kept.trim_end());
         if text_width(&shown, size) <= width {
