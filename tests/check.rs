@@ -139,7 +139,7 @@ fn words(text: &str, kind: &str) -> Vec<(String, u64, String)> {
 
 #[test]
 fn what_no_drive_is_built_like_is_warned_of() {
-    assert_eq!(words(QUICKSTART, "suspect"), []);
+    assert!(words(QUICKSTART, "suspect").is_empty());
     let ripple = "]\ntorque_ripple = [{ shaft = \"pinion\", order = 2, amplitude = \"2 kN*m\" }]";
     for (from, to, key, said) in [
         (
@@ -380,7 +380,7 @@ fn the_gears_are_told() {
 /// Orders of mesh and shafts that meet a mode near the speeds of the grid.
 #[test]
 fn resonances_are_told_by_order() {
-    let value = told(QUICKSTART);
+    let value = told(&quickstart(&[("\"6000 rpm\"", "\"2000 rpm\"")]));
     let structure = &value["structure"];
     let found = structure["resonances"].as_array().unwrap();
     assert!(
@@ -395,7 +395,7 @@ fn resonances_are_told_by_order() {
     );
     for one in found {
         let rpm = one["rpm"].as_f64().unwrap();
-        assert!((0.9 * 6000.0..=1.1 * 12000.0).contains(&rpm), "{one}");
+        assert!((0.9 * 2000.0..=1.1 * 12000.0).contains(&rpm), "{one}");
         let turns = match one["order"].as_str().unwrap() {
             "pinion x 1" => 1.0,
             "wheel x 1" => 20.0 / 30.0,
