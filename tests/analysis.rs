@@ -7,7 +7,7 @@ mod common;
 
 use atlas::analysis::{
     Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
-    Questions, Section, Status, investigate,
+    Questions, Section, Signals, SpectrumQuestion, Status, investigate,
 };
 use atlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
@@ -308,8 +308,17 @@ fn questions(transient: u64, cycles: u64) -> Questions {
         section: Section::default(),
         nvh: Some(NvhQuestion {
             harmonics: 4,
-            spectrum: true,
-            bearings: false,
+            spectrum: Some(SpectrumQuestion {
+                signals: Signals {
+                    deflection: true,
+                    force: true,
+                    ..Signals::NONE
+                },
+                highest_order: 32,
+                resolution: 64,
+            }),
+            outputs: Signals::NONE,
+            orders: None,
         }),
     }
 }

@@ -4,8 +4,8 @@
 
 mod common;
 
-use atlas::analysis::BearingForces;
-use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint};
+use atlas::analysis::{Outputs, Signals};
+use atlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Quantity};
 use atlas::propagate::{Event, Observer, Window};
 use atlas::shaft::{ModalStructure, StaticShare};
 use common::advance::{advance, advance_with, volterra};
@@ -15,7 +15,7 @@ use common::default_drive::flexible;
 const ALL: usize = 192;
 
 /// Bearing forces of whole cycles.
-struct Watch(BearingForces);
+struct Watch(Outputs);
 
 impl Observer for Watch {
     const WINDOWS: bool = true;
@@ -46,10 +46,14 @@ fn forces(
     let model = Model::new(structure, drive, point).unwrap();
     let kernel = volterra(&model);
     let start = advance(&kernel, &model.start(&InitialState::Static), cycles);
-    let mut watch = Watch(BearingForces::new(&model));
+    let bearings = Signals {
+        bearings: true,
+        ..Signals::NONE
+    };
+    let mut watch = Watch(Outputs::new(&model, bearings).unwrap());
     let (_, counters) = advance_with(&kernel, &start, 40, &mut watch);
     assert_eq!(counters.events, 0);
-    let [values, _] = watch.0.statistics();
+    let [values, _] = watch.0.statistics(Quantity::BearingForce);
     let names = model.bearings.iter().map(|bearing| bearing.name.clone());
     names
         .zip(

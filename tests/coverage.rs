@@ -6,7 +6,8 @@
 mod common;
 
 use atlas::analysis::{
-    GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, investigate,
+    GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals,
+    investigate,
 };
 use atlas::model::{InitialState, Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
@@ -39,8 +40,9 @@ fn ask(model: &Model, seed: u64, cycles: u64, stop_at_stderr: Option<f64>) -> Po
         section: Section::default(),
         nvh: Some(NvhQuestion {
             harmonics: 0,
-            spectrum: false,
-            bearings: false,
+            outputs: Signals::NONE,
+            spectrum: None,
+            orders: None,
         }),
     };
     // A start of its own, some half gaps away from the equilibrium.

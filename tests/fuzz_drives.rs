@@ -33,7 +33,7 @@ mod common;
 mod drawn;
 
 use atlas::analysis::{
-    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Status,
+    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals, Status,
     investigate_onward,
 };
 use atlas::model::{Model, TrajectoryState};
@@ -102,8 +102,9 @@ fn questions() -> Questions {
         section: Section::default(),
         nvh: Some(NvhQuestion {
             harmonics: 3,
-            spectrum: false,
-            bearings: false,
+            outputs: Signals::NONE,
+            spectrum: None,
+            orders: None,
         }),
     }
 }

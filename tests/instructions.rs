@@ -28,7 +28,7 @@ fn manifest(instructions: &str) -> String {
         .replacen("cycles = 5000", "cycles = 600", 1)
         .replacen(
             "nvh = { harmonics = 5 }",
-            "nvh = { harmonics = 3, spectrum = true }",
+            "nvh = { harmonics = 3, spectrum = {} }",
             1,
         )
         .replacen("transient = 500", "transient = 100", 1);

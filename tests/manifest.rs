@@ -583,7 +583,7 @@ fn the_hash_sees_every_change_that_matters() {
         ),
         ("[grid]", "[analyses]\npoincare = {}\n\n[grid]"),
         ("[grid]", "[analyses]\nnvh = {}\n\n[grid]"),
-        ("[grid]", "[analyses]\nnvh = { spectrum = true }\n\n[grid]"),
+        ("[grid]", "[analyses]\nnvh = { spectrum = {} }\n\n[grid]"),
         ("[grid]", "[analyses]\nmultistability = {}\n\n[grid]"),
         (
             "[grid]",

@@ -35,7 +35,7 @@ const ANALYSES: &str = r#"
 [analyses]
 lyapunov = { exponents = 1 }
 poincare = { samples = 20 }
-nvh = { harmonics = 3, spectrum = true }
+nvh = { harmonics = 3, spectrum = {} }
 "#;
 
 const ONE_AXIS: &str = "speed = { from = 600, to = 1500, count = 4 }\nload = 0.1";
@@ -245,7 +245,7 @@ fn missing_tables_are_said_and_the_rest_is_drawn() {
         &["bifurcation: ", "spectrum: ", "phase: ", "poincare"],
     );
     let said = refused(path, &["results/case", "--what", "spectrum"]);
-    assert!(said.contains("spectrum = true"), "{said}");
+    assert!(said.contains("spectrum = {}"), "{said}");
     assert!(said.contains("available here: lambda, classes\n"), "{said}");
     assert!(!path.join("results/case/pictures").exists());
 }
@@ -616,7 +616,7 @@ cycles = 1200
 settle = false
 [analyses]
 lyapunov = { twin = false }
-nvh = { bearings = true, spectrum = true }
+nvh = { bearings = true, spectrum = {} }
 horizon = { twins = 8, cycles = 40, averages = 50 }
 [grid]
 load = 0.05
@@ -787,7 +787,7 @@ fn distort(path: &Path, dice: &mut Dice) {
 fn extreme_columns_are_drawn_or_refused() {
     let trials = std::env::var("ATLAS_PLOT_TRIALS").map_or(12, |text| text.parse().unwrap());
     let all = "[analyses]\nlyapunov = { exponents = 1 }\npoincare = { samples = 20 }\n\
-               nvh = { harmonics = 3, spectrum = true }\n\
+               nvh = { harmonics = 3, spectrum = {} }\n\
                horizon = { twins = 4, cycles = 20, averages = 40 }\n";
     let swept = format!("{ONE_AXIS}\norder = \"both\"");
     let mut drawn = 0;

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use atlas::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, Kick, LyapunovMethod,
     LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey,
-    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod,
-    Status,
+    OrderLine, OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
+    SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
@@ -40,6 +40,7 @@ fn row(point_id: u64) -> PointRow {
         lyapunov: None,
         nvh: None,
         spectra: Vec::new(),
+        orders: Vec::new(),
         poincare: Vec::new(),
         events_per_cycle: None,
         energy_residual: None,
@@ -76,11 +77,28 @@ fn row(point_id: u64) -> PointRow {
             }),
             spectra: vec![Spectrum {
                 signal: "deflection".to_owned(),
+                unit: "m".to_owned(),
                 method: SpectrumMethod::Welch,
+                bandwidth: Some(0.1),
                 lines: vec![SpectrumLine {
                     frequency: 100.0,
                     order: 0.5,
                     amplitude: 1e-6,
+                    stderr: None,
+                }],
+            }],
+            orders: vec![SignalOrders {
+                signal: "bearing pinion 1 x".to_owned(),
+                unit: "N".to_owned(),
+                lines: vec![OrderLine {
+                    reference: OrderReference::Mesh,
+                    multiple: 1,
+                    order: 1.0,
+                    frequency: 200.0,
+                    amplitude: number,
+                    stderr: chaotic.then_some(0.5),
+                    phase: Some(0.25),
+                    phase_stderr: chaotic.then_some(0.1),
                 }],
             }],
             poincare: vec![PoincareSample {
@@ -238,6 +256,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         axes,
         poincare: true,
         spectra: true,
+        orders: true,
         probes: true,
         orbits: true,
         swept: None,
@@ -267,6 +286,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         (TableKind::Points, count),
         (TableKind::Poincare, count - failed),
         (TableKind::Spectra, count - failed),
+        (TableKind::Orders, count - failed),
         (TableKind::Probes, 4 * (count - failed)),
         (TableKind::Orbits, 2 * (count - failed)),
     ] {

@@ -10,7 +10,7 @@ mod results;
 
 use atlas::analysis::{
     ModalState, MultistabilityQuestion, PoincareSample, Probes, Questions, SampleKind, Section,
-    TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
+    Signals, TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use atlas::manifest::{self, Job};
 use atlas::model::{ActiveSet, Drive, InitialState, MeshHarmonic, Model};
@@ -607,6 +607,7 @@ fn traced(model: &Model, samples_per_cycle: u32) -> Kept {
         cycles: MEASURED,
         samples_per_cycle,
         modal: true,
+        outputs: Signals::NONE,
     };
     let start = model.start(&InitialState::Static);
     let mut kept = Kept::default();

@@ -2,7 +2,6 @@
 //! threads but those of the pool that probes find themselves in.
 
 mod analyses;
-mod bearings;
 mod called_off;
 mod classify;
 pub mod continuation;
@@ -17,19 +16,21 @@ mod multistability;
 mod norm;
 mod nvh;
 pub mod orbits;
+mod orders;
 mod outcome;
+mod outputs;
 mod poincare;
 mod point;
 mod questions;
 mod recurrence;
 mod recurring;
 pub mod sensitivity;
+mod signal;
 mod spectrum;
 mod trace;
 mod twin;
 
 pub use analyses::Analyses;
-pub use bearings::{BearingForces, BearingStatistics};
 pub use called_off::CalledOff;
 pub use cycle_expansion::{
     Estimate, ExpansionAverage, ExpansionError, ExpansionOrder, ExpansionOutcome,
@@ -53,9 +54,12 @@ pub use orbits::survey::{
     MissedState, OrbitOutcome, OrbitQuestion, OrbitSurvey, survey as survey_orbits,
 };
 pub use outcome::*;
+pub use outputs::{OutputStatistics, Outputs, named as named_outputs};
 pub use poincare::{PoincareQuestion, Section};
 pub use point::{investigate, investigate_onward};
-pub use questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
+pub use questions::{
+    GrowthNorm, LyapunovQuestion, NvhQuestion, OrderQuestion, Questions, Signals, SpectrumQuestion,
+};
 pub use recurrence::excitation_period;
 pub use spectrum::{Lines, Welch};
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

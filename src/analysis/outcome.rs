@@ -171,9 +171,13 @@ pub struct NvhOutcome {
     pub impact_rate: f64,
     /// Mean |δ'| at entry into contact \[m/s\].
     pub impact_velocity: f64,
-    /// Its median, 90 % and 99 % quantiles \[m/s\]; empty without impacts.
+    /// Kinetic energy that meets in impacts a second, `½ m_e Σ δ'²/t` \[W\].
+    pub impact_power: f64,
+    /// Sum of |δ'| at entries into contact a second, `Σ |δ'|/t` \[m/s²\].
+    pub rattle_index: f64,
+    /// Median, 90 % and 99 % quantiles of |δ'| at entry into contact \[m/s\]; empty without impacts.
     pub impact_velocity_quantiles: Vec<f64>,
-    /// Its largest value \[m/s\].
+    /// Largest |δ'| at entry into contact \[m/s\].
     pub impact_velocity_max: Option<f64>,
     /// Flights between two contacts.
     pub flights: DurationOutcome,
@@ -183,6 +187,15 @@ pub struct NvhOutcome {
     pub bearing_mean: Vec<f64>,
     /// Root mean square about the mean \[N\].
     pub bearing_rms: Vec<f64>,
+    /// Mean torque in every shaft and coupling \[N m\]; empty where not asked for.
+    pub torque_mean: Vec<f64>,
+    /// Root mean square about the mean \[N m\].
+    pub torque_rms: Vec<f64>,
+    /// Root mean square of the acceleration of every bearing's place and direction \[m/s²\]; empty
+    /// where not asked for.
+    pub acceleration_rms: Vec<f64>,
+    /// Root mean square of the angular acceleration of every body \[rad/s²\].
+    pub angular_acceleration_rms: Vec<f64>,
     /// Fraction of time in drive contact alone, free flight, coast contact alone, and contact on both
     /// flanks.
     pub fractions: [f64; Flanks::COUNT],
@@ -218,6 +231,8 @@ pub struct NvhErrors {
     pub efficiency: f64,
     pub impact_rate: f64,
     pub impact_velocity: f64,
+    pub impact_power: f64,
+    pub rattle_index: f64,
     pub impact_velocity_quantiles: Vec<f64>,
     pub flight_mean: f64,
     pub flight_median: f64,
@@ -225,6 +240,10 @@ pub struct NvhErrors {
     pub contact_median: f64,
     pub bearing_mean: Vec<f64>,
     pub bearing_rms: Vec<f64>,
+    pub torque_mean: Vec<f64>,
+    pub torque_rms: Vec<f64>,
+    pub acceleration_rms: Vec<f64>,
+    pub angular_acceleration_rms: Vec<f64>,
     pub fractions: [f64; Flanks::COUNT],
 }
 
@@ -237,6 +256,8 @@ pub struct SpectrumLine {
     pub order: f64,
     /// Amplitude: peak value of an equivalent sine, in the signal's unit.
     pub amplitude: f64,
+    /// Its standard error; none where it is exact and where too little was seen.
+    pub stderr: Option<f64>,
 }
 
 /// How a spectrum was found.
@@ -261,12 +282,71 @@ impl SpectrumMethod {
 /// A spectrum of one signal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
-    /// `deflection` \[m\], `force` \[N\] or `bearing …` \[N\].
+    /// `deflection`, `force`, or `bearing`, `torque`, `acceleration` or `angular acceleration` with a place.
     pub signal: String,
-    /// How they were found.
+    /// Unit of the signal.
+    pub unit: String,
+    /// How the lines were found.
     pub method: SpectrumMethod,
+    /// Noise bandwidth of a line \[Hz\]; none of exact lines.
+    pub bandwidth: Option<f64>,
     /// Its lines, ascending in frequency.
     pub lines: Vec<SpectrumLine>,
+}
+
+/// What an order is a multiple of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum OrderReference {
+    /// The mesh frequency.
+    Mesh,
+    /// The speed of the pinion.
+    Pinion,
+    /// The speed of the wheel.
+    Wheel,
+}
+
+impl OrderReference {
+    /// The word stored in result files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mesh => "mesh",
+            Self::Pinion => "pinion",
+            Self::Wheel => "wheel",
+        }
+    }
+}
+
+/// A signal at one order, `amplitude cos(ωt + phase)` with t from the start of mesh cycle 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OrderLine {
+    /// What the order is a multiple of.
+    pub reference: OrderReference,
+    /// Which multiple.
+    pub multiple: u32,
+    /// Multiple of the mesh frequency \[1\].
+    pub order: f64,
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// Peak value, in the signal's unit; of a motion that does not repeat that of the part that
+    /// keeps its phase.
+    pub amplitude: f64,
+    /// Its standard error; none where it is exact and where too little was seen.
+    pub stderr: Option<f64>,
+    /// Phase \[rad\]; none where there is no amplitude.
+    pub phase: Option<f64>,
+    /// Its standard error \[rad\].
+    pub phase_stderr: Option<f64>,
+}
+
+/// A signal at its orders.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SignalOrders {
+    /// As of [`Spectrum`].
+    pub signal: String,
+    /// Unit of the signal.
+    pub unit: String,
+    /// Mesh orders, then those of both shafts.
+    pub lines: Vec<OrderLine>,
 }
 
 /// Why a Poincaré sample was taken.
@@ -324,6 +404,8 @@ pub struct PointOutcome {
     pub nvh: Option<NvhOutcome>,
     /// Spectra, when asked for.
     pub spectra: Vec<Spectrum>,
+    /// Amplitudes and phases at orders, when asked for.
+    pub orders: Vec<SignalOrders>,
     /// Poincaré samples, when asked for.
     pub poincare: Vec<PoincareSample>,
     /// Contact-state changes per measured cycle.
@@ -348,6 +430,7 @@ impl PointOutcome {
             lyapunov: None,
             nvh: None,
             spectra: Vec::new(),
+            orders: Vec::new(),
             poincare: Vec::new(),
             events_per_cycle: None,
             energy_residual: None,

@@ -1,6 +1,7 @@
 //! What may be asked of a trajectory.
 
 use super::poincare::Section;
+use crate::model::Quantity;
 use crate::numerics::random::PointSeed;
 use serde::Serialize;
 
@@ -60,8 +61,89 @@ pub enum GrowthNorm {
 pub struct NvhQuestion {
     /// Mesh harmonics of the deflection, 0 for none.
     pub harmonics: usize,
-    /// Whether spectra of deflection and force are stored.
-    pub spectrum: bool,
-    /// Whether bearing forces are rebuilt from the modes, which costs more than the integration.
+    /// Mean and RMS of outputs of the structure, which are rebuilt from the modes. That costs more
+    /// than the integration.
+    pub outputs: Signals,
+    /// Spectra, if asked for.
+    pub spectrum: Option<SpectrumQuestion>,
+    /// Amplitude and phase at orders, if asked for.
+    pub orders: Option<OrderQuestion>,
+}
+
+impl NvhQuestion {
+    /// All outputs that are needed, by themselves or for spectra and orders.
+    pub fn computed(&self) -> Signals {
+        let spectrum = self.spectrum.map_or(Signals::NONE, |asked| asked.signals);
+        let orders = self.orders.map_or(Signals::NONE, |asked| asked.signals);
+        self.outputs.with(spectrum).with(orders)
+    }
+}
+
+/// Which spectra are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SpectrumQuestion {
+    /// Of what.
+    pub signals: Signals,
+    /// Highest mesh order.
+    pub highest_order: u32,
+    /// Mesh cycles in a segment of a motion that does not repeat, at least: its lines are no
+    /// further apart than 1/resolution of the mesh order.
+    pub resolution: u32,
+}
+
+/// Which orders are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OrderQuestion {
+    /// Of what.
+    pub signals: Signals,
+    /// Multiples of the mesh frequency.
+    pub mesh: u32,
+    /// Multiples of the speed of each shaft of the first mesh.
+    pub shafts: u32,
+}
+
+/// What may be looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Signals {
+    /// Mesh deflection.
+    pub deflection: bool,
+    /// Mesh force.
+    pub force: bool,
+    /// Bearing forces.
     pub bearings: bool,
+    /// Torques in shafts and couplings.
+    pub torques: bool,
+    /// Accelerations of bearings and angular accelerations of shafts.
+    pub accelerations: bool,
+}
+
+impl Signals {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        deflection: false,
+        force: false,
+        bearings: false,
+        torques: false,
+        accelerations: false,
+    };
+
+    /// Whether outputs of a quantity are among them.
+    pub fn has(self, quantity: Quantity) -> bool {
+        match quantity {
+            Quantity::BearingForce => self.bearings,
+            Quantity::Torque => self.torques,
+            Quantity::Acceleration | Quantity::AngularAcceleration => self.accelerations,
+        }
+    }
+
+    /// These and others.
+    fn with(self, other: Self) -> Self {
+        Self {
+            deflection: self.deflection || other.deflection,
+            force: self.force || other.force,
+            bearings: self.bearings || other.bearings,
+            torques: self.torques || other.torques,
+            accelerations: self.accelerations || other.accelerations,
+        }
+    }
 }

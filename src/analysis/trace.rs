@@ -11,7 +11,9 @@
 //! two windows is read off the later one: stiffness steps and entries show their new force.
 
 use super::modal_series::{ModalMotion, padded};
-use super::{BearingForces, Nvh, NvhOutcome};
+use super::outputs::Outputs;
+use super::questions::Signals;
+use super::{Nvh, NvhOutcome};
 use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::legendre::{derivative, evaluate};
 use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Window};
@@ -27,6 +29,8 @@ pub struct TraceQuestion {
     pub samples_per_cycle: u32,
     /// Whether samples carry the modal state.
     pub modal: bool,
+    /// Outputs of the structure that they carry.
+    pub outputs: Signals,
 }
 
 /// The trajectory at an instant.
@@ -46,10 +50,10 @@ pub struct TraceSample {
     pub force: f64,
     /// The contacts that are closed.
     pub contact: ActiveSet,
-    /// Force on each bearing that the model knows \[N\].
-    pub bearings: Vec<f64>,
     /// Modal state, where asked for.
     pub modal: Option<ModalState>,
+    /// The outputs asked for, in the order of the model's.
+    pub outputs: Vec<f64>,
 }
 
 /// A modal state in the structure's own basis, as manifests take it for an initial state.
@@ -113,7 +117,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
         Recorder {
             model,
             motion: ModalMotion::new(model),
-            bearings: (!model.bearings.is_empty()).then(|| BearingForces::new(model)),
+            outputs: Outputs::new(model, question.outputs),
             question,
             sink,
             next: 0,
@@ -165,8 +169,7 @@ pub fn trace<K: Kernel, S: TraceSink>(
 struct Recorder<'a, S: TraceSink> {
     model: &'a Model,
     motion: ModalMotion<'a>,
-    /// None where the model knows no bearings.
-    bearings: Option<BearingForces>,
+    outputs: Option<Outputs>,
     question: &'a TraceQuestion,
     sink: &'a mut S,
     /// The next instant of the present mesh cycle.
@@ -211,20 +214,19 @@ impl<S: TraceSink> Recorder<'_, S> {
                 velocity: 2.0 / tau * evaluate(&slope, x),
                 force: evaluate(window.force, x),
                 contact: window.contact,
-                bearings: Vec::new(),
                 modal: None,
+                outputs: Vec::new(),
             })
             .collect();
-        if let Some(bearings) = &mut self.bearings {
-            bearings.window(window);
-            for (sample, (_, x)) in samples.iter_mut().zip(&places) {
-                let forces = bearings.series().iter().map(|series| evaluate(series, *x));
-                sample.bearings = forces.collect();
-            }
-        }
         if self.question.modal {
             for (sample, state) in samples.iter_mut().zip(self.modal(window, &places)) {
                 sample.modal = Some(state);
+            }
+        }
+        if let Some(outputs) = &mut self.outputs {
+            let series = outputs.rebuild(window);
+            for (sample, (_, x)) in samples.iter_mut().zip(&places) {
+                sample.outputs = series.iter().map(|own| evaluate(own, *x)).collect();
             }
         }
         samples

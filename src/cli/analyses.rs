@@ -35,9 +35,19 @@ pub(super) fn analyses(point: &PointSpec) -> String {
         format!("poincare ({} samples{section}{refine})", poincare.samples)
     });
     let nvh = analyses.nvh.map(|nvh| {
-        let spectra = if nvh.spectrum { ", spectra" } else { "" };
-        let bearings = if nvh.bearings { ", bearings" } else { "" };
-        format!("nvh ({} harmonics{spectra}{bearings})", nvh.harmonics)
+        let spectra = if nvh.spectrum.is_some() {
+            ", spectra"
+        } else {
+            ""
+        };
+        let more = [
+            (nvh.orders.is_some(), ", orders"),
+            (nvh.outputs.bearings, ", bearings"),
+            (nvh.outputs.torques, ", torques"),
+            (nvh.outputs.accelerations, ", accelerations"),
+        ];
+        let more: String = more.iter().filter(|own| own.0).map(|own| own.1).collect();
+        format!("nvh ({} harmonics{spectra}{more})", nvh.harmonics)
     });
     let multistability = analyses.multistability.map(|asked| {
         let slice = asked.slice.map_or_else(String::new, |slice| {

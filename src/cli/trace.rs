@@ -3,7 +3,7 @@
 use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
 use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail, start_threads};
-use crate::analysis::{CalledOff, TraceOutcome, TraceQuestion, trace};
+use crate::analysis::{CalledOff, Signals, TraceOutcome, TraceQuestion, named_outputs, trace};
 use crate::manifest::Job;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Kernel, KernelUse};
@@ -44,6 +44,9 @@ pub struct TraceArgs {
     /// Record the modal displacements and velocities, too.
     #[arg(long)]
     pub modal: bool,
+    /// Record torques and accelerations, too, a column each beside those of the bearing forces.
+    #[arg(long)]
+    pub outputs: bool,
     /// Folder for the files [default: results/JOB/trace-POINT].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -91,6 +94,12 @@ pub fn run(args: &TraceArgs) -> ExitCode {
         cycles: args.cycles,
         samples_per_cycle: args.samples_per_cycle,
         modal: args.modal,
+        outputs: Signals {
+            bearings: true,
+            torques: args.outputs,
+            accelerations: args.outputs,
+            ..Signals::NONE
+        },
     };
     let start = match lead_up(&job, &point, &model, &parts) {
         Ok(start) => start,
@@ -175,8 +184,8 @@ fn record(
                 .collect(),
             period: model.period(),
             half_gap: model.half_gap,
-            bearings: (model.bearings.iter())
-                .map(|bearing| bearing.name.clone())
+            outputs: named_outputs(model, question.outputs)
+                .map(|(name, quantity)| [name, quantity.unit().to_owned()])
                 .collect(),
         },
         start: start.unwrap_or_else(|| model.start(&run.initial)),

@@ -112,6 +112,8 @@ fn read(root: &Section, issues: &mut Issues) -> Option<ModalStructure> {
         coast: coast?,
         contacts: contacts?,
         bearings: bearings?,
+        torques: Vec::new(),
+        motions: Vec::new(),
         coupling: coupling?,
         constant_load: constant_load?
             .filter(|column| acting(column))

@@ -106,7 +106,15 @@ impl Model {
             visit(&mut bearing.constant);
             bearing.by_ripple.iter_mut().for_each(&mut *visit);
         }
+        for output in &mut self.outputs {
+            output
+                .gain
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(&mut *visit);
+        }
         visit(&mut self.half_gap);
+        visit(&mut self.effective_mass);
     }
 }
 

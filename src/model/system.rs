@@ -5,7 +5,7 @@ use super::direction::Directions;
 use super::error::{ModelError, positive};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Division, Drive, Line, MOST_CONTACTS,
-    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Release, Ripple, Rolling, Segment,
+    MeshCycle, MeshGain, MeshHarmonic, OperatingPoint, Output, Release, Ripple, Rolling, Segment,
     TransmissionErrorHarmonic,
 };
 use super::{bearing, drive as laws, further, parallel};
@@ -59,6 +59,13 @@ pub struct Model {
     pub basis: Basis,
     /// How the gears roll on each other; none where no drawing says.
     pub rolling: Option<Rolling>,
+    /// Torques and accelerations at places of the structure.
+    pub outputs: Vec<Output>,
+    /// Mass m_e that meets in an impact of the flanks, along the line of action \[kg\]:
+    /// `1/m_e = Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one.
+    pub effective_mass: f64,
+    /// Teeth of pinion and wheel, where known.
+    pub teeth: [Option<u32>; 2],
 }
 
 impl Model {
@@ -229,6 +236,7 @@ impl Model {
         let bearings = (structure.bearings.iter())
             .map(|own| BearingOutput::new(own, structure, &drive.torque_ripple, point, &basis))
             .collect();
+        let outputs = Output::of_structure(structure, &basis);
         Ok(Self {
             blocks,
             directions,
@@ -243,27 +251,16 @@ impl Model {
             bearings,
             basis,
             rolling: None,
+            outputs,
+            effective_mass: 1.0 / inverse_mass(structure),
+            teeth: [Some(structure.teeth), structure.wheel_teeth],
         })
     }
 
-    /// Contact damping `c = 2 ζ √(k_mean m_e)` \[N s/m\], `1/m_e = Σ mesh²` over the rigid
-    /// modes, over all modes where no rigid mode is felt by the mesh.
+    /// Contact damping `c = 2 ζ √(k_mean m_e)` \[N s/m\], with the mass m_e of
+    /// [`Self::effective_mass`].
     pub fn damping_from_ratio(structure: &ModalStructure, ratio: f64, mean_stiffness: f64) -> f64 {
-        let sum = |rigid_only: bool| -> f64 {
-            structure
-                .mesh
-                .iter()
-                .zip(&structure.frequency)
-                .filter(|(_, f)| !rigid_only || **f == 0.0)
-                .map(|(w, _)| w * w)
-                .sum()
-        };
-        let inverse_mass = if sum(true) > 0.0 {
-            sum(true)
-        } else {
-            sum(false)
-        };
-        2.0 * ratio * (mean_stiffness / inverse_mass).sqrt()
+        2.0 * ratio * (mean_stiffness / inverse_mass(structure)).sqrt()
     }
 
     /// Number of modes N.
@@ -454,6 +451,18 @@ fn release(asked: Release, damping: f64) -> Release {
         true => asked,
         false => Release::Deflection,
     }
+}
+
+/// `Σ mesh²` over the rigid modes, over all modes where the mesh feels no rigid one \[1/kg\].
+fn inverse_mass(structure: &ModalStructure) -> f64 {
+    let sum = |rigid_only: bool| -> f64 {
+        (structure.mesh.iter().zip(&structure.frequency))
+            .filter(|(_, frequency)| !rigid_only || **frequency == 0.0)
+            .map(|(w, _)| w * w)
+            .sum()
+    };
+    let of_rigid = sum(true);
+    if of_rigid > 0.0 { of_rigid } else { sum(false) }
 }
 
 /// A participation without the round-off of the rotation: those of the rigid blocks that no mesh feels

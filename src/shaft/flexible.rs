@@ -6,7 +6,7 @@ use super::beam::{Material, Section};
 use super::drive::{self, FlexibleDrive, Released};
 use super::error::ShaftError;
 use super::modal::ModalStructure;
-use super::pair::{PairedShafts, ShaftNodes, Support};
+use super::pair::{PairedShafts, ShaftNodes, Support, Torsion};
 use crate::gear::Hub;
 
 impl FlexibleDrive {
@@ -87,6 +87,7 @@ impl FlexibleDrive {
         };
         assembly.turn(drive::turning(&self.gears, index, self.gyroscopic));
         let first = assembly.add_node();
+        let mut torsion = None;
         for pair in stations.windows(2) {
             let middle = 0.5 * (pair[0] + pair[1]);
             let diameter = match &hub {
@@ -95,6 +96,10 @@ impl FlexibleDrive {
             };
             let section = Section::hollow(diameter, shaft.inner_diameter)?;
             assembly.continue_shaft(pair, section, material, self.shear_coefficient)?;
+            torsion.get_or_insert(Torsion {
+                nodes: [first, first + 1],
+                stiffness: self.shear_modulus * section.polar_moment() / (pair[1] - pair[0]),
+            });
         }
         let supports = [0, 1].map(|number| Support {
             node: first + [first_bearing, second_bearing][number],
@@ -112,6 +117,7 @@ impl FlexibleDrive {
             end: first,
             gear: first + gear,
             supports,
+            torsion,
         })
     }
 }

@@ -54,6 +54,10 @@ pub struct ModalStructure {
     pub contacts: Vec<StructureContact>,
     /// What the bearings feel of the modes, where known.
     pub bearings: Vec<BearingGain>,
+    /// Torques in shafts and couplings, where known.
+    pub torques: Vec<TorqueGain>,
+    /// Places whose acceleration may be told.
+    pub motions: Vec<PlaceMotion>,
     /// What couples the modes; none where damping is modal and nothing else acts.
     pub coupling: Option<Coupling>,
     /// Modal force that does not depend on the load \[N/√kg\], such as that of a constant
@@ -189,6 +193,30 @@ pub struct BearingGain {
     pub left_out: StaticShare,
 }
 
+/// The torque that a shaft or a coupling transmits, `Σ gain·q + Σ rate_gain·q'` \[N m\], of its spring and
+/// its damper, in the sense of running: of a drive of two shafts from the motor to the pinion and from the
+/// wheel to the load, of a train from the lower place to the higher.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct TorqueGain {
+    /// Shaft or coupling.
+    pub name: String,
+    /// Torque per unit modal displacement \[N/√kg\], one entry a mode.
+    pub gain: Vec<f64>,
+    /// Torque per unit modal velocity \[N s/√kg\], one entry a mode; empty for none.
+    pub rate_gain: Vec<f64>,
+}
+
+/// A motion of a place, `Σ gain·q`: a displacement in one direction or a rotation.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct PlaceMotion {
+    /// Shaft, bearing and direction, such as `pinion 1 x`; of a rotation the shaft or the loose gear.
+    pub name: String,
+    /// Whether it is a rotation.
+    pub rotation: bool,
+    /// Displacement \[1/√kg\] or angle \[1/(m √kg)\] per unit modal displacement, one entry a mode.
+    pub gain: Vec<f64>,
+}
+
 impl BearingGain {
     /// What modes that are left out add, those of its structure behind the `retained` first among them.
     fn left_out_behind(&self, structure: &ModalStructure, retained: usize) -> StaticShare {
@@ -264,6 +292,8 @@ impl ModalStructure {
             coast: None,
             contacts: Vec::new(),
             bearings: Vec::new(),
+            torques: Vec::new(),
+            motions: Vec::new(),
             coupling: None,
             constant_load: Vec::new(),
             load_by_speed: Vec::new(),
@@ -390,6 +420,19 @@ impl ModalStructure {
                     },
                 })
                 .collect(),
+            torques: (self.torques.iter())
+                .map(|torque| TorqueGain {
+                    name: torque.name.clone(),
+                    gain: keep(&torque.gain),
+                    rate_gain: keep_any(&torque.rate_gain),
+                })
+                .collect(),
+            motions: (self.motions.iter())
+                .map(|motion| PlaceMotion {
+                    gain: keep(&motion.gain),
+                    ..motion.clone()
+                })
+                .collect(),
             coupling: (self.coupling.as_ref())
                 .map(|coupling| coupling.leading(self.modes(), retained)),
             constant_load: keep_any(&self.constant_load),
@@ -427,6 +470,8 @@ mod tests {
             coast: None,
             contacts: Vec::new(),
             bearings: Vec::new(),
+            torques: Vec::new(),
+            motions: Vec::new(),
             coupling: Some(Coupling {
                 damping: (0..16).map(f64::from).collect(),
                 gyroscopic: vec![0.0; 16],

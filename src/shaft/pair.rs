@@ -36,7 +36,7 @@
 use super::assembly::{AssembledMatrices, Assembly, Freedom};
 use super::drive::{self, Bearing, Drag};
 use super::error::ShaftError;
-use super::modal::{BearingGain, FlankParticipation, ModalStructure};
+use super::modal::{BearingGain, FlankParticipation, ModalStructure, PlaceMotion, TorqueGain};
 use super::modes::Modes;
 use super::projection;
 use super::static_share::StaticShare;
@@ -68,6 +68,28 @@ pub(super) struct ShaftNodes {
     pub gear: usize,
     /// Both bearings.
     pub supports: [Support; 2],
+    /// The element behind the free end; none of a rigid shaft.
+    pub torsion: Option<Torsion>,
+}
+
+/// What twists between two nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Torsion {
+    pub nodes: [usize; 2],
+    /// \[N m/rad\]
+    pub stiffness: f64,
+}
+
+impl Torsion {
+    /// Torque from the first node to the second, counted in the sense of running.
+    pub fn terms(&self, sense: f64) -> Vec<(usize, Freedom, f64)> {
+        let [from, to] = self.nodes;
+        let stiffness = sense * self.stiffness;
+        vec![
+            (from, Freedom::RotationZ, stiffness),
+            (to, Freedom::RotationZ, -stiffness),
+        ]
+    }
 }
 
 /// One bearing in an assembly.
@@ -126,7 +148,7 @@ impl PairedShafts<'_> {
                         .zip(shaft.supports)
                         .map(move |(number, support)| (format!("{name} {number}"), support))
                 });
-        let bearings = BearingTerms::of_supports(matrices, supports);
+        let bearings = BearingTerms::of_supports(matrices, supports.clone());
         let solution = &BearingTerms::with_shapes(&bearings, matrices, computed)?;
         let modes = damping.len();
         damping.resize(solution.squared_frequency.len(), 0.0);
@@ -172,6 +194,11 @@ impl PairedShafts<'_> {
         let mut pinion_torque = participation(&[(self.shafts[0].end, RotationZ, 1.0)]);
         let mut wheel_torque = participation(&[(self.shafts[1].end, RotationZ, 1.0)]);
 
+        let mut torques = self.torques(matrices, solution);
+        let gears = [("pinion", pinion), ("wheel", wheel)];
+        let turning = gears.map(|(name, node)| (name.to_owned(), node));
+        let mut motions = place_motions(matrices, solution, supports, turning.into_iter());
+
         let signs = orientation(&drive.mesh[..modes], RIGID_MODES, solution);
         let [w_1, w_2] = [drive.mesh[0], drive.mesh[1]];
         let norm = w_1.hypot(w_2);
@@ -196,6 +223,14 @@ impl PairedShafts<'_> {
             }),
         ) {
             settle(column);
+        }
+        for motion in &mut motions {
+            settle(&mut motion.gain);
+        }
+        // A shaft that turns as a whole is not twisted.
+        for torque in &mut torques {
+            settle(&mut torque.gain);
+            torque.gain[..RIGID_MODES].fill(0.0);
         }
         let mut torque: Vec<f64> = (pinion_torque.iter().zip(&wheel_torque))
             .map(|(one, two)| base_1 * one - base_2 * two)
@@ -225,6 +260,8 @@ impl PairedShafts<'_> {
             coast: Some(coast),
             contacts: Vec::new(),
             bearings,
+            torques,
+            motions,
             coupling: None,
             constant_load,
             load_by_speed,
@@ -234,6 +271,21 @@ impl PairedShafts<'_> {
             coupling: projection::coupling(matrices, computed, settle),
             ..with_shapes.truncated(modes, false)?
         })
+    }
+
+    /// Torques behind the free ends, from the motor to the pinion and from the wheel to the load.
+    fn torques(&self, matrices: &AssembledMatrices, solution: &Modes) -> Vec<TorqueGain> {
+        let shafts = ["pinion", "wheel"].into_iter().zip([1.0, -1.0]);
+        (shafts.zip(&self.shafts))
+            .filter_map(|((name, sense), shaft)| {
+                let terms = shaft.torsion?.terms(sense);
+                Some(TorqueGain {
+                    name: name.to_owned(),
+                    gain: solution.participation(&matrices.functional(&terms)),
+                    rate_gain: Vec::new(),
+                })
+            })
+            .collect()
     }
 
     /// Modal forces of the mean drag, constant and by the pinion's speed; empty where there is
@@ -349,6 +401,36 @@ impl BearingTerms {
 
 fn acts(force: &[f64]) -> bool {
     force.iter().any(|&coefficient| coefficient != 0.0)
+}
+
+/// Motions of every bearing's place on its shaft and on what it stands on, in each direction that
+/// is free, and of nodes that turn, by their names.
+pub(super) fn place_motions(
+    matrices: &AssembledMatrices,
+    solution: &Modes,
+    supports: impl Iterator<Item = (String, Support)>,
+    turning: impl Iterator<Item = (String, usize)>,
+) -> Vec<PlaceMotion> {
+    const DIRECTIONS: [(&str, Freedom); 3] =
+        [("x", Freedom::X), ("y", Freedom::Y), ("axial", Freedom::Z)];
+    let places = supports.flat_map(|(name, support)| {
+        let base = support.base.map(|node| (format!("{name} base"), node));
+        std::iter::once((name, support.node)).chain(base)
+    });
+    let directions = places.flat_map(|(name, node)| {
+        DIRECTIONS.map(|(direction, freedom)| (format!("{name} {direction}"), node, freedom))
+    });
+    let rotations = turning.map(|(name, node)| (name, node, Freedom::RotationZ));
+    (directions.chain(rotations))
+        .filter_map(|(name, node, freedom)| {
+            let place = matrices.functional(&[(node, freedom, 1.0)]);
+            acts(&place).then(|| PlaceMotion {
+                name,
+                rotation: freedom == Freedom::RotationZ,
+                gain: solution.participation(&place),
+            })
+        })
+        .collect()
 }
 
 /// Damping ratios of modes: one of the elastic ones, with `(mode, ratio)` overrides, modes counted

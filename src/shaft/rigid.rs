@@ -151,6 +151,7 @@ impl RigidDrive {
             end,
             gear,
             supports,
+            torsion: None,
         })
     }
 

@@ -7,6 +7,7 @@ use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
 use super::nvh::nvh_columns;
+use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::point_row::PointRow;
 use super::refined::level_columns;
 use super::table::{Column, Table, columns};
@@ -27,10 +28,14 @@ pub struct PoincareRow {
 pub struct SpectrumRow {
     /// The point.
     pub point_id: u64,
-    /// `deflection`, `force` or `bearing …`; one text for all lines.
+    /// `deflection`, `force`, or a quantity with its place; one text for all lines.
     pub signal: Arc<str>,
+    /// Its unit; one text for all lines.
+    pub unit: Arc<str>,
     /// How the spectrum was found.
     pub method: SpectrumMethod,
+    /// Noise bandwidth of a line \[Hz\]; none of exact lines.
+    pub bandwidth: Option<f64>,
     /// The line.
     pub line: SpectrumLine,
 }
@@ -155,12 +160,17 @@ pub fn spectra_table() -> Table<SpectrumRow> {
     Table::new(columns![row: SpectrumRow;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         text "signal", "", &*row.signal,
-            "deflection, force, or bearing with shaft, number and direction";
+            SIGNALS;
+        text "unit", "", &*row.unit, "Unit of the signal, its amplitude and its standard error";
         text "method", "", row.method.name(),
-            "fourier: exact lines of a motion that repeats, at the multiples of its own frequency. welch: averaged power of segments of 64 mesh cycles that overlap by half under a Hann window, of any other motion; a line every 1/64 mesh order (bandwidth 1.5 lines), where a sine half-way between two lines stands 15 % (1.42 dB) too low on both";
+            "fourier: exact lines of a motion that repeats, at the multiples of its own frequency. welch: averaged power of segments that overlap by half under a Hann window, of any other motion; a sine half-way between two lines stands 15 % (1.42 dB) too low on both, one at an order of the excitation stands on a line where segments are whole periods of it";
+        f64 "bandwidth", "Hz", row.bandwidth?,
+            "Noise bandwidth of a line, 1.5 times the distance of lines: the power density of broad-band motion is amplitude^2/(2 bandwidth); null of exact lines";
         f64 "frequency", "Hz", row.line.frequency, "Frequency of the line";
         f64 "order", "1", row.line.order, "Multiple of the mesh frequency";
-        f64 "amplitude", "m (deflection) or N (force)", row.line.amplitude,
-            "Peak value of an equivalent sine, in the unit of the signal; bearings are forces";
+        f64 "amplitude", AMPLITUDE_UNITS, row.line.amplitude,
+            "Peak value of an equivalent sine, in the unit of the signal";
+        f64 "amplitude_stderr", AMPLITUDE_UNITS, row.line.stderr?,
+            "Standard error of amplitude, from the spread of segments; null of exact lines and of fewer than 8 segments";
     ])
 }

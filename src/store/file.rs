@@ -46,6 +46,8 @@ pub enum TableKind {
     Poincare,
     /// One row a line of a spectrum.
     Spectra,
+    /// One row an order of a signal.
+    Orders,
     /// One row an initial condition.
     Probes,
     /// One row a periodic orbit.
@@ -74,7 +76,7 @@ pub enum TableKind {
 
 impl TableKind {
     /// The tables of a job, `points.parquet` last: it stands for a whole set of results.
-    pub(super) const OF_A_JOB: [Self; 10] = [
+    pub(super) const OF_A_JOB: [Self; 11] = [
         Self::Transitions,
         Self::Orbits,
         Self::Basins,
@@ -83,6 +85,7 @@ impl TableKind {
         Self::CycleExpansion,
         Self::Probes,
         Self::Spectra,
+        Self::Orders,
         Self::Poincare,
         Self::Points,
     ];

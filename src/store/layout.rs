@@ -13,6 +13,8 @@ pub struct ResultLayout {
     pub poincare: bool,
     /// Whether `spectra.parquet` is written.
     pub spectra: bool,
+    /// Whether `orders.parquet` is written.
+    pub orders: bool,
     /// Whether `probes.parquet` and `attractors.parquet` are written.
     pub probes: bool,
     /// Whether `orbits.parquet` is written.
@@ -37,6 +39,7 @@ impl ResultLayout {
         let one = [
             self.poincare,
             self.spectra,
+            self.orders,
             self.orbits,
             self.basins.is_some(),
             self.horizon,

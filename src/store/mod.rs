@@ -37,6 +37,7 @@ mod mesh_under_load;
 mod nvh;
 mod open;
 mod orbits;
+mod orders;
 mod point_row;
 mod probes;
 mod read;
@@ -79,6 +80,7 @@ pub use merge::{MergeError, merge};
 pub use mesh_under_load::MeshUnderLoad;
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
+pub use orders::{OrderRow, orders_table};
 pub use point_row::{AxisColumn, Placement, PointRow};
 pub use probes::{ProbeRow, probes_table};
 pub use read::{

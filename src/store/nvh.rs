@@ -10,6 +10,9 @@ const SEEN: &str = "largest seen: of a motion that does not repeat it grows with
 /// The order of bearing forces.
 const ORDER: &str = "in the order of shafts (pinion, wheel), bearings (first, second) and directions (x, y, axial) that have a spring or a damper, or of the modal file";
 
+/// The order of torques.
+const TORQUES: &str = "of the pinion's and the wheel's shaft behind its free end, of a train in every stretch of its flexible shafts between gears, couplings, motor and load, then in couplings";
+
 impl PointRow {
     fn nvh(&self) -> Option<&NvhOutcome> {
         self.outcome.nvh.as_ref()
@@ -91,6 +94,10 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             "Entries into contact on the coast flank over the measured cycles";
         f64 "impact_velocity", "m/s", found.impact_velocity,
             "Mean |deflection rate| on entry into contact; 0 without impacts", error.impact_velocity;
+        f64 "impact_power", "W", found.impact_power,
+            "Kinetic energy that meets in impacts a second: half the effective mass of the mesh times the sum of squared |deflection rate| on entry into contact, over time; 0 without impacts", error.impact_power;
+        f64 "rattle_index", "m/s^2", found.rattle_index,
+            "Sum of |deflection rate| on entry into contact over time, impact_rate times impact_velocity: the mean force of ideally plastic impacts by effective mass; 0 without impacts", error.rattle_index;
         list "impact_velocity_quantiles", "m/s", found.impact_velocity_quantiles,
             "|Deflection rate| on entry into contact below which 50, 90 and 99 % of the impacts lie; null without impacts", error.impact_velocity_quantiles;
         f64 "impact_velocity_max", "m/s", found.impact_velocity_max,
@@ -111,5 +118,13 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
             &format!("Mean force of the shaft on each bearing, {ORDER}"), error.bearing_mean;
         list "bearing_rms", "N", found.bearing_rms,
             &format!("Root mean square of each bearing force about its mean, {ORDER}"), error.bearing_rms;
+        list "torque_mean", "N m", found.torque_mean,
+            &format!("Mean torque, {TORQUES}"), error.torque_mean;
+        list "torque_rms", "N m", found.torque_rms,
+            &format!("Root mean square of each torque about its mean, {TORQUES}"), error.torque_rms;
+        list "acceleration_rms", "m/s^2", found.acceleration_rms,
+            "Root mean square of the acceleration of the shafts at their bearings and of what these stand on (base), in the order of shafts, bearings and directions (x, y, axial) that are free", error.acceleration_rms;
+        list "angular_acceleration_rms", "rad/s^2", found.angular_acceleration_rms,
+            "Root mean square of the angular acceleration of pinion and wheel, of every shaft and loose gear of a train", error.angular_acceleration_rms;
     ]
 }

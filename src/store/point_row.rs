@@ -61,6 +61,7 @@ impl PointRow {
     pub fn without_tables(mut self) -> Self {
         self.outcome.poincare.clear();
         self.outcome.spectra.clear();
+        self.outcome.orders.clear();
         if let Some(found) = &mut self.multistability {
             found.probes.clear();
             found.attractors.clear();

@@ -12,9 +12,11 @@ use crate::propagate::Event;
 
 impl Row for TraceSample {
     fn list_bytes(&self) -> usize {
-        let modal = (self.modal.as_ref())
+        let modal = self
+            .modal
+            .as_ref()
             .map_or(0, |modal| modal.displacement.len() + modal.velocity.len());
-        size_of::<f64>() * (self.bearings.len() + modal)
+        size_of::<f64>() * (modal + self.outputs.len())
     }
 }
 
@@ -49,8 +51,9 @@ const TIME: &str = "Time since the start of the simulation";
 const CYCLE: &str = "Mesh cycle, counted from the start of the simulation";
 const PHASE: &str = "Mesh phase: fraction of the mesh cycle passed";
 
-/// Columns of `trace.parquet`, one of each of the bearing forces; the modal ones only where `modal`.
-pub fn trace_table(bearings: &[String], modal: bool) -> Table<TraceSample> {
+/// Columns of `trace.parquet`, one for each output, by signal and unit; the modal ones only where
+/// `modal`.
+pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
     let mut columns = columns![row: TraceSample;
         f64 "time", "s", row.time, TIME;
         u64 "cycle", "mesh cycles", row.cycle, CYCLE;
@@ -62,11 +65,11 @@ pub fn trace_table(bearings: &[String], modal: bool) -> Table<TraceSample> {
         u64 "closed", "", u64::from(row.contact.bits()),
             "All closed contacts as a sum: 1 the drive flank, 2 the coast flank, 4, 8, ... further ones";
     ];
-    let names = column_names(bearings);
-    for (index, (name, bearing)) in names.iter().zip(bearings).enumerate() {
+    let names = column_names(outputs);
+    for (index, (name, [signal, unit])) in names.iter().zip(outputs).enumerate() {
         columns.extend(columns![row: TraceSample;
-            f64 name, "N", row.bearings.get(index).copied(),
-                &format!("Force of the shaft on the bearing, springs and dampers: {bearing}");
+            f64 name, unit, row.outputs.get(index).copied(),
+                &format!("The signal {signal}, as orders.parquet and spectra.parquet name it");
         ]);
     }
     if modal {
@@ -80,11 +83,11 @@ pub fn trace_table(bearings: &[String], modal: bool) -> Table<TraceSample> {
     Table::new(columns)
 }
 
-/// `bearing_pinion_1_x`, a number behind the second of two bearings of one name.
-fn column_names(bearings: &[String]) -> Vec<String> {
+/// `bearing_pinion_1_x`, a number behind the second of two outputs of one name.
+fn column_names(outputs: &[[String; 2]]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    for own in bearings {
-        let base = format!("bearing_{}", own.replace(' ', "_"));
+    for [signal, _] in outputs {
+        let base = signal.replace(' ', "_");
         let numbered = (2..).map(|number| format!("{base}_{number}"));
         let mut candidates = std::iter::once(base.clone()).chain(numbered);
         let free = candidates.find(|name| !names.contains(name));
@@ -120,8 +123,8 @@ pub struct TraceLabel {
     pub period: f64,
     /// Backlash half gap \[m\].
     pub half_gap: f64,
-    /// Names of the bearing forces that are recorded.
-    pub bearings: Vec<String>,
+    /// Signal and unit of every output that samples carry.
+    pub outputs: Vec<[String; 2]>,
 }
 
 /// Streams a trace into its files. Dropped without [`TraceWriter::finish`], it leaves none.
@@ -159,8 +162,7 @@ impl TraceWriter {
                 serde_json::json!({ "value": label.half_gap, "unit": "m" }).to_string(),
             ),
         ];
-        let samples = trace_table(&label.bearings, modal);
-        let events = events_table();
+        let (samples, events) = (trace_table(modal, &label.outputs), events_table());
         Ok(Self {
             period: label.period,
             trace: TableFile::create(folder, TableKind::Trace, None, samples, &metadata)?,

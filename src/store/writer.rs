@@ -17,10 +17,10 @@ use super::run::run_path;
 use super::seal::TableRecord;
 use super::table::Table;
 use super::{
-    AttractorRow, CellRow, ExpansionRow, HorizonRow, OrbitRow, PoincareRow, PointRow, ProbeRow,
-    SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table, cycle_expansion_table,
-    horizon_table, orbits_table, poincare_table, points_table, probes_table, spectra_table,
-    transitions_table,
+    AttractorRow, CellRow, ExpansionRow, HorizonRow, OrbitRow, OrderRow, PoincareRow, PointRow,
+    ProbeRow, SpectrumRow, StoreError, TransitionRow, attractors_table, basins_table,
+    cycle_expansion_table, horizon_table, orbits_table, orders_table, poincare_table, points_table,
+    probes_table, spectra_table, transitions_table,
 };
 
 impl Row for PointRow {
@@ -38,6 +38,10 @@ impl Row for PointRow {
                 &found.impact_velocity_quantiles,
                 &found.bearing_mean,
                 &found.bearing_rms,
+                &found.torque_mean,
+                &found.torque_rms,
+                &found.acceleration_rms,
+                &found.angular_acceleration_rms,
             ];
             2 * lists.iter().map(|list| list.len()).sum::<usize>()
         });
@@ -98,6 +102,7 @@ pub struct ResultWriter {
     points: TableFile<PointRow>,
     poincare: Option<TableFile<PoincareRow>>,
     spectra: Option<TableFile<SpectrumRow>>,
+    orders: Option<TableFile<OrderRow>>,
     probes: Option<TableFile<ProbeRow>>,
     orbits: Option<TableFile<OrbitRow>>,
     transitions: Option<TransitionFile>,
@@ -179,6 +184,7 @@ impl ResultWriter {
             points: TableFile::create(folder, TableKind::Points, shard, points, &metadata)?,
             poincare: destination.start(layout.poincare, TableKind::Poincare, poincare_table)?,
             spectra: destination.start(layout.spectra, TableKind::Spectra, spectra_table)?,
+            orders: destination.start(layout.orders, TableKind::Orders, orders_table)?,
             probes: destination.start(layout.probes, TableKind::Probes, probes_table)?,
             attractors: destination.start(
                 layout.probes,
@@ -253,6 +259,7 @@ impl ResultWriter {
         close(self.cycle_expansion, &mut closed)?;
         close(self.probes, &mut closed)?;
         close(self.spectra, &mut closed)?;
+        close(self.orders, &mut closed)?;
         close(self.poincare, &mut closed)?;
         close(Some(self.points), &mut closed)?;
         // A disk that is full has said so by now: either no table gets its name or all do.
@@ -274,6 +281,9 @@ impl ResultWriter {
         }
         if self.spectra.is_none() {
             old.push(table_path(folder, TableKind::Spectra, *shard));
+        }
+        if self.orders.is_none() {
+            old.push(table_path(folder, TableKind::Orders, *shard));
         }
         if self.probes.is_none() {
             old.push(table_path(folder, TableKind::Probes, *shard));
@@ -308,6 +318,7 @@ impl ResultWriter {
         let point_id = row.point_id;
         let samples = std::mem::take(&mut row.outcome.poincare);
         let spectra = std::mem::take(&mut row.outcome.spectra);
+        let orders = std::mem::take(&mut row.outcome.orders);
         if let Some(file) = &mut self.poincare {
             for sample in samples {
                 file.push(PoincareRow { point_id, sample })?;
@@ -316,12 +327,29 @@ impl ResultWriter {
         if let Some(file) = &mut self.spectra {
             for spectrum in spectra {
                 let signal: Arc<str> = spectrum.signal.into();
-                let method = spectrum.method;
+                let unit: Arc<str> = spectrum.unit.into();
+                let (method, bandwidth) = (spectrum.method, spectrum.bandwidth);
                 for line in spectrum.lines {
                     file.push(SpectrumRow {
                         point_id,
                         signal: Arc::clone(&signal),
+                        unit: Arc::clone(&unit),
                         method,
+                        bandwidth,
+                        line,
+                    })?;
+                }
+            }
+        }
+        if let Some(file) = &mut self.orders {
+            for own in orders {
+                let signal: Arc<str> = own.signal.into();
+                let unit: Arc<str> = own.unit.into();
+                for line in own.lines {
+                    file.push(OrderRow {
+                        point_id,
+                        signal: Arc::clone(&signal),
+                        unit: Arc::clone(&unit),
                         line,
                     })?;
                 }

@@ -17,7 +17,7 @@
 use super::parts::Parts;
 use super::point::{Answer, Worker, attempt, row};
 use crate::analysis::{
-    CalledOff, Class, LyapunovQuestion, NvhErrors, NvhQuestion, PointOutcome, Status,
+    CalledOff, Class, LyapunovQuestion, NvhErrors, NvhQuestion, PointOutcome, Signals, Status,
 };
 use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
@@ -184,8 +184,9 @@ fn with_level(point: &PointSpec) -> PointSpec {
     let analyses = Arc::make_mut(&mut asked.analyses);
     analyses.nvh.get_or_insert(NvhQuestion {
         harmonics: 0,
-        spectrum: false,
-        bearings: false,
+        outputs: Signals::NONE,
+        spectrum: None,
+        orders: None,
     });
     asked
 }

@@ -16,7 +16,8 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     ResultLayout {
         axes: job.axes.iter().map(column).collect(),
         poincare: any(|a| a.poincare.is_some()),
-        spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum)),
+        spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum.is_some())),
+        orders: any(|a| a.nvh.is_some_and(|n| n.orders.is_some())),
         probes: any(|a| a.multistability.is_some()),
         orbits: any(|a| a.orbits.is_some()),
         swept: job

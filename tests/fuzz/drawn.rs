@@ -179,6 +179,8 @@ impl Drawn {
                 friction_lever: vec![0.0; n],
                 residual_flexibility: 0.0,
                 bearings: Vec::new(),
+                torques: Vec::new(),
+                motions: Vec::new(),
                 coupling: None,
                 constant_load: Vec::new(),
                 load_by_speed: Vec::new(),

@@ -40,13 +40,16 @@ COLUMNS = {
     "power_transmitted": F64, "power_transmitted_stderr": F64, "efficiency": F64, "efficiency_stderr": F64,
     "friction_coefficient": F64, "impact_rate": F64, "impact_rate_stderr": F64,
     "impacts_drive": U64, "impacts_coast": U64, "impact_velocity": F64,
-    "impact_velocity_stderr": F64, "impact_velocity_quantiles": LIST,
+    "impact_velocity_stderr": F64, "impact_power": F64, "impact_power_stderr": F64,
+    "rattle_index": F64, "rattle_index_stderr": F64, "impact_velocity_quantiles": LIST,
     "impact_velocity_quantiles_stderr": LIST, "impact_velocity_max": F64, "flights": U64,
     "flight_mean": F64, "flight_mean_stderr": F64, "flight_median": F64,
     "flight_median_stderr": F64, "contacts": U64, "contact_mean": F64,
     "contact_mean_stderr": F64, "contact_median": F64, "contact_median_stderr": F64,
     "bearing_mean": LIST, "bearing_mean_stderr": LIST, "bearing_rms": LIST,
-    "bearing_rms_stderr": LIST, "misalignment_loaded": F64, "load_centre": F64, "mesh_stiffness": F64,
+    "bearing_rms_stderr": LIST, "torque_mean": LIST, "torque_mean_stderr": LIST, "torque_rms": LIST,
+    "torque_rms_stderr": LIST, "acceleration_rms": LIST, "acceleration_rms_stderr": LIST,
+    "angular_acceleration_rms": LIST, "angular_acceleration_rms_stderr": LIST, "misalignment_loaded": F64, "load_centre": F64, "mesh_stiffness": F64,
     "contact_ratio_loaded": F64, "transmission_error_pp": F64, "energy_residual": F64, "grazing_count": U64, "cycles": U64,
     "measured_cycles": U64, "kernel": TEXT, "wall_time": F64, "worker": U32, "numa_node": U32,
 }  # fmt: skip
@@ -143,6 +146,21 @@ def test_units(results):
     assert json.loads(pl.read_parquet_metadata(part)["units"]) == units
     pairs = duckdb.sql(f"select key, value from parquet_kv_metadata('{part}')").fetchall()
     assert json.loads(dict(pairs)[b"units"]) == units
+
+
+def test_orders(results):
+    orders = pl.read_parquet(results / "orders.parquet").sort("point_id")
+    assert orders.height == 79
+    assert set(orders["signal"]) == {"bearing pinion 1 x"}
+    assert orders["amplitude"].to_list() == [float(i) for i in range(80) if i != FAILED]
+    assert orders["amplitude_stderr"].null_count() == orders["phase_stderr"].null_count() == 52
+    units = json.loads(pl.read_parquet_metadata(results_part(results / "orders.parquet"))["units"])
+    assert units["phase"] == "rad" and orders["unit"][0] == "N"
+
+
+def results_part(table: Path) -> Path:
+    """A file of a table, which is a folder where a run was split."""
+    return next(iter(sorted(table.glob("*.parquet")))) if table.is_dir() else table
 
 
 def test_probes(results):

@@ -31,7 +31,7 @@ use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
-use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions};
+use super::questions::{GrowthNorm, LyapunovQuestion, NvhQuestion, Questions, Signals};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::Kernel;
@@ -130,8 +130,9 @@ impl Probes {
             section: Section::default(),
             nvh: Some(NvhQuestion {
                 harmonics: 0,
-                spectrum: false,
-                bearings: false,
+                outputs: Signals::NONE,
+                spectrum: None,
+                orders: None,
             }),
         }
     }

@@ -106,6 +106,7 @@ impl Contacts {
             let speed = event.rate.abs();
             sums.impacts[usize::from(event.contact == COAST_FLANK)] += 1.0;
             sums.impact_speed += speed;
+            sums.impact_square += speed * speed;
             self.fastest = self.fastest.max(speed);
             self.speeds.push(speed);
         }

@@ -67,6 +67,7 @@ impl Nvh {
             origin: Origin {
                 centre: [0.0; 2],
                 half_gap: model.half_gap,
+                effective_mass: model.effective_mass,
             },
             cycles: None,
             stretches: Stretches::new(Sums::empty(harmonics), CYCLES_PER_STRETCH),
@@ -205,7 +206,9 @@ impl Nvh {
         let values = rule.values(deflection);
         self.extremes(rule, deflection, force, &values);
 
-        let Origin { centre, half_gap } = self.origin;
+        let Origin {
+            centre, half_gap, ..
+        } = self.origin;
         let sums = self.stretches.open();
         sums.time += tau;
         sums.times[window.contact.flanks().index()] += tau;

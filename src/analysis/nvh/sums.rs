@@ -28,6 +28,8 @@ pub(super) struct Sums {
     pub impacts: [f64; 2],
     /// Sum of |δ'| at entries \[m/s\].
     pub impact_speed: f64,
+    /// Sum of δ'² at entries \[m²/s²\].
+    pub impact_square: f64,
     /// Number and total length \[s\] of flights that ended.
     pub flights: [f64; 2],
     /// The same of contacts.
@@ -55,6 +57,7 @@ impl Summable for Sums {
         self.times.add(&other.times);
         self.impacts.add(&other.impacts);
         self.impact_speed += other.impact_speed;
+        self.impact_square += other.impact_square;
         self.flights.add(&other.flights);
         self.touches.add(&other.touches);
         for (sum, value) in self.harmonics.iter_mut().zip(&other.harmonics) {
@@ -80,6 +83,8 @@ pub(super) struct Origin {
     pub centre: [f64; 2],
     /// Half gap b \[m\].
     pub half_gap: f64,
+    /// Mass that meets in an impact \[kg\].
+    pub effective_mass: f64,
 }
 
 /// Second and fourth central moments.
@@ -108,6 +113,8 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
         impacts: sums.impacts.map(|count| count as u64),
         impact_rate: impacts / sums.time,
         impact_velocity: ratio(sums.impact_speed, impacts),
+        impact_power: 0.5 * origin.effective_mass * sums.impact_square / sums.time,
+        rattle_index: sums.impact_speed / sums.time,
         fractions: sums.times.map(|t| t / sums.time),
         ..NvhOutcome::default()
     }
@@ -176,6 +183,8 @@ pub(super) fn errors(
         force_std: error(&|s| ratio(0.5 * (s.force[1] - 2.0 * f1 * s.force[0]), force_spread)),
         impact_rate: error(&|s| s.impacts[0] + s.impacts[1]),
         impact_velocity: of_quotient(&|s| [s.impact_speed, s.impacts[0] + s.impacts[1]]),
+        impact_power: 0.5 * origin.effective_mass * error(&|s| s.impact_square),
+        rattle_index: error(&|s| s.impact_speed),
         flight_mean: of_quotient(&|s| [s.flights[1], s.flights[0]]),
         contact_mean: of_quotient(&|s| [s.touches[1], s.touches[0]]),
         fractions: [0, 1, 2, 3].map(|i| error(&|s| s.times[i])),

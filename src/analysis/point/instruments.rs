@@ -1,16 +1,17 @@
 //! What is measured beside a trajectory.
 
-use crate::analysis::bearings::BearingForces;
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::nvh::Nvh;
+use crate::analysis::orders::Orders;
 use crate::analysis::outcome::NvhOutcome;
-use crate::analysis::poincare::Poincare;
+use crate::analysis::outputs::Outputs;
+use crate::analysis::poincare::{Poincare, Section};
 use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::Recurrence;
 use crate::analysis::spectrum::{Spectra, Welch};
 use crate::analysis::twin::Twin;
-use crate::model::{Model, TrajectoryState};
+use crate::model::{Model, Quantity, TrajectoryState};
 use crate::propagate::{Counters, Event, Observer, Window};
 
 /// What is measured beside the trajectory.
@@ -28,20 +29,43 @@ pub(super) struct Watch {
     pub(super) nvh: Option<Nvh>,
     pub(super) spectra: Option<Spectra>,
     pub(super) poincare: Poincare,
-    pub(super) bearings: Option<BearingForces>,
+    pub(super) outputs: Option<Outputs>,
+    pub(super) orders: Option<Orders>,
 }
 
 impl Watch {
+    /// Nothing is watched.
+    pub(super) fn of_nothing(model: &Model) -> Self {
+        Self {
+            nvh: None,
+            spectra: None,
+            poincare: Poincare::new(model, Section::default(), 0),
+            outputs: None,
+            orders: None,
+        }
+    }
+
     /// The statistics of what was watched.
     pub(super) fn statistics(&self) -> Option<NvhOutcome> {
         let mut found = self.nvh.as_ref()?.outcome()?;
-        if let Some(bearings) = &self.bearings {
-            let [values, errors] = bearings.statistics();
-            found.bearing_mean = values.mean;
-            found.bearing_rms = values.rms;
+        if let Some(outputs) = &self.outputs {
+            let [bearings, bearing_errors] = outputs.statistics(Quantity::BearingForce);
+            let [torques, torque_errors] = outputs.statistics(Quantity::Torque);
+            let [places, place_errors] = outputs.statistics(Quantity::Acceleration);
+            let [bodies, body_errors] = outputs.statistics(Quantity::AngularAcceleration);
+            found.bearing_mean = bearings.mean;
+            found.bearing_rms = bearings.rms;
+            found.torque_mean = torques.mean;
+            found.torque_rms = torques.rms;
+            found.acceleration_rms = places.rms;
+            found.angular_acceleration_rms = bodies.rms;
             if let Some(stderr) = &mut found.stderr {
-                stderr.bearing_mean = errors.mean;
-                stderr.bearing_rms = errors.rms;
+                stderr.bearing_mean = bearing_errors.mean;
+                stderr.bearing_rms = bearing_errors.rms;
+                stderr.torque_mean = torque_errors.mean;
+                stderr.torque_rms = torque_errors.rms;
+                stderr.acceleration_rms = place_errors.rms;
+                stderr.angular_acceleration_rms = body_errors.rms;
             }
         }
         Some(found)
@@ -55,15 +79,15 @@ impl Observer for Watch {
         if let Some(nvh) = &mut self.nvh {
             nvh.window(window);
         }
-        if let Some(bearings) = &mut self.bearings {
-            bearings.window(window);
+        if let Some(outputs) = &mut self.outputs {
+            outputs.window(window);
         }
+        let outputs = self.outputs.as_ref().map_or(&[][..], Outputs::series);
         if let Some(spectra) = &mut self.spectra {
-            let forces = self
-                .bearings
-                .as_ref()
-                .map_or(&[][..], BearingForces::series);
-            spectra.window(window, forces);
+            spectra.window(window, outputs);
+        }
+        if let Some(orders) = &mut self.orders {
+            orders.window(window, outputs);
         }
         self.poincare.window(window);
     }
@@ -100,10 +124,12 @@ impl Instruments {
             twin,
             watch: Watch {
                 nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
-                spectra: (q.nvh.filter(|n| n.spectrum))
-                    .map(|n| Spectra::Welch(Welch::new(model, n.bearings))),
-                bearings: (q.nvh.filter(|n| n.bearings && !model.bearings.is_empty()))
-                    .map(|_| BearingForces::new(model)),
+                spectra: q.nvh.and_then(|all| {
+                    let welch = Welch::new(model, &all.spectrum?, all.computed());
+                    Some(Spectra::Welch(welch))
+                }),
+                outputs: q.nvh.and_then(|all| Outputs::new(model, all.computed())),
+                orders: (q.nvh).and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
                 poincare: Poincare::new(model, q.section, q.poincare_samples),
             },
             recurrence: Recurrence::new(model),
@@ -127,8 +153,11 @@ impl Instruments {
             spectra.restart();
         }
         self.watch.poincare.restart();
-        if let Some(bearings) = &mut self.watch.bearings {
-            bearings.restart();
+        if let Some(outputs) = &mut self.watch.outputs {
+            outputs.restart();
+        }
+        if let Some(orders) = &mut self.watch.orders {
+            orders.restart();
         }
         self.measured = 0;
         self.events_before = counters.events;

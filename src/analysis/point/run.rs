@@ -5,8 +5,8 @@ use super::instruments::{Instruments, Watch};
 use crate::analysis::called_off::CalledOff;
 use crate::analysis::energy::{EnergyAudit, objection};
 use crate::analysis::norm::EnergyNorm;
+use crate::analysis::orders::Orders;
 use crate::analysis::outcome::{Class, LyapunovOutcome, PointOutcome, Status};
-use crate::analysis::poincare::{Poincare, Section};
 use crate::analysis::questions::Questions;
 use crate::analysis::spectrum::Spectra;
 use crate::model::{Model, TrajectoryState};
@@ -139,15 +139,8 @@ impl<K: Kernel> PointRun<'_, K> {
     ) -> Result<(), Halt> {
         for _ in 0..cycles {
             if self.questions.nvh.is_some() || instruments.watch.poincare.watches() {
-                let mut watch = std::mem::replace(
-                    &mut instruments.watch,
-                    Watch {
-                        nvh: None,
-                        spectra: None,
-                        poincare: Poincare::new(self.model, Section::default(), 0),
-                        bearings: None,
-                    },
-                );
+                let mut watch =
+                    std::mem::replace(&mut instruments.watch, Watch::of_nothing(self.model));
                 let result = self.cycle(instruments, &mut watch);
                 instruments.watch = watch;
                 result?;
@@ -185,6 +178,9 @@ impl<K: Kernel> PointRun<'_, K> {
             nvh: instruments.watch.statistics(),
             spectra: (instruments.watch.spectra.as_ref())
                 .map(Spectra::spectra)
+                .unwrap_or_default(),
+            orders: (instruments.watch.orders.as_ref())
+                .map(Orders::outcome)
                 .unwrap_or_default(),
             poincare: instruments.watch.poincare.take(),
             events_per_cycle: (instruments.measured > 0)

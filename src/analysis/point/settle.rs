@@ -233,13 +233,18 @@ impl<K: Kernel> PointRun<'_, K> {
         let mut instruments = Instruments::new(self.model, &self.norm, &asked, &self.trajectory);
         instruments.restart(&self.counters);
         let k = u64::from(period);
-        if let Some(asked) = self.questions.nvh.filter(|asked| asked.spectrum) {
-            let lines = Lines::new(self.model, asked.bearings, period);
+        if let Some(all) = self.questions.nvh
+            && let Some(asked) = all.spectrum
+        {
+            let lines = Lines::new(self.model, &asked, all.computed(), period);
             instruments.watch.spectra = Some(Spectra::Lines(lines));
         }
         self.measure(&mut instruments, k)?;
         if let Some(nvh) = &mut instruments.watch.nvh {
             nvh.repeats(period);
+        }
+        if let Some(orders) = &mut instruments.watch.orders {
+            orders.repeats(period);
         }
         let events = self.counters.events - instruments.events_before;
         let class = if events == 0 && self.trajectory.contact.touching() {

@@ -4,9 +4,10 @@
 //! Each line is the exact integral `2/T |∫ f e^{−iωt} dt|` of the windows' series over whole
 //! periods; nothing is sampled, and nothing leaks from one line into another.
 
-use super::{HIGHEST_ORDER, signals};
-use crate::analysis::modal_series::{Series, padded};
+use crate::analysis::modal_series::Series;
 use crate::analysis::outcome::{Spectrum, SpectrumLine, SpectrumMethod};
+use crate::analysis::questions::{Signals, SpectrumQuestion};
+use crate::analysis::signal::Signal;
 use crate::model::Model;
 use crate::numerics::fourier::{Stretch, add_lines};
 use crate::propagate::Window;
@@ -22,7 +23,7 @@ pub struct Lines {
     mesh_period: f64,
     /// Mesh cycles after which the motion repeats.
     repeats: u32,
-    names: Vec<String>,
+    signals: Vec<Signal>,
     /// First and present mesh cycle; none before any window.
     cycles: Option<[u64; 2]>,
     /// The present window's signals.
@@ -32,18 +33,18 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Lines of deflection and force of a model, and of its bearing forces where `bearings`, whose
-    /// motion repeats after so many mesh cycles.
-    pub fn new(model: &Model, bearings: bool, repeats: u32) -> Self {
-        let names = signals(model, bearings);
-        let count = (HIGHEST_ORDER * repeats as usize).min(MOST_LINES);
+    /// The lines asked for of a model whose outputs of the `computed` are at hand and whose motion
+    /// repeats after so many mesh cycles.
+    pub fn new(model: &Model, asked: &SpectrumQuestion, computed: Signals, repeats: u32) -> Self {
+        let signals = Signal::asked(model, asked.signals, computed);
+        let count = (asked.highest_order as usize * repeats as usize).min(MOST_LINES);
         Self {
             mesh_period: model.period(),
             repeats,
             cycles: None,
-            series: Vec::with_capacity(names.len()),
-            sums: vec![vec![Complex64::ZERO; count]; names.len()],
-            names,
+            series: Vec::with_capacity(signals.len()),
+            sums: vec![vec![Complex64::ZERO; count]; signals.len()],
+            signals,
         }
     }
 
@@ -55,13 +56,12 @@ impl Lines {
         }
     }
 
-    /// Takes a window in, with the series of its bearing forces.
-    pub fn window(&mut self, window: &Window<'_>, bearings: &[Series]) {
+    /// Takes a window in, with the series of the outputs.
+    pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
         let first = self.cycles.map_or(window.cycle, |[first, _]| first);
         self.cycles = Some([first, window.cycle]);
         self.series.clear();
-        (self.series).extend([padded(window.deflection), padded(window.force)]);
-        self.series.extend_from_slice(bearings);
+        (self.series).extend((self.signals.iter()).map(|signal| signal.series(window, outputs)));
         let slowest = TAU / (f64::from(self.repeats) * self.mesh_period);
         let cycle = (window.cycle - first) % u64::from(self.repeats);
         let stretch = Stretch {
@@ -79,9 +79,11 @@ impl Lines {
             return Vec::new();
         };
         let time = (present - first + 1) as f64 * self.mesh_period;
-        let spectrum = |(name, sums): (&String, &Vec<Complex64>)| Spectrum {
-            signal: name.clone(),
+        let spectrum = |(signal, sums): (&Signal, &Vec<Complex64>)| Spectrum {
+            signal: signal.name.clone(),
+            unit: signal.unit.to_owned(),
             method: SpectrumMethod::Fourier,
+            bandwidth: None,
             lines: (sums.iter().zip(1_u32..))
                 .map(|(sum, m)| {
                     let order = f64::from(m) / f64::from(self.repeats);
@@ -89,11 +91,12 @@ impl Lines {
                         frequency: order / self.mesh_period,
                         order,
                         amplitude: 2.0 * sum.norm() / time,
+                        stderr: None,
                     }
                 })
                 .collect(),
         };
-        self.names.iter().zip(&self.sums).map(spectrum).collect()
+        self.signals.iter().zip(&self.sums).map(spectrum).collect()
     }
 }
 
@@ -104,6 +107,19 @@ mod tests {
     use crate::model::OperatingPoint;
     use crate::model::fixtures::{constant_mesh, one_mode};
     use crate::shaft::{BearingGain, ModalStructure, StaticShare};
+
+    fn asked() -> SpectrumQuestion {
+        SpectrumQuestion {
+            signals: Signals {
+                deflection: true,
+                force: true,
+                bearings: true,
+                ..Signals::NONE
+            },
+            highest_order: 9,
+            resolution: 32,
+        }
+    }
 
     fn model() -> Model {
         let structure = ModalStructure {
@@ -127,7 +143,7 @@ mod tests {
     #[test]
     fn every_sine_is_one_line() {
         let model = model();
-        let mut lines = Lines::new(&model, true, 3);
+        let mut lines = Lines::new(&model, &asked(), asked().signals, 3);
         // Order, amplitude and phase of deflection, force and bearing force.
         let signals = [
             [(2.0 / 3.0, 0.3, 0.1), (1.0, 0.02, 2.0)],
@@ -164,7 +180,7 @@ mod tests {
         let names: Vec<&str> = spectra.iter().map(|s| s.signal.as_str()).collect();
         assert_eq!(names, ["deflection", "force", "bearing pinion 1 y"]);
         for (spectrum, sines) in spectra.iter().zip(signals) {
-            assert_eq!(spectrum.lines.len(), 3 * HIGHEST_ORDER);
+            assert_eq!(spectrum.lines.len(), 3 * 9);
             for (m, line) in (1..).zip(&spectrum.lines) {
                 assert_eq!(
                     (line.order, line.frequency),

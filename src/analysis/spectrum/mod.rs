@@ -1,4 +1,4 @@
-//! Which frequencies does the motion hold? Spectra of deflection, force and bearing forces:
+//! Which frequencies does the motion hold? Spectra of deflection, force and outputs of the structure:
 //! exact lines of a motion that repeats ([`Lines`]), averaged power of any other ([`Welch`]).
 
 mod lines;
@@ -9,11 +9,7 @@ pub use welch::Welch;
 
 use super::modal_series::Series;
 use super::outcome::Spectrum;
-use crate::model::Model;
 use crate::propagate::Window;
-
-/// Highest multiple of the mesh frequency that spectra reach to.
-pub const HIGHEST_ORDER: usize = 32;
 
 /// Spectra that are taken while a trajectory is integrated.
 pub enum Spectra {
@@ -32,11 +28,11 @@ impl Spectra {
         }
     }
 
-    /// Takes a window in, with the series of its bearing forces.
-    pub fn window(&mut self, window: &Window<'_>, bearings: &[Series]) {
+    /// Takes a window in, with the series of the outputs.
+    pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
         match self {
-            Self::Lines(lines) => lines.window(window, bearings),
-            Self::Welch(welch) => welch.window(window, bearings),
+            Self::Lines(lines) => lines.window(window, outputs),
+            Self::Welch(welch) => welch.window(window, outputs),
         }
     }
 
@@ -47,13 +43,4 @@ impl Spectra {
             Self::Welch(welch) => welch.spectra(),
         }
     }
-}
-
-/// Names of the signals of a model: deflection, force, and bearing forces where `bearings`.
-fn signals(model: &Model, bearings: bool) -> Vec<String> {
-    let bearings = model.bearings.iter().filter(|_| bearings);
-    ["deflection".to_owned(), "force".to_owned()]
-        .into_iter()
-        .chain(bearings.map(|bearing| format!("bearing {}", bearing.name)))
-        .collect()
 }

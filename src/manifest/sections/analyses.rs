@@ -3,8 +3,8 @@
 use super::orbits;
 use crate::analysis::{
     Analyses, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
-    MultistabilityQuestion, NvhQuestion, PoincareQuestion, Section as PoincareSection, SliceOf,
-    SliceQuestion,
+    MultistabilityQuestion, NvhQuestion, OrderQuestion, PoincareQuestion,
+    Section as PoincareSection, Signals, SliceOf, SliceQuestion, SpectrumQuestion,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
@@ -31,12 +31,20 @@ pub(super) fn read(
     });
     let nvh = optional(section, issues, "nvh", |table, issues| {
         let harmonics = table.count_or_default(issues, "harmonics");
-        let spectrum = table.boolean_or_default(issues, "spectrum");
-        let bearings = table.boolean_or_default(issues, "bearings");
+        let spectrum = optional(table, issues, "spectrum", spectrum);
+        let orders = optional(table, issues, "orders", orders);
+        let [bearings, torques, accelerations] = ["bearings", "torques", "accelerations"]
+            .map(|name| table.boolean_or_default(issues, name));
         Some(NvhQuestion {
             harmonics: harmonics?,
+            outputs: Signals {
+                bearings: bearings?,
+                torques: torques?,
+                accelerations: accelerations?,
+                ..Signals::NONE
+            },
             spectrum: spectrum?,
-            bearings: bearings?,
+            orders: orders?,
         })
     });
     let multistability = optional(section, issues, "multistability", |table, issues| {
@@ -92,6 +100,39 @@ fn optional<T>(
         Child::Invalid => None,
         Child::Present(table) => read(&table, issues).map(Some),
     }
+}
+
+fn spectrum(table: &Section, issues: &mut Issues) -> Option<SpectrumQuestion> {
+    let signals = signals(table, issues);
+    let highest_order = table.integer_or_default(issues, "highest_order");
+    let resolution = table.integer_or_default(issues, "resolution");
+    Some(SpectrumQuestion {
+        signals: signals?,
+        highest_order: u32::try_from(highest_order?).ok()?,
+        resolution: u32::try_from(resolution?).ok()?,
+    })
+}
+
+fn orders(table: &Section, issues: &mut Issues) -> Option<OrderQuestion> {
+    let signals = signals(table, issues);
+    let mesh = table.integer_or_default(issues, "mesh");
+    let shafts = table.integer_or_default(issues, "shafts");
+    Some(OrderQuestion {
+        signals: signals?,
+        mesh: u32::try_from(mesh?).ok()?,
+        shafts: u32::try_from(shafts?).ok()?,
+    })
+}
+
+fn signals(table: &Section, issues: &mut Issues) -> Option<Signals> {
+    let words = table.choices_or_default(issues, "signals")?;
+    Some(Signals {
+        deflection: words.contains(&"deflection"),
+        force: words.contains(&"force"),
+        bearings: words.contains(&"bearings"),
+        torques: words.contains(&"torques"),
+        accelerations: words.contains(&"accelerations"),
+    })
 }
 
 fn lyapunov(

@@ -108,7 +108,7 @@ impl SpectralLines {
         };
         if signal != "deflection" {
             return Err(unfit(
-                "there is no spectra.parquet; ask for `nvh = { spectrum = true }` in the manifest's [analyses]",
+                "there is no spectra.parquet; ask for `nvh = { spectrum = {} }` in the manifest's [analyses]",
             ));
         }
         let table = ResultTable::read(&results.folder, TableKind::Points)?;
@@ -133,7 +133,7 @@ impl SpectralLines {
             .collect();
         if lines.iter().all(Vec::is_empty) {
             return Err(unfit(
-                "no point has harmonics; ask for `nvh = { harmonics = 5, spectrum = true }` in the manifest's [analyses]",
+                "no point has harmonics; ask for `nvh = { harmonics = 5, spectrum = {} }` in the manifest's [analyses]",
             ));
         }
         Ok(Self {

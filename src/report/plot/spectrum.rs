@@ -26,7 +26,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         reason,
     };
     let table = results.table(TableKind::Spectra)?.ok_or_else(|| {
-        let ask = "ask for `nvh = { spectrum = true }` in the manifest's [analyses]";
+        let ask = "ask for `nvh = { spectrum = {} }` in the manifest's [analyses]";
         unfit(format!("there is no spectra.parquet; {ask}"))
     })?;
     let ids = table.u64("point_id")?;

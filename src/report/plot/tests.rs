@@ -52,10 +52,13 @@ fn outcome(id: u64, section: SampleKind) -> PointOutcome {
         frequency: 100.0 * f64::from(order),
         order: f64::from(order) / 2.0,
         amplitude: 3e-6 * 10f64.powi(-(order as i32) / 3),
+        stderr: None,
     };
     let spectrum = |signal: &str| Spectrum {
         signal: signal.into(),
+        unit: "m".into(),
         method: SpectrumMethod::Fourier,
+        bandwidth: None,
         lines: (0..30).map(line).collect(),
     };
     PointOutcome {

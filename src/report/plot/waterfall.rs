@@ -36,7 +36,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     if request.frequency && !found.has_frequencies() {
         return Err(PlotError::Unfit {
             what: What::Waterfall,
-            reason: "frequencies are in spectra.parquet; ask for `nvh = { spectrum = true }` in the manifest's [analyses]".into(),
+            reason: "frequencies are in spectra.parquet; ask for `nvh = { spectrum = {} }` in the manifest's [analyses]".into(),
         });
     }
     let place = |line: &Line| match request.frequency {

@@ -26,6 +26,7 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
         }),
         nvh: None,
         spectra: Vec::new(),
+        orders: Vec::new(),
         poincare: Vec::new(),
         events_per_cycle: None,
         energy_residual: None,

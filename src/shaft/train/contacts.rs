@@ -8,7 +8,7 @@
 
 use super::axes::{Axis, PitchPoint};
 use super::nodes::Assembled;
-use super::speeds::Layout;
+use super::speeds::{Layout, sense};
 use super::{GearPlace, TrainDrive};
 use crate::shaft::assembly::Freedom;
 use nalgebra::Vector3;
@@ -110,10 +110,7 @@ impl TrainDrive {
     /// Twist of a coupling, first shaft against second, in the sense of running.
     pub(super) fn twist(&self, coupling: usize, layout: &Layout, assembled: &Assembled) -> Terms {
         let coupling = &self.couplings[coupling];
-        let sense = match layout.speeds[coupling.shafts[0]] {
-            speed if speed < 0.0 => -1.0,
-            _ => 1.0,
-        };
+        let sense = sense(layout.speeds[coupling.shafts[0]]);
         let end = |end: usize| assembled.at(coupling.shafts[end], coupling.at[end]);
         vec![
             (end(0), Freedom::RotationZ, sense),

@@ -5,7 +5,7 @@ use super::{GearPlace, Motion, TrainDrive, TrainError, TrainShaft};
 use crate::shaft::assembly::{Assembly, Freedom};
 use crate::shaft::beam::{Material, Section};
 use crate::shaft::error::ShaftError;
-use crate::shaft::pair::Support;
+use crate::shaft::pair::{Support, Torsion};
 
 /// A train in an assembly.
 #[derive(Debug)]
@@ -135,6 +135,49 @@ impl TrainDrive {
         Ok(places)
     }
 
+    /// The first element of every stretch of a flexible shaft between neighbouring places where
+    /// torque enters or leaves: gears that are fixed to it, couplings, motor and load.
+    pub(super) fn stretches(&self, index: usize, assembled: &Assembled) -> Vec<Torsion> {
+        let shaft = &self.shafts[index];
+        let ends = (self.couplings.iter())
+            .flat_map(|coupling| coupling.shafts.into_iter().zip(coupling.at))
+            .filter(|&(of, _)| of == index);
+        let gears = shaft.gears.iter().filter(|gear| gear.loose.is_none());
+        let mut places: Vec<f64> = (ends.map(|(_, at)| at))
+            .chain(gears.map(|gear| gear.at))
+            .chain([shaft.torque_at])
+            .collect();
+        places.sort_by(f64::total_cmp);
+        let mut starts: Vec<usize> = (places.iter())
+            .map(|&at| assembled.shafts[index].position(at))
+            .collect();
+        starts.dedup();
+        starts.pop();
+        (starts.into_iter())
+            .filter_map(|start| self.torsion(shaft, &assembled.shafts[index].places[start..]))
+            .collect()
+    }
+
+    /// The element between the first two of some nodes of a flexible shaft.
+    fn torsion(&self, shaft: &TrainShaft, nodes: &[(f64, usize)]) -> Option<Torsion> {
+        let [(from, first), (to, second), ..] = *nodes else {
+            return None;
+        };
+        let middle = 0.5 * (from + to);
+        let mut end = 0.0;
+        let section = shaft.sections.iter().find(|section| {
+            end += section.length;
+            middle < end
+        })?;
+        let polar = Section::hollow(section.outer, section.inner)
+            .ok()?
+            .polar_moment();
+        Some(Torsion {
+            nodes: [first, second],
+            stiffness: self.shear_modulus * polar / (to - from),
+        })
+    }
+
     /// A shaft of beams, no longer than its elements may be.
     fn flexible(
         &self,
@@ -245,10 +288,15 @@ fn rigid(
 impl ShaftNodes {
     /// The node nearest to a place.
     fn at(&self, place: f64) -> usize {
-        let away = |node: &&(f64, usize)| (node.0 - place).abs();
-        (self.places.iter())
+        (self.places.get(self.position(place))).map_or(self.own.start, |node| node.1)
+    }
+
+    /// Which of its nodes that is.
+    fn position(&self, place: f64) -> usize {
+        let away = |position: &usize| (self.places[*position].0 - place).abs();
+        (0..self.places.len())
             .min_by(|a, b| away(a).total_cmp(&away(b)))
-            .map_or(self.own.start, |node| node.1)
+            .unwrap_or(0)
     }
 
     /// Fixes what may not move.

@@ -35,6 +35,11 @@ impl Ratio {
     }
 }
 
+/// Sense of running: −1 for a negative speed, else 1.
+pub(super) fn sense(speed: f64) -> f64 {
+    if speed < 0.0 { -1.0 } else { 1.0 }
+}
+
 /// A train laid out in space, with the speeds of its bodies.
 #[derive(Debug)]
 pub(super) struct Layout {

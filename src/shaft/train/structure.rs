@@ -2,15 +2,15 @@
 
 use super::contacts::{FlankTerms, Terms};
 use super::nodes::Assembled;
-use super::speeds::Layout;
+use super::speeds::{Layout, sense};
 use super::{TrainDrive, TrainError};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::{ShaftError, positive};
 use crate::shaft::modal::{
-    BearingGain, ContactLaw, FlankParticipation, ModalStructure, StructureContact,
+    BearingGain, ContactLaw, FlankParticipation, ModalStructure, StructureContact, TorqueGain,
 };
 use crate::shaft::modes::Modes;
-use crate::shaft::pair::{BearingTerms, modal_damping, orientation};
+use crate::shaft::pair::{BearingTerms, modal_damping, orientation, place_motions};
 use crate::shaft::projection;
 
 /// The motions that bearings must hold.
@@ -187,6 +187,13 @@ impl TrainDrive {
         torque[0] = 0.0;
         let [constant_load, load_by_speed] = self.mean_drag(solved, layout, assembled, &driving);
 
+        let turning = self.turning(assembled);
+        let supports = assembled.supports.iter().cloned();
+        let mut motions =
+            place_motions(solved.matrices, solved.modes, supports, turning.into_iter());
+        for motion in &mut motions {
+            solved.settle(&mut motion.gain);
+        }
         Ok(ModalStructure {
             teeth: self.pair.teeth[0],
             wheel_teeth: Some(self.pair.teeth[1]),
@@ -204,11 +211,71 @@ impl TrainDrive {
             coast: Some(coast),
             contacts: self.contacts(solved, layout, assembled),
             bearings,
+            torques: self.torques(solved, layout, assembled),
+            motions,
             coupling: None,
             constant_load,
             load_by_speed,
             harmonic_loads: Vec::new(),
         })
+    }
+
+    /// Nodes of all bodies that may turn, by their names.
+    fn turning(&self, assembled: &Assembled) -> Vec<(String, usize)> {
+        let shafts = self.shafts.iter().enumerate().map(|(index, shaft)| {
+            let node = assembled.at(index, shaft.torque_at);
+            (shaft.name.clone(), node)
+        });
+        let loose = self.loose_gears().zip(&assembled.loose);
+        let loose = loose.map(|(place, &node)| (self.gear(place).name.clone(), node));
+        shafts.chain(loose).collect()
+    }
+
+    /// Torques in every stretch of a flexible shaft between places where torque enters or leaves,
+    /// and in the springs and dampers of couplings, stages behind gaps not counted.
+    fn torques(&self, solved: &Solved, layout: &Layout, assembled: &Assembled) -> Vec<TorqueGain> {
+        let elastic = |terms: &[(usize, Freedom, f64)]| {
+            let mut gain = solved.participation(terms);
+            gain[..solved.neutral.len()].fill(0.0);
+            gain
+        };
+        let mut torques = Vec::new();
+        for (index, shaft) in self.shafts.iter().enumerate() {
+            let sense = sense(layout.speeds[index]);
+            let stretches = self.stretches(index, assembled);
+            for (number, torsion) in (1..).zip(&stretches) {
+                torques.push(TorqueGain {
+                    name: match stretches.len() {
+                        1 => shaft.name.clone(),
+                        _ => format!("{} {number}", shaft.name),
+                    },
+                    gain: elastic(&torsion.terms(sense)),
+                    rate_gain: Vec::new(),
+                });
+            }
+        }
+        for (number, coupling) in self.couplings.iter().enumerate() {
+            let stiffness = coupling.stiffness[3];
+            let twist = self.twist(number, layout, assembled);
+            let times = |factor: f64| -> Vec<_> {
+                let terms = twist.iter();
+                terms
+                    .map(|&(node, freedom, c)| (node, freedom, factor * c))
+                    .collect()
+            };
+            if stiffness > 0.0 {
+                let [one, two] = coupling.shafts.map(|shaft| &self.shafts[shaft].name);
+                torques.push(TorqueGain {
+                    name: format!("{one} to {two}"),
+                    gain: elastic(&times(stiffness)),
+                    rate_gain: match coupling.damping == 0.0 {
+                        true => Vec::new(),
+                        false => elastic(&times(coupling.damping)),
+                    },
+                });
+            }
+        }
+        torques
     }
 
     /// Contacts beside the flanks of the first mesh.

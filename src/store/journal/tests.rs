@@ -41,14 +41,18 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             spectra: ["deflection", "force"]
                 .map(|signal| Spectrum {
                     signal: signal.to_owned(),
+                    unit: "N".to_owned(),
                     method: SpectrumMethod::Fourier,
+                    bandwidth: None,
                     lines: vec![SpectrumLine {
                         frequency: number(0),
                         order: number(1),
                         amplitude: number(2),
+                        stderr: None,
                     }],
                 })
                 .into(),
+            orders: Vec::new(),
             poincare: vec![PoincareSample {
                 cycle: u64::MAX,
                 phase: 0.25,

@@ -11,8 +11,8 @@ use crate::analysis::{
     Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
     HorizonMeasure, HorizonOutcome, HorizonQuantity, Kick, LyapunovMethod, LyapunovOutcome,
     MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome,
-    OrbitSurvey, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine,
-    SpectrumMethod, Status, TraceSample, TraceSink,
+    OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
+    SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status, TraceSample, TraceSink,
 };
 use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
@@ -37,6 +37,7 @@ fn layout() -> ResultLayout {
         ],
         poincare: true,
         spectra: true,
+        orders: true,
         probes: true,
         orbits: false,
         swept: None,
@@ -92,6 +93,8 @@ fn full(point_id: u64) -> PointRow {
                 friction_coefficient: Some(0.05),
                 impact_rate: 11.0,
                 impact_velocity: 12.0,
+                impact_power: 12.1,
+                rattle_index: 12.2,
                 fractions: [0.5, 0.3, 0.15, 0.05],
                 suborders: vec![1e-7; 5],
                 impacts: [20, 21],
@@ -99,6 +102,10 @@ fn full(point_id: u64) -> PointRow {
                 impact_velocity_max: Some(0.4),
                 bearing_mean: vec![-30.0, 31.0],
                 bearing_rms: vec![32.0, 33.0],
+                torque_mean: vec![34.0],
+                torque_rms: vec![35.0],
+                acceleration_rms: vec![36.0, 37.0],
+                angular_acceleration_rms: vec![38.0],
                 flights: DurationOutcome {
                     count: 22,
                     mean: Some(5e-5),
@@ -122,6 +129,8 @@ fn full(point_id: u64) -> PointRow {
                     efficiency: f64::INFINITY,
                     impact_rate: 6e-8,
                     impact_velocity: 7e-8,
+                    impact_power: 7.1e-8,
+                    rattle_index: 7.2e-8,
                     impact_velocity_quantiles: vec![4e-9, 5e-9, 6e-9],
                     flight_mean: 8e-8,
                     // Too few flights for an error bar.
@@ -130,24 +139,46 @@ fn full(point_id: u64) -> PointRow {
                     contact_median: 1e-7,
                     bearing_mean: vec![7e-9, 8e-9],
                     bearing_rms: vec![9e-9, 1e-8],
+                    torque_mean: vec![1.1e-8],
+                    torque_rms: vec![1.2e-8],
+                    acceleration_rms: vec![1.3e-8, 1.4e-8],
+                    angular_acceleration_rms: vec![1.5e-8],
                     fractions: [2e-7, 3e-7, 4e-7, 5e-7],
                 }),
             }),
             spectra: vec![Spectrum {
                 signal: "force".to_owned(),
+                unit: "N".to_owned(),
                 method: SpectrumMethod::Welch,
+                bandwidth: Some(300.0),
                 lines: vec![
                     SpectrumLine {
                         frequency: 100.0,
                         order: 0.5,
                         amplitude: 3.0,
+                        stderr: Some(0.25),
                     },
                     SpectrumLine {
                         frequency: 200.0,
                         order: 1.0,
                         amplitude: 4.0,
+                        stderr: None,
                     },
                 ],
+            }],
+            orders: vec![SignalOrders {
+                signal: "torque pinion".to_owned(),
+                unit: "N m".to_owned(),
+                lines: vec![OrderLine {
+                    reference: OrderReference::Pinion,
+                    multiple: 2,
+                    order: 0.1,
+                    frequency: 20.0,
+                    amplitude: 5.0,
+                    stderr: Some(0.5),
+                    phase: Some(-1.0),
+                    phase_stderr: None,
+                }],
             }],
             poincare: vec![PoincareSample {
                 cycle: 7,
@@ -333,9 +364,15 @@ fn part() -> ChainPart {
     }
 }
 
-/// Bearing forces of a trace, two of one name.
-fn bearings() -> Vec<String> {
-    vec!["pinion 1 x".into(), "pinion 1 x".into()]
+/// Outputs of a trace, two of one name.
+fn outputs() -> Vec<[String; 2]> {
+    [
+        ["bearing pinion 1 x", "N"],
+        ["bearing pinion 1 x", "N"],
+        ["torque pinion", "N m"],
+    ]
+    .map(|own| own.map(str::to_owned))
+    .into()
 }
 
 /// An instant with a different number in every column.
@@ -348,11 +385,11 @@ fn instant() -> TraceSample {
         velocity: -4e-3,
         force: 250.0,
         contact: ActiveSet::COAST,
-        bearings: vec![700.0, 800.0],
         modal: Some(ModalState {
             displacement: vec![1e-7, 2e-7],
             velocity: vec![3e-7, 4e-7],
         }),
+        outputs: vec![700.0, 800.0, 7.0],
     }
 }
 
@@ -366,6 +403,7 @@ fn failed(point_id: u64) -> PointRow {
         lyapunov: None,
         nvh: None,
         spectra: Vec::new(),
+        orders: Vec::new(),
         poincare: Vec::new(),
         events_per_cycle: None,
         energy_residual: None,
@@ -408,6 +446,7 @@ fn columns_units_and_descriptions() {
             TableKind::Points => points(layout()),
             TableKind::Poincare => poincare_table().listing(),
             TableKind::Spectra => spectra_table().listing(),
+            TableKind::Orders => orders_table().listing(),
             TableKind::Probes => probes_table().listing(),
             TableKind::Orbits => orbits_table().listing(),
             TableKind::Transitions => transitions_table(&swept()).listing(),
@@ -418,7 +457,7 @@ fn columns_units_and_descriptions() {
             TableKind::Bifurcations => bifurcations_table(&layout().axes).listing(),
             TableKind::Curves => curves_table(&layout().axes).listing(),
             TableKind::CycleExpansion => cycle_expansion_table().listing(),
-            TableKind::Trace => trace_table(&bearings(), true).listing(),
+            TableKind::Trace => trace_table(true, &outputs()).listing(),
             TableKind::Events => events_table().listing(),
         };
         let name = kind.file_name().strip_suffix(".parquet").unwrap();
@@ -523,6 +562,7 @@ fn every_column_comes_back() {
         (TableKind::Points, 2),
         (TableKind::Poincare, 1),
         (TableKind::Spectra, 2),
+        (TableKind::Orders, 1),
         (TableKind::Probes, 2),
         (TableKind::Orbits, 2),
         (TableKind::Transitions, 1),
@@ -578,6 +618,8 @@ fn every_column_comes_back() {
         ("force_peak", 10.0),
         ("impact_rate", 11.0),
         ("impact_velocity", 12.0),
+        ("impact_power", 12.1),
+        ("rattle_index", 12.2),
         ("energy_residual", 1e-12),
     ] {
         assert_eq!(numbers(name), [Some(value), None], "{name}");
@@ -623,6 +665,8 @@ fn every_column_comes_back() {
         ("transmission_error_pp", Some(6e-6)),
         ("impact_rate_stderr", Some(6e-8)),
         ("impact_velocity_stderr", Some(7e-8)),
+        ("impact_power_stderr", Some(7.1e-8)),
+        ("rattle_index_stderr", Some(7.2e-8)),
         ("impact_velocity_max", Some(0.4)),
         ("flight_mean", Some(5e-5)),
         ("flight_mean_stderr", Some(8e-8)),
@@ -653,6 +697,14 @@ fn every_column_comes_back() {
         ("bearing_mean_stderr", some([7e-9, 8e-9])),
         ("bearing_rms", some([32.0, 33.0])),
         ("bearing_rms_stderr", some([9e-9, 1e-8])),
+        ("torque_mean", some([34.0])),
+        ("torque_mean_stderr", some([1.1e-8])),
+        ("torque_rms", some([35.0])),
+        ("torque_rms_stderr", some([1.2e-8])),
+        ("acceleration_rms", some([36.0, 37.0])),
+        ("acceleration_rms_stderr", some([1.3e-8, 1.4e-8])),
+        ("angular_acceleration_rms", some([38.0])),
+        ("angular_acceleration_rms_stderr", some([1.5e-8])),
     ] {
         assert_eq!(points.lists(name), [Some(list), None], "{name}");
     }
@@ -678,7 +730,32 @@ fn every_column_comes_back() {
     assert_eq!(lines.u64("point_id"), [Some(0); 2]);
     let welch = Some("welch".to_owned());
     assert_eq!(lines.text("method"), [welch.clone(), welch]);
+    assert_eq!(lines.text("unit"), [Some("N".into()), Some("N".into())]);
+    assert_eq!(lines.f64("bandwidth"), [Some(300.0); 2]);
+    assert_eq!(lines.f64("amplitude_stderr"), [Some(0.25), None]);
     read.push(lines.read_through(TableKind::Spectra));
+
+    let orders = Asked::read(folder.path(), TableKind::Orders);
+    assert_eq!(orders.u64("point_id"), [Some(0)]);
+    for (name, value) in [
+        ("signal", "torque pinion"),
+        ("unit", "N m"),
+        ("reference", "pinion"),
+    ] {
+        assert_eq!(orders.text(name), [Some(value.to_owned())]);
+    }
+    assert_eq!(orders.u64("multiple"), [Some(2)]);
+    for (name, value) in [
+        ("order", Some(0.1)),
+        ("frequency", Some(20.0)),
+        ("amplitude", Some(5.0)),
+        ("amplitude_stderr", Some(0.5)),
+        ("phase", Some(-1.0)),
+        ("phase_stderr", None),
+    ] {
+        assert_eq!(orders.f64(name), [value], "{name}");
+    }
+    read.push(orders.read_through(TableKind::Orders));
 
     let probes = Asked::read(folder.path(), TableKind::Probes);
     for (name, values) in [
@@ -899,7 +976,7 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
         point: Vec::new(),
         period: 8e-4,
         half_gap: 1e-5,
-        bearings: bearings(),
+        outputs: outputs(),
     };
     let mut writer = TraceWriter::create(folder.path(), &label, true).unwrap();
     writer.sample(instant()).unwrap();
@@ -924,6 +1001,7 @@ fn every_column_of_a_trace_comes_back() -> [TableKind; 2] {
         ("force", 250.0),
         ("bearing_pinion_1_x", 700.0),
         ("bearing_pinion_1_x_2", 800.0),
+        ("torque_pinion", 7.0),
     ] {
         assert_eq!(trace.f64(name), [Some(value)], "{name}");
     }
@@ -1045,6 +1123,7 @@ fn a_file_has_its_name_only_when_whole() {
             "basins.parquet",
             "cycle_expansion.parquet",
             "horizon.parquet",
+            "orders.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",
@@ -1113,6 +1192,7 @@ fn a_hundred_thousand_points_stream() {
     let layout = ResultLayout {
         poincare: false,
         spectra: false,
+        orders: false,
         probes: false,
         orbits: false,
         basins: None,
@@ -1156,6 +1236,7 @@ fn shards_read_as_one_table() {
             "basins.parquet",
             "cycle_expansion.parquet",
             "horizon.parquet",
+            "orders.parquet",
             "poincare.parquet",
             "points.parquet",
             "probes.parquet",

@@ -10,6 +10,15 @@ pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
 
 const ABSENT: &str = "not computed";
 
+/// What spectra and orders may be taken of.
+const SIGNALS: &[&str] = &[
+    "deflection",
+    "force",
+    "bearings",
+    "torques",
+    "accelerations",
+];
+
 #[rustfmt::skip]
 pub(super) const KEYS: &[Key] = &[
     table("analyses").otherwise("nothing is computed besides the motion")
@@ -45,10 +54,34 @@ pub(super) const KEYS: &[Key] = &[
         .about("Statistics of noise, vibration and harshness: deflection, mesh force, contact."),
     integer("analyses.nvh.harmonics", 0.0, 1000.0, "5").or("10")
         .about("Harmonics of the mesh frequency whose amplitudes of the deflection are kept."),
-    key("analyses.nvh.spectrum", Kind::Boolean, ANY, "true").or("false")
-        .about("Whether spectra of deflection and mesh force are written (spectra.parquet)."),
+    table("analyses.nvh.spectrum").otherwise("no spectra")
+        .about("Spectra (spectra.parquet). Of a motion that repeats they are its exact lines, of any other averaged power."),
+    key("analyses.nvh.spectrum.signals", Kind::List("signals"), ANY, r#"["force", "bearings"]"#).or(r#"["deflection", "force"]"#)
+        .about("Of what: the mesh deflection, the mesh force, bearing forces, torques in shafts and couplings, accelerations \
+                at bearings and of rotating bodies."),
+    choice("analyses.nvh.spectrum.signals.*", SIGNALS, r#""bearings""#),
+    integer("analyses.nvh.spectrum.highest_order", 1.0, 100.0, "32").or("10")
+        .about("Highest multiple of the mesh frequency."),
+    integer("analyses.nvh.spectrum.resolution", 8.0, 1024.0, "64").or("32")
+        .about("Lines to a mesh order, at least, of a motion that does not repeat: mesh cycles in a segment. It is \
+                raised to whole periods of the excitation where these are no longer than four times as many, so that \
+                shaft orders stand on lines."),
+    table("analyses.nvh.orders").otherwise("no orders")
+        .about("Amplitude and phase at multiples of the mesh frequency and of both shafts' speeds (orders.parquet)."),
+    key("analyses.nvh.orders.signals", Kind::List("signals"), ANY, r#"["bearings", "torques"]"#).or(r#"["deflection", "force"]"#)
+        .about("Of what, as for spectra."),
+    choice("analyses.nvh.orders.signals.*", SIGNALS, r#""torques""#),
+    integer("analyses.nvh.orders.mesh", 0.0, 1000.0, "5").or("10")
+        .about("Multiples of the mesh frequency: 1, 2, ... up to this."),
+    integer("analyses.nvh.orders.shafts", 0.0, 1000.0, "8").or("4")
+        .about("Multiples of the speed of the pinion's and of the wheel's shaft, below the number of teeth. They are taken over whole \
+                revolutions."),
     key("analyses.nvh.bearings", Kind::Boolean, ANY, "true").or("false")
         .about("Whether mean and RMS of the bearing forces are computed."),
+    key("analyses.nvh.torques", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether mean and RMS of the torques in flexible shafts and couplings are computed."),
+    key("analyses.nvh.accelerations", Kind::Boolean, ANY, "true").or("false")
+        .about("Whether the RMS of accelerations at bearings and of angular accelerations of shafts is computed."),
     table("analyses.multistability").otherwise(ABSENT)
         .about("Probes from many initial states: which motions coexist, and the share of each."),
     integer("analyses.multistability.initial_conditions", 1.0, 1e6, "64").or("32")

@@ -1,0 +1,412 @@
+//! Forces, torques and accelerations at places of the structure.
+//!
+//! `Σ gain·x(t)` over the blocks, each rebuilt as a series on every window; of a bearing with what modes that
+//! are left out add as they follow contact forces and loads at rest. Of an acceleration the sum is
+//! a velocity v, and its rate follows from the blocks' own equation, without a derivative of a
+//! series:
+//!
+//! ```text
+//! v' = Σ gain·(A x + s + Σ r cos(ωt + φ) − Σ g F)
+//! ```
+//!
+//! Mean and mean square are exact integrals, `∫ f² dt = Δ Σ a_n²/(2n+1)`, taken about the first
+//! window's mean.
+
+use super::modal_series::{ModalMotion, Series, TERMS, padded};
+use super::nvh::stretches::Stretches;
+use super::questions::Signals;
+use crate::model::{BearingOutput, Model, Output, Quantity};
+use crate::numerics::statistics::standard_error;
+use crate::propagate::Window;
+use std::borrow::Cow;
+
+/// Mesh cycles in a stretch, as for the other statistics.
+const CYCLES_PER_STRETCH: u64 = 10;
+
+/// How an output follows from the blocks, what drives them, and the contacts.
+#[derive(Debug, Clone)]
+struct Law {
+    quantity: Quantity,
+    /// By both components of each block.
+    gain: Vec<[f64; 2]>,
+    constant: f64,
+    /// By the force along each direction; empty where none has a part in it.
+    by_force: Vec<f64>,
+    /// By each ripple; empty where none has a part in it.
+    by_ripple: Vec<f64>,
+}
+
+impl Law {
+    /// That of a bearing, counted among the model's, with the static share of modes left out.
+    fn of_bearing(model: &Model, (index, bearing): (usize, &BearingOutput)) -> Self {
+        let shares = model.directions.iter().map(|own| &own.on_bearings);
+        let by_force = shares.map(|shares| shares.get(index).copied().unwrap_or(0.0));
+        Self {
+            quantity: Quantity::BearingForce,
+            gain: bearing.gain.clone(),
+            constant: bearing.constant,
+            by_force: by_force.collect(),
+            by_ripple: bearing.by_ripple.clone(),
+        }
+    }
+
+    fn of(model: &Model, output: &Output) -> Self {
+        let quantity = output.quantity;
+        let own = &output.gain;
+        if !quantity.is_rate() {
+            return Self {
+                quantity,
+                gain: own.clone(),
+                constant: 0.0,
+                by_force: Vec::new(),
+                by_ripple: Vec::new(),
+            };
+        }
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let rate = own.iter().zip(&model.blocks).map(|(&c, block)| {
+            let [first, second] = block.generator;
+            [
+                c[0] * first[0] + c[1] * second[0],
+                c[0] * first[1] + c[1] * second[1],
+            ]
+        });
+        let by_force = model.directions.iter().map(|direction| {
+            let inputs = direction.gains.iter().map(|gain| gain.mesh_input);
+            -own.iter().zip(inputs).map(|(&c, g)| dot(c, g)).sum::<f64>()
+        });
+        let by_ripple = model.ripple.iter().map(|ripple| {
+            let inputs = own.iter().zip(&ripple.input);
+            inputs.map(|(&c, &r)| dot(c, r)).sum::<f64>()
+        });
+        let constant = own.iter().zip(&model.blocks);
+        Self {
+            quantity,
+            gain: rate.collect(),
+            constant: constant.map(|(&c, block)| dot(c, block.static_input)).sum(),
+            by_force: by_force.collect(),
+            by_ripple: by_ripple.collect(),
+        }
+    }
+}
+
+/// Name and quantity of the outputs of a model that are wanted, in the order of their series.
+pub fn named(model: &Model, wanted: Signals) -> impl Iterator<Item = (String, Quantity)> {
+    let bearings = (model.bearings.iter()).map(|own| (&own.name, Quantity::BearingForce));
+    let outputs = (model.outputs.iter()).map(|own| (&own.name, own.quantity));
+    (bearings.chain(outputs))
+        .filter(move |(_, quantity)| wanted.has(*quantity))
+        .map(|(name, quantity)| (format!("{} {name}", quantity.name()), quantity))
+}
+
+/// Outputs of a model, window after window.
+#[derive(Debug, Clone)]
+pub struct Outputs {
+    motion: ModalMotion<'static>,
+    laws: Vec<Law>,
+    period: f64,
+    /// The present window's values.
+    series: Vec<Series>,
+    /// Mean of the first window.
+    centres: Vec<f64>,
+    /// ∫ (f − centre) dt and ∫ (f − centre)² dt of each output.
+    sums: Vec<Stretches<[f64; 2]>>,
+    cycle: Option<u64>,
+    cycles: u64,
+}
+
+/// Means of outputs and root mean squares about them, one an output.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OutputStatistics {
+    /// Means.
+    pub mean: Vec<f64>,
+    /// Root mean squares about them.
+    pub rms: Vec<f64>,
+}
+
+impl Outputs {
+    /// Those of a model that are wanted; none where it has none of them.
+    pub fn new(model: &Model, wanted: Signals) -> Option<Self> {
+        let bearings = (model.bearings.iter().enumerate())
+            .filter(|_| wanted.has(Quantity::BearingForce))
+            .map(|bearing| Law::of_bearing(model, bearing));
+        let outputs = (model.outputs.iter())
+            .filter(|own| wanted.has(own.quantity))
+            .map(|output| Law::of(model, output));
+        let laws: Vec<Law> = bearings.chain(outputs).collect();
+        (!laws.is_empty()).then(|| Self {
+            motion: ModalMotion::of(Cow::Owned(model.clone())),
+            period: model.period(),
+            series: vec![[0.0; TERMS]; laws.len()],
+            centres: vec![0.0; laws.len()],
+            sums: vec![Stretches::new([0.0; 2], CYCLES_PER_STRETCH); laws.len()],
+            laws,
+            cycle: None,
+            cycles: 0,
+        })
+    }
+
+    /// Forgets everything accumulated.
+    pub fn restart(&mut self) {
+        self.sums.iter_mut().for_each(Stretches::restart);
+        self.cycle = None;
+        self.cycles = 0;
+    }
+
+    /// Series of the outputs on the window shown last.
+    pub fn series(&self) -> &[Series] {
+        &self.series
+    }
+
+    /// Rebuilds the outputs on a window.
+    pub fn rebuild(&mut self, window: &Window<'_>) -> &[Series] {
+        let modal = self.motion.on(window);
+        for (series, law) in self.series.iter_mut().zip(&self.laws) {
+            series.fill(0.0);
+            series[0] = law.constant;
+        }
+        for block in 0..window.first.len() {
+            for row in 0..2 {
+                if self.laws.iter().all(|law| law.gain[block][row] == 0.0) {
+                    continue;
+                }
+                let component = modal.component(block, row);
+                for (series, law) in self.series.iter_mut().zip(&self.laws) {
+                    add(law.gain[block][row], &component, series);
+                }
+            }
+        }
+        for closed in window.closed {
+            let direction = window.segments[closed.contact].direction;
+            let force = padded(closed.force);
+            for (series, law) in self.series.iter_mut().zip(&self.laws) {
+                add(
+                    law.by_force.get(direction).copied().unwrap_or(0.0),
+                    &force,
+                    series,
+                );
+            }
+        }
+        for (index, ripple) in modal.ripples().enumerate() {
+            for (series, law) in self.series.iter_mut().zip(&self.laws) {
+                add(
+                    law.by_ripple.get(index).copied().unwrap_or(0.0),
+                    ripple,
+                    series,
+                );
+            }
+        }
+        &self.series
+    }
+
+    /// Takes a window in.
+    pub fn window(&mut self, window: &Window<'_>) {
+        self.rebuild(window);
+        match self.cycle {
+            None => {
+                for (centre, series) in self.centres.iter_mut().zip(&self.series) {
+                    *centre = series[0];
+                }
+            }
+            Some(cycle) if cycle != window.cycle => self.advance(),
+            Some(_) => {}
+        }
+        if self.cycle != Some(window.cycle) {
+            self.cycle = Some(window.cycle);
+            self.cycles += 1;
+        }
+        let tau = window.duration;
+        for ((sums, series), centre) in self.sums.iter_mut().zip(&self.series).zip(&self.centres) {
+            let mut about = *series;
+            about[0] -= centre;
+            let square: f64 = (about.iter().enumerate())
+                .map(|(n, a)| a * a / (2 * n + 1) as f64)
+                .sum();
+            let open = sums.open();
+            open[0] += tau * about[0];
+            open[1] += tau * square;
+        }
+    }
+
+    /// A mesh cycle is over.
+    fn advance(&mut self) {
+        self.sums.iter_mut().for_each(Stretches::advance);
+    }
+
+    /// The statistics so far of the outputs of some quantity and their standard errors, whole cycles
+    /// having been integrated.
+    pub fn statistics(&self, quantity: Quantity) -> [OutputStatistics; 2] {
+        let time = self.cycles as f64 * self.period;
+        let mut found = [OutputStatistics::default(), OutputStatistics::default()];
+        let own = self.laws.iter().zip(self.sums.iter().zip(&self.centres));
+        for (_, (sums, centre)) in own.filter(|(law, _)| law.quantity == quantity) {
+            let mut sums = sums.clone();
+            sums.advance();
+            let [first, square] = sums.total().map(|sum| sum / time);
+            let rms = (square - first * first).max(0.0).sqrt();
+            let length = sums.length() as f64 * self.period;
+            let error = |influence: &dyn Fn(&[f64; 2]) -> f64| {
+                let series: Vec<f64> = sums.closed().iter().map(influence).collect();
+                standard_error(&series) / length
+            };
+            found[0].mean.push(centre + first);
+            found[0].rms.push(rms);
+            found[1].mean.push(error(&|s| s[0]));
+            let weight = if rms > 0.0 { 0.5 / rms } else { 0.0 };
+            found[1]
+                .rms
+                .push(error(&|s| weight * (s[1] - 2.0 * first * s[0])));
+        }
+        found
+    }
+}
+
+/// Adds a multiple of one series to another.
+fn add(factor: f64, series: &Series, sum: &mut Series) {
+    if factor != 0.0 {
+        for (sum, value) in sum.iter_mut().zip(series) {
+            *sum += factor * value;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{
+        Division, Drive, DriveShaft, InitialState, OperatingPoint, TorqueRipple, fixtures,
+    };
+    use crate::numerics::legendre::{at_start, evaluate};
+    use crate::numerics::quadrature::GaussLegendre;
+    use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
+    use crate::shaft::{BearingGain, ModalStructure, PlaceMotion};
+
+    const ALL: Signals = Signals {
+        bearings: true,
+        accelerations: true,
+        ..Signals::NONE
+    };
+
+    fn model() -> Model {
+        let gain = |name: &str, gain: [f64; 3]| BearingGain {
+            name: name.to_owned(),
+            gain: gain.to_vec(),
+            rate_gain: gain.iter().map(|g| 1e-4 * g).collect(),
+            left_out: StaticShare::default(),
+        };
+        let structure = ModalStructure {
+            damping: vec![0.0, 0.01, 0.02],
+            bearings: vec![
+                gain("pinion 1 x", [0.0, 3e7, -2e7]),
+                gain("wheel 2 y", [0.0, 1e7, 4e7]),
+            ],
+            motions: vec![PlaceMotion {
+                name: "pinion 1 x".to_owned(),
+                rotation: false,
+                gain: vec![0.1, 0.4, -0.3],
+            }],
+            pinion_torque: Some(vec![16.0, 2.0, 8.0]),
+            ..fixtures::structure(
+                &[0.0, 4288.0, 8171.0],
+                0.0,
+                &[0.61, 0.72, -0.48],
+                &[0.61, 0.33, 0.05],
+            )
+        };
+        let drive = Drive {
+            mesh: Division::levels(&[4.444e8, 4.444e8, 3.333e8], &[]),
+            torque_ripple: vec![TorqueRipple {
+                shaft: DriveShaft::Pinion,
+                order: 2.0,
+                amplitude: 1.5,
+                phase: 0.3,
+            }],
+            ..fixtures::two_level_mesh(10e-6)
+        };
+        let point = OperatingPoint {
+            load: 0.1,
+            speed: 1200.0,
+        };
+        Model::new(&structure, &drive, point).unwrap()
+    }
+
+    /// Compares outputs with the kernel's own states, their rates by the model's vector field, and
+    /// adds up their squares by a Gauss rule about no mean.
+    struct Check {
+        model: Model,
+        outputs: Outputs,
+        gauss: GaussLegendre,
+        worst: Vec<f64>,
+        time: f64,
+        sums: Vec<[f64; 2]>,
+    }
+
+    impl Observer for Check {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, window: &Window<'_>) {
+            self.outputs.window(window);
+            self.time += window.duration;
+            let state = [window.first, window.second].concat();
+            let mut slope = vec![0.0; state.len()];
+            let (segments, active) = (window.segments, window.contact);
+            let (cycle, time) = (window.cycle, window.start);
+            (self.model).derivative(segments, active, cycle, time, &state, &mut slope);
+            for (i, series) in self.outputs.series().iter().enumerate() {
+                let bearings = self.model.bearings.iter().map(|own| (&own.gain, &state));
+                let accelerations = self.model.outputs.iter().map(|own| (&own.gain, &slope));
+                let (gain, seen) = bearings.chain(accelerations).nth(i).unwrap();
+                let pairs = gain
+                    .iter()
+                    .zip(seen.iter().zip(&seen[window.first.len()..]));
+                let exact: f64 = pairs.map(|(g, (q, v))| g[0] * q + g[1] * v).sum();
+                self.worst[i] = self.worst[i].max((at_start(series) - exact).abs());
+                for (x, w) in self.gauss.nodes.iter().zip(&self.gauss.weights) {
+                    let (value, weight) = (evaluate(series, *x), 0.5 * w * window.duration);
+                    self.sums[i][0] += weight * value;
+                    self.sums[i][1] += weight * value * value;
+                }
+            }
+        }
+
+        fn event(&mut self, _: &Event) {}
+    }
+
+    #[test]
+    fn outputs_are_those_of_the_states_and_their_statistics_exact() {
+        let model = model();
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut check = Check {
+            model: model.clone(),
+            outputs: Outputs::new(&model, ALL).unwrap(),
+            gauss: GaussLegendre::new(20),
+            worst: vec![0.0; 3],
+            time: 0.0,
+            sums: vec![[0.0; 2]; 3],
+        };
+        let mut workspace = kernel.workspace();
+        kernel
+            .advance(
+                330,
+                &mut trajectory,
+                &mut workspace,
+                &mut check,
+                &mut Counters::default(),
+            )
+            .unwrap();
+        let forces = check.outputs.statistics(Quantity::BearingForce);
+        let accelerations = check.outputs.statistics(Quantity::Acceleration);
+        for (i, ([values, errors], own)) in [(&forces, 0), (&forces, 1), (&accelerations, 0)]
+            .into_iter()
+            .enumerate()
+        {
+            let [mean, square] = check.sums[i].map(|sum| sum / check.time);
+            let rms = (square - mean * mean).sqrt();
+            let worst = check.worst[i];
+            assert!(rms > 1.0 && worst < 1e-9 * rms, "{i}: {rms} {worst:e}");
+            assert!((values.mean[own] - mean).abs() < 1e-9 * rms);
+            assert!((values.rms[own] / rms - 1.0).abs() < 1e-9);
+            assert!(errors.rms[own] > 0.0 && errors.rms[own] < 0.5 * rms);
+        }
+    }
+}

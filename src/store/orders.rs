@@ -1,0 +1,49 @@
+//! `orders.parquet`: signals at multiples of the mesh frequency and of the shafts' speeds.
+
+use std::sync::Arc;
+
+use super::file::Row;
+use super::table::{Table, columns};
+use crate::analysis::OrderLine;
+
+/// A row of `orders.parquet`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrderRow {
+    /// The point.
+    pub point_id: u64,
+    /// As in `spectra.parquet`; one text for all orders.
+    pub signal: Arc<str>,
+    /// Its unit; one text for all orders.
+    pub unit: Arc<str>,
+    /// The signal at one order.
+    pub line: OrderLine,
+}
+
+impl Row for OrderRow {}
+
+/// What the column of an amplitude holds, by signal.
+pub(super) const AMPLITUDE_UNITS: &str = "m (deflection) or N (force) or N (bearing) or N m (torque) or m/s^2 (acceleration) or rad/s^2 (angular acceleration)";
+
+/// What signals there are.
+pub(super) const SIGNALS: &str = "deflection, force, bearing with shaft, number and direction, torque with shaft or coupling, acceleration with bearing and direction, angular acceleration with shaft or loose gear";
+
+/// Columns of `orders.parquet`.
+pub fn orders_table() -> Table<OrderRow> {
+    Table::new(columns![row: OrderRow;
+        u64 "point_id", "1", row.point_id, "The point, as in points.parquet";
+        text "signal", "", &*row.signal, SIGNALS;
+        text "unit", "", &*row.unit, "Unit of the signal, its amplitude and its standard error";
+        text "reference", "", row.line.reference.name(),
+            "What the order is a multiple of: mesh (frequency), pinion or wheel (speed of its shaft)";
+        u32 "multiple", "1", row.line.multiple, "Which multiple of it";
+        f64 "order", "1", row.line.order, "Multiple of the mesh frequency";
+        f64 "frequency", "Hz", row.line.frequency, "Frequency";
+        f64 "amplitude", AMPLITUDE_UNITS, row.line.amplitude,
+            "Peak value of signal = ... + amplitude cos(2 pi frequency t + phase), t from the start of mesh cycle 0; of a motion that does not repeat that of the part that keeps its phase";
+        f64 "amplitude_stderr", AMPLITUDE_UNITS, row.line.stderr?,
+            "Standard error of amplitude; null where the motion repeats and its value is exact, and where too little was seen";
+        f64 "phase", "rad", row.line.phase?, "Phase, in (-pi, pi]; null without amplitude";
+        f64 "phase_stderr", "rad", row.line.phase_stderr?,
+            "Standard error of phase, null where that of amplitude is; near 1 and above nothing keeps its phase at this order";
+    ])
+}
