@@ -88,11 +88,7 @@ impl SpectralLines {
             lines.sort_by(|a, b| a.order.total_cmp(&b.order));
         }
         let units = table.units()?.remove("amplitude").unwrap_or_default();
-        // Bearings are forces.
-        let unit = match signal.starts_with("bearing") {
-            true => unit_of(&units, "force"),
-            false => unit_of(&units, signal),
-        };
+        let unit = unit_of(&units, signal);
         Ok(Self {
             name: format!("{signal} amplitude"),
             unit: unit.to_owned(),

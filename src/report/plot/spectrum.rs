@@ -89,14 +89,14 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     )))
 }
 
-/// The unit of a signal in `m (deflection) or N (force)`.
+/// The unit of a signal in `m (deflection) or N m (torque)`: `torque pinion` is a torque.
 pub(super) fn unit_of<'u>(units: &'u str, signal: &str) -> &'u str {
-    let named = format!(" ({signal})");
-    let parts = units.split(" or ");
-    parts
-        .into_iter()
-        .find_map(|part| part.strip_suffix(&named))
-        .unwrap_or("")
+    let of = |part: &'u str| {
+        let (unit, kind) = part.strip_suffix(')')?.split_once(" (")?;
+        let place = signal.strip_prefix(kind)?;
+        (place.is_empty() || place.starts_with(' ')).then_some(unit)
+    };
+    units.split(" or ").find_map(of).unwrap_or("")
 }
 
 fn panel(
@@ -206,5 +206,8 @@ mod tests {
         assert_eq!(unit_of(units, "deflection"), "m");
         assert_eq!(unit_of(units, "force"), "N");
         assert_eq!(unit_of(units, "sound"), "");
+        let units = "N (bearing) or m/s^2 (acceleration) or rad/s^2 (angular acceleration)";
+        assert_eq!(unit_of(units, "bearing pinion 1 x"), "N");
+        assert_eq!(unit_of(units, "angular acceleration wheel"), "rad/s^2");
     }
 }
