@@ -37,6 +37,16 @@ impl TiltCompliance {
         }
     }
 
+    /// The same where places across the face are counted the other way round: what a force at mid-face opens at one
+    /// end counts as opened at the other. A mirrored coast flank is the image of the drive flank so counted, and its
+    /// own misalignment with it, while shafts that bend open both flanks at the same end of the face.
+    pub fn other_way_round(self) -> Self {
+        Self {
+            by_force: -self.by_force,
+            ..self
+        }
+    }
+
     /// Tilt under a force \[N\] at `centre` \[m\] from mid-face \[rad\].
     pub fn tilt(&self, force: f64, centre: f64) -> f64 {
         (self.by_force + self.by_moment * centre) * force

@@ -7,7 +7,7 @@ use crate::gear::{
     MeshTableInputs, MisalignmentEnding, MisalignmentReport, MisalignmentSearch, NODES,
     SecantContact, TiltCompliance, loaded_misalignment,
 };
-use crate::manifest::{CycleDivision, MeshTableSpec, PointSpec};
+use crate::manifest::{CoastSpec, CycleDivision, MeshTableSpec, PointSpec};
 use crate::model::{Division, MeshHarmonic};
 use crate::shaft::ModalStructure;
 use crate::store::{MeshFetchError, MeshUnderLoad, Origin, TableStore};
@@ -52,7 +52,7 @@ const MEANS: Resolution = Resolution {
 pub enum MeshError {
     /// A table without a load to stand for.
     #[error(
-        "the table is that of flanks under the mean load, and the load is 0; give a small load, or another mesh.stiffness"
+        "the table is that of flanks under the mean load, and the load is 0; give a small load, mesh.resolution = \"pairs\" or another mesh.stiffness"
     )]
     NoLoad,
     /// The gears are not a pair that meshes.
@@ -178,7 +178,8 @@ impl MeshTables {
         let (misalignment, tilt) = match spec.shaft_tilt {
             false => (unloaded, None),
             true => {
-                let report = self.tilted(spec, structure, unloaded, force)?;
+                let report =
+                    self.tilted(spec, tilt_compliance(point, structure), unloaded, force)?;
                 (report.misalignment().unwrap_or(unloaded), Some(report))
             }
         };
@@ -205,7 +206,7 @@ impl MeshTables {
                 .map(|(harmonic, amplitude, phase)| MeshHarmonic::new(harmonic, amplitude, phase))
                 .collect(),
             tilt,
-            under_load: Some(under_load(&cycle, misalignment)),
+            under_load: Some(under_load(point, &cycle, misalignment)),
         })
     }
 
@@ -235,7 +236,7 @@ impl MeshTables {
             mean_stiffness,
             transmission_error: Vec::new(),
             tilt: None,
-            under_load: (force > 0.0).then(|| under_load(&cycle, misalignment)),
+            under_load: (force > 0.0).then(|| under_load(point, &cycle, misalignment)),
         })
     }
 
@@ -243,12 +244,10 @@ impl MeshTables {
     fn tilted(
         &self,
         spec: &MeshTableSpec,
-        structure: &ModalStructure,
+        compliance: TiltCompliance,
         unloaded: f64,
         force: f64,
     ) -> Result<MisalignmentReport, MeshError> {
-        let compliance =
-            TiltCompliance::of_modes(&structure.frequency, &structure.mesh, &structure.mesh_tilt);
         let key = format!("{spec:?} {compliance:?} {unloaded:e} {force:e}");
         if let Some(known) = lock(&self.common.tilts).get(&key) {
             return Ok(known.clone());
@@ -299,11 +298,33 @@ impl MeshTables {
     }
 }
 
-/// What a load makes of a mesh.
-fn under_load(cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
+/// Whether coast flanks that are the image of the drive flanks bear the mean load.
+fn on_mirrored_flanks(point: &PointSpec) -> bool {
+    point.load < 0.0 && matches!(point.mesh.coast, CoastSpec::Mirrored { .. })
+}
+
+/// How the gears tilt under the mean load, places across the face counted as those of the drive flank are by the
+/// flank that bears it.
+fn tilt_compliance(point: &PointSpec, structure: &ModalStructure) -> TiltCompliance {
+    match structure
+        .coast
+        .as_ref()
+        .filter(|_| on_mirrored_flanks(point))
+    {
+        None => {
+            TiltCompliance::of_modes(&structure.frequency, &structure.mesh, &structure.mesh_tilt)
+        }
+        Some(coast) => TiltCompliance::of_modes(&structure.frequency, &coast.mesh, &coast.tilt)
+            .other_way_round(),
+    }
+}
+
+/// What the mean load of a point makes of a mesh.
+fn under_load(point: &PointSpec, cycle: &MeshTableCycle, misalignment: f64) -> MeshUnderLoad {
+    let side = if on_mirrored_flanks(point) { -1.0 } else { 1.0 };
     MeshUnderLoad {
         misalignment,
-        load_centre: cycle.mean_centre(),
+        load_centre: side * cycle.mean_centre() + 0.0,
         stiffness: cycle.mean_stiffness(),
         contact_ratio: loaded_pairs(cycle),
         transmission_error: cycle.peak_to_peak(),
