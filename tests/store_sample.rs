@@ -254,6 +254,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
     let axes = vec![axis("load", "1"), axis("speed", "rad/s")];
     let layout = ResultLayout {
         axes,
+        tied: Vec::new(),
         poincare: true,
         spectra: true,
         orders: true,
@@ -317,6 +318,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         warnings: Vec::new(),
         manifest_hash: "0".into(),
         manifest: "# written by a test\n[job]\nname = \"sample\"\n".into(),
+        set: Vec::new(),
     };
     write_run(folder, &record).unwrap();
 }

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use super::{check, with_causes};
+use super::{manifest_args, with_causes};
 use crate::analysis::Frequencies;
 use crate::manifest::{self, AxisKey, Job, axis_units};
 use crate::report::{Campbell, ModeLine, Ray, USUAL_ORDERS, to_digits};
@@ -120,7 +120,7 @@ pub fn of(source: &Path, orders: &[f64]) -> Result<Campbell, Option<String>> {
 fn job(source: &Path) -> Result<Job, Option<String>> {
     if source.is_file() {
         return manifest::load(source).map_err(|errors| {
-            check::report(&errors);
+            manifest_args::report(&errors);
             None
         });
     }

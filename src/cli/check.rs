@@ -3,26 +3,25 @@
 use super::analyses::analyses;
 use super::excitation::{self, Cause};
 use super::gear_mesh::GearMesh;
+use super::manifest_args::{ManifestArgs, report};
 use super::structure::Structure;
-use super::{BAD_INPUT, answer, fail, grid, portable, words};
+use super::{BAD_INPUT, answer, grid, words};
 use crate::input::{clipped, printable};
 use crate::manifest::{
-    self, CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
+    CoastSpec, CycleDivision, DampingSpec, Job, ManifestErrors, MeshTableSpec, PointSpec,
     StiffnessSpec, advice,
 };
 use crate::propagate::KernelChoice;
 use clap::Args;
 use serde_json::{Value, json};
 use std::borrow::Cow;
-use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Arguments of `atlas check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// The manifest
-    pub manifest: PathBuf,
+    #[command(flatten)]
+    pub(super) manifest: ManifestArgs,
     /// Print JSON for programs
     #[arg(long)]
     pub json: bool,
@@ -36,9 +35,9 @@ const MOST_VALUES: usize = 10_000;
 
 /// Checks a manifest: status 0 when it is valid, 2 when it is not.
 pub fn run(args: &CheckArgs) -> ExitCode {
-    match manifest::load(&args.manifest) {
+    match args.manifest.load() {
         Ok(job) => {
-            let name = args.manifest.display().to_string();
+            let name = args.manifest.name();
             let text = match args.json {
                 true => format!("{:#}\n", job_json(&name, &job)),
                 false => summary(&name, &job),
@@ -54,36 +53,6 @@ pub fn run(args: &CheckArgs) -> ExitCode {
             ExitCode::from(BAD_INPUT)
         }
     }
-}
-
-/// The job of a manifest that is to be computed, in a process that computes as the job asks; else
-/// the exit status, after its errors were shown.
-pub fn admit(manifest: &Path) -> Result<Job, ExitCode> {
-    let job = manifest::load(manifest).map_err(|errors| {
-        report(&errors);
-        ExitCode::from(BAD_INPUT)
-    })?;
-    portable::obey(&job).map_err(|message| fail(1, &message))?;
-    Ok(job)
-}
-
-/// Shows the errors of a manifest on standard error, in colour on a terminal.
-pub fn report(errors: &ManifestErrors) {
-    let stderr = std::io::stderr();
-    let colour = stderr.is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    let text = match colour {
-        true => errors.render_coloured(),
-        false => errors.render(),
-    };
-    let count = match errors.count() {
-        1 => "1 error".to_owned(),
-        count => format!("{count} errors"),
-    };
-    let name = errors.sources.first().map_or("", |source| &source.name);
-    let name = printable(name);
-    let _ = stderr
-        .lock()
-        .write_all(format!("{text}{name}: {count}; nothing was computed or written\n").as_bytes());
 }
 
 fn summary(name: &str, job: &Job) -> String {
@@ -365,6 +334,7 @@ fn job_json(name: &str, job: &Job) -> Value {
         "hash": job.hash,
         "points": job.points.len(),
         "axes": axes,
+        "tied": grid::tied_json(job),
         "carried": grid::carried_json(job),
         "refine": grid::refine_json(job),
         "model": first.as_ref().map(|p| p.model.source.kind()),

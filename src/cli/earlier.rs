@@ -55,7 +55,10 @@ pub fn look(
                 record.shard.map_or_else(String::new, |s| format!(", {s}")),
                 prefix(&record.manifest_hash),
                 prefix(&job.hash),
-                difference(&record.manifest, &job.text),
+                difference(
+                    &with_changes(&record.manifest, &record.set),
+                    &with_changes(&job.text, &job.changes)
+                ),
             ));
         }
         if record.shard.map(|s| s.count) != shard.map(|s| s.count) {
@@ -84,6 +87,12 @@ fn prefix(hash: &str) -> &str {
 
 /// Most lines of a difference that are shown.
 const SHOWN: usize = 12;
+
+/// A manifest, and below it the keys that have other values.
+fn with_changes(manifest: &str, changes: &[String]) -> String {
+    let lines = changes.iter().map(|change| format!("\n--set {change}"));
+    manifest.to_owned() + &lines.collect::<String>()
+}
 
 /// Lines that only one of two manifests has, comments and spaces aside.
 fn difference(there: &str, here: &str) -> String {

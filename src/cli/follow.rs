@@ -1,9 +1,11 @@
 //! `atlas follow m.toml`: periodic orbits over an axis of the grid, through their bifurcations.
 
+use super::manifest_args::ManifestArgs;
 use super::process::Process;
 use super::status::failure;
 use super::table::TablesFolder;
-use super::{BAD_INPUT, INTERRUPTED, answer, check, fail, with_causes};
+use super::threads::Threads;
+use super::{BAD_INPUT, INTERRUPTED, answer, fail, with_causes};
 use crate::analysis::continuation::branch::End;
 use crate::manifest::Job;
 use crate::store::{
@@ -22,14 +24,13 @@ use std::time::Instant;
 /// Arguments of `atlas follow`.
 #[derive(Debug, Args)]
 pub struct FollowArgs {
-    /// The manifest; its table `continuation` says what is followed.
-    pub manifest: PathBuf,
+    #[command(flatten)]
+    manifest: ManifestArgs,
     /// Folder for the results [default: results/JOB].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Worker threads [default: one a core this process may use].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
+    #[command(flatten)]
+    threads: Threads,
     #[command(flatten)]
     tables: TablesFolder,
     /// Print nothing but errors.
@@ -42,7 +43,7 @@ pub struct FollowArgs {
 
 /// Follows orbits: status 0 when done, 2 for bad input, 130 when interrupted.
 pub fn run(args: &FollowArgs) -> ExitCode {
-    let job = match check::admit(&args.manifest) {
+    let job = match args.manifest.admit() {
         Ok(job) => job,
         Err(status) => return status,
     };
@@ -51,7 +52,7 @@ pub fn run(args: &FollowArgs) -> ExitCode {
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.unwrap_or(0) as usize)
+        .num_threads(args.threads.count().unwrap_or(0))
         .thread_name(|i| format!("atlas-{i}"));
     let pool = match pool.build() {
         Ok(pool) => pool,

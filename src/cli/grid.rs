@@ -26,19 +26,19 @@ pub fn points(job: &Job) -> String {
     )
 }
 
-/// `8 load`, `10 speed`; `varied` stands for the lengths of axes with several values.
+/// `8 load`, `10 speed`, or `12 torque with speed` of tied axes; `varied` stands for the lengths of axes with several
+/// values.
 fn counts(job: &Job, varied: &[usize]) -> Vec<String> {
     let mut varied = varied.iter().copied();
-    let count = |all: usize| match all {
+    let mut count = |all: usize| match all {
         1 => 1,
         all => varied.next().unwrap_or(all),
     };
-    let lengths: Vec<usize> = (job.axes.iter().map(|axis| axis.values.len()))
-        .map(count)
-        .collect();
-    let named = job.axes.iter().zip(lengths);
-    named
-        .map(|(axis, n)| format!("{n} {}", axis.name()))
+    (job.dimensions.iter())
+        .map(|own| {
+            let names: Vec<&str> = own.axes.iter().map(|&axis| job.axes[axis].name()).collect();
+            format!("{} {}", count(own.length), names.join(" with "))
+        })
         .collect()
 }
 
@@ -50,7 +50,14 @@ pub fn order(job: &Job, carried: &Carried) -> String {
         "{chains} {} of {} points, carried along {} ({}); {}",
         if chains == 1 { "chain" } else { "chains" },
         carried.length,
-        job.axes[carried.axis].name(),
+        (job.tied(carried.axis)
+            .iter()
+            .map(|&axis| job.axes[axis].name()))
+        .filter(|name| *name != job.axes[carried.axis].name())
+        .fold(
+            job.axes[carried.axis].name().to_owned(),
+            |words, name| format!("{words} with {name}")
+        ),
         directions.join(", then "),
         match chains {
             1 => "one after another on one thread",
@@ -67,6 +74,14 @@ pub fn carried_json(job: &Job) -> Value {
         "chains": job.points.len() / carried.length,
         "chain_length": carried.length,
     })))
+}
+
+/// The axes that advance in step, group by group.
+pub fn tied_json(job: &Job) -> Value {
+    let names =
+        |axes: &[usize]| -> Vec<&str> { axes.iter().map(|&axis| job.axes[axis].name()).collect() };
+    let groups = job.dimensions.iter().filter(|own| own.is_tied());
+    json!(groups.map(|own| names(&own.axes)).collect::<Vec<_>>())
 }
 
 /// How the grid is refined; null where it is not. `points` is then the most there can be.

@@ -16,6 +16,7 @@ mod grid;
 pub mod help;
 mod line;
 pub mod machine;
+mod manifest_args;
 pub mod merge;
 pub mod plan;
 pub mod plot;
@@ -32,6 +33,7 @@ pub mod show;
 mod status;
 mod structure;
 pub mod table;
+mod threads;
 pub mod trace;
 pub mod verify;
 mod words;
@@ -42,6 +44,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
+use threads::Threads;
 
 /// Exit status for bad input.
 const BAD_INPUT: u8 = 2;
@@ -148,10 +151,11 @@ fn hush() {
     }));
 }
 
-/// Starts the threads that computations outside a sweep share, one a core. They would start
+/// Starts the threads that computations outside a sweep share. They would start
 /// themselves when first needed, and panic where the system refuses.
-fn start_threads() -> Result<(), String> {
-    let pool = rayon::ThreadPoolBuilder::new().build_global();
+fn start_threads(threads: &Threads) -> Result<(), String> {
+    let pool = (rayon::ThreadPoolBuilder::new()).num_threads(threads.count().unwrap_or(0));
+    let pool = pool.build_global();
     pool.map_err(|error| {
         format!(
             "cannot start worker threads: {error}; raise the limit on threads (`ulimit -u`, or \

@@ -2,9 +2,11 @@
 //! `atlas machine` has measured this machine, says what its threads are worth; where it has
 //! measured another one too, what the run would take there.
 
+use super::manifest_args::ManifestArgs;
 use super::process::Process;
 use super::table::TablesFolder;
-use super::{BAD_INPUT, answer, check, fail, grid, machine, with_causes};
+use super::threads::Threads;
+use super::{BAD_INPUT, answer, fail, grid, machine, with_causes};
 use crate::characterize::machine_rate::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
@@ -23,11 +25,10 @@ const BUDGET: Duration = Duration::from_secs(10);
 /// Arguments of `atlas plan`.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
-    /// The manifest.
-    pub manifest: PathBuf,
-    /// Worker threads [default: one a core this process may use].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
+    #[command(flatten)]
+    manifest: ManifestArgs,
+    #[command(flatten)]
+    threads: Threads,
     /// Only part i of n, as `atlas run --shard i/n` would compute.
     #[arg(long, value_name = "i/n", value_parser = super::run_args::parse_shard)]
     pub shard: Option<Shard>,
@@ -47,7 +48,7 @@ pub struct PlanArgs {
 
 /// Says what a run will take: status 0, or 2 for bad input.
 pub fn run(args: &PlanArgs) -> ExitCode {
-    let job = match check::admit(&args.manifest) {
+    let job = match args.manifest.admit() {
         Ok(job) => job,
         Err(status) => return status,
     };
@@ -68,7 +69,7 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Err(error) => return fail(1, &format!("cannot make a temporary folder: {error}")),
     };
     let options = Options {
-        threads: args.threads.map(|n| n as usize),
+        threads: args.threads.count(),
         shard: args.shard,
         ..Options::default()
     };
@@ -86,7 +87,7 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         Err(error) => fail(1, &with_causes(&error)),
         Ok(None) => ExitCode::from(super::INTERRUPTED),
         Ok(Some(found)) => {
-            let measured = machines.measured(&job, &found, args.threads);
+            let measured = machines.measured(&job, &found, args.threads.asked);
             let text = match args.json {
                 true => document(&job, &found, &measured),
                 false => text(&job, &found) + &measured.text(),

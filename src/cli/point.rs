@@ -1,12 +1,13 @@
 //! `--point axis=value,…`: one operating point of a manifest, on its grid or off it.
 //!
-//! Load and speed may take any value. Every other axis goes into the resolved model, so
-//! that only values of the grid exist. An axis with a single value need not be named. Where
+//! Load or torque and speed may take any value. Every other axis goes into the resolved model, so
+//! that only values of the grid exist. An axis with a single value need not be named, nor one that is tied to others
+//! that are, where these are at one point of the grid. Where
 //! the state is carried along an axis, `direction=up` or `down` asks for the point as the sweep
 //! meets it.
 
 use super::{BAD_INPUT, fail};
-use crate::manifest::{Axis, AxisKey, Direction, Job, PointSpec};
+use crate::manifest::{Axis, AxisKey, Direction, GridDimension, Job, PointSpec};
 use crate::report::to_digits;
 use crate::units::{self, Dimension};
 use std::process::ExitCode;
@@ -59,7 +60,7 @@ pub enum PointError {
         /// What would be accepted.
         accepted: String,
     },
-    /// Load or speed that is not positive.
+    /// A speed that is not positive.
     #[error("{name} is {value}, but must be greater than 0")]
     NotPositive {
         /// The axis.
@@ -161,9 +162,13 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
             Err(error) => errors.push(error),
         }
     }
-    let missing: Vec<&Axis> = (job.axes.iter().zip(&named))
-        .filter(|(axis, named)| !**named && axis.values.len() > 1)
-        .map(|(axis, _)| axis)
+    let mut values: Vec<Option<f64>> = typed.iter().map(|typed| Some(typed.as_ref()?.1)).collect();
+    for own in &job.dimensions {
+        fill(job, own, &mut values);
+    }
+    let missing: Vec<&Axis> = (job.axes.iter().zip(&named).zip(&values))
+        .filter(|((axis, named), value)| !**named && value.is_none() && axis.values.len() > 1)
+        .map(|((axis, _), _)| axis)
         .collect();
     // A misspelt name is one fault, not an unknown and a missing one.
     let misspelt = |error: &PointError| matches!(error, PointError::UnknownAxis { .. });
@@ -173,8 +178,8 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
             example: example(job, &typed),
         });
     }
-    let values: Vec<f64> = (job.axes.iter().zip(&typed))
-        .map(|(axis, typed)| typed.map_or(axis.values.get(0), |(_, value)| value))
+    let values: Vec<f64> = (job.axes.iter().zip(&values))
+        .map(|(axis, value)| value.unwrap_or_else(|| axis.values.get(0)))
         .collect();
     let spec = job.points.iter().find(|point| {
         let fixed = job.axes.iter().zip(&point.axis_values).zip(&values);
@@ -187,6 +192,28 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     match spec {
         Some(spec) if errors.is_empty() => Ok(chosen(job, spec, &values, &typed, direction)),
         _ => Err(errors),
+    }
+}
+
+/// Gives tied axes that are not named the values that they have where those named have theirs, if that is at one
+/// place.
+fn fill(job: &Job, own: &GridDimension, values: &mut [Option<f64>]) {
+    let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
+    let fits = |place: &usize| {
+        let mut given = own
+            .axes
+            .iter()
+            .filter_map(|&axis| Some((axis, values[axis]?)));
+        given.all(|(axis, value)| is_near(of(axis, *place), value))
+    };
+    if own.axes.iter().all(|&axis| values[axis].is_none()) {
+        return;
+    }
+    let mut found = (0..own.length).filter(fits);
+    if let (Some(place), None) = (found.next(), found.next()) {
+        for &axis in &own.axes {
+            values[axis].get_or_insert(of(axis, place));
+        }
     }
 }
 
@@ -221,6 +248,7 @@ fn chosen(
     for (axis, &value) in job.axes.iter().zip(values) {
         match axis.key {
             AxisKey::Load => spec.load = value,
+            AxisKey::Torque => spec.load = spec.model.load_of_torque(value),
             AxisKey::Speed => spec.speed = value,
             AxisKey::Key(_) => {}
         }
@@ -269,7 +297,7 @@ fn is_free(axis: &Axis) -> bool {
 fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
     let value = quantity(axis, text)?;
     if is_free(axis) {
-        return match value > 0.0 {
+        return match value > 0.0 || axis.key != AxisKey::Speed {
             true => Ok(value),
             false => Err(PointError::NotPositive {
                 name: axis.name().to_owned(),
@@ -277,13 +305,17 @@ fn read(axis: &Axis, text: &str) -> Result<f64, PointError> {
             }),
         };
     }
-    let near = |on_grid: &f64| (on_grid - value).abs() <= NEAR * value.abs();
-    let found = axis.values.iter().find(near);
+    let found = axis.values.iter().find(|on_grid| is_near(*on_grid, value));
     found.ok_or_else(|| PointError::NotOnGrid {
         name: axis.name().to_owned(),
         value: with_unit(number(value), axis),
         values: listed(axis),
     })
+}
+
+/// Whether a value is one of the grid to the digits that messages show.
+fn is_near(on_grid: f64, value: f64) -> bool {
+    (on_grid - value).abs() <= NEAR * value.abs()
 }
 
 fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {

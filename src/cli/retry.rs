@@ -81,7 +81,7 @@ fn retry(
         let mut journal = journal(&anew, job, &points)?;
         let parts = Parts::new(args.tables.store());
         let options = Options {
-            threads: args.threads.map(|n| n as usize),
+            threads: args.threads.count(),
             pinning: args.pinning(),
             shard: args.shard,
             only: Some(&points),

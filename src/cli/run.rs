@@ -6,7 +6,7 @@ use super::process::Process;
 use super::retry;
 use super::run_args::RunArgs;
 use super::status::{failure, status};
-use super::{BAD_INPUT, FAILED_POINTS, check, fail, grid, with_causes};
+use super::{BAD_INPUT, FAILED_POINTS, fail, grid, with_causes};
 use crate::manifest::Job;
 use crate::store::{
     ForecastRecord, Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState,
@@ -21,7 +21,7 @@ use std::time::{Instant, SystemTime};
 /// Runs a job: status 0 when done, 2 for bad input, 3 when points failed, 4 where another
 /// process computes the same, 130 when interrupted.
 pub fn run(args: &RunArgs) -> ExitCode {
-    let job = match check::admit(&args.manifest) {
+    let job = match args.manifest.admit() {
         Ok(job) => job,
         Err(status) => return status,
     };
@@ -71,7 +71,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };
     let options = Options {
-        threads: args.threads.map(|n| n as usize),
+        threads: args.threads.count(),
         pinning: args.pinning(),
         shard: args.shard,
         only: None,
@@ -137,7 +137,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
             ..MachineRecord::current(topology.as_ref())
         },
         placement: PlacementRecord {
-            threads_asked: args.threads,
+            threads_asked: args.threads.asked,
             threads: finished.threads as u32,
             asked: finished.asked.clone(),
             obtained: finished.obtained.clone(),
@@ -158,6 +158,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> ExitCode {
         warnings,
         manifest_hash: job.hash.clone(),
         manifest: job.text.clone(),
+        set: job.changes.clone(),
     };
     if let Err(error) = write_run(folder, &record) {
         return fail(1, &with_causes(&error));

@@ -1,6 +1,8 @@
 //! What can `atlas run` be told?
 
+use super::manifest_args::ManifestArgs;
 use super::table::TablesFolder;
+use super::threads::Threads;
 use crate::store::Shard;
 use crate::topology::Pinning;
 use clap::{Args, ValueEnum};
@@ -9,14 +11,13 @@ use std::path::PathBuf;
 /// Arguments of `atlas run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// The manifest.
-    pub manifest: PathBuf,
+    #[command(flatten)]
+    pub(super) manifest: ManifestArgs,
     /// Folder for the results [default: results/JOB].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Worker threads [default: one a core this process may use].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
+    #[command(flatten)]
+    pub(super) threads: Threads,
     /// Bind workers to their cores even where they are fewer than the cores.
     #[arg(long, conflicts_with = "no_pin")]
     pub pin: bool,

@@ -1,22 +1,23 @@
 //! `atlas sensitivity m.toml --point …`: how the answers of a point change with keys of the manifest.
 
+use super::manifest_args::ManifestArgs;
 use super::point::{self, number};
 use super::process::Process;
 use super::table::TablesFolder;
-use super::{BAD_INPUT, INTERRUPTED, answer, check, fail, start_threads, with_causes};
+use super::threads::Threads;
+use super::{BAD_INPUT, INTERRUPTED, answer, fail, start_threads, with_causes};
 use crate::analysis::sensitivity::ensemble::Ensemble;
 use crate::manifest::Parameter;
 use crate::sweep::{Parts, Sensitivities, SensitivityError, sensitivities};
 use clap::Args;
 use serde_json::json;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Arguments of `atlas sensitivity`.
 #[derive(Debug, Args)]
 pub struct SensitivityArgs {
-    /// The manifest.
-    pub manifest: PathBuf,
+    #[command(flatten)]
+    manifest: ManifestArgs,
     /// The operating point: load and speed may be any, other axes are values of the grid.
     #[arg(
         long,
@@ -40,6 +41,8 @@ pub struct SensitivityArgs {
     #[arg(long, value_name = "PART", default_value_t = 0.02)]
     pub step: f64,
     #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
     tables: TablesFolder,
     /// Print JSON.
     #[arg(long)]
@@ -48,7 +51,7 @@ pub struct SensitivityArgs {
 
 /// Tells the sensitivities of a point: status 0 when done, 2 for bad input, 130 when interrupted.
 pub fn run(args: &SensitivityArgs) -> ExitCode {
-    let job = match check::admit(&args.manifest) {
+    let job = match args.manifest.admit() {
         Ok(job) => job,
         Err(status) => return status,
     };
@@ -75,7 +78,7 @@ pub fn run(args: &SensitivityArgs) -> ExitCode {
         Ok(process) => process,
         Err(error) => return fail(1, &format!("cannot watch for signals: {error}")),
     };
-    if let Err(message) = start_threads() {
+    if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
     let asked = Ensemble {

@@ -1,8 +1,10 @@
 //! `atlas trace m.toml --point …`: one trajectory with its events, for a close look.
 
+use super::manifest_args::ManifestArgs;
 use super::point::{self, ChosenPoint, number};
 use super::table::TablesFolder;
-use super::{BAD_INPUT, FAILED_POINTS, answer, check, fail, start_threads};
+use super::threads::Threads;
+use super::{BAD_INPUT, FAILED_POINTS, answer, fail, start_threads};
 use crate::analysis::{CalledOff, Signals, TraceOutcome, TraceQuestion, named_outputs, trace};
 use crate::manifest::Job;
 use crate::model::{Model, TrajectoryState};
@@ -19,8 +21,8 @@ use std::sync::atomic::AtomicBool;
 /// Arguments of `atlas trace`.
 #[derive(Debug, Args)]
 pub struct TraceArgs {
-    /// The manifest.
-    pub manifest: PathBuf,
+    #[command(flatten)]
+    manifest: ManifestArgs,
     /// The operating point: load and speed may be any, other axes are values of the grid.
     /// A bare number is in SI. Axes with a single value may be left out. Where the manifest
     /// carries the state along an axis, direction=up or direction=down computes the sweep up
@@ -54,6 +56,8 @@ pub struct TraceArgs {
     #[arg(long)]
     pub fresh: bool,
     #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
     tables: TablesFolder,
     /// Print the summary as JSON.
     #[arg(long)]
@@ -63,7 +67,7 @@ pub struct TraceArgs {
 /// Traces one operating point: status 0 when done, 2 for bad input, 3 where the trajectory
 /// could not be integrated to the end.
 pub fn run(args: &TraceArgs) -> ExitCode {
-    let job = match check::admit(&args.manifest) {
+    let job = match args.manifest.admit() {
         Ok(job) => job,
         Err(status) => return status,
     };
@@ -81,7 +85,7 @@ pub fn run(args: &TraceArgs) -> ExitCode {
     if let Some(message) = occupied(&folder).filter(|_| !args.fresh) {
         return fail(BAD_INPUT, &message);
     }
-    if let Err(message) = start_threads() {
+    if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
     let parts = Parts::new(args.tables.store());

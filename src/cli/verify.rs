@@ -1,5 +1,6 @@
 //! `atlas verify`: the validation ladder on this machine.
 
+use super::threads::Threads;
 use super::{answer, fail, line, start_threads};
 use crate::topology::Machine;
 use crate::verify::{self, CHECKS, Check, Extent, Report, Subjects};
@@ -19,6 +20,8 @@ pub struct VerifyArgs {
     /// Only this check; may be given more than once
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(CHECKS.iter().map(|check| check.name)))]
     only: Vec<String>,
+    #[command(flatten)]
+    threads: Threads,
     /// Print JSON for programs
     #[arg(long)]
     json: bool,
@@ -26,7 +29,7 @@ pub struct VerifyArgs {
 
 /// Carries out the checks: status 0 where every line passes, 1 where one fails.
 pub fn run(args: &VerifyArgs) -> ExitCode {
-    if let Err(message) = start_threads() {
+    if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
     let extent = match args.full {

@@ -25,9 +25,17 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// # Errors
 /// As [`open`]; [`ErrorKind::FileTooLarge`] where there are more bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    read_stream(&mut open(path)?, most)
+}
+
+/// The bytes of a stream that ends after at most `most` bytes.
+///
+/// # Errors
+/// What the system says; [`ErrorKind::FileTooLarge`] where there are more bytes.
+pub fn read_stream(stream: &mut dyn Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    // One more than accepted tells a longer file, whatever its metadata say.
-    open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    // One more than accepted tells a longer text, whatever its metadata say.
+    stream.take(most + 1).read_to_end(&mut bytes)?;
     match bytes.len() as u64 > most {
         true => Err(io::Error::new(
             ErrorKind::FileTooLarge,

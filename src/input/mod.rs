@@ -4,5 +4,5 @@
 mod file;
 mod printable;
 
-pub use file::{open, read};
+pub use file::{open, read, read_stream};
 pub use printable::{clipped, printable, printable_but_colours};

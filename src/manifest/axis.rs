@@ -4,8 +4,8 @@
 use serde::{Serialize, Serializer};
 use std::sync::Arc;
 
-/// What an axis varies: model keys, then load, then speed, which is the order of axes.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+/// What an axis varies.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub enum AxisKey {
     /// A dotted key of the manifest (`mesh.half_gap`).
     Key(String),
@@ -13,6 +13,8 @@ pub enum AxisKey {
     Load,
     /// Speed of the pinion.
     Speed,
+    /// Torque on the pinion \[N m\].
+    Torque,
 }
 
 impl AxisKey {
@@ -20,6 +22,7 @@ impl AxisKey {
     pub(super) fn of(name: &str) -> Self {
         match name {
             "load" => Self::Load,
+            "torque" => Self::Torque,
             "speed" => Self::Speed,
             key => Self::Key(key.to_owned()),
         }
@@ -30,7 +33,17 @@ impl AxisKey {
         match self {
             Self::Key(key) => key,
             Self::Load => "load",
+            Self::Torque => "torque",
             Self::Speed => "speed",
+        }
+    }
+
+    /// What axes are in the order of: model keys by name, load or torque, speed.
+    pub(super) fn rank(&self) -> (u8, &str) {
+        match self {
+            Self::Key(key) => (0, key),
+            Self::Load | Self::Torque => (1, ""),
+            Self::Speed => (2, ""),
         }
     }
 

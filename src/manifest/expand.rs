@@ -5,8 +5,10 @@
 //! the corners of the grid and others evenly between. The range of each key by itself was checked
 //! for all values where they stand; what does not fit together shows when its point is asked for.
 
+use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
+use super::grid_dimension::GridDimension;
 use super::hash::JobHash;
 use super::reader::Section;
 use super::schema::{self, MANIFEST};
@@ -50,9 +52,39 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    /// The first combination that has no fault.
-    pub fn first(&self) -> Option<&Variant> {
-        self.variants.first()
+    /// Those that have no fault.
+    pub fn variants(&self) -> &[Variant] {
+        &self.variants
+    }
+}
+
+/// Along which dimensions the model keys of a grid go.
+#[derive(Debug)]
+struct Combinations {
+    /// Values along each.
+    lengths: Vec<usize>,
+    /// The dimension of each model key.
+    of_keys: Vec<usize>,
+}
+
+impl Combinations {
+    fn new(axes: &[GridAxis], dimensions: &[GridDimension]) -> Self {
+        let keys = (axes.iter().enumerate()).filter(|(_, axis)| axis.is_model_key());
+        Self {
+            lengths: (dimensions.iter())
+                .filter(|dimension| dimension.model_keys)
+                .map(|dimension| dimension.length)
+                .collect(),
+            of_keys: keys
+                .map(|(axis, _)| GridDimension::of(dimensions, axis))
+                .collect(),
+        }
+    }
+
+    /// The place on every model key of a combination.
+    fn places(&self, number: usize) -> Vec<usize> {
+        let places = GridDimension::places(&self.lengths, number);
+        self.of_keys.iter().map(|&own| places[own]).collect()
     }
 }
 
@@ -64,25 +96,26 @@ impl Judged {
 pub(super) fn expand(
     tree: &mut Node,
     axes: &[GridAxis],
+    dimensions: &[GridDimension],
     exhaustive: bool,
     issues: &mut Issues,
     context: &mut Context,
     hash: &mut JobHash,
 ) -> Judged {
     let keys: Vec<&GridAxis> = axes.iter().filter(|axis| axis.is_model_key()).collect();
-    let lengths: Vec<usize> = keys.iter().map(|key| key.axis.values.len()).collect();
+    let combinations = Combinations::new(axes, dimensions);
     // A grid of an accepted size has countable combinations.
     let all = match exhaustive {
-        true => lengths.iter().product(),
+        true => combinations.lengths.iter().product(),
         false => 1,
     };
     let budget = (MOST_NODES / tree.size()).clamp(*JUDGED.start(), *JUDGED.end());
-    let numbers = (all > budget).then(|| chosen(all, budget, &lengths));
+    let numbers = (all > budget).then(|| chosen(all, budget, &combinations.lengths));
     let mut variants: Vec<Variant> = Vec::new();
     let mut faults = Faults::new();
     let (mut tried, mut faulty) = (0, 0);
     for nth in 0..numbers.as_ref().map_or(all, Vec::len) {
-        let index = places(numbers.as_ref().map_or(nth, |chosen| chosen[nth]), &lengths);
+        let index = combinations.places(numbers.as_ref().map_or(nth, |chosen| chosen[nth]));
         let before = issues.found.len();
         let counted = issues.count();
         let resolved = substitute(tree, &keys, &index, issues)
@@ -131,17 +164,6 @@ fn chosen(all: usize, budget: usize, lengths: &[usize]) -> Vec<usize> {
     let even = (0..budget).map(|i| (i as u128 * all as u128 / budget as u128) as usize);
     let numbers: BTreeSet<usize> = (0..1 << cornered).map(corner).chain(even).collect();
     numbers.into_iter().collect()
-}
-
-/// The place on every axis of a combination, the last axis fastest.
-fn places(number: usize, lengths: &[usize]) -> Vec<usize> {
-    let mut rest = number;
-    let mut places = vec![0; lengths.len()];
-    for (place, length) in places.iter_mut().zip(lengths).rev() {
-        *place = rest % length;
-        rest /= length;
-    }
-    places
 }
 
 /// Puts one value of every key axis into the tree; false when one has no place there.
@@ -222,17 +244,27 @@ pub struct Between(Arc<Kept>);
 struct Kept {
     tree: Node,
     keys: Vec<GridAxis>,
+    combinations: Combinations,
+    /// Whether the points have a torque: then that is what is kept where the rated torque changes.
+    torque: bool,
     base_dir: PathBuf,
     modal_files: HashMap<PathBuf, Option<Arc<ModalStructure>>>,
 }
 
 impl Between {
     /// `axes` has the model keys first, as [`expand`] wants them.
-    pub(super) fn new(mut tree: Node, axes: Vec<GridAxis>, context: Context) -> Self {
+    pub(super) fn new(
+        mut tree: Node,
+        axes: Vec<GridAxis>,
+        dimensions: &[GridDimension],
+        context: Context,
+    ) -> Self {
         // The values of the axes stand there: of the grid a point needs the order only.
         tree.retain("grid", |key| matches!(key, "order" | "along"));
         Self(Arc::new(Kept {
             tree,
+            combinations: Combinations::new(&axes, dimensions),
+            torque: axes.iter().any(|axis| axis.axis.key == AxisKey::Torque),
             keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),
             base_dir: context.base_dir.to_path_buf(),
             modal_files: context.modal_files,
@@ -251,6 +283,11 @@ impl Between {
     /// What stands in the manifest at a dotted path.
     pub(super) fn node(&self, path: &str) -> Option<&Node> {
         self.0.tree.at(path)
+    }
+
+    /// Whether the points of the grid have a torque instead of a load.
+    pub(super) fn has_torque(&self) -> bool {
+        self.0.torque
     }
 
     /// The place of a model key among the axes.
@@ -349,8 +386,7 @@ impl Expansion {
             Err(place) => &judged.variants[place.saturating_sub(1)],
         };
         let keys = &self.between.0.keys;
-        let lengths: Vec<usize> = keys.iter().map(|key| key.axis.values.len()).collect();
-        let values = keys.iter().zip(places(number, &lengths));
+        let values = keys.iter().zip(self.between.0.combinations.places(number));
         let values: Vec<f64> = values.map(|(key, i)| key.axis.values.get(i)).collect();
         match self.between.combine(&values, Some(near)) {
             Ok(variant) => (Cow::Owned(variant), None),

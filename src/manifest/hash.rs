@@ -2,6 +2,7 @@
 //! included, so that comments, layout, key order, equal units and the job's name do not matter and
 //! everything that can change a result does.
 
+use super::grid_dimension::GridDimension;
 use super::spec::{Axis, Carried, Refine, Variant};
 use super::tree::{Entry, Node, Value};
 use serde::Serialize;
@@ -26,6 +27,11 @@ impl JobHash {
     /// Lower-case hexadecimal.
     pub fn finish(&self) -> String {
         self.0.finalize().to_hex().to_string()
+    }
+
+    /// Which axes advance in step.
+    pub fn tied(&mut self, dimensions: &[GridDimension]) {
+        self.add(&dimensions);
     }
 
     /// How the grid is refined.

@@ -1,7 +1,8 @@
 //! A whole job: what its name, grid and points are.
 
-use super::axis::AxisKey;
+use super::axis::{AxisKey, AxisValues};
 use super::expand::Between;
+use super::grid_dimension::GridDimension;
 use super::points::Points;
 use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine};
 
@@ -14,12 +15,16 @@ pub struct Job {
     pub seed: u64,
     /// The manifest as the user wrote it.
     pub text: String,
+    /// Keys that were given other values than the text has, as typed: `KEY=VALUE`.
+    pub changes: Vec<String>,
     /// Hash over what matters to physics, as lower-case hexadecimal.
     pub hash: String,
-    /// Axes of the grid: model keys first, by name, then `load`, then `speed`; the order of
-    /// the text is of no effect. `point_id` counts row-major over them, unless the state is
-    /// carried along one.
+    /// Axes of the grid: model keys first, by name, then `load` or `torque`, then `speed`; the order of
+    /// the text is of no effect.
     pub axes: Vec<Axis>,
+    /// Along which dimensions they go, slowest first: tied axes share one. `point_id` counts row-major over these,
+    /// unless the state is carried along one.
+    pub dimensions: Vec<GridDimension>,
     /// How points follow from each other; none where each starts from `run.initial`.
     pub carried: Option<Carried>,
     /// How the grid is refined: `axes` and `points` are then those of its finest grid, of which
@@ -50,14 +55,53 @@ impl Job {
     /// carried, where the manifest does not ask for refinement, or where the key takes no
     /// such value (a whole number between two).
     pub fn point_between(&self, point: &PointSpec, value: f64) -> Option<PointSpec> {
-        let axis = self.carried.as_ref()?.axis;
+        let swept = self.carried.as_ref()?.axis;
         let mut between = point.clone();
-        between.axis_values[axis] = value;
-        match &self.axes[axis].key {
-            AxisKey::Load => between.load = value,
-            AxisKey::Speed => between.speed = value,
-            AxisKey::Key(_) => self.between.resolve(&mut between)?,
+        let (before, part) = neighbours(&self.axes[swept].values, value)?;
+        for &axis in self.tied(swept) {
+            let values = &self.axes[axis].values;
+            let [from, to] = before.map(|place| values.get(place));
+            between.axis_values[axis] = match axis == swept {
+                true => value,
+                false => (1.0 - part) * from + part * to,
+            };
         }
+        self.apply(&mut between, self.tied(swept))?;
         Some(between)
     }
+
+    /// The axes that go along the dimension of one, itself among them.
+    pub fn tied(&self, axis: usize) -> &[usize] {
+        &self.dimensions[GridDimension::of(&self.dimensions, axis)].axes
+    }
+
+    /// Gives a point what its values of some axes stand for; none where they make no drive.
+    fn apply(&self, point: &mut PointSpec, axes: &[usize]) -> Option<()> {
+        let keys = || axes.iter().map(|&axis| (&self.axes[axis].key, axis));
+        if keys().any(|(key, _)| key.is_model_key()) {
+            self.between.resolve(point)?;
+        }
+        for (key, axis) in keys() {
+            let value = point.axis_values[axis];
+            match key {
+                AxisKey::Load => point.load = value,
+                AxisKey::Torque => point.load = point.model.load_of_torque(value),
+                AxisKey::Speed => point.speed = value,
+                AxisKey::Key(_) => {}
+            }
+        }
+        Some(())
+    }
+}
+
+/// The places of the values next to one, and the part of the way between them at which it lies; none for a single
+/// value.
+fn neighbours(values: &AxisValues, value: f64) -> Option<([usize; 2], f64)> {
+    let ascending = values.ascending();
+    let at = |rank: usize| values.get(ascending.place(rank));
+    let last = ascending.len().checked_sub(1).filter(|last| *last > 0)?;
+    let above = (1..last).find(|&rank| at(rank) >= value).unwrap_or(last);
+    let [low, high] = [at(above - 1), at(above)];
+    let part = (value - low) / (high - low);
+    Some(([above - 1, above].map(|rank| ascending.place(rank)), part))
 }

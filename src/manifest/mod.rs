@@ -16,15 +16,18 @@ mod errors;
 mod excerpt;
 mod expand;
 mod grid;
+mod grid_dimension;
 mod hash;
 mod job;
 pub mod manual;
 mod modal_file;
+mod operating_point;
 mod parameter;
 mod points;
 mod reader;
 mod schema;
 mod sections;
+mod set;
 mod spec;
 mod syntax;
 mod text;
@@ -37,6 +40,7 @@ pub use axis_units::axis_units;
 pub use diagnostic::{Diagnostic, DiagnosticKind, Source, Span};
 pub use errors::ManifestErrors;
 pub use expand::Between;
+pub use grid_dimension::GridDimension;
 pub use job::Job;
 pub use parameter::{Parameter, ParameterError};
 pub use points::Points;
@@ -46,6 +50,7 @@ use diagnostic::Issues;
 use expand::Expansion;
 use reader::Section;
 use sections::Context;
+use std::io::Read;
 use std::path::Path;
 use text::NoText;
 
@@ -56,14 +61,57 @@ use text::NoText;
 /// Every fault of the manifest and of the modal file it names; an unreadable manifest is
 /// one fault of its own.
 pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
+    load_changed(path, &[])
+}
+
+/// Reads a manifest file in which some keys have other values, each given as `KEY=VALUE`: the value is TOML, or a
+/// text without quotes. The job's hash is that of the manifest with these values.
+///
+/// # Errors
+///
+/// As [`load`], and every fault of the changes.
+pub fn load_changed(path: &Path, changes: &[String]) -> Result<Job, ManifestErrors> {
     let mut issues = Issues::default();
-    match text::read(&mut issues, path, "the manifest") {
-        Ok(source) => judge(issues, source, path.parent().unwrap_or(Path::new(""))),
+    let found = text::read(&mut issues, path, "the manifest");
+    let base_dir = path.parent().unwrap_or(Path::new(""));
+    judge_found(
+        issues,
+        found,
+        &path.display().to_string(),
+        base_dir,
+        changes,
+    )
+}
+
+/// Reads a manifest from a stream, which `name` stands for in messages; relative paths in it start at the current
+/// folder. Keys are changed as by [`load_changed`].
+///
+/// # Errors
+///
+/// As [`load_changed`].
+pub fn read_changed(
+    stream: &mut dyn Read,
+    name: &str,
+    changes: &[String],
+) -> Result<Job, ManifestErrors> {
+    let mut issues = Issues::default();
+    let found = text::read_stream(&mut issues, stream, name, "the manifest");
+    judge_found(issues, found, name, Path::new(""), changes)
+}
+
+fn judge_found(
+    mut issues: Issues,
+    found: Result<usize, NoText>,
+    name: &str,
+    base_dir: &Path,
+    changes: &[String],
+) -> Result<Job, ManifestErrors> {
+    match found {
+        Ok(source) => judge(issues, source, base_dir, changes),
         Err(NoText::Reported) => Err(ManifestErrors::new(issues)),
         Err(NoText::Unreadable(error)) => {
-            let name = path.display().to_string();
             let message = format!("the manifest `{name}` cannot be read: {error}");
-            let source = issues.add_source(name, String::new());
+            let source = issues.add_source(name.to_owned(), String::new());
             let span = Span {
                 source,
                 start: 0,
@@ -87,11 +135,16 @@ pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
 pub fn parse(text: &str, name: &str, base_dir: &Path) -> Result<Job, ManifestErrors> {
     let mut issues = Issues::default();
     let source = issues.add_source(name.to_owned(), text.to_owned());
-    judge(issues, source, base_dir)
+    judge(issues, source, base_dir, &[])
 }
 
-/// Judges a manifest that was read and resolves it.
-fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, ManifestErrors> {
+/// Judges a manifest that was read, with some keys changed, and resolves it.
+fn judge(
+    mut issues: Issues,
+    source: usize,
+    base_dir: &Path,
+    changes: &[String],
+) -> Result<Job, ManifestErrors> {
     let mut tree = tree::parse(source, &mut issues);
     let syntax_faults = issues.more;
     let syntax_error = issues
@@ -102,16 +155,21 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
         .chain(issues.unread)
         .min();
 
+    let changed = set::apply(&mut tree, changes, &mut issues);
     unknown::check(&mut issues, &tree, schema::MANIFEST);
     let root = Section::root(&tree, schema::MANIFEST);
     let head = sections::read_job(&root, &mut issues);
-    let axes = grid::read(&root, &mut issues);
+    let axes = grid::read(&root, &mut issues, base_dir);
+    set::check_axes(&changed, &axes.valid, &mut issues);
 
     // The values of a grid that is too large are not looked at.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let seed = head.as_ref().map_or(0, |head| head.seed);
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
+    if axes.dimensions.iter().any(GridDimension::is_tied) {
+        hash.tied(&axes.dimensions);
+    }
     if let Some(refine) = &axes.refine {
         hash.refined(refine);
     }
@@ -119,6 +177,7 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     let judged = expand::expand(
         &mut tree,
         &axes.valid,
+        &axes.dimensions,
         !axes.too_large,
         &mut issues,
         &mut context,
@@ -126,37 +185,50 @@ fn judge(mut issues: Issues, source: usize, base_dir: &Path) -> Result<Job, Mani
     );
 
     let varied: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
-    let retained = judged.first().map(|variant| variant.model.retained);
+    let retained = judged
+        .variants()
+        .first()
+        .map(|variant| variant.model.retained);
     let continuation = sections::read_continuation(
         &Section::root(&tree, schema::MANIFEST),
         &mut issues,
         &varied,
+        &axes.dimensions,
         &axes.faulty,
         retained,
     );
 
+    operating_point::check(&axes.valid, judged.variants(), &mut issues);
     if let Some(start) = syntax_error {
         keep_certain(&mut issues, source, start);
         issues.more = syntax_faults;
     }
     // A key that only a faulty axis gives is not missing.
-    issues
-        .found
-        .retain(|d| d.kind != DiagnosticKind::MissingKey || !axes.faulty.contains(&d.key));
+    issues.found.retain(|d| {
+        d.kind != DiagnosticKind::MissingKey || !(axes.unknown || axes.faulty.contains(&d.key))
+    });
     drop_echoes(&mut issues);
     match head {
         Some(head) if issues.count() == 0 => {
             let plain: Vec<Axis> = axes.valid.iter().map(|axis| axis.axis.clone()).collect();
-            let between = Between::new(tree, axes.valid, context);
+            let between = Between::new(tree, axes.valid, &axes.dimensions, context);
             let variants = Expansion::new(judged, between.clone());
             let nested = axes.refine.as_ref().map(|refine| refine.nested);
-            let points = Points::new(variants, &plain, axes.carried.as_ref(), nested);
+            let points = Points::new(
+                variants,
+                &plain,
+                &axes.dimensions,
+                axes.carried.as_ref(),
+                nested,
+            );
             Ok(Job {
                 name: head.name,
                 seed: head.seed,
                 text: issues.sources.swap_remove(source).text,
+                changes: changes.to_vec(),
                 hash: hash.finish(),
                 axes: plain,
+                dimensions: axes.dimensions,
                 carried: axes.carried,
                 refine: axes.refine,
                 between,

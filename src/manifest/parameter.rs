@@ -25,7 +25,7 @@ pub struct Parameter {
 pub enum ParameterError {
     /// There is no such key.
     #[error(
-        "`{name}` names no key of the drive{}; a parameter is load, speed, or a key of model, gear, \
+        "`{name}` names no key of the drive{}; a parameter is load, torque, speed, or a key of model, gear, \
          shafts, train, mesh or excitation that takes a quantity, such as mesh.half_gap",
         near.as_ref().map_or(String::new(), |near| format!(", did you mean `{near}`?"))
     )]
@@ -70,6 +70,7 @@ impl Parameter {
         let key = AxisKey::of(name);
         let dimension = match key {
             AxisKey::Load => Dimension::Ratio,
+            AxisKey::Torque => Dimension::Torque,
             AxisKey::Speed => Dimension::AngularSpeed,
             AxisKey::Key(_) => dimension_of(name)?,
         };
@@ -116,7 +117,7 @@ fn nearest(name: &str) -> Option<String> {
             !path.contains(['*', '<'])
                 && DRIVE_TABLES.contains(&path.split('.').next().unwrap_or_default())
         })
-        .chain(["load", "speed"])
+        .chain(["load", "torque", "speed"])
         .collect();
     schema::nearest_path(name, &paths).map(str::to_owned)
 }
@@ -145,10 +146,11 @@ impl Between {
         }
     }
 
-    /// Load, speed, and the keys of mesh and excitation that the manifest sets and a drive depends on
+    /// Load or torque, speed, and the keys of mesh and excitation that the manifest sets and a drive depends on
     /// continuously.
     pub fn continuous_keys(&self) -> Vec<String> {
-        let mut names = vec!["load".to_owned(), "speed".to_owned()];
+        let load = if self.has_torque() { "torque" } else { "load" };
+        let mut names = vec![load.to_owned(), "speed".to_owned()];
         for table in ["mesh", "excitation"] {
             if let Some(node) = self.node(table) {
                 gather(node, table, &mut names);
@@ -161,6 +163,7 @@ impl Between {
     pub fn value(&self, point: &PointSpec, parameter: &Parameter) -> Option<f64> {
         let name = match &parameter.key {
             AxisKey::Load => return Some(point.load),
+            AxisKey::Torque => return Some(point.load * point.model.source.rated_torque()?),
             AxisKey::Speed => return Some(point.speed),
             AxisKey::Key(name) => name,
         };
@@ -182,6 +185,12 @@ impl Between {
         }
     }
 
+    /// The torque \[N m\] of a point of a grid that has torques.
+    fn value_of_torque(&self, point: &PointSpec) -> Option<f64> {
+        let rated = point.model.source.rated_torque()?;
+        self.has_torque().then_some(point.load * rated)
+    }
+
     /// The point like another where some parameters have other values.
     ///
     /// # Errors
@@ -192,10 +201,15 @@ impl Between {
         values: &[(&Parameter, f64)],
     ) -> Result<PointSpec, String> {
         let mut out = point.clone();
+        let mut torque = self.value_of_torque(point);
         let mut nodes: Vec<(&str, Node)> = Vec::new();
         for &(parameter, value) in values {
             match &parameter.key {
-                AxisKey::Load => out.load = value,
+                AxisKey::Load => (out.load, torque) = (value, None),
+                AxisKey::Torque => {
+                    out.load = point.model.load_of_torque(value);
+                    torque = Some(value);
+                }
                 AxisKey::Speed => out.speed = value,
                 AxisKey::Key(name) => {
                     in_range(name, value, parameter.dimension)?;
@@ -227,6 +241,10 @@ impl Between {
             run,
             analyses,
         } = self.resolved_with(point, nodes)?;
+        // The rated torque may be another.
+        if let Some(torque) = torque {
+            out.load = model.load_of_torque(torque);
+        }
         Ok(PointSpec {
             model,
             mesh,

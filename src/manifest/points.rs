@@ -1,8 +1,9 @@
 //! The points of a job, made when they are asked for: a grid of ten million points takes no more
 //! memory than its axes and the combinations that were judged.
 
-use super::axis::{Ascending, AxisValues};
+use super::axis::{Ascending, AxisKey, AxisValues};
 use super::expand::Expansion;
+use super::grid_dimension::GridDimension;
 use super::spec::{Axis, Carried, Direction, PointSpec, Variant};
 use crate::numerics::nested_grid::NestedGrid;
 use std::borrow::Cow;
@@ -12,8 +13,12 @@ use std::borrow::Cow;
 pub struct Points {
     /// Combinations of values of the model keys, the last key fastest.
     variants: Expansion,
-    /// Values of every axis: model keys, load, speed.
+    /// Values of every axis: model keys, load or torque, speed.
     values: Vec<AxisValues>,
+    /// What the axes go along, those that vary model keys first.
+    dimensions: Vec<GridDimension>,
+    /// What the last but one axis is.
+    load: AxisKey,
     chains: Option<Chains>,
     /// Numbers the points of a refined grid.
     nested: Option<NestedGrid>,
@@ -23,33 +28,40 @@ pub struct Points {
 #[derive(Debug, Clone)]
 struct Chains {
     directions: Vec<Direction>,
-    /// Places on the swept axis from its smallest value to its largest.
+    /// Places along the swept dimension, from the smallest value of the swept axis to its largest.
     ascending: Ascending,
-    /// Points of the row-major grid between neighbours on the swept axis.
+    /// Points of the row-major grid between neighbours along it.
     stride: usize,
 }
 
 impl Points {
-    /// The grid of `axes` (model keys, then load, then speed), a variant for each combination of
-    /// values of the model keys; `nested` numbers its points where it is refined.
+    /// The grid of `axes` (model keys, then load or torque, then speed) along `dimensions`, a variant for each
+    /// combination of values of the model keys; `nested` numbers its points where it is refined.
     pub(super) fn new(
         variants: Expansion,
         axes: &[Axis],
+        dimensions: &[GridDimension],
         carried: Option<&Carried>,
         nested: Option<NestedGrid>,
     ) -> Self {
         let values: Vec<AxisValues> = axes.iter().map(|axis| axis.values.clone()).collect();
         let chains = carried.map(|carried| {
-            let swept = &values[carried.axis];
+            let swept = GridDimension::of(dimensions, carried.axis);
             Chains {
                 directions: carried.directions.clone(),
-                ascending: swept.ascending(),
-                stride: product(&values[carried.axis + 1..]),
+                ascending: values[carried.axis].ascending(),
+                stride: GridDimension::product(&dimensions[swept + 1..]),
             }
         });
+        let load = axes
+            .len()
+            .checked_sub(2)
+            .map(|place| axes[place].key.clone());
         Self {
             variants,
             values,
+            dimensions: dimensions.to_vec(),
+            load: load.unwrap_or(AxisKey::Load),
             chains,
             nested,
         }
@@ -58,7 +70,7 @@ impl Points {
     /// How many there are.
     pub fn len(&self) -> usize {
         let directions = self.chains.as_ref().map_or(1, |c| c.directions.len());
-        product(&self.values) * directions
+        GridDimension::product(&self.dimensions) * directions
     }
 
     /// Whether there are none.
@@ -87,7 +99,8 @@ impl Points {
 
     /// The combination of model keys at a place in the row-major grid.
     fn combination(&self, place: usize) -> usize {
-        place / product(&self.values[self.keys()..])
+        let inside = self.dimensions.iter().filter(|own| !own.model_keys);
+        place / inside.map(|own| own.length).product::<usize>()
     }
 
     /// Axes that are model keys.
@@ -112,10 +125,11 @@ impl Points {
     pub fn at(&self, id: usize) -> PointSpec {
         let (place, direction) = self.place(id);
         let mut axis_values = vec![0.0; self.values.len()];
-        let mut rest = place;
-        for (value, values) in axis_values.iter_mut().zip(&self.values).rev() {
-            *value = values.get(rest % values.len());
-            rest /= values.len();
+        let lengths: Vec<usize> = self.dimensions.iter().map(|own| own.length).collect();
+        for (own, along) in (self.dimensions.iter()).zip(GridDimension::places(&lengths, place)) {
+            for &axis in &own.axes {
+                axis_values[axis] = self.values[axis].get(along);
+            }
         }
         let keys = self.keys();
         let (variant, fault) = self.variants.get(self.combination(place));
@@ -126,10 +140,14 @@ impl Points {
             run,
             analyses,
         } = variant.into_owned();
+        let load = match self.load {
+            AxisKey::Torque => model.load_of_torque(axis_values[keys]),
+            _ => axis_values[keys],
+        };
         PointSpec {
             point_id: id as u64,
             direction,
-            load: axis_values[keys],
+            load,
             speed: axis_values[keys + 1],
             axis_values,
             model,
@@ -173,9 +191,4 @@ impl Chains {
             Some(direction),
         )
     }
-}
-
-/// Combinations of the values of some axes.
-fn product(values: &[AxisValues]) -> usize {
-    values.iter().map(AxisValues::len).product()
 }

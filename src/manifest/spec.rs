@@ -128,6 +128,11 @@ pub struct ModelSpec {
 }
 
 impl ModelSpec {
+    /// The load of a torque on the pinion \[N m\]; not a number where no rated torque is known.
+    pub fn load_of_torque(&self, torque: f64) -> f64 {
+        (self.source.rated_torque()).map_or(f64::NAN, |rated| torque / rated)
+    }
+
     /// Modes that are kept and not neutral: half the number of Lyapunov exponents.
     pub fn felt(&self) -> usize {
         self.retained
@@ -164,6 +169,16 @@ impl StructureSource {
             Self::Modal(_) => return None,
         };
         Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))
+    }
+
+    /// Torque on the pinion at load 1 \[N m\]; a modal file knows none.
+    pub fn rated_torque(&self) -> Option<f64> {
+        match self {
+            Self::Rigid(drive) => Some(drive.gears.rated_torque),
+            Self::Flexible(drive) => Some(drive.gears.rated_torque),
+            Self::Train(train) => Some(train.pair.rated_torque),
+            Self::Modal(_) => None,
+        }
     }
 
     /// Mesh force at load 1 \[N\], where it is known without the drawing.

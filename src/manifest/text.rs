@@ -20,7 +20,22 @@ pub(super) enum NoText {
 /// Reads a text and adds it to the sources. `what` names it in a sentence, `the manifest`.
 pub(super) fn read(issues: &mut Issues, path: &Path, what: &str) -> Result<usize, NoText> {
     let bytes = input::read(path, MOST_BYTES).map_err(NoText::Unreadable)?;
-    let name = path.display().to_string();
+    add(issues, path.display().to_string(), bytes, what)
+}
+
+/// Reads a text from a stream to its end and adds it to the sources under a name.
+pub(super) fn read_stream(
+    issues: &mut Issues,
+    stream: &mut dyn io::Read,
+    name: &str,
+    what: &str,
+) -> Result<usize, NoText> {
+    let bytes = input::read_stream(stream, MOST_BYTES).map_err(NoText::Unreadable)?;
+    add(issues, name.to_owned(), bytes, what)
+}
+
+/// Adds a text to the sources where it is one.
+fn add(issues: &mut Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usize, NoText> {
     match String::from_utf8(bytes) {
         Ok(text) => Ok(issues.add_source(name, text)),
         Err(error) => {

@@ -152,9 +152,15 @@ pub(super) fn parse(source: usize, issues: &mut Issues) -> Node {
         }
     };
     syntax::report(source, &text, &errors, issues);
+    let node = of_table(source, table, issues);
+    issues.sources[source].text = text;
+    node
+}
+
+/// A document of a source as a tree.
+pub(super) fn of_table(source: usize, table: Spanned<DeTable<'_>>, issues: &mut Issues) -> Node {
     let span = at(source, &table.span());
     let value = convert_table(source, table.into_inner(), issues);
-    issues.sources[source].text = text;
     Node { span, value }
 }
 

@@ -118,21 +118,21 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
 }
 
 /// The branch of every attractor, in the order of `attractors`, along the axis with position
-/// `along`; numbered from 0 in the order in which they begin. `attractors` and `points` are in
+/// `along`, the axes at the places `held` being held; numbered from 0 in the order in which they begin. `attractors` and `points` are in
 /// `point_id` order.
 pub fn branches(
     attractors: &[Attractor],
     points: &[PointSummary],
     axes: &[Axis],
     along: usize,
+    held: &[usize],
 ) -> Vec<usize> {
     let mut branch = vec![0; attractors.len()];
     let mut next = 0;
     let mut lines: BTreeMap<(Vec<u64>, Option<&str>), Vec<&PointSummary>> = BTreeMap::new();
     for point in points {
-        let mut held: Vec<u64> = point.axis_values.iter().map(|v| v.to_bits()).collect();
-        held.remove(along);
-        let line = (held, point.direction.as_deref());
+        let values = held.iter().map(|&axis| point.axis_values[axis].to_bits());
+        let line = (values.collect(), point.direction.as_deref());
         lines.entry(line).or_default().push(point);
     }
     let mut lines: Vec<Vec<&PointSummary>> = lines.into_values().collect();
@@ -248,7 +248,8 @@ mod tests {
                 twin_agrees: None,
             })
             .collect();
-        branches(attractors, &points, &axes, along)
+        let held: Vec<usize> = (0..axes.len()).filter(|axis| *axis != along).collect();
+        branches(attractors, &points, &axes, along, &held)
     }
 
     #[test]

@@ -6,6 +6,7 @@
 
 use super::point::{Axis, PointSummary, varied};
 use super::refined::Plane;
+use super::tied::Tied;
 use crate::store::RefinedColumns;
 
 /// Most cells across and down.
@@ -55,19 +56,26 @@ pub struct Map {
 
 impl Map {
     /// A map without points over some axes; none where no axis has several values.
-    pub(super) fn new(axes: &[Axis], refined: Option<&RefinedColumns>) -> Option<Self> {
+    pub(super) fn new(
+        axes: &[Axis],
+        tied: &Tied,
+        refined: Option<&RefinedColumns>,
+    ) -> Option<Self> {
         let place = |name: &String| axes.iter().position(|axis| axis.name == *name);
         let varied: Vec<usize> = varied(axes).collect();
+        let spanning = tied.free(axes.len()).into_iter();
+        let spanning: Vec<usize> = spanning.filter(|axis| varied.contains(axis)).collect();
         let (down, across) = match refined.map(|refined| refined.axes.each_ref().map(place)) {
             Some([down, across]) => (Some(down?), across?),
-            None => match varied[..] {
+            None => match spanning[..] {
                 [] => return None,
                 [across] => (None, across),
                 [down, across, ..] => (Some(down), across),
             },
         };
-        let shown = |axis: &usize| *axis == across || Some(*axis) == down;
-        let further = varied.into_iter().filter(|axis| !shown(axis)).collect();
+        let shown: Vec<usize> = down.into_iter().chain([across]).collect();
+        let held = tied.held(axes.len(), &shown).into_iter();
+        let further = held.filter(|axis| varied.contains(axis)).collect();
         let rows = Bins::new(down.map_or(1, |axis| axes[axis].values.len()), MOST[0]);
         let columns = Bins::new(axes[across].values.len(), MOST[1]);
         Some(Self {

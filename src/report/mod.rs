@@ -16,6 +16,7 @@ mod refined;
 mod summary;
 mod table_summary;
 mod text;
+mod tied;
 mod transitions;
 
 pub use branches::{Attractor, branches, read_attractors};

@@ -20,6 +20,7 @@ use super::heat::Map;
 use super::orbits::{self, Orbits};
 use super::point::{Axis, ClassCount, PointSummary};
 use super::refined::{Plane, complete};
+use super::tied::Tied;
 use super::transitions::{self, TransitionSummary};
 use crate::input::printable;
 use crate::store::{
@@ -60,6 +61,9 @@ pub struct Summary {
     pub worker_time_per_cycle: Option<f64>,
     /// The grid's axes, slowest first.
     pub axes: Vec<Axis>,
+    /// Which of them advance in step.
+    #[serde(skip)]
+    pub tied: Tied,
     /// The axis along which the state is carried; absent where points are independent.
     pub carried_along: Option<String>,
     /// How the grid is refined; absent where all its points are computed.
@@ -182,7 +186,8 @@ impl Summary {
         if let Some(refined) = &refined {
             complete(&mut axes, refined, &all);
         }
-        let mut map = Map::new(&axes, refined.as_ref()).filter(|_| points > 0);
+        let tied = Tied::of(&head, &axes, points);
+        let mut map = Map::new(&axes, &tied, refined.as_ref()).filter(|_| points > 0);
         match (&mut map, &refined) {
             (Some(map), Some(refined)) => map.fill(&Plane::new(refined, &all), &all),
             (Some(map), None) => scan(folder, &head, |points, _| {
@@ -193,7 +198,10 @@ impl Summary {
         let along = axes.iter().rposition(|axis| axis.values.len() > 1);
         let branches = along.map_or_else(
             || (0..attractors.len()).collect(),
-            |along| branches::branches(&attractors, &all, &axes, along),
+            |along| {
+                let held = tied.held(axes.len(), &[along]);
+                branches::branches(&attractors, &all, &axes, along, &held)
+            },
         );
         let per_cycle = |time: f64| (cycles > 0).then(|| time / cycles as f64);
         let wall_time =
@@ -232,6 +240,7 @@ impl Summary {
             refined,
             followed: followed.transpose()?,
             axes,
+            tied,
             with_exponent,
             chaotic_points,
             chaotic,

@@ -9,6 +9,8 @@ use super::refined::RefinedColumns;
 pub struct ResultLayout {
     /// The grid's axes, slowest first.
     pub axes: Vec<AxisColumn>,
+    /// Names of axes that advance in step, group by group.
+    pub tied: Vec<Vec<String>>,
     /// Whether `poincare.parquet` is written.
     pub poincare: bool,
     /// Whether `spectra.parquet` is written.

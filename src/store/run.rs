@@ -52,6 +52,10 @@ pub struct RunRecord {
     pub manifest_hash: String,
     /// The manifest as the user wrote it.
     pub manifest: String,
+    /// Keys that `--set` gave other values than the manifest has, each `KEY=VALUE`; the hash is that of the manifest
+    /// with these values.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub set: Vec<String>,
 }
 
 /// What a run forecast of its wall time.
@@ -355,6 +359,7 @@ pub(super) mod tests {
             warnings: vec!["binding is not possible here".into()],
             manifest_hash: "0123abcd".into(),
             manifest: "[job]\nname = \"flex80\"\n".into(),
+            set: Vec::new(),
         }
     }
 

@@ -148,6 +148,9 @@ impl ResultWriter {
         remove_stale(folder)?;
         let axes: Vec<&str> = layout.axes.iter().map(|axis| axis.name.as_str()).collect();
         let mut metadata = vec![("axes", serde_json::json!(axes).to_string())];
+        if !layout.tied.is_empty() {
+            metadata.push(("tied", serde_json::json!(layout.tied).to_string()));
+        }
         if let Some(refined) = &layout.refined {
             metadata.push(("refined", serde_json::json!(refined).to_string()));
         }

@@ -124,7 +124,9 @@ pub fn lead_up(
     };
     let first = point.point_id as usize / carried.length * carried.length;
     let value = point.axis_values[carried.axis];
-    let swept = &job.axes[carried.axis].key;
+    let swept = job.tied(carried.axis);
+    let sweeps = |key: AxisKey| swept.iter().any(|&axis| job.axes[axis].key == key);
+    let sweeps_load = sweeps(AxisKey::Load) || sweeps(AxisKey::Torque);
     for mut before in (first..first + carried.length).map(|id| job.points.at(id)) {
         let reached = before.axis_values[carried.axis];
         if match direction {
@@ -133,10 +135,10 @@ pub fn lead_up(
         } {
             break;
         }
-        if *swept != AxisKey::Load {
+        if !sweeps_load {
             before.load = point.load;
         }
-        if *swept != AxisKey::Speed {
+        if !sweeps(AxisKey::Speed) {
             before.speed = point.speed;
         }
         if let Some(poincare) = &mut Arc::make_mut(&mut before.analyses).poincare {

@@ -309,7 +309,7 @@ fn plane(
     })
 }
 
-/// The onset of rattle over the other axis, where one of the two is the load and stiffness does not depend
+/// The onset of rattle over the other axis, where one of the two is the load or the torque and stiffness does not depend
 /// on it.
 fn onsets(
     job: &Job,
@@ -320,7 +320,7 @@ fn onsets(
     plane: &Plane,
 ) -> Result<Vec<Onset>, ExploreError> {
     let names = [asked.over, second].map(|axis| job.axes[axis].name());
-    let Some(load) = names.iter().position(|name| *name == "load") else {
+    let Some(load) = (names.iter()).position(|name| matches!(*name, "load" | "torque")) else {
         return Ok(Vec::new());
     };
     if matches!(base.mesh.stiffness, StiffnessSpec::Table(_)) {

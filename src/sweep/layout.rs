@@ -15,6 +15,15 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     };
     ResultLayout {
         axes: job.axes.iter().map(column).collect(),
+        tied: (job.dimensions.iter())
+            .filter(|own| own.is_tied())
+            .map(|own| {
+                own.axes
+                    .iter()
+                    .map(|&axis| job.axes[axis].name().to_owned())
+                    .collect()
+            })
+            .collect(),
         poincare: any(|a| a.poincare.is_some()),
         spectra: any(|a| a.nvh.is_some_and(|n| n.spectrum.is_some())),
         orders: any(|a| a.nvh.is_some_and(|n| n.orders.is_some())),

@@ -247,13 +247,12 @@ impl<'a> Queue<'a> {
     }
 }
 
-/// Chains from one to the next along the second fastest of the axes that tell them apart.
+/// Chains from one to the next along the second fastest of the dimensions that tell them apart.
 fn row(job: &Job) -> usize {
     let carried = job.carried.as_ref();
-    let fastest = (0..job.axes.len())
-        .rev()
-        .find(|axis| carried.is_none_or(|carried| carried.axis != *axis))
-        .map_or(1, |axis| job.axes[axis].values.len());
+    let fastest = (job.dimensions.iter().rev())
+        .find(|own| carried.is_none_or(|carried| !own.axes.contains(&carried.axis)))
+        .map_or(1, |own| own.length);
     fastest * carried.map_or(1, |carried| carried.directions.len())
 }
 

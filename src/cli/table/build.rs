@@ -12,7 +12,9 @@ use signal_hook::consts::SIGXFSZ;
 use signal_hook::flag;
 
 use super::{NO_ACCESS, TablesFolder};
-use crate::cli::{BAD_INPUT, answer, check, fail, line, start_threads, with_causes};
+use crate::cli::manifest_args::ManifestArgs;
+use crate::cli::threads::Threads;
+use crate::cli::{BAD_INPUT, answer, fail, line, start_threads, with_causes};
 use crate::gear::{GearPair, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::store::{FetchedMesh, Origin};
@@ -22,8 +24,8 @@ use crate::units::{self, Dimension};
 /// Arguments of `atlas table build`.
 #[derive(Debug, Args)]
 pub struct BuildArgs {
-    /// The manifest, with a drawing of its gears.
-    manifest: PathBuf,
+    #[command(flatten)]
+    manifest: ManifestArgs,
     /// Angles between the flanks, separated by commas, increasing: one table of these and the
     /// torques [default: tables of the loads and misalignments that the points of the manifest
     /// have, or of 0].
@@ -37,6 +39,8 @@ pub struct BuildArgs {
     /// Keep the contact pattern, too.
     #[arg(long)]
     pattern: bool,
+    #[command(flatten)]
+    threads: Threads,
     #[command(flatten)]
     folder: TablesFolder,
     /// Print nothing but errors.
@@ -53,11 +57,11 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
 
 /// Builds the tables: status 0 when all are kept, 1 where one cannot be, 2 for bad input.
 pub fn run(args: &BuildArgs) -> ExitCode {
-    let job = match check::admit(&args.manifest) {
+    let job = match args.manifest.admit() {
         Ok(job) => job,
         Err(status) => return status,
     };
-    if let Err(message) = start_threads() {
+    if let Err(message) = start_threads(&args.threads) {
         return fail(1, &message);
     }
     let by_points = args.misalignment.is_empty() && args.torque.is_empty() && !args.pattern;
@@ -69,10 +73,7 @@ pub fn run(args: &BuildArgs) -> ExitCode {
     if drawings.is_empty() {
         let message =
             "has no drawing of its gears; a manifest of model.kind = \"flexible\" has one";
-        return fail(
-            BAD_INPUT,
-            &format!("`{}` {message}", args.manifest.display()),
-        );
+        return fail(BAD_INPUT, &format!("`{}` {message}", args.manifest.name()));
     }
     // Unwatched, this one would end the process without a word when a file outgrows
     // `ulimit -f`; watched, the write fails and the error is said.

@@ -62,7 +62,12 @@ pub fn advice(job: &Job) -> Vec<Advice> {
         load: largest(ends(&AxisKey::Load)),
         speed: largest(ends(&AxisKey::Speed)),
     };
+    let torque = largest(ends(&AxisKey::Torque));
     for variant in job.points.variants().iter() {
+        let operating = suspect::Operating {
+            load: operating.load.max(variant.model.load_of_torque(torque)),
+            ..operating
+        };
         let suspects = suspect::suspects(variant, operating);
         suspects
             .into_iter()

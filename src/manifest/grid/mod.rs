@@ -1,12 +1,17 @@
-//! `[grid]`: its axes and their values. An axis is `load`, `speed` or a quoted model key.
+//! `[grid]`: its axes and their values. An axis is `load` or `torque`, `speed` or a quoted model key; those of a list
+//! of points and those that are tied advance in step.
 
+mod csv;
 mod grid_axis;
+mod list;
 mod order;
 mod refine;
+mod tied;
 mod values;
 
 use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use super::grid_dimension::GridDimension;
 use super::reader::Section;
 use super::schema::{self, Key, Kind, MANIFEST, VARIABLE_TABLES};
 use super::spec::{Axis, Carried, Refine};
@@ -14,15 +19,21 @@ use super::tree::{Entry, Value};
 use crate::units::Dimension;
 pub(super) use grid_axis::GridAxis;
 pub(super) use order::is_carried;
+use std::path::Path;
 use values::{AxisReader, MAX_POINTS};
 
 /// Axes named where there are too many points.
 const MOST_FACTORS: usize = 8;
 
+/// Keys of `[grid]` that are no axes.
+const NOT_AXES: [&str; 5] = ["order", "along", "refine", "tied", "points"];
+
 /// The axes of a grid, slowest first.
 #[derive(Debug, Default)]
 pub(super) struct Axes {
     pub valid: Vec<GridAxis>,
+    /// Along which dimensions they go.
+    pub dimensions: Vec<GridDimension>,
     /// Names of the axes that have faults or are missing.
     pub faulty: Vec<String>,
     /// Along which of the valid axes the state is carried, and how; none where points are
@@ -30,63 +41,172 @@ pub(super) struct Axes {
     pub carried: Option<Carried>,
     /// How the grid is refined, where it is; values are then those of the finest grid.
     pub refine: Option<Refine>,
+    /// Whether a list of points cannot be read, which may have any key as a column.
+    pub unknown: bool,
     /// Whether there are more points than accepted.
     pub too_large: bool,
 }
 
-/// Reads the grid. Model keys come first, by name, then load, then speed: points that
-/// share a structure lie together, and the order of the text is of no effect.
-pub(super) fn read(root: &Section, issues: &mut Issues) -> Axes {
+/// Reads the grid; relative paths in it start at `base_dir`. Model keys come first, by name, then load or torque, then
+/// speed: points that share a structure lie together, and the order of the text is of no effect.
+pub(super) fn read(root: &Section, issues: &mut Issues, base_dir: &Path) -> Axes {
     let mut axes = Axes::default();
     let Some(section) = root.required_child(issues, "grid") else {
         axes.faulty.extend(["load".to_owned(), "speed".to_owned()]);
         return axes;
     };
-    for name in ["load", "speed"] {
-        if !section.has(name) {
-            section.missing(issues, name);
-            axes.faulty.push(name.to_owned());
-        }
+    let listed = list::read(&section, issues, base_dir);
+    let columns = listed.iter().flat_map(|list| &list.axes);
+    let mut names: Vec<String> = columns.map(|axis| axis.axis.name().to_owned()).collect();
+    names.extend(listed.iter().flat_map(|list| list.faulty.iter().cloned()));
+    // A list that cannot be read may have any column.
+    let unknown = listed.as_ref().is_some_and(|list| list.unknown);
+    let has = |name: &str| section.has(name) || names.iter().any(|own| own == name);
+    let missing: Vec<&str> = match (has("load") || has("torque"), has("speed")) {
+        _ if unknown => Vec::new(),
+        (true, true) => Vec::new(),
+        (true, false) => vec!["speed"],
+        (false, true) => vec!["load"],
+        (false, false) => vec!["load", "speed"],
+    };
+    for name in missing {
+        section.missing(issues, name);
+        axes.faulty.push(name.to_owned());
     }
-    for entry in section
-        .entries()
-        .iter()
-        .filter(|entry| !matches!(entry.key.as_str(), "order" | "along" | "refine"))
+    axes.unknown = unknown;
+    if unknown {
+        let absent = ["load", "torque", "speed"]
+            .into_iter()
+            .filter(|name| !has(name));
+        axes.faulty.extend(absent.map(str::to_owned));
+    }
+    let ties = tied::read(&section, issues);
+    let is_tied = |name: &str| {
+        ties.iter()
+            .any(|tie| tie.names.iter().any(|own| own == name))
+    };
+    for entry in (section.entries().iter()).filter(|entry| !NOT_AXES.contains(&entry.key.as_str()))
     {
-        match read_axis(issues, entry) {
+        if names.contains(&entry.key) {
+            issues.push(twice(entry));
+            continue;
+        }
+        match read_axis(issues, entry, is_tied(&entry.key)) {
             Some(axis) => axes.valid.push(axis),
             None => axes.faulty.push(entry.key.clone()),
         }
     }
-    axes.valid.sort_by(|a, b| a.axis.key.cmp(&b.axis.key));
-    axes.carried = order::read(&section, issues, &axes.valid, &axes.faulty);
+    let own = axes.valid.len();
+    let mut groups = tied::places(&ties, &axes.valid, &axes.faulty, issues);
+    if let Some(list) = listed {
+        axes.faulty.extend(list.faulty);
+        groups.push((own..own + list.axes.len()).collect());
+        axes.valid.extend(list.axes);
+    }
+    load_and_torque(&axes.valid, issues);
+    // The groups follow the axes to their places.
+    let mut order: Vec<usize> = (0..axes.valid.len()).collect();
+    order.sort_by(|&a, &b| {
+        axes.valid[a]
+            .axis
+            .key
+            .rank()
+            .cmp(&axes.valid[b].axis.key.rank())
+    });
+    let place = |before: &usize| order.iter().position(|known| known == before);
+    let groups: Vec<Vec<usize>> = (groups.iter())
+        .map(|group| group.iter().filter_map(&place).collect())
+        .filter(|group: &Vec<usize>| !group.is_empty())
+        .collect();
+    axes.valid
+        .sort_by(|a, b| a.axis.key.rank().cmp(&b.axis.key.rank()));
     let whole = axes.faulty.is_empty();
-    axes.refine = refine::read(root, &section, issues, &mut axes.valid, whole);
+    axes.refine = refine::read(root, &section, issues, &mut axes.valid, &groups, whole);
+    let plain: Vec<&Axis> = axes.valid.iter().map(|axis| &axis.axis).collect();
+    axes.dimensions = GridDimension::all(&plain, &groups);
+    axes.carried = order::read(
+        &section,
+        issues,
+        &axes.valid,
+        &axes.dimensions,
+        &axes.faulty,
+    );
     let directions = axes.carried.as_ref().map_or(1, |c| c.directions.len());
-    axes.too_large = !size_is_accepted(issues, &section, &axes.valid, directions);
+    axes.too_large = !size_is_accepted(issues, &section, &axes, directions);
     axes
+}
+
+/// An axis that the list of points has as a column.
+fn twice(entry: &Entry) -> Diagnostic {
+    let name = &entry.key;
+    Diagnostic::new(
+        DiagnosticKind::DuplicateKey,
+        entry.key_span,
+        &path_of(name),
+        format!("`{name}` is a column of `grid.points` too"),
+    )
+    .label("second time")
+    .remedy("keep one of the two")
+}
+
+/// Records a grid that gives the load in two ways.
+fn load_and_torque(axes: &[GridAxis], issues: &mut Issues) {
+    let of = |key: AxisKey| axes.iter().find(|axis| axis.axis.key == key);
+    if let (Some(_), Some(torque)) = (of(AxisKey::Load), of(AxisKey::Torque)) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                torque.key_span,
+                "grid.torque",
+                "`load` and `torque` both give the mean load".to_owned(),
+            )
+            .label("second time")
+            .remedy("keep `load`, a part of the rated torque, or `torque`, in N m"),
+        );
+    }
+}
+
+/// The path of an axis in messages.
+fn path_of(name: &str) -> String {
+    match name.contains('.') {
+        true => format!("grid.\"{name}\""),
+        false => format!("grid.{name}"),
+    }
+}
+
+/// What the values of an axis measure; none where the first of them says.
+fn dimension_of(spec: &Key) -> Option<Dimension> {
+    match spec.kind {
+        Kind::Quantity(dimension) | Kind::Axis(dimension) => Some(dimension),
+        Kind::ContactDamping => None,
+        _ => Some(Dimension::Ratio),
+    }
 }
 
 fn size_is_accepted(
     issues: &mut Issues,
     section: &Section,
-    axes: &[GridAxis],
+    axes: &Axes,
     directions: usize,
 ) -> bool {
     let lengths = || {
-        let axes = axes.iter().map(|axis| axis.axis.values.len() as u64);
-        axes.chain([directions as u64])
+        let lengths = axes
+            .dimensions
+            .iter()
+            .map(|dimension| dimension.length as u64);
+        lengths.chain([directions as u64])
     };
     let points = lengths().try_fold(1u64, |total, n| total.checked_mul(n));
     if points.is_some_and(|points| points <= MAX_POINTS) {
         return true;
     }
-    let shown = axes.iter().take(MOST_FACTORS);
+    let all = &axes.dimensions;
+    let shown = all.iter().take(MOST_FACTORS);
     let mut factors: Vec<_> = shown
-        .map(|a| format!("{} {}", a.axis.values.len(), a.axis.name()))
+        .map(|own| format!("{} {}", own.length, axes.valid[own.axes[0]].axis.name()))
         .collect();
-    if axes.len() > MOST_FACTORS {
-        factors.push(format!("{} more axes", axes.len() - MOST_FACTORS));
+    if all.len() > MOST_FACTORS {
+        factors.push(format!("{} more axes", all.len() - MOST_FACTORS));
     }
     if directions > 1 {
         factors.push(format!("{directions} directions"));
@@ -112,23 +232,17 @@ fn size_is_accepted(
     false
 }
 
-fn read_axis(issues: &mut Issues, entry: &Entry) -> Option<GridAxis> {
+/// An axis; values of a tied one may come again.
+fn read_axis(issues: &mut Issues, entry: &Entry, tied: bool) -> Option<GridAxis> {
     let name = entry.key.as_str();
-    let path = match name.contains('.') {
-        true => format!("grid.\"{name}\""),
-        false => format!("grid.{name}"),
-    };
+    let path = path_of(name);
     let spec = axis_key(issues, entry, &path)?;
     let mut reader = AxisReader {
         spec,
         path: &path,
-        dimension: match spec.kind {
-            Kind::Quantity(dimension) | Kind::Axis(dimension) => Some(dimension),
-            Kind::ContactDamping => None,
-            _ => Some(Dimension::Ratio),
-        },
+        dimension: dimension_of(spec),
     };
-    let (values, spans) = reader.read(issues, &entry.node)?;
+    let (values, spans) = reader.read(issues, &entry.node, tied)?;
     let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
     Some(GridAxis {
         axis: Axis {
@@ -162,7 +276,7 @@ fn no_axis(entry: &Entry, path: &str, kind: Option<Kind>) -> Diagnostic {
     let name = entry.key.as_str();
     let fault = |message: String| {
         Diagnostic::new(DiagnosticKind::UnknownAxis, entry.key_span, path, message).accepted(
-            "load, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"",
+            "load, torque, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"",
         )
     };
     match kind {
@@ -195,7 +309,7 @@ fn no_axis(entry: &Entry, path: &str, kind: Option<Kind>) -> Diagnostic {
 
 /// The nearest thing that can be an axis: by its whole name, or by its last part.
 fn nearest_axis(name: &str) -> Option<String> {
-    let paths: Vec<&str> = ["load", "speed"]
+    let paths: Vec<&str> = ["load", "torque", "speed", "points", "tied"]
         .into_iter()
         .chain(
             schema::all(MANIFEST)

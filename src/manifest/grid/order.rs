@@ -4,6 +4,7 @@
 use super::grid_axis::GridAxis;
 use crate::manifest::axis::AxisKey;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::reader::Section;
 use crate::manifest::schema;
 use crate::manifest::spec::{Carried, Direction};
@@ -25,6 +26,7 @@ pub(super) fn read(
     section: &Section,
     issues: &mut Issues,
     axes: &[GridAxis],
+    dimensions: &[GridDimension],
     faulty: &[String],
 ) -> Option<Carried> {
     let order = section.choice_or_default(issues, "order")?;
@@ -48,14 +50,14 @@ pub(super) fn read(
         if !faulty.is_empty() {
             return None;
         }
-        let last = axes.iter().rfind(|axis| axis.axis.values.len() > 1);
+        let last = axes.iter().rfind(|axis| varies(axis));
         ("order", last.map_or("", |axis| axis.axis.name()))
     };
     if faulty.iter().any(|fault| fault == name) {
         return None;
     }
     let found = axes.iter().position(|axis| axis.axis.name() == name);
-    match fault(axes, found, name) {
+    match fault(axes, dimensions, found, name) {
         None => found.map(|axis| Carried {
             axis,
             length: axes[axis].axis.values.len(),
@@ -63,12 +65,12 @@ pub(super) fn read(
         }),
         Some((kind, message, label)) => {
             let path = section.path_of(key);
-            let fitting = fitting(axes);
+            let fitting = fitting(axes, dimensions);
             let near = schema::nearest(name, &fitting).map(|near| format!("\"{near}\""));
             let diagnostic = Diagnostic::new(kind, section.span_of(key), &path, message)
                 .label(label)
                 .accepted(
-                    "load, speed, or a key of mesh or excitation, varied by the grid: these leave the modes as they are",
+                    "load, torque, speed, or a key of mesh or excitation, varied by the grid: these leave the modes as they are",
                 )
                 .suggestion(near);
             issues.push(match fitting.is_empty() {
@@ -87,10 +89,11 @@ pub(super) fn read(
 /// Why an axis cannot be swept: kind of fault, message, label.
 fn fault(
     axes: &[GridAxis],
+    dimensions: &[GridDimension],
     found: Option<usize>,
     name: &str,
 ) -> Option<(DiagnosticKind, String, &'static str)> {
-    let Some(axis) = found else {
+    let Some(place) = found else {
         return Some(match name {
             "" => (
                 DiagnosticKind::Inconsistent,
@@ -104,8 +107,11 @@ fn fault(
             ),
         });
     };
-    if !leaves_modes(name) {
-        let (why, label) = match name.starts_with("run.") {
+    let tied = &dimensions[GridDimension::of(dimensions, place)];
+    let changing =
+        (tied.axes.iter().map(|&axis| axes[axis].axis.name())).find(|name| !leaves_modes(name));
+    if let Some(changing) = changing {
+        let (why, label) = match changing.starts_with("run.") {
             true => (
                 "changes how points are integrated, not the drive",
                 "not of the drive",
@@ -114,15 +120,31 @@ fn fault(
         };
         return Some((
             DiagnosticKind::Inconsistent,
-            format!("a state cannot be carried along `{name}`: it {why}"),
+            match changing == name {
+                true => format!("a state cannot be carried along `{name}`: it {why}"),
+                false => format!(
+                    "a state cannot be carried along `{name}`: `{changing}`, tied to it, {why}"
+                ),
+            },
             label,
         ));
     }
-    (axes[axis].axis.values.len() < 2).then(|| {
-        (
+    if !varies(&axes[place]) {
+        return Some((
             DiagnosticKind::Inconsistent,
             format!("`{name}` has one value: there is nothing to sweep"),
             "nothing to carry",
+        ));
+    }
+    let again = tied.is_tied().then(|| comes_again(&axes[place])).flatten();
+    again.map(|value| {
+        (
+            DiagnosticKind::Inconsistent,
+            format!(
+                "`{name}` is {} at several of the tied points: in which order to sweep them cannot be told",
+                schema::number(value)
+            ),
+            "a value comes again",
         )
     })
 }
@@ -131,11 +153,28 @@ fn leaves_modes(name: &str) -> bool {
     !AxisKey::of(name).is_model_key() || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
 }
 
+/// Whether an axis has different values.
+fn varies(axis: &GridAxis) -> bool {
+    let (low, high) = axis.axis.values.ends();
+    low < high
+}
+
+/// A value that a tied axis has at several places.
+fn comes_again(axis: &GridAxis) -> Option<f64> {
+    let ascending = axis.axis.values.ascending();
+    let value = |rank: usize| axis.axis.values.get(ascending.place(rank));
+    (1..ascending.len())
+        .find(|&rank| value(rank) == value(rank - 1))
+        .map(value)
+}
+
 /// Axes that could be swept.
-fn fitting(axes: &[GridAxis]) -> Vec<&str> {
-    axes.iter()
-        .map(|axis| &axis.axis)
-        .filter(|axis| axis.values.len() > 1 && leaves_modes(axis.name()))
-        .map(|axis| axis.name())
+fn fitting<'a>(axes: &'a [GridAxis], dimensions: &[GridDimension]) -> Vec<&'a str> {
+    (axes.iter().enumerate())
+        .map(|(place, axis)| (place, axis.axis.name()))
+        .filter(|&(place, name)| {
+            varies(&axes[place]) && fault(axes, dimensions, Some(place), name).is_none()
+        })
+        .map(|(_, name)| name)
         .collect()
 }

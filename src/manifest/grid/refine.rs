@@ -16,6 +16,7 @@ pub(super) fn read(
     grid: &Section,
     issues: &mut Issues,
     axes: &mut [GridAxis],
+    ties: &[Vec<usize>],
     whole: bool,
 ) -> Option<Refine> {
     let Child::Present(section) = grid.child(issues, "refine") else {
@@ -39,6 +40,18 @@ pub(super) fn read(
         issues.push(order.label("with grid.order").remedy(
             "set order = \"independent\", or leave refine out; analyses.poincare.refine narrows down \
              changes along a carried state",
+        ));
+        return None;
+    }
+    if !ties.is_empty() {
+        let tied = Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            section.span,
+            "grid.refine",
+            "`grid.refine` divides a plane of two axes, and axes of this grid are tied".to_owned(),
+        );
+        issues.push(tied.label("with tied axes").remedy(
+            "leave refine out, or give two axes ranges of their own instead of grid.tied or grid.points",
         ));
         return None;
     }

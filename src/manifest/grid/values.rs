@@ -32,9 +32,15 @@ pub(super) struct AxisReader<'a> {
 
 impl AxisReader<'_> {
     /// The values in SI and where they stand; `None` when anything is wrong, reported.
-    pub fn read(&mut self, issues: &mut Issues, node: &Node) -> Option<(AxisValues, Spans)> {
+    /// Only where `repeats` may a value come again.
+    pub fn read(
+        &mut self,
+        issues: &mut Issues,
+        node: &Node,
+        repeats: bool,
+    ) -> Option<(AxisValues, Spans)> {
         match &node.value {
-            Value::Table(entries) => self.table(issues, node, entries),
+            Value::Table(entries) => self.table(issues, node, entries, repeats),
             Value::Array(_) => {
                 wrong_axis(issues, node, self.path, self.spec);
                 None
@@ -44,6 +50,12 @@ impl AxisReader<'_> {
                 Some((AxisValues::each(vec![value]), Spans::Whole(node.span)))
             }
         }
+    }
+
+    /// One value of a column in SI.
+    pub fn one(&mut self, issues: &mut Issues, node: &Node) -> Option<f64> {
+        let path = self.path;
+        self.value(issues, node, path)
     }
 
     /// One value in SI, in the range of its own key; whether it fits the others shows when a
@@ -95,6 +107,7 @@ impl AxisReader<'_> {
         issues: &mut Issues,
         node: &Node,
         entries: &[Entry],
+        repeats: bool,
     ) -> Option<(AxisValues, Spans)> {
         let mut valid = true;
         for entry in entries
@@ -131,7 +144,7 @@ impl AxisReader<'_> {
                 );
                 valid = false;
             }
-            let list = self.list(issues, &values.node);
+            let list = self.list(issues, &values.node, repeats);
             return list.filter(|_| valid);
         }
         let range = self.range(issues, node);
@@ -140,7 +153,12 @@ impl AxisReader<'_> {
             .map(|values| (values, Spans::Whole(node.span)))
     }
 
-    fn list(&mut self, issues: &mut Issues, node: &Node) -> Option<(AxisValues, Spans)> {
+    fn list(
+        &mut self,
+        issues: &mut Issues,
+        node: &Node,
+        repeats: bool,
+    ) -> Option<(AxisValues, Spans)> {
         let path = format!("{}.values", self.path);
         let Value::Array(items) = &node.value else {
             issues.push(
@@ -181,7 +199,7 @@ impl AxisReader<'_> {
         let twice = order
             .windows(2)
             .find(|pair| values[pair[0]] == values[pair[1]]);
-        if let Some(pair) = twice {
+        if let Some(pair) = twice.filter(|_| !repeats) {
             issues.push(
                 Diagnostic::new(
                     DiagnosticKind::Inconsistent,

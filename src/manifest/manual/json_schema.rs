@@ -28,6 +28,10 @@ pub fn json_schema() -> String {
     {
         add_axes(grid, &axes);
     }
+    // None of its keys must stand there by itself.
+    if let Some(required) = root.get_mut("required").and_then(Value::as_array_mut) {
+        required.push(json!("grid"));
+    }
     root.insert("definitions".into(), definitions(&axes));
     format!("{:#}\n", Value::Object(root))
 }
@@ -90,6 +94,13 @@ fn node(path: &str, key: &Key) -> Value {
             words
         }
         Kind::Axis(_) => axis_reference(key),
+        Kind::Points => {
+            let mut forms = Map::new();
+            let point = json!({ "type": "object", "minProperties": 1 });
+            let list = json!({ "type": "array", "minItems": 1, "items": point });
+            forms.insert("anyOf".into(), json!([{ "type": "string" }, list]));
+            forms
+        }
         _ => value(key),
     };
     describe(&mut node, key);
@@ -122,7 +133,7 @@ fn describe(node: &mut Map<String, Value>, key: &Key) {
     }
 }
 
-/// Paths that can be axes besides load and speed. A key of both shafts stands for three.
+/// Paths that can be axes besides load, torque and speed. A key of both shafts stands for three.
 fn axes() -> Vec<(String, &'static Key)> {
     let mut axes = Vec::new();
     for key in schema::all(MANIFEST).filter(|key| key.can_be_axis()) {
@@ -172,6 +183,11 @@ fn add_axes(grid: &mut Map<String, Value>, axes: &[(String, &Key)]) {
         properties.append(&mut plain);
     }
     grid.insert("patternProperties".into(), Value::Object(patterns));
+    let ways = [&["points"][..], &["load", "speed"], &["torque", "speed"]];
+    grid.insert(
+        "anyOf".into(),
+        json!(ways.map(|keys| json!({ "required": keys }))),
+    );
 }
 
 /// The name of what one value of a key may be: keys of one kind and range have one.

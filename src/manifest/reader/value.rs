@@ -26,6 +26,7 @@ pub(in crate::manifest) fn wrong_type(issues: &mut Issues, node: &Node, path: &s
         Kind::Initial => "\"static\", \"rest\" or a table",
         Kind::Table => "a table",
         Kind::Axis(_) => "a value or a table of values",
+        Kind::Points => "a list of points or the path of a file",
     };
     issues.push(
         Diagnostic::new(

@@ -62,6 +62,8 @@ pub(in crate::manifest) enum Kind {
     Table,
     /// An axis of the grid.
     Axis(Dimension),
+    /// The name of a file, or a list of tables with axes of the grid as keys.
+    Points,
 }
 
 /// A range of numbers.
@@ -288,6 +290,7 @@ impl Key {
                 let names = children(MANIFEST, self.path);
                 format!("a table with the keys {}", names.join(", "))
             }
+            Kind::Points => format!("a list of tables, [{{ load = 0.1, speed = \"1000 rpm\" }}], or the path of a file; for example {example}"),
             Kind::Axis(dimension) => {
                 let value = match dimension {
                     Dimension::Ratio => "a number or a text in %".to_owned(),

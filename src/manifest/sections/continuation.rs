@@ -3,6 +3,7 @@
 use super::modal_state;
 use crate::analysis::continuation::explore::GivenState;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::parameter::Parameter;
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
@@ -13,6 +14,7 @@ pub(in crate::manifest) fn read(
     root: &Section,
     issues: &mut Issues,
     axes: &[&Axis],
+    dimensions: &[GridDimension],
     faulty: &[String],
     retained: Option<usize>,
 ) -> Option<Option<ContinuationSpec>> {
@@ -21,9 +23,9 @@ pub(in crate::manifest) fn read(
         Child::Invalid => return None,
         Child::Present(section) => section,
     };
-    let over = axis(&section, issues, "over", axes, faulty);
+    let over = axis(&section, issues, "over", (axes, dimensions), faulty);
     let second = match section.has("second") {
-        true => axis(&section, issues, "second", axes, faulty).map(Some),
+        true => axis(&section, issues, "second", (axes, dimensions), faulty).map(Some),
         false => Some(None),
     };
     if let (Some(over), Some(Some(second))) = (over, second)
@@ -93,17 +95,18 @@ fn axis(
     section: &Section,
     issues: &mut Issues,
     key: &str,
-    axes: &[&Axis],
+    (axes, dimensions): (&[&Axis], &[GridDimension]),
     faulty: &[String],
 ) -> Option<usize> {
     let varied = |axis: &Axis| axis.values.ends().0 < axis.values.ends().1;
+    let is_tied =
+        |place: usize| (dimensions.iter()).any(|own| own.is_tied() && own.axes.contains(&place));
     let name = match section.has(key) {
         true => section.text(issues, key)?,
         false if !faulty.is_empty() => return None,
-        false => axes
-            .iter()
-            .rfind(|axis| varied(axis))
-            .map_or("", |axis| axis.name()),
+        false => (axes.iter().enumerate())
+            .rfind(|(place, axis)| varied(axis) && !is_tied(*place))
+            .map_or("", |(_, axis)| axis.name()),
     };
     if faulty.iter().any(|fault| fault == name) {
         return None;
@@ -111,7 +114,7 @@ fn axis(
     let found = axes.iter().position(|axis| axis.name() == name);
     let fault = match found {
         None if name.is_empty() => Some((
-            "no axis of the grid has two different values: there is nothing to follow orbits over"
+            "no axis of the grid by itself has two different values: there is nothing to follow orbits over"
                 .to_owned(),
             "nothing to follow",
         )),
@@ -125,16 +128,21 @@ fn axis(
                 format!("the interval of `{name}` is empty: the axis has one value"),
                 "empty interval",
             )),
+            Ok(_) if is_tied(place) => Some((
+                format!("orbits are followed over one key, and others are tied to `{name}`"),
+                "a tied axis",
+            )),
             Ok(_) => None,
         },
     };
     let Some((message, label)) = fault else {
         return found;
     };
-    let fitting: Vec<&str> = axes
-        .iter()
-        .filter(|axis| varied(axis) && Parameter::named(axis.name()).is_ok())
-        .map(|axis| axis.name())
+    let fitting: Vec<&str> = (axes.iter().enumerate())
+        .filter(|(place, axis)| {
+            varied(axis) && !is_tied(*place) && Parameter::named(axis.name()).is_ok()
+        })
+        .map(|(_, axis)| axis.name())
         .collect();
     let path = section.path_of(key);
     let near = schema::nearest(name, &fitting).map(|near| format!("\"{near}\""));
@@ -145,7 +153,9 @@ fn axis(
         message,
     )
     .label(label)
-    .accepted("load, speed, or a continuous key, varied by the grid between two different values")
+    .accepted(
+        "load, torque, speed, or a continuous key, varied by the grid between two different values",
+    )
     .suggestion(near);
     issues.push(match fitting.is_empty() {
         true => {

@@ -56,7 +56,7 @@ impl<'a> Cells<'a> {
             slow.saturating_mul(fast)
         };
         let refined = results.summary.refined.as_ref();
-        match results.varied()[..] {
+        match results.spanning()[..] {
             [slow, fast, ..] if refined.is_some() || cells(slow, fast) <= MOST_CELLS => {
                 let scale = |(_, axis): (usize, &GridAxis)| {
                     results.axis(axis, |name, unit| Axis::for_grid(name, unit, &axis.values))

@@ -179,7 +179,10 @@ fn strokes(followed: &Followed, axes: [usize; 2], curve: &Curve) -> Vec<(bool, V
         let path = curve.points.iter().map(|(at, _)| place(at));
         return vec![(false, path.collect())];
     }
-    let along = usize::from(followed.axes[axes[0]].name == "load");
+    let along = usize::from(matches!(
+        followed.axes[axes[0]].name.as_str(),
+        "load" | "torque"
+    ));
     let step = |pair: &[(Vec<f64>, Option<String>)]| {
         (place(&pair[1].0)[along] - place(&pair[0].0)[along]).abs()
     };

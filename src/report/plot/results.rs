@@ -103,6 +103,13 @@ impl Results {
         varied(&self.summary.axes).collect()
     }
 
+    /// Positions of the axes with more than one value that maps go along, slowest first.
+    pub fn spanning(&self) -> Vec<usize> {
+        let Summary { axes, tied, .. } = &self.summary;
+        let free = tied.free(axes.len()).into_iter();
+        free.filter(|&axis| axes[axis].values.len() > 1).collect()
+    }
+
     /// The axis that pictures over one axis go along: the one named, else the swept one, else
     /// the one with most values, the fastest of equals.
     pub fn along(&self, what: What, name: Option<&str>) -> Result<usize, PlotError> {
@@ -177,7 +184,7 @@ impl Results {
 
     fn cut(&self, free: &[usize], apart: bool) -> (Vec<Slice<'_>>, usize) {
         let axes = &self.summary.axes;
-        let held: Vec<usize> = (0..axes.len()).filter(|i| !free.contains(i)).collect();
+        let held = self.summary.tied.held(axes.len(), free);
         let values = |point: &PointSummary| -> Vec<f64> {
             held.iter().map(|&index| point.axis_values[index]).collect()
         };

@@ -37,7 +37,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
         });
     }
     let summary = &results.summary;
-    let followed = branches(&attractors, &summary.all, &summary.axes, along);
+    let held = summary.tied.held(summary.axes.len(), &[along]);
+    let followed = branches(&attractors, &summary.all, &summary.axes, along, &held);
     let name = &summary.axes[along].name;
     let (slices, all) = results.slices(&[along]);
     let mut drawn = Drawn::of_slices(What::Shares, slices.len(), all);

@@ -135,6 +135,7 @@ fn record(folder: &Path, written: &Written, state: RunState, points: u64, comput
         warnings: vec!["the machine was busy".into()],
         manifest_hash: "00".into(),
         manifest: String::new(),
+        set: Vec::new(),
     };
     write_run(folder, &record).unwrap();
 }

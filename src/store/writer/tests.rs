@@ -35,6 +35,7 @@ fn layout() -> ResultLayout {
             axis("speed", "rad/s"),
             axis("mesh.half_gap", "m"),
         ],
+        tied: Vec::new(),
         poincare: true,
         spectra: true,
         orders: true,

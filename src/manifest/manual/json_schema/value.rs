@@ -43,7 +43,7 @@ pub(super) fn scalar(key: &Key) -> Vec<Value> {
             forms.extend(text(Dimension::Ratio));
             forms
         }
-        Kind::Text | Kind::List(_) | Kind::Initial | Kind::Table => {
+        Kind::Text | Kind::List(_) | Kind::Initial | Kind::Table | Kind::Points => {
             vec![json!({ "type": "string" })]
         }
     }

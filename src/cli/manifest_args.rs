@@ -1,0 +1,77 @@
+//! The manifest that a command is given, and the keys of it that the command changes.
+
+use super::{BAD_INPUT, fail, portable};
+use crate::input::printable;
+use crate::manifest::{self, Job, ManifestErrors};
+use clap::Args;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// A manifest with some keys changed.
+#[derive(Debug, Args)]
+pub struct ManifestArgs {
+    /// The manifest; - reads it from standard input, and relative paths in it start at the current folder.
+    #[arg(value_name = "MANIFEST")]
+    pub path: PathBuf,
+    /// Give a key another value than the manifest has: --set mesh.half_gap="20 um", --set grid.load=0.1. The value
+    /// is TOML, or a text without quotes. May be given more than once. Results keep what was set, and the same
+    /// command goes on from them.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl ManifestArgs {
+    /// What messages call the manifest.
+    pub fn name(&self) -> String {
+        match self.is_stream() {
+            true => "standard input".to_owned(),
+            false => self.path.display().to_string(),
+        }
+    }
+
+    fn is_stream(&self) -> bool {
+        self.path == Path::new("-")
+    }
+
+    /// The job of the manifest.
+    ///
+    /// # Errors
+    /// Every fault of the manifest and of the changes.
+    pub fn load(&self) -> Result<Job, ManifestErrors> {
+        match self.is_stream() {
+            true => manifest::read_changed(&mut std::io::stdin().lock(), &self.name(), &self.set),
+            false => manifest::load_changed(&self.path, &self.set),
+        }
+    }
+
+    /// The job of a manifest that is to be computed, in a process that computes as the job asks; else
+    /// the exit status, after its errors were shown.
+    pub fn admit(&self) -> Result<Job, ExitCode> {
+        let job = self.load().map_err(|errors| {
+            report(&errors);
+            ExitCode::from(BAD_INPUT)
+        })?;
+        portable::obey(&job).map_err(|message| fail(1, &message))?;
+        Ok(job)
+    }
+}
+
+/// Shows the errors of a manifest on standard error, in colour on a terminal.
+pub fn report(errors: &ManifestErrors) {
+    let stderr = std::io::stderr();
+    let colour = stderr.is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let text = match colour {
+        true => errors.render_coloured(),
+        false => errors.render(),
+    };
+    let count = match errors.count() {
+        1 => "1 error".to_owned(),
+        count => format!("{count} errors"),
+    };
+    let name = errors.sources.first().map_or("", |source| &source.name);
+    let name = printable(name);
+    let _ = stderr
+        .lock()
+        .write_all(format!("{text}{name}: {count}; nothing was computed or written\n").as_bytes());
+}

@@ -1,0 +1,18 @@
+//! How many threads a command computes with.
+
+use clap::Args;
+
+/// Worker threads.
+#[derive(Debug, Args)]
+pub struct Threads {
+    /// Worker threads [default: one a core this process may use].
+    #[arg(short = 'j', long = "threads", value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub asked: Option<u32>,
+}
+
+impl Threads {
+    /// How many, where that is said.
+    pub fn count(&self) -> Option<usize> {
+        self.asked.map(|n| n as usize)
+    }
+}

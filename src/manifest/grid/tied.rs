@@ -1,0 +1,188 @@
+//! `grid.tied`: axes that advance in step, so that the grid has a point for every value of them instead of every
+//! combination.
+
+use super::grid_axis::GridAxis;
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use crate::manifest::reader::{Section, wrong_type};
+use crate::manifest::schema;
+use crate::manifest::tree::{Node, Value};
+
+/// A group of axes as the text names them.
+#[derive(Debug)]
+pub(super) struct Tie {
+    pub names: Vec<String>,
+    span: Span,
+}
+
+/// The groups of `grid.tied`; those with faults are left out, reported.
+pub(super) fn read(section: &Section, issues: &mut Issues) -> Vec<Tie> {
+    let Some(entry) = section.entry("tied") else {
+        return Vec::new();
+    };
+    let Value::Array(groups) = &entry.node.value else {
+        wrong_type(issues, &entry.node, "grid.tied", section.spec("grid.tied"));
+        return Vec::new();
+    };
+    let read: Vec<Tie> = (groups.iter())
+        .filter_map(|group| names(section, issues, group))
+        .collect();
+    let mut seen: Vec<&str> = Vec::new();
+    for tie in &read {
+        for name in &tie.names {
+            if seen.contains(&name.as_str()) {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::Inconsistent,
+                        tie.span,
+                        "grid.tied",
+                        format!("`grid.tied` names `{name}` twice"),
+                    )
+                    .label("named before")
+                    .remedy("name every axis once, all that advance together in one list"),
+                );
+                return Vec::new();
+            }
+            seen.push(name);
+        }
+    }
+    read
+}
+
+fn names(section: &Section, issues: &mut Issues, group: &Node) -> Option<Tie> {
+    let spec = section.spec("grid.tied.*");
+    let Value::Array(items) = &group.value else {
+        wrong_type(issues, group, "grid.tied", section.spec("grid.tied"));
+        return None;
+    };
+    let mut names = Vec::new();
+    for item in items {
+        match &item.value {
+            Value::Text(name) => names.push(name.clone()),
+            _ => {
+                wrong_type(issues, item, "grid.tied", spec);
+                return None;
+            }
+        }
+    }
+    if names.len() < 2 {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                group.span,
+                "grid.tied",
+                format!(
+                    "`grid.tied` ties {}",
+                    match names.first() {
+                        None => "no axis".to_owned(),
+                        Some(name) => format!("`{name}` to nothing"),
+                    }
+                ),
+            )
+            .label("at least two axes")
+            .accepted(spec.accepted())
+            .remedy(
+                "name the axes that advance together, [[\"load\", \"speed\"]], or leave tied out",
+            ),
+        );
+        return None;
+    }
+    Some(Tie {
+        names,
+        span: group.span,
+    })
+}
+
+/// The places of the axes of every group; a group that names no axis, or axes of different lengths, is left out,
+/// reported. Axes named in `faulty` have been reported before.
+pub(super) fn places(
+    ties: &[Tie],
+    axes: &[GridAxis],
+    faulty: &[String],
+    issues: &mut Issues,
+) -> Vec<Vec<usize>> {
+    let mut all = Vec::new();
+    for tie in ties {
+        if tie.names.iter().any(|name| faulty.contains(name)) {
+            continue;
+        }
+        let place = |name: &String| axes.iter().position(|axis| axis.axis.name() == name);
+        if let Some(unknown) = tie.names.iter().find(|name| place(name).is_none()) {
+            let known: Vec<&str> = axes.iter().map(|axis| axis.axis.name()).collect();
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::UnknownAxis,
+                    tie.span,
+                    "grid.tied",
+                    format!("the grid has no axis `{unknown}` to be tied"),
+                )
+                .label("not an axis of the grid")
+                .accepted(known.join(", "))
+                .suggestion(schema::nearest(unknown, &known).map(|near| format!("\"{near}\""))),
+            );
+            continue;
+        }
+        let places: Vec<usize> = tie.names.iter().filter_map(place).collect();
+        let length = |place: &usize| axes[*place].axis.values.len();
+        if places
+            .iter()
+            .any(|place| length(place) != length(&places[0]))
+        {
+            let lengths: Vec<String> = (places.iter())
+                .map(|place| format!("{} {}", length(place), axes[*place].axis.name()))
+                .collect();
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    tie.span,
+                    "grid.tied",
+                    format!(
+                        "tied axes have different numbers of values: {}",
+                        lengths.join(", ")
+                    ),
+                )
+                .label("cannot advance in step")
+                .remedy("give each of them as many values"),
+            );
+            continue;
+        }
+        if let Some([first, second]) = same(&places, axes) {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::Inconsistent,
+                    tie.span,
+                    "grid.tied",
+                    format!(
+                        "tied values {} and {} are the same point",
+                        first + 1,
+                        second + 1
+                    ),
+                )
+                .label("the same point twice")
+                .remedy("every point is computed once: keep one of the two"),
+            );
+            continue;
+        }
+        all.push(places);
+    }
+    all
+}
+
+/// Two places along tied axes at which all have the same values.
+pub(super) fn same(axes: &[usize], all: &[GridAxis]) -> Option<[usize; 2]> {
+    let length = all[*axes.first()?].axis.values.len();
+    let row = |place: usize| {
+        axes.iter()
+            .map(move |&axis| all[axis].axis.values.get(place))
+    };
+    let mut order: Vec<usize> = (0..length).collect();
+    order.sort_by(|&a, &b| {
+        row(a)
+            .partial_cmp(row(b))
+            .unwrap_or(std::cmp::Ordering::Equal)
+            .then(a.cmp(&b))
+    });
+    order
+        .windows(2)
+        .find(|pair| row(pair[0]).eq(row(pair[1])))
+        .map(|pair| [pair[0], pair[1]])
+}

@@ -1,0 +1,64 @@
+//! Along which dimensions the points of a grid lie: axes that are tied advance in step along one.
+
+use super::spec::Axis;
+use serde::Serialize;
+
+/// A dimension of a grid.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct GridDimension {
+    /// The axes that go along it, as places in [`Job::axes`](super::Job::axes), ascending.
+    pub axes: Vec<usize>,
+    /// Values of each of them.
+    pub length: usize,
+    /// Whether it varies a key of the model.
+    pub model_keys: bool,
+}
+
+impl GridDimension {
+    /// The dimensions of some axes, slowest first: those that vary model keys, then the others. `ties` has the places
+    /// of axes that advance in step, all equally long; every other axis has a dimension of its own.
+    pub(super) fn all(axes: &[&Axis], ties: &[Vec<usize>]) -> Vec<Self> {
+        let tied = |axis: usize| ties.iter().find(|tie| tie.contains(&axis));
+        let mut all: Vec<Self> = (0..axes.len())
+            .filter_map(|axis| {
+                let mut own = tied(axis).map_or_else(|| vec![axis], Vec::clone);
+                own.sort_unstable();
+                (own[0] == axis).then(|| Self {
+                    length: axes[axis].values.len(),
+                    model_keys: own.iter().any(|&axis| axes[axis].key.is_model_key()),
+                    axes: own,
+                })
+            })
+            .collect();
+        all.sort_by_key(|dimension| (!dimension.model_keys, dimension.axes[0]));
+        all
+    }
+
+    /// Whether several axes go along it.
+    pub fn is_tied(&self) -> bool {
+        self.axes.len() > 1
+    }
+
+    /// The place of the dimension that an axis goes along.
+    pub(super) fn of(all: &[Self], axis: usize) -> usize {
+        (all.iter()
+            .position(|dimension| dimension.axes.contains(&axis)))
+        .unwrap_or_else(|| unreachable!("every axis goes along a dimension"))
+    }
+
+    /// Points of a grid over some dimensions.
+    pub(super) fn product(all: &[Self]) -> usize {
+        all.iter().map(|dimension| dimension.length).product()
+    }
+
+    /// The place along each dimension of a point in row-major order, the last dimension fastest.
+    pub(super) fn places(lengths: &[usize], number: usize) -> Vec<usize> {
+        let mut rest = number;
+        let mut places = vec![0; lengths.len()];
+        for (place, length) in places.iter_mut().zip(lengths).rev() {
+            *place = rest % length;
+            rest /= length;
+        }
+        places
+    }
+}

@@ -1,0 +1,50 @@
+//! Whether the loads and torques of the grid are ones that its drives can bear.
+
+use super::axis::AxisKey;
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use super::grid::GridAxis;
+use super::spec::{CycleDivision, StiffnessSpec, Variant};
+
+/// Records a torque on a drive without a rated one, and a load of 0 on a mesh that stands for the flanks under the mean
+/// load.
+pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &mut Issues) {
+    let load = |axis: &&GridAxis| matches!(axis.axis.key, AxisKey::Load | AxisKey::Torque);
+    let Some(axis) = axes.iter().find(load) else {
+        return;
+    };
+    let name = axis.axis.name();
+    let path = format!("grid.{name}");
+    let lacks = |variant: &Variant| variant.model.source.rated_torque().is_none();
+    if axis.axis.key == AxisKey::Torque && variants.iter().any(lacks) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                axis.key_span,
+                &path,
+                "a torque needs a rated torque, and a modal file has none".to_owned(),
+            )
+            .label("no rated torque")
+            .remedy("give load, the part of rated_force that the mesh bears"),
+        );
+    }
+    let tangent = |variant: &Variant| match &variant.mesh.stiffness {
+        StiffnessSpec::Table(table) => !matches!(table.division, CycleDivision::Pairs { .. }),
+        _ => false,
+    };
+    let zero = axis.axis.values.iter().position(|value| value == 0.0);
+    if let Some(place) = zero.filter(|_| variants.iter().any(tangent)) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                axis.node(place).span,
+                &path,
+                format!("`{name}` is 0, and the mesh computed from [gear] is that of flanks under the mean load"),
+            )
+            .label("no load")
+            .remedy(
+                "set mesh.resolution = \"pairs\", where every pair of teeth is a spring of its own, or another \
+                 mesh.stiffness, or give a small load",
+            ),
+        );
+    }
+}

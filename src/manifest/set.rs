@@ -1,0 +1,209 @@
+//! Keys that a command gives other values than the manifest has: `mesh.half_gap=20 um`.
+//!
+//! Each is a source of its own, so that a fault in it is shown there. The key may be dotted and count the entries
+//! of lists from 0; the value is TOML, or a text without quotes where it is none.
+
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::grid::GridAxis;
+use super::syntax;
+use super::tree::{self, Node, Value};
+use toml::de::DeTable;
+
+/// A key with another value.
+#[derive(Debug)]
+pub(super) struct Changed {
+    path: Vec<String>,
+    key_span: Span,
+}
+
+impl Changed {
+    fn name(&self) -> String {
+        self.path.join(".")
+    }
+}
+
+/// Puts every change into the tree; those with faults are left out, reported.
+pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) -> Vec<Changed> {
+    let mut applied = Vec::new();
+    for change in changes {
+        let source = issues.add_source("--set".to_owned(), change.clone());
+        let Some((changed, node)) = read(source, change, issues) else {
+            continue;
+        };
+        let path: Vec<&str> = changed.path.iter().map(String::as_str).collect();
+        match tree.put(&path, node) {
+            Ok(()) => applied.push(changed),
+            Err(short) => issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::UnknownKey,
+                    changed.key_span,
+                    &changed.name(),
+                    format!(
+                        "`{}` names an element that is not there: the list has {}",
+                        changed.name(),
+                        super::reader::entries(short.length)
+                    ),
+                )
+                .label("no such element")
+                .remedy("elements count from 0; set the whole list instead"),
+            ),
+        }
+    }
+    applied
+}
+
+/// Records changes of keys that an axis of the grid gives its own values.
+pub(super) fn check_axes(changes: &[Changed], axes: &[GridAxis], issues: &mut Issues) {
+    for changed in changes {
+        let name = changed.name();
+        if !axes.iter().any(|axis| axis.axis.name() == name) {
+            continue;
+        }
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::NoEffect,
+                changed.key_span,
+                &name,
+                format!("`{name}` has no effect: the grid varies it"),
+            )
+            .label("no effect")
+            .remedy(format!("set the axis: --set 'grid.\"{name}\"=VALUE'")),
+        );
+    }
+}
+
+/// The key and the value of a text `KEY=VALUE`; none where it is no such text, reported.
+fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Node)> {
+    let span = |start: usize, end: usize| Span { source, start, end };
+    let Some((key, value)) = text.split_once('=') else {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Syntax,
+                span(0, text.len()),
+                "",
+                format!("`{text}` is not of the form KEY=VALUE"),
+            )
+            .label("no `=`")
+            .remedy("write for example --set mesh.half_gap=\"20 um\""),
+        );
+        return None;
+    };
+    let key_span = span(0, key.trim_end().len());
+    let Some(path) = parts(key) else {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Syntax,
+                key_span,
+                "",
+                format!("`{}` is not a key", key.trim()),
+            )
+            .label("here")
+            .remedy("a key is a dotted name such as mesh.half_gap; of an axis of the grid, grid.\"mesh.half_gap\" with its quotes"),
+        );
+        return None;
+    };
+    let changed = Changed { path, key_span };
+    let bare = value.trim();
+    let start = text.len() - value.trim_start().len();
+    let value_span = span(start, start + bare.len());
+    let node = match DeTable::parse(text) {
+        Ok(table) => {
+            let root = tree::of_table(source, table, issues);
+            let levels = (0..changed.path.len()).try_fold(root, |node, _| only(node));
+            levels.or_else(|| {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::Syntax,
+                        span(0, text.len()),
+                        &changed.name(),
+                        "several keys are set at once".to_owned(),
+                    )
+                    .label("more than KEY=VALUE")
+                    .remedy("give each a --set of its own"),
+                );
+                None
+            })?
+        }
+        Err(error) if bare.is_empty() || bare.starts_with(['[', '{', '"', '\'']) => {
+            syntax::report(source, text, &[error], issues);
+            return None;
+        }
+        Err(_) => Node {
+            span: value_span,
+            value: Value::Text(bare.to_owned()),
+        },
+    };
+    Some((changed, node))
+}
+
+/// The parts of a dotted key.
+fn parts(key: &str) -> Option<Vec<String>> {
+    let text = format!("{key}=0");
+    let mut issues = Issues::default();
+    let mut node = tree::of_table(0, DeTable::parse(&text).ok()?, &mut issues);
+    let mut parts = Vec::new();
+    while let Value::Table(entries) = &node.value {
+        parts.push(entries.first()?.key.clone());
+        node = only(node)?;
+    }
+    (!parts.is_empty()).then_some(parts)
+}
+
+/// The value of the only entry of a table.
+fn only(node: Node) -> Option<Node> {
+    match node.value {
+        Value::Table(mut entries) if entries.len() == 1 => entries.pop().map(|entry| entry.node),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> (Vec<String>, Value) {
+        let mut issues = Issues::default();
+        let source = issues.add_source("--set".to_owned(), text.to_owned());
+        let (changed, node) = read(source, text, &mut issues).unwrap();
+        assert_eq!(issues.count(), 0, "{text}");
+        (changed.path, node.value)
+    }
+
+    #[test]
+    fn values_are_toml_or_bare_texts() {
+        let text = |value: Value| match value {
+            Value::Text(text) => text,
+            other => panic!("{other:?}"),
+        };
+        for typed in ["mesh.half_gap=20 um", "mesh.half_gap = \"20 um\""] {
+            let (path, found) = value(typed);
+            assert_eq!(path, ["mesh", "half_gap"]);
+            assert_eq!(text(found), "20 um");
+        }
+        assert_eq!(text(value("mesh.stiffness=constant").1), "constant");
+        assert!(matches!(value("run.cycles=300").1, Value::Integer(300)));
+        assert!(matches!(value("run.settle=false").1, Value::Boolean(false)));
+        let (path, found) = value("grid.\"mesh.half_gap\"={ values = [1e-5] }");
+        assert_eq!(path, ["grid", "mesh.half_gap"]);
+        assert!(matches!(found, Value::Table(entries) if entries.len() == 1));
+        let (path, _) = value("excitation.torque_ripple.0.order=2");
+        assert_eq!(path, ["excitation", "torque_ripple", "0", "order"]);
+    }
+
+    #[test]
+    fn faults_are_in_the_text() {
+        for (typed, kind, start) in [
+            ("mesh.half_gap", DiagnosticKind::Syntax, 0),
+            ("=3", DiagnosticKind::Syntax, 0),
+            ("mesh.half gap=3", DiagnosticKind::Syntax, 0),
+            ("run.cycles=", DiagnosticKind::Syntax, 11),
+            ("a=1\nb=2", DiagnosticKind::Syntax, 0),
+        ] {
+            let mut issues = Issues::default();
+            let source = issues.add_source("--set".to_owned(), typed.to_owned());
+            assert!(read(source, typed, &mut issues).is_none(), "{typed}");
+            let fault = &issues.found[0];
+            assert_eq!((fault.kind, fault.span.start), (kind, start), "{typed}");
+        }
+    }
+}

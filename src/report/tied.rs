@@ -1,0 +1,120 @@
+//! Which axes of results advance in step, and along which of them maps and curves go?
+
+use super::point::Axis;
+use crate::store::ResultTable;
+use std::cmp::Reverse;
+
+/// Points of a plane that must be there, a part of its cells, for tied axes to span it.
+const FILLED: usize = 2;
+
+/// Axes, by place, that advance in step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Group {
+    axes: Vec<usize>,
+    /// Two of them whose values are mostly combined: they count as if they were not tied.
+    plane: Option<[usize; 2]>,
+}
+
+/// The axes of results that advance in step.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tied(Vec<Group>);
+
+impl Tied {
+    /// What the head of a table of so many points says of its axes.
+    pub(super) fn of(head: &ResultTable, axes: &[Axis], points: usize) -> Self {
+        let groups: Vec<Vec<String>> = (head.metadata("tied"))
+            .and_then(|text| serde_json::from_str(text).ok())
+            .unwrap_or_default();
+        let place = |name: &String| axes.iter().position(|axis| axis.name == *name);
+        let places = groups
+            .iter()
+            .map(|group| group.iter().filter_map(place).collect());
+        Self::new(places.collect(), axes, points)
+    }
+
+    /// Groups of axes over so many points.
+    fn new(groups: Vec<Vec<usize>>, axes: &[Axis], points: usize) -> Self {
+        let length = |axis: usize| axes[axis].values.len().max(1);
+        let untied =
+            (0..axes.len()).filter(|axis| !groups.iter().any(|group| group.contains(axis)));
+        let others: usize = untied.map(length).product();
+        let group = |mut own: Vec<usize>| {
+            // Most values first, of equals the fastest.
+            own.sort_by_key(|&axis| Reverse((length(axis), axis)));
+            let plane = match own[..] {
+                [first, second, ..] => Some([second, first]),
+                _ => None,
+            };
+            Group {
+                plane: plane.filter(|&[second, first]| {
+                    length(second) > 1 && length(first) * length(second) * others <= FILLED * points
+                }),
+                axes: own,
+            }
+        };
+        Self(groups.into_iter().map(group).collect())
+    }
+
+    /// The axes that are held where something goes along some: all others but those that go along with them.
+    pub(super) fn held(&self, axes: usize, free: &[usize]) -> Vec<usize> {
+        let with = |axis: usize, group: &Group| {
+            group.axes.contains(&axis)
+                && match group.plane {
+                    Some(plane) => !plane.contains(&axis),
+                    None => free.iter().any(|own| group.axes.contains(own)),
+                }
+        };
+        let goes =
+            |&axis: &usize| free.contains(&axis) || self.0.iter().any(|group| with(axis, group));
+        (0..axes).filter(|axis| !goes(axis)).collect()
+    }
+
+    /// Which of so many axes maps go along, slowest first. Of tied ones that is the one with most values, the fastest
+    /// of equals, or two of which they fill the plane at least by half.
+    pub(super) fn free(&self, axes: usize) -> Vec<usize> {
+        let chosen = |axis: &usize| {
+            let own = self.0.iter().find(|group| group.axes.contains(axis));
+            own.is_none_or(|group| match group.plane {
+                Some(plane) => plane.contains(axis),
+                None => group.axes.first() == Some(axis),
+            })
+        };
+        (0..axes).filter(chosen).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(lengths: &[usize]) -> Vec<Axis> {
+        let axis = |&length: &usize| Axis {
+            name: "axis".to_owned(),
+            unit: "1".to_owned(),
+            values: (0..length).map(|i| i as f64).collect(),
+        };
+        lengths.iter().map(axis).collect()
+    }
+
+    #[test]
+    fn without_ties_every_axis_is_free() {
+        let tied = Tied::default();
+        assert_eq!(tied.free(3), [0, 1, 2]);
+        assert_eq!(tied.held(3, &[2]), [0, 1]);
+    }
+
+    #[test]
+    fn a_list_goes_along_one_axis_unless_it_fills_a_plane() {
+        let list = || vec![vec![0, 2, 3]];
+        // Three gaps beside a list of twelve points over a course of loads and speeds.
+        let course = Tied::new(list(), &axes(&[2, 3, 12, 12]), 36);
+        assert_eq!(course.free(4), [1, 3]);
+        assert!(course.held(4, &[1, 3]).is_empty());
+        assert_eq!(course.held(4, &[2]), [1]);
+        // The same list over a plane of four loads by three speeds, one point missing.
+        let plane = Tied::new(list(), &axes(&[1, 3, 4, 3]), 33);
+        assert_eq!(plane.free(4), [1, 2, 3]);
+        assert_eq!(plane.held(4, &[1, 2]), [3]);
+        assert_eq!(plane.held(4, &[3]), [1, 2]);
+    }
+}

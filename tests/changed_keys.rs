@@ -1,0 +1,170 @@
+//! `--set KEY=VALUE`, a manifest from standard input, and `-j`: with the real program.
+
+#![allow(clippy::unwrap_used)]
+
+#[path = "common/place.rs"]
+mod place;
+#[path = "common/results.rs"]
+mod results;
+
+use place::{OSCILLATOR, Place, status, stderr, stdout};
+use results::assert_same;
+use serde_json::{Value, json};
+
+const TABLES: [&str; 2] = ["points.parquet", "poincare.parquet"];
+
+fn hash(place: &Place, arguments: &[&str]) -> Value {
+    let output = place.atlas(&[&["check", "--json"], arguments].concat());
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    serde_json::from_slice::<Value>(&output.stdout).unwrap()["hash"].clone()
+}
+
+/// Setting a key is the same as writing it.
+#[test]
+fn a_set_key_is_as_if_written() {
+    let place = Place::new(OSCILLATOR);
+    let text = OSCILLATOR.replace("\"15 um\"", "\"12 um\"");
+    let text = text.replace("load = { from = 0.05, to = 0.3, count = 2 }", "load = 0.2");
+    let text = text.replace("amplitude = \"5 um\"", "amplitude = \"4 um\"");
+    std::fs::write(place.path("written.toml"), text).unwrap();
+    let set = [
+        "--set",
+        "mesh.half_gap=12 um",
+        "--set",
+        "grid.load = 0.2",
+        "--set",
+        "excitation.transmission_error.0.amplitude=\"4 um\"",
+    ];
+    let changed = hash(&place, &[&["m.toml"], &set[..]].concat());
+    assert_eq!(changed, hash(&place, &["written.toml"]));
+    assert_ne!(changed, hash(&place, &["m.toml"]));
+
+    let ours = place.whole("ours", &[&set[..], &["-j", "2"]].concat());
+    let output = place.atlas(&["run", "written.toml", "--out", "theirs", "--threads", "1"]);
+    assert!([0, 3].contains(&status(&output)), "{}", stderr(&output));
+    assert_same(&TABLES, &ours, &place.path("theirs"));
+    let record = place.record("ours");
+    assert_eq!(record["placement"]["threads"], 2);
+    assert_eq!(record["manifest"], OSCILLATOR);
+    assert_eq!(
+        record["set"],
+        json!([
+            "mesh.half_gap=12 um",
+            "grid.load = 0.2",
+            "excitation.transmission_error.0.amplitude=\"4 um\""
+        ])
+    );
+    assert_eq!(record["manifest_hash"], changed);
+    assert!(place.record("theirs").get("set").is_none());
+
+    // The same command finds its results; another one says what differs.
+    let again = place.run("ours", &set);
+    assert!(
+        stdout(&again).contains("already holds"),
+        "{}",
+        stdout(&again)
+    );
+    let without = place.run("ours", &set[..4]);
+    assert_eq!(status(&without), 2);
+    let told = stderr(&without);
+    assert!(
+        told.contains("- --set excitation.transmission_error.0.amplitude"),
+        "{told}"
+    );
+}
+
+/// Every command that takes a manifest takes changes of it, and one from a pipe.
+#[test]
+fn every_command_takes_changes_and_pipes() {
+    let place = Place::new(OSCILLATOR);
+    let commands = [
+        "check -",
+        "plan - -j 1",
+        "run - --out piped -j 1 --quiet",
+        "trace - --point load=0.1,speed=700 --cycles 3 --out traced",
+        "sensitivity - --point load=0.1,speed=700 --by load -j 1",
+    ];
+    for command in commands {
+        let script =
+            format!("$ATLAS {command} --set run.cycles=320 --set run.transient=30 < m.toml");
+        let output = place.shell(&script);
+        assert!(
+            [0, 3].contains(&status(&output)),
+            "{command}: {}",
+            stderr(&output)
+        );
+        let bad = place.shell(&format!("$ATLAS {command} --set run.cycles=few < m.toml"));
+        assert_eq!(status(&bad), 2, "{command}");
+        let told = stderr(&bad);
+        assert!(told.contains("┌─ --set:1:12"), "{command}: {told}");
+        assert!(
+            told.contains("standard input: 1 error"),
+            "{command}: {told}"
+        );
+    }
+    let record = place.record("piped");
+    assert_eq!(record["manifest"], OSCILLATOR);
+    assert_eq!(record["set"], json!(["run.cycles=320", "run.transient=30"]));
+}
+
+#[test]
+fn faults_of_changes_point_to_them() {
+    let place = Place::new(OSCILLATOR);
+    for (change, spot, words) in [
+        ("mesh.half_gap=15 N", "1:15", "a unit of force"),
+        ("mesh.half_gpa=15 um", "1:15", "nearest: `half_gap`"),
+        ("mesh.half_gap", "1:1", "not of the form KEY=VALUE"),
+        ("grid.load={ values = [0.1", "1:26", "not valid TOML"),
+        (
+            "excitation.transmission_error.4.amplitude=1",
+            "1:1",
+            "the list has 1 entry",
+        ),
+        ("run.kernel=magic", "1:12", "cannot be \"magic\""),
+        ("mesh.half_gap=1e-5\nx=1", "1:1", "several keys"),
+    ] {
+        let output = place.atlas(&["check", "m.toml", "--set", change]);
+        assert_eq!(status(&output), 2, "{change}");
+        let told = stderr(&output);
+        assert!(told.contains(&format!("--set:{spot}")), "{change}: {told}");
+        assert!(told.contains(words), "{change}: {told}");
+    }
+    // An axis of the grid is set as an axis.
+    let axis = "grid.\"mesh.half_gap\"={ values = [1e-5, 2e-5] }";
+    let output = place.atlas(&["check", "m.toml", "--set", axis]);
+    assert!(
+        stdout(&output).contains("12 = 2 mesh.half_gap x 2 load x 3 speed"),
+        "{}",
+        stdout(&output)
+    );
+    let both = [
+        "check",
+        "m.toml",
+        "--set",
+        axis,
+        "--set",
+        "mesh.half_gap=1e-5",
+    ];
+    let output = place.atlas(&both);
+    assert_eq!(status(&output), 2);
+    assert!(
+        stderr(&output).contains("the grid varies it"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn a_stream_that_is_no_manifest_is_refused() {
+    let place = Place::new(OSCILLATOR);
+    let output = place.shell("printf '\\377' | $ATLAS check -");
+    assert_eq!(status(&output), 2);
+    assert!(stderr(&output).contains("not UTF-8"), "{}", stderr(&output));
+    let output = place.shell("head -c 20000000 /dev/zero | $ATLAS check -");
+    assert_eq!(status(&output), 2);
+    assert!(
+        stderr(&output).contains("more than 16 MiB"),
+        "{}",
+        stderr(&output)
+    );
+}
