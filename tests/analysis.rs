@@ -7,7 +7,7 @@ mod common;
 
 use atlas::analysis::{
     Class, EnergyAudit, GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, PointOutcome,
-    Questions, Section, Signals, SpectrumQuestion, Status, investigate,
+    Questions, SEPARATION, Section, Signals, SpectrumQuestion, Status, investigate,
 };
 use atlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
@@ -302,6 +302,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
             stop_at_stderr: None,
             align: 50,
             twin: false,
+            separation: SEPARATION,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 100,
@@ -397,7 +398,7 @@ fn small_oscillators_are_of_their_known_kind() {
         (Status::Ok, Some(Class::Chaotic))
     );
     let lyapunov = chaotic.lyapunov.unwrap();
-    assert!(lyapunov.exponents[0] > 20.0 * lyapunov.stderr && lyapunov.exponents[1] < 0.0);
+    assert!(lyapunov.exponents[0] > 20.0 * lyapunov.stderr() && lyapunov.exponents[1] < 0.0);
 }
 
 /// Torque ripple of a shaft order lengthens the period to the shaft's teeth; ripple that

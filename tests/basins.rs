@@ -155,3 +155,61 @@ fn a_slice_along_a_mode_that_is_not_felt_is_explained() {
         );
     }
 }
+
+/// The phase plane of an oscillator of one degree: x across in metres, v up in metres a second, and the
+/// same bytes for any number of threads.
+#[test]
+fn the_phase_plane_of_one_mode_has_its_own_units() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let structure = "teeth = 20\nrated_force = 1330.0\nfrequency = [0.0]\ndamping = [0.0]\n\
+                     mesh = [1.0]\ntorque = [1.0]\n";
+    std::fs::write(path.join("one.modal.toml"), structure).unwrap();
+    let manifest = r#"
+        [job]
+        name = "one"
+        [model]
+        kind = "modal"
+        file = "one.modal.toml"
+        [mesh]
+        half_gap = "10 um"
+        stiffness = "constant"
+        mean_stiffness = "4e8 N/m"
+        contact_damping = "1483 N*s/m"
+        [excitation]
+        transmission_error = [{ harmonic = 1, amplitude = "2 um" }]
+        [grid]
+        load = 0.5
+        speed = 880
+        [run]
+        transient = 300
+        [analyses]
+        lyapunov = {}
+        multistability = { initial_conditions = 4, slice = { mode = 1, extent = "30 um", speed = "0.4 m/s", count = 12 } }
+    "#;
+    std::fs::write(path.join("m.toml"), manifest).unwrap();
+    let checked = atlas(path, &["check", "m.toml"]);
+    let told = "a slice of 12 x 12 in the phase plane of mode 1";
+    assert!(checked.contains(told), "{checked}");
+    run(path, "1", &["--threads", "1"]);
+    run(path, "2", &["--threads", "2"]);
+    let bytes = |out: &str| std::fs::read(path.join(out).join("basins.parquet")).unwrap();
+    assert!(bytes("1") == bytes("2"));
+    let cells = ResultTable::read(&path.join("1"), TableKind::Basins).unwrap();
+    let [x, y] = ["x", "y"].map(|name| cells.f64(name).unwrap());
+    let largest = |values: &[Option<f64>]| values.iter().flatten().fold(0.0, |a: f64, b| a.max(*b));
+    assert!((largest(&x) / (30e-6 * 11.0 / 12.0) - 1.0).abs() < 1e-12);
+    assert!((largest(&y) / (0.4 * 11.0 / 12.0) - 1.0).abs() < 1e-12);
+    let mut ends = cells.u64("attractor_id").unwrap();
+    ends.sort();
+    ends.dedup();
+    assert_eq!(ends, [Some(0), Some(1)]);
+    atlas(path, &["plot", "1", "--what", "basins", "--format", "svg"]);
+    let picture = std::fs::read_to_string(path.join("1/plots/basins.svg")).unwrap();
+    for label in [
+        "mesh deflection by mode 1 [",
+        "rate of mesh deflection by mode 1 [",
+    ] {
+        assert!(picture.contains(label), "{label}");
+    }
+}

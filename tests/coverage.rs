@@ -6,7 +6,7 @@
 mod common;
 
 use atlas::analysis::{
-    GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals,
+    GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
     investigate,
 };
 use atlas::model::{InitialState, Model, TrajectoryState};
@@ -34,6 +34,7 @@ fn ask(model: &Model, seed: u64, cycles: u64, stop_at_stderr: Option<f64>) -> Po
             stop_at_stderr,
             align: 50,
             twin: false,
+            separation: SEPARATION,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
@@ -67,7 +68,7 @@ fn known(outcome: &PointOutcome) -> Known {
     let nvh = outcome.nvh.as_ref().unwrap();
     let stderr = nvh.stderr.as_ref().unwrap();
     [
-        (lyapunov.exponents[0], lyapunov.stderr),
+        (lyapunov.exponents[0], lyapunov.stderr()),
         (nvh.deflection_rms, stderr.deflection_rms),
     ]
 }

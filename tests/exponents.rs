@@ -8,16 +8,18 @@ mod common;
 
 use atlas::analysis::orbits::floquet;
 use atlas::analysis::{
-    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, Section,
-    TangentGrowth, investigate,
+    Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, SEPARATION,
+    Section, TangentGrowth, investigate,
 };
 use atlas::model::{Division, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};
+use atlas::numerics::statistics::standard_error;
 use atlas::propagate::{Counters, Kernel, Tangents};
 use atlas::reference::Reference;
 use atlas::verify::constant_contact_exponents;
 use common::advance::{advance, settled, volterra};
 use common::{drives, relative_difference};
+use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
 
 fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
@@ -35,6 +37,7 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
             stop_at_stderr: None,
             align: 50,
             twin: true,
+            separation: SEPARATION,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
@@ -164,7 +167,7 @@ fn stable_fixed_point_has_its_negative_exponent() {
         let lyapunov = outcome.lyapunov.unwrap();
         let error = worst_difference(&lyapunov.exponents, &[exact, exact]);
         assert!(error < 1e-13, "{error:e}");
-        assert!(lyapunov.stderr < 1e-13);
+        assert!(lyapunov.stderr() < 1e-13);
     }
 }
 
@@ -357,4 +360,87 @@ fn exponents_beyond_the_dimension_are_not_reported() {
     )
     .unwrap();
     assert_eq!(outcome.lyapunov.unwrap().exponents.len(), 2);
+}
+
+/// Tangents of a planar map, measured as a drive's are: in the plain norm of one mode.
+fn planar_map(
+    start: [f64; 2],
+    cycles: usize,
+    map: impl Fn([f64; 2]) -> ([f64; 2], [[f64; 2]; 2]),
+) -> TangentGrowth {
+    let norm = EnergyNorm::raw(&common::model(&common::one_degree()));
+    let mut growth = TangentGrowth::new(&norm, 1, 2, &mut Stream::new(3, 1, 4));
+    let mut at = start;
+    for cycle in 0..cycles + 100 {
+        let (next, jacobian) = map(at);
+        at = next;
+        for i in 0..2 {
+            let [x, y] = [0, 1].map(|j| growth.tangents().vector(i)[j]);
+            for (value, row) in growth.tangents().vector_mut(i).iter_mut().zip(&jacobian) {
+                *value = row[0] * x + row[1] * y;
+            }
+        }
+        growth.cycle(&norm);
+        if cycle + 1 == 100 {
+            growth.restart();
+        }
+    }
+    growth
+}
+
+/// Hénon's map at a = 1.4, b = 0.3: exponents 0.41922 and −1.62319, Kaplan–Yorke dimension 1.25827
+/// (Sprott, Chaos and Time-Series Analysis, 2003). What doubt there is about the sum is round-off.
+#[test]
+fn henons_map_has_its_published_exponents_and_dimension() {
+    let henon = |[x, y]: [f64; 2]| {
+        (
+            [1.0 - 1.4 * x * x + y, 0.3 * x],
+            [[-2.8 * x, 1.0], [0.3, 0.0]],
+        )
+    };
+    let growth = planar_map([0.1, 0.1], 200_000, henon);
+    let exponents = growth.exponents().unwrap();
+    let series = growth.series();
+    let errors: Vec<f64> = series.iter().map(|s| standard_error(s)).collect();
+    for ((found, error), published) in exponents.iter().zip(&errors).zip([0.419_22, -1.623_19]) {
+        assert!((1e-5..2e-3).contains(error), "{error:e}");
+        assert!(
+            (found - published).abs() < 3.0 * error + 1e-5,
+            "{found} {error:e}"
+        );
+    }
+    let sum: f64 = exponents.iter().sum();
+    assert!((sum - 0.3f64.ln()).abs() < 1e-12, "{sum}");
+    let filled = kaplan_yorke(&series, &exponents, 0.0, 2).unwrap();
+    assert!(
+        (filled.value - 1.258_27).abs() < 3.0 * filled.stderr + 1e-5 && filled.stderr < 1e-3,
+        "{filled:?}"
+    );
+}
+
+/// The standard map keeps areas: its exponents are ± one number, and at K = 10 that is
+/// `ln(K/2)` (Chirikov 1979) within a few per cent; the chaotic sea fills the plane.
+#[test]
+fn the_standard_map_keeps_areas() {
+    const K: f64 = 10.0;
+    let standard = |[angle, momentum]: [f64; 2]| {
+        let momentum = momentum + K * angle.sin();
+        let jacobian = [[1.0 + K * angle.cos(), 1.0], [K * angle.cos(), 1.0]];
+        (
+            [(angle + momentum).rem_euclid(TAU), momentum.rem_euclid(TAU)],
+            jacobian,
+        )
+    };
+    let growth = planar_map([1.0, 2.0], 100_000, standard);
+    let exponents = growth.exponents().unwrap();
+    assert!((exponents[0] + exponents[1]).abs() < 1e-12, "{exponents:?}");
+    assert!(
+        (exponents[0] / (0.5 * K).ln() - 1.0).abs() < 0.03,
+        "{exponents:?}"
+    );
+    let filled = kaplan_yorke(&growth.series(), &exponents, 0.0, 2).unwrap();
+    assert!(
+        (filled.value - 2.0).abs() < 1e-10 && filled.stderr < 1e-10,
+        "{filled:?}"
+    );
 }

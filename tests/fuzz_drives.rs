@@ -33,7 +33,7 @@ mod common;
 mod drawn;
 
 use atlas::analysis::{
-    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, Section, Signals, Status,
+    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals, Status,
     investigate_onward,
 };
 use atlas::model::{Model, TrajectoryState};
@@ -96,6 +96,7 @@ fn questions() -> Questions {
             stop_at_stderr: None,
             align: 50,
             twin: false,
+            separation: SEPARATION,
             norm: Default::default(),
         }),
         poincare_samples: 0,
@@ -172,7 +173,7 @@ impl Trial<'_> {
         ];
         let all = (numbers.iter().chain(&nvh.fractions).chain(&nvh.harmonics))
             .chain(lambda.iter().flat_map(|l| &l.exponents))
-            .chain(lambda.iter().map(|l| &l.stderr));
+            .chain(lambda.iter().flat_map(|l| &l.errors));
         if let Some(bad) = all.into_iter().find(|x| !x.is_finite()) {
             self.fault(name, "finite", format!("{bad} in {row:?}"));
         }

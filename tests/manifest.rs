@@ -1103,3 +1103,35 @@ fn coast_flanks_may_have_an_error_of_their_own() {
     assert_eq!(of(&own), Some(vec![MeshHarmonic::new(2, 3e-6, 0.0)]));
     assert_ne!(job(&text).hash, job(&own).hash);
 }
+
+/// Keys of analyses and the seed vary like those of the drive: each point has its own, and so has the
+/// content hash.
+#[test]
+fn analyses_and_the_seed_are_axes() {
+    let axes = |separations: &str, seeds: &str| {
+        let text = format!(
+            "[analyses]\nlyapunov = {{ exponents = 2 }}\n\n[grid]\n\
+             \"analyses.lyapunov.separation\" = {{ values = {separations} }}\n\
+             \"job.seed\" = {{ values = {seeds} }}\n"
+        );
+        job_with("[grid]\n", &text)
+    };
+    let job = axes("[1e-8, 1e-7]", "[3, 5, 8]");
+    let names: Vec<&str> = job.axes.iter().map(|axis| axis.name()).collect();
+    let keys = ["analyses.lyapunov.separation", "job.seed", "load", "speed"];
+    assert_eq!(names, keys);
+    let inner = job.points.len() / 6;
+    for (nth, (separation, seed)) in [1e-8, 1e-7]
+        .into_iter()
+        .flat_map(|separation| [3, 5, 8].map(|seed| (separation, seed)))
+        .enumerate()
+    {
+        let point = job.points.at(nth * inner);
+        let asked = point.analyses.lyapunov.unwrap();
+        assert_eq!((asked.separation, asked.exponents), (separation, 2));
+        assert_eq!((point.seed, point.axis_values[1]), (seed, seed as f64));
+    }
+    let other = axes("[1e-8, 1e-7]", "[3, 5, 9]");
+    assert_ne!(job.hash, other.hash);
+    assert_ne!(job.hash, axes("[1e-9, 1e-7]", "[3, 5, 8]").hash);
+}

@@ -246,6 +246,7 @@ fn plane(extent: f64, count: u32) -> SliceQuestion {
         modes: [0, 1],
         of: SliceOf::Displacement,
         extent,
+        speed: None,
         count,
     }
 }

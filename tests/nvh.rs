@@ -6,7 +6,7 @@ mod common;
 
 use atlas::analysis::{
     GrowthNorm, LyapunovQuestion, Nvh, NvhOutcome, NvhQuestion, OrderQuestion, OrderReference,
-    PointOutcome, Questions, Section, Signals, Spectrum, SpectrumQuestion, investigate,
+    PointOutcome, Questions, SEPARATION, Section, Signals, Spectrum, SpectrumQuestion, investigate,
 };
 use atlas::model::{
     ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint,
@@ -261,6 +261,7 @@ fn questions(harmonics: usize) -> Questions {
             stop_at_stderr: None,
             align: 50,
             twin: false,
+            separation: SEPARATION,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,

@@ -333,6 +333,7 @@ fn mirror_images_share_the_cells() {
             modes: [0, 1],
             of: SliceOf::Displacement,
             extent: 9e-6,
+            speed: None,
             count: COUNT,
         };
         let question = MultistabilityQuestion {

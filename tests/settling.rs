@@ -8,7 +8,7 @@ use atlas::analysis::orbits::shooting::{approaches, shoot, shortest};
 use atlas::analysis::orbits::twins::leading_exponent;
 use atlas::analysis::{
     Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, PointOutcome, Questions,
-    Section, investigate,
+    SEPARATION, Section, investigate,
 };
 use atlas::model::{
     Division, DriveShaft, InitialState, MeshHarmonic, Model, TorqueRipple, TrajectoryState,
@@ -36,6 +36,7 @@ fn questions(transient: u64) -> Questions {
             stop_at_stderr: Some(0.02),
             align: 50,
             twin: false,
+            separation: SEPARATION,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
@@ -370,6 +371,7 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
                 stop_at_stderr: None,
                 align: 50,
                 twin: true,
+                separation: SEPARATION,
                 norm: GrowthNorm::Energy,
             }),
             ..questions(300)

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
-    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, Kick, LyapunovMethod,
+    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, KaplanYorke, Kick, LyapunovMethod,
     LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey,
     OrderLine, OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
     SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
@@ -59,7 +59,11 @@ fn row(point_id: u64) -> PointRow {
             }),
             lyapunov: Some(LyapunovOutcome {
                 exponents: vec![lambda, -1.0],
-                stderr: 0.01,
+                errors: vec![0.01, 0.02],
+                dimension: chaotic.then_some(KaplanYorke {
+                    value: 1.0 + lambda,
+                    stderr: 0.01,
+                }),
                 twin: chaotic.then_some(lambda + 0.001),
                 twin_stderr: chaotic.then_some(0.01),
                 twin_agrees: chaotic.then_some(true),

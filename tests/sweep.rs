@@ -10,10 +10,10 @@ mod results;
 
 use atlas::analysis::{
     ModalState, MultistabilityQuestion, PoincareSample, Probes, Questions, SampleKind, Section,
-    Signals, TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
+    Signals, Surface, TraceQuestion, TraceSample, TraceSink, investigate, probe_basins, trace,
 };
 use atlas::manifest::{self, Job};
-use atlas::model::{ActiveSet, Drive, InitialState, MeshHarmonic, Model};
+use atlas::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, Drive, InitialState, MeshHarmonic, Model};
 use atlas::numerics::random::PointSeed;
 use atlas::propagate::Event;
 use atlas::reference::Reference;
@@ -738,5 +738,112 @@ fn sweeps_are_shown_and_drawn() {
         "sweep down",
     ] {
         assert!(svg.contains(text), "{text}");
+    }
+}
+
+/// Samples where contact begins or ends are the events: their times to the bit, δ on the surface to
+/// round-off, and as many.
+#[test]
+fn samples_at_events_are_the_events() {
+    let model = rattling(0.0);
+    let events = traced(&model, 1).events;
+    for (section, contact, closes, kind) in [
+        (Section::Release, DRIVE_FLANK, false, SampleKind::Release),
+        (
+            Section::CoastEntry,
+            COAST_FLANK,
+            true,
+            SampleKind::CoastEntry,
+        ),
+        (
+            Section::CoastRelease,
+            COAST_FLANK,
+            false,
+            SampleKind::CoastRelease,
+        ),
+    ] {
+        let found = samples(&model, section);
+        let wanted: Vec<&Event> = (events.iter())
+            .filter(|e| e.contact == contact && e.closes() == closes)
+            .collect();
+        assert!(wanted.len() > 20, "{kind:?}: {}", wanted.len());
+        assert_eq!(found.len(), wanted.len(), "{kind:?}");
+        let surface = if contact == DRIVE_FLANK {
+            10e-6
+        } else {
+            -10e-6
+        };
+        for (sample, event) in found.iter().zip(wanted) {
+            assert_eq!((sample.cycle, sample.kind), (event.cycle, kind));
+            let phase = event.time / model.period();
+            assert!((sample.phase - phase).abs() < 1e-15, "{sample:?} {phase}");
+            assert!((sample.deflection - surface).abs() < 1e-17, "{sample:?}");
+            let rate = event.rate;
+            assert!((sample.velocity - rate).abs() < 1e-10, "{sample:?} {rate}");
+        }
+    }
+}
+
+/// Maxima of the force against those of 4096 samples a cycle.
+#[test]
+fn maxima_of_the_force_are_those_of_a_dense_course() {
+    const DENSE: u32 = 4096;
+    let model = rattling(0.0);
+    let found = samples(&model, Section::ForceMaximum);
+    let course = traced(&model, DENSE).samples;
+    let force = |i: usize| course[i].force;
+    let maxima: Vec<usize> = (1..course.len() - 1)
+        .filter(|&i| force(i) > 0.0 && force(i) > force(i - 1) && force(i) >= force(i + 1))
+        .collect();
+    assert!(maxima.len() > 50, "{}", maxima.len());
+    assert_eq!(found.len(), maxima.len());
+    for (sample, at) in found.iter().zip(maxima) {
+        assert_eq!(sample.kind, SampleKind::ForceMaximum);
+        let time = sample.cycle as f64 + sample.phase;
+        let dense = course[at].cycle as f64 + course[at].phase;
+        assert!(
+            (time - dense).abs() < 1.01 / f64::from(DENSE),
+            "{sample:?} {dense}"
+        );
+    }
+}
+
+/// One mode of participation w: `w q = δ + e`, so that a sample on `w q = 8 µm` has δ = 8 µm − e at its
+/// phase, and one on `w q' = 0` has δ' = −e'.
+#[test]
+fn a_surface_is_where_its_combination_has_its_level() {
+    const ERROR: f64 = 5e-6;
+    let model = rattling(0.0);
+    let surface = |displacement: f64, velocity: f64, level: f64, rising| {
+        Section::Surface(Surface {
+            displacement: vec![displacement],
+            velocity: vec![velocity],
+            level,
+            rising,
+        })
+    };
+    let both = samples(&model, surface(1.3, 0.0, 8e-6, None));
+    assert!(both.len() > 100, "{}", both.len());
+    for pair in both.windows(2) {
+        assert_ne!(pair[0].kind, pair[1].kind);
+    }
+    let turn = std::f64::consts::TAU;
+    for sample in &both {
+        let error = ERROR * (turn * sample.phase).cos();
+        let off = sample.deflection + error - 8e-6;
+        assert!(off.abs() < 1e-17, "{sample:?} {off:e}");
+        let rate = sample.velocity - turn / model.period() * ERROR * (turn * sample.phase).sin();
+        assert_eq!(
+            rate > 0.0,
+            sample.kind == SampleKind::SurfaceUp,
+            "{sample:?}"
+        );
+    }
+    let rising = samples(&model, surface(1.3, 0.0, 8e-6, Some(true)));
+    let up = both.iter().filter(|s| s.kind == SampleKind::SurfaceUp);
+    assert!(up.eq(&rising));
+    for sample in samples(&model, surface(0.0, 1.3, 0.0, None)) {
+        let rate = turn / model.period() * ERROR * (turn * sample.phase).sin();
+        assert!((sample.velocity - rate).abs() < 1e-9, "{sample:?} {rate}");
     }
 }

@@ -19,7 +19,8 @@
 mod common;
 
 use atlas::analysis::{
-    Class, GrowthNorm, LyapunovQuestion, PointOutcome, Questions, Section, Status, investigate,
+    Class, GrowthNorm, LyapunovQuestion, PointOutcome, Questions, SEPARATION, Section, Status,
+    investigate,
 };
 use atlas::model::{InitialState, MeshHarmonic, Model, TrajectoryState};
 use atlas::numerics::random::PointSeed;
@@ -44,6 +45,7 @@ fn ask(model: &Model, start: &TrajectoryState, seed: u64, cycles: u64) -> PointO
             stop_at_stderr: None,
             align: 100,
             twin: true,
+            separation: SEPARATION,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,

@@ -7,6 +7,7 @@ mod classify;
 pub mod continuation;
 mod coupled_modes;
 mod cycle_expansion;
+mod dimension;
 mod energy;
 mod frequencies;
 mod horizon;
@@ -27,6 +28,7 @@ mod recurring;
 pub mod sensitivity;
 mod signal;
 mod spectrum;
+mod surface;
 mod trace;
 mod twin;
 
@@ -36,12 +38,13 @@ pub use cycle_expansion::{
     Estimate, ExpansionAverage, ExpansionError, ExpansionOrder, ExpansionOutcome,
     ExpansionQuantity, ExpansionQuestion, cycle_expansion,
 };
+pub use dimension::kaplan_yorke;
 pub use energy::EnergyAudit;
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{
     HorizonError, HorizonMeasure, HorizonOutcome, HorizonQuantity, HorizonQuestion, predictability,
 };
-pub use lyapunov::TangentGrowth;
+pub use lyapunov::{SEPARATION, TangentGrowth};
 pub use multistability::{
     AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, MultistabilityQuestion,
     Plane, ProbeOutcome, Probes, SliceError, SliceOf, SliceQuestion, probe_basins,
@@ -62,4 +65,5 @@ pub use questions::{
 };
 pub use recurrence::excitation_period;
 pub use spectrum::{Lines, Welch};
+pub use surface::Surface;
 pub use trace::{ModalState, TraceOutcome, TraceQuestion, TraceSample, TraceSink, trace};

@@ -97,8 +97,11 @@ impl Class {
 pub struct LyapunovOutcome {
     /// The exponents asked for, largest first.
     pub exponents: Vec<f64>,
-    /// Standard error of the largest, from block averages.
-    pub stderr: f64,
+    /// Standard error of each, from block averages; of a settled orbit how well its multipliers
+    /// are known.
+    pub errors: Vec<f64>,
+    /// How many dimensions the motion fills, where the exponents asked for tell.
+    pub dimension: Option<KaplanYorke>,
     /// Largest exponent from a twin trajectory, where one was integrated.
     pub twin: Option<f64>,
     /// Standard error of `twin`, from block averages.
@@ -107,6 +110,22 @@ pub struct LyapunovOutcome {
     pub twin_agrees: Option<bool>,
     /// Where the exponents come from.
     pub method: LyapunovMethod,
+}
+
+impl LyapunovOutcome {
+    /// Standard error of the largest exponent; infinite where there is none.
+    pub fn stderr(&self) -> f64 {
+        self.errors.first().copied().unwrap_or(f64::INFINITY)
+    }
+}
+
+/// Kaplan–Yorke dimension of the states once a mesh cycle \[1\].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct KaplanYorke {
+    /// The dimension.
+    pub value: f64,
+    /// Its standard error, from block averages.
+    pub stderr: f64,
 }
 
 /// Where a Lyapunov exponent comes from.
@@ -360,6 +379,18 @@ pub enum SampleKind {
     Maximum,
     /// δ' = 0 with δ'' > 0.
     Minimum,
+    /// The end of drive contact.
+    Release,
+    /// Entry into coast contact.
+    CoastEntry,
+    /// The end of coast contact.
+    CoastRelease,
+    /// F > 0 and F' = 0 with F'' < 0.
+    ForceMaximum,
+    /// The surface asked for, crossed towards larger values.
+    SurfaceUp,
+    /// The surface asked for, crossed towards smaller values.
+    SurfaceDown,
 }
 
 impl SampleKind {
@@ -370,6 +401,12 @@ impl SampleKind {
             Self::Entry => "entry",
             Self::Maximum => "maximum",
             Self::Minimum => "minimum",
+            Self::Release => "release",
+            Self::CoastEntry => "coast_entry",
+            Self::CoastRelease => "coast_release",
+            Self::ForceMaximum => "force_maximum",
+            Self::SurfaceUp => "surface_up",
+            Self::SurfaceDown => "surface_down",
         }
     }
 }

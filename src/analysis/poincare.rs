@@ -1,23 +1,28 @@
 //! Where does the motion pierce a section of its phase space?
 //!
 //! * strobe: once a mesh cycle, at a chosen mesh phase;
-//! * entry: on entry into drive contact, δ = +b with δ' > 0;
+//! * entry: on entry into drive contact, δ = +b with δ' > 0; release: where it ends; the same of
+//!   coast contact;
 //! * extremum: where δ' changes its sign. All such places are found, in the derivative of
-//!   each window's series, by its certified roots.
+//!   each window's series, by its certified roots;
+//! * force maximum: where the rate of a positive mesh force changes from positive to negative, found
+//!   likewise. A force that begins to fall at once on entry has its maximum there;
+//! * surface: where a linear combination of modal displacements and velocities takes a value.
 //!
 //! At mesh phase 0 the trajectory itself is read; everything else is read off the windows
 //! that a kernel shows, so that sampling has no influence on the motion.
 
-use super::modal_series::padded;
+use super::modal_series::{Series, padded};
 use super::outcome::{PoincareSample, SampleKind};
-use crate::model::{DRIVE_FLANK, Model, TrajectoryState};
+use super::surface::{Surface, SurfaceWatch};
+use crate::model::{COAST_FLANK, DRIVE_FLANK, Model, TrajectoryState};
 use crate::numerics::legendre::{at_end, derivative, evaluate, transforms24};
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
 use serde::Serialize;
 
 /// How Poincaré samples are asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PoincareQuestion {
     /// Samples kept: the last ones of the measured cycles.
     pub samples: usize,
@@ -29,7 +34,7 @@ pub struct PoincareQuestion {
 }
 
 /// Where samples are taken.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum Section {
     /// Once a mesh cycle.
     Strobe {
@@ -40,6 +45,29 @@ pub enum Section {
     Entry,
     /// At every extreme of the deflection.
     Extremum,
+    /// Where drive contact ends.
+    Release,
+    /// On every entry into coast contact.
+    CoastEntry,
+    /// Where coast contact ends.
+    CoastRelease,
+    /// At every maximum of a positive mesh force.
+    ForceMaximum,
+    /// On a surface of phase space.
+    Surface(Surface),
+}
+
+impl Section {
+    /// The event at which samples are read off windows: its contact, whether it closes, and what
+    /// they are called.
+    fn event(&self) -> Option<(usize, bool, SampleKind)> {
+        match self {
+            Self::Release => Some((DRIVE_FLANK, false, SampleKind::Release)),
+            Self::CoastEntry => Some((COAST_FLANK, true, SampleKind::CoastEntry)),
+            Self::CoastRelease => Some((COAST_FLANK, false, SampleKind::CoastRelease)),
+            _ => None,
+        }
+    }
 }
 
 impl Default for Section {
@@ -72,8 +100,24 @@ pub struct Poincare {
     strobed: Option<u64>,
     /// Where the last window ended: time within the mesh cycle \[s\] and δ \[m\].
     end: Option<(f64, f64)>,
-    /// Whether δ' was last seen positive.
+    /// Whether δ' (the rate of the force) was last seen positive.
     rising: Option<bool>,
+    /// Round-off of the mesh force that its series does not show \[N\].
+    force: f64,
+    surface: Option<Box<SurfaceWatch>>,
+    /// The last window, where events are read off windows.
+    last: Option<Shown>,
+    /// An event that no window was shown of.
+    awaited: Option<Event>,
+}
+
+/// What is kept of a window.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    cycle: u64,
+    start: f64,
+    duration: f64,
+    deflection: Series,
 }
 
 impl Poincare {
@@ -81,7 +125,16 @@ impl Poincare {
     pub fn new(model: &Model, section: Section, keep: usize) -> Self {
         Self {
             keep,
+            surface: match &section {
+                Section::Surface(surface) if keep > 0 => {
+                    Some(Box::new(SurfaceWatch::new(model, surface)))
+                }
+                _ => None,
+            },
             section,
+            force: model.half_gap * model.first_cycle().mean_stiffness(),
+            last: None,
+            awaited: None,
             period: model.period(),
             half_gap: model.half_gap,
             samples: Vec::with_capacity(keep.min(ROOM)),
@@ -116,6 +169,7 @@ impl Poincare {
     pub fn restart(&mut self) {
         self.samples.clear();
         self.next = 0;
+        self.awaited = None;
     }
 
     /// The samples kept, oldest first.
@@ -136,15 +190,64 @@ impl Poincare {
 
     /// The sample at place x of a window.
     fn at(&self, window: &Window<'_>, x: f64, kind: SampleKind) -> PoincareSample {
-        let slope = derivative(&padded(window.deflection));
-        let time = window.start + 0.5 * window.duration * (x + 1.0);
+        self.on(&Shown::of(window), x, kind)
+    }
+
+    /// The sample at place x of what was shown.
+    fn on(&self, shown: &Shown, x: f64, kind: SampleKind) -> PoincareSample {
+        let slope = derivative(&shown.deflection);
+        let time = shown.start + 0.5 * shown.duration * (x + 1.0);
         PoincareSample {
-            cycle: window.cycle,
+            cycle: shown.cycle,
             phase: self.phase(time),
-            deflection: evaluate(window.deflection, x),
-            velocity: 2.0 / window.duration * evaluate(&slope, x),
+            deflection: evaluate(&shown.deflection, x),
+            velocity: 2.0 / shown.duration * evaluate(&slope, x),
             kind,
         }
+    }
+
+    /// The sample at an event on a window.
+    fn happens(&mut self, shown: &Shown, event: &Event, kind: SampleKind) {
+        let sample = self.on(shown, shown.place(event.time), kind);
+        self.keep(PoincareSample {
+            cycle: event.cycle,
+            phase: self.phase(event.time),
+            ..sample
+        });
+    }
+
+    /// Maxima of a positive mesh force.
+    fn force_maxima(&mut self, window: &Window<'_>) {
+        if window.closed.is_empty() {
+            self.rising = Some(true);
+            return;
+        }
+        let series = padded(window.force);
+        let size: f64 = series.iter().map(|a| a.abs()).sum();
+        let noise = SLOPE_NOISE * (size + self.force);
+        let mut rising = self.rising;
+        let slope = derivative(&series);
+        sign_changes(transforms24(), &slope, noise, &mut rising, |x, minimum| {
+            if !minimum && evaluate(&series, x) > 0.0 {
+                self.keep(self.at(window, x, SampleKind::ForceMaximum));
+            }
+        });
+        self.rising = rising;
+    }
+
+    /// Crossings of a surface.
+    fn cross(&mut self, window: &Window<'_>) {
+        let Some(mut surface) = self.surface.take() else {
+            return;
+        };
+        surface.crossings(window, |x, rises| {
+            let kind = match rises {
+                true => SampleKind::SurfaceUp,
+                false => SampleKind::SurfaceDown,
+            };
+            self.keep(self.at(window, x, kind));
+        });
+        self.surface = Some(surface);
     }
 
     /// Mesh phase in \[0, 1) of a time within the cycle: its very end is still in it.
@@ -178,6 +281,22 @@ impl Poincare {
     }
 }
 
+impl Shown {
+    fn of(window: &Window<'_>) -> Self {
+        Self {
+            cycle: window.cycle,
+            start: window.start,
+            duration: window.duration,
+            deflection: padded(window.deflection),
+        }
+    }
+
+    /// The place of a time within the cycle.
+    fn place(&self, time: f64) -> f64 {
+        (2.0 * (time - self.start) / self.duration - 1.0).clamp(-1.0, 1.0)
+    }
+}
+
 /// Every place of a window where δ' changes its sign, handed to `found` with whether δ has a
 /// minimum there. `rising` is whether δ' was last seen positive, kept from window to window.
 pub(super) fn extrema(
@@ -199,16 +318,42 @@ impl Observer for Poincare {
         if !self.watches() {
             return;
         }
-        match self.section {
-            Section::Strobe { phase } => self.strobe(window, phase),
+        match &self.section {
+            Section::Strobe { phase } => self.strobe(window, *phase),
             Section::Entry => {
                 self.end = Some((window.start + window.duration, at_end(window.deflection)));
             }
             Section::Extremum => self.turn(window),
+            Section::ForceMaximum => self.force_maxima(window),
+            Section::Surface(_) => self.cross(window),
+            Section::Release | Section::CoastEntry | Section::CoastRelease => {
+                let shown = Shown::of(window);
+                if let (Some(event), Some((.., kind))) = (self.awaited.take(), self.section.event())
+                {
+                    self.happens(&shown, &event, kind);
+                }
+                self.last = Some(shown);
+            }
         }
     }
 
     fn event(&mut self, event: &Event) {
+        if let Some((contact, closes, kind)) = self.section.event() {
+            if self.keep == 0 || event.contact != contact || event.closes() != closes {
+                return;
+            }
+            // A kernel shows the window that an event ends before it or, where it does not cut its
+            // windows, the one that it lies in after it.
+            let behind = |shown: &Shown| {
+                let end = shown.start + shown.duration;
+                shown.cycle == event.cycle && event.time <= end + JOINT * self.period
+            };
+            match self.last.filter(behind) {
+                Some(shown) => self.happens(&shown, event, kind),
+                None => self.awaited = Some(*event),
+            }
+            return;
+        }
         if !self.watches()
             || self.section != Section::Entry
             || !(event.closes() && event.contact == DRIVE_FLANK)

@@ -41,6 +41,8 @@ pub struct LyapunovQuestion {
     pub align: u64,
     /// Whether a twin trajectory is integrated beside the tangents.
     pub twin: bool,
+    /// Its distance, in half gaps.
+    pub separation: f64,
     /// The norm in which growth is measured.
     pub norm: GrowthNorm,
 }

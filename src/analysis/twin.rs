@@ -8,9 +8,6 @@ use super::lyapunov::CYCLES_PER_AVERAGE;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 
-/// Distance of the twin, in units of the half gap: far above round-off, far below the gap.
-const DISTANCE: f64 = 1e-7;
-
 /// Round-off of a cycle, relative to the state.
 pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 
@@ -29,13 +26,16 @@ pub struct Twin {
 impl Twin {
     /// A twin of `trajectory` in the direction of a tangent. Where neighbours part in proportion
     /// to time directions turn as slowly, and a twin in another one would differ for as long.
+    ///
+    /// * `separation`: distance, in half gaps.
     pub fn new(
         model: &Model,
         norm: &EnergyNorm,
         trajectory: &TrajectoryState,
         tangent: &[f64],
+        separation: f64,
     ) -> Self {
-        let scale = DISTANCE * norm.unit() / norm.length(tangent);
+        let scale = separation * norm.unit() / norm.length(tangent);
         let state = trajectory
             .state
             .iter()
@@ -44,7 +44,7 @@ impl Twin {
             .collect();
         Self {
             trajectory: TrajectoryState::new(model, state, trajectory.cycle),
-            distance: DISTANCE * norm.unit(),
+            distance: separation * norm.unit(),
             sum: 0.0,
             pending: 0,
             averages: Vec::new(),

@@ -1,6 +1,6 @@
 //! Which analyses are asked of a point, in words.
 
-use crate::analysis::{GrowthNorm, Section};
+use crate::analysis::{GrowthNorm, Section, SliceOf};
 use crate::manifest::PointSpec;
 
 /// All of them with their settings, separated by commas.
@@ -20,12 +20,17 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             if lyapunov.exponents == 1 { "" } else { "s" }
         )
     });
-    let poincare = analyses.poincare.map(|poincare| {
-        let section = match poincare.section {
+    let poincare = analyses.poincare.as_ref().map(|poincare| {
+        let section = match &poincare.section {
             Section::Strobe { phase: 0.0 } => String::new(),
             Section::Strobe { phase } => format!(" at mesh phase {phase}"),
             Section::Entry => " on entry into drive contact".to_owned(),
             Section::Extremum => " at extrema".to_owned(),
+            Section::Release => " where drive contact ends".to_owned(),
+            Section::CoastEntry => " on entry into coast contact".to_owned(),
+            Section::CoastRelease => " where coast contact ends".to_owned(),
+            Section::ForceMaximum => " at maxima of the mesh force".to_owned(),
+            Section::Surface(_) => " on a surface".to_owned(),
         };
         let refine = match poincare.refine {
             0 => String::new(),
@@ -52,10 +57,11 @@ pub(super) fn analyses(point: &PointSpec) -> String {
     let multistability = analyses.multistability.map(|asked| {
         let slice = asked.slice.map_or_else(String::new, |slice| {
             let [first, second] = slice.modes.map(|mode| mode + 1);
-            format!(
-                ", a slice of {0} x {0} along modes {first} and {second}",
-                slice.count
-            )
+            let along = match slice.of {
+                SliceOf::PhasePlane => format!("in the phase plane of mode {first}"),
+                _ => format!("along modes {first} and {second}"),
+            };
+            format!(", a slice of {0} x {0} {along}", slice.count)
         });
         format!(
             "multistability ({} initial conditions over {} decades of energy{slice}, {} + {} cycles each)",

@@ -191,7 +191,7 @@ impl Watcher for Events<'_> {
             class: outcome.class.as_ref().map(Class::name),
             period: outcome.class.as_ref().and_then(Class::period),
             lambda_max: lyapunov.and_then(|found| found.exponents.first().copied()),
-            lambda_stderr: lyapunov.map(|found| found.stderr),
+            lambda_stderr: lyapunov.map(|found| found.stderr()),
             cycles: outcome.cycles,
             wall_time: placement.wall_time,
             worker: placement.worker,

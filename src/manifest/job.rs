@@ -11,7 +11,7 @@ use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine};
 pub struct Job {
     /// Name; results go to `results/<name>` by default.
     pub name: String,
-    /// Root of every random stream.
+    /// Root of every random stream, unless an axis of the grid gives it.
     pub seed: u64,
     /// The manifest as the user wrote it.
     pub text: String,

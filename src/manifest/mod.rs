@@ -216,6 +216,7 @@ fn judge(
             let nested = axes.refine.as_ref().map(|refine| refine.nested);
             let points = Points::new(
                 variants,
+                head.seed,
                 &plain,
                 &axes.dimensions,
                 axes.carried.as_ref(),

@@ -4,6 +4,7 @@
 use super::axis::{Ascending, AxisKey, AxisValues};
 use super::expand::Expansion;
 use super::grid_dimension::GridDimension;
+use super::schema;
 use super::spec::{Axis, Carried, Direction, PointSpec, Variant};
 use crate::numerics::nested_grid::NestedGrid;
 use std::borrow::Cow;
@@ -19,6 +20,9 @@ pub struct Points {
     dimensions: Vec<GridDimension>,
     /// What the last but one axis is.
     load: AxisKey,
+    /// Root of the random streams of points, unless an axis gives it.
+    seed: u64,
+    seed_axis: Option<usize>,
     chains: Option<Chains>,
     /// Numbers the points of a refined grid.
     nested: Option<NestedGrid>,
@@ -39,6 +43,7 @@ impl Points {
     /// combination of values of the model keys; `nested` numbers its points where it is refined.
     pub(super) fn new(
         variants: Expansion,
+        seed: u64,
         axes: &[Axis],
         dimensions: &[GridDimension],
         carried: Option<&Carried>,
@@ -62,6 +67,8 @@ impl Points {
             values,
             dimensions: dimensions.to_vec(),
             load: load.unwrap_or(AxisKey::Load),
+            seed,
+            seed_axis: axes.iter().position(|axis| axis.name() == schema::SEED),
             chains,
             nested,
         }
@@ -147,6 +154,7 @@ impl Points {
         PointSpec {
             point_id: id as u64,
             direction,
+            seed: (self.seed_axis).map_or(self.seed, |axis| axis_values[axis] as u64),
             load,
             speed: axis_values[keys + 1],
             axis_values,

@@ -78,6 +78,8 @@ pub struct PointSpec {
     pub point_id: u64,
     /// Which way its sweep runs; none where points are independent.
     pub direction: Option<Direction>,
+    /// Root of its random streams.
+    pub seed: u64,
     /// Value of each axis at this point, in the order of [`Job::axes`](super::Job::axes).
     pub axis_values: Vec<f64>,
     /// Fraction of the rated mesh force.

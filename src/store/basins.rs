@@ -20,7 +20,8 @@ pub fn basins_table() -> Table<CellRow> {
         u32 "j", "1", row.cell.row, "Row of the cell in the slice, from 0 at the smallest y";
         f64 "x", "m", row.cell.place[0],
             "Mesh deflection by the first mode at the cell's centre, from run.initial; for velocities, the one of equal energy";
-        f64 "y", "m", row.cell.place[1], "The same by the second mode";
+        f64 "y", "m (m/s in a phase plane)", row.cell.place[1],
+            "The same by the second mode; in a phase plane the rate of the mesh deflection by the one mode";
         u32 "attractor_id", "1", row.cell.attractor,
             "Attractor of the point, as in attractors.parquet; null where the motion settled on none";
         text "status", "", row.cell.status.name(),

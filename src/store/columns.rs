@@ -103,7 +103,7 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Period of steady_contact and periodic motion";
         f64 "lambda_max", "1/cycle", row.lyapunov()?.exponents.first().copied(),
             "Largest Lyapunov exponent per mesh cycle";
-        f64 "lambda_stderr", "1/cycle", row.lyapunov()?.stderr,
+        f64 "lambda_stderr", "1/cycle", row.lyapunov()?.stderr(),
             "Standard error of lambda_max, from block averages";
         f64 "lambda_twin", "1/cycle", row.lyapunov()?.twin,
             "Largest exponent from a twin trajectory";
@@ -115,6 +115,12 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "tangent: mean growth of tangent vectors; multipliers: of the settled orbit";
         list "exponents", "1/cycle", &*row.lyapunov()?.exponents,
             "Lyapunov exponents per mesh cycle, largest first";
+        list "exponents_stderr", "1/cycle", &*row.lyapunov()?.errors,
+            "Standard error of each exponent, from block averages";
+        f64 "kaplan_yorke", "1", row.lyapunov()?.dimension?.value,
+            "Kaplan–Yorke dimension of the states once a mesh cycle; absent where the exponents asked for do not tell";
+        f64 "kaplan_yorke_stderr", "1", row.lyapunov()?.dimension?.stderr,
+            "Standard error of kaplan_yorke, from block averages";
         f64 "events_per_cycle", "1/cycle", row.outcome.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
         u32 "attractors", "1", row.multistability.as_ref()?.attractors.len() as u32,
@@ -151,7 +157,7 @@ pub fn poincare_table() -> Table<PoincareRow> {
         f64 "deflection", "m", row.sample.deflection, "Mesh deflection";
         f64 "velocity", "m/s", row.sample.velocity, "Rate of the mesh deflection";
         text "section", "", row.sample.kind.name(),
-            "Why the sample was taken: strobe, entry (into drive contact), maximum or minimum (of the deflection)";
+            "Why the sample was taken: strobe, entry (into drive contact), release (out of it), coast_entry, coast_release, maximum or minimum (of the deflection), force_maximum, surface_up or surface_down (towards larger or smaller values)";
     ])
 }
 

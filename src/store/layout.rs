@@ -23,8 +23,8 @@ pub struct ResultLayout {
     pub orbits: bool,
     /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
     pub swept: Option<AxisColumn>,
-    /// Names of the axes of the slices in `basins.parquet`, where it is written.
-    pub basins: Option<[String; 2]>,
+    /// The axes of the slices in `basins.parquet`, where it is written.
+    pub basins: Option<[AxisColumn; 2]>,
     /// Whether `horizon.parquet` is written.
     pub horizon: bool,
     /// Whether `cycle_expansion.parquet` is written.

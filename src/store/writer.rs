@@ -29,7 +29,7 @@ impl Row for PointRow {
             .outcome
             .lyapunov
             .as_ref()
-            .map_or(0, |found| found.exponents.len());
+            .map_or(0, |found| found.exponents.len() + found.errors.len());
         let nvh = self.outcome.nvh.as_ref().map_or(0, |found| {
             // With their standard errors.
             let lists = [
@@ -177,8 +177,9 @@ impl ResultWriter {
         let basins = layout
             .basins
             .as_ref()
-            .map(|names| {
-                let metadata = [("slice", serde_json::json!(names).to_string())];
+            .map(|axes| {
+                let axes = axes.each_ref().map(|axis| [&axis.name, &axis.unit]);
+                let metadata = [("slice", serde_json::json!(axes).to_string())];
                 TableFile::create(folder, TableKind::Basins, shard, basins_table(), &metadata)
             })
             .transpose()?;

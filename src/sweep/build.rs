@@ -271,10 +271,9 @@ pub fn questions(point: &PointSpec, seed: PointSeed) -> Questions {
         settle: run.settle,
         audit_cycles: run.audit_cycles,
         lyapunov: analyses.lyapunov,
-        poincare_samples: analyses.poincare.map_or(0, |asked| asked.samples),
-        section: analyses
-            .poincare
-            .map(|asked| asked.section)
+        poincare_samples: (analyses.poincare.as_ref()).map_or(0, |asked| asked.samples),
+        section: (analyses.poincare.as_ref())
+            .map(|asked| asked.section.clone())
             .unwrap_or_default(),
         nvh: analyses.nvh,
     }

@@ -209,7 +209,7 @@ pub fn compute(
     let refined = point.direction.is_some() && halvings(point) > 0;
     let levelled = refined.then(|| with_level(point));
     let asked = levelled.as_ref().unwrap_or(point);
-    let mut answer = attempt(asked, link.end.as_ref(), job.seed, parts, called_off)?;
+    let mut answer = attempt(asked, link.end.as_ref(), parts, called_off)?;
     let level = level(&answer.outcome).filter(|_| point.direction.is_some());
     if point.analyses.nvh.is_none() {
         answer.outcome.nvh = None;
@@ -247,7 +247,11 @@ pub fn compute(
 
 /// Halvings asked for where the motion changes.
 fn halvings(point: &PointSpec) -> u32 {
-    point.analyses.poincare.map_or(0, |asked| asked.refine)
+    point
+        .analyses
+        .poincare
+        .as_ref()
+        .map_or(0, |asked| asked.refine)
 }
 
 /// The search for a change of motion just before a point.
@@ -306,13 +310,7 @@ impl Search<'_> {
             let Some(between) = self.job.point_between(&asked, value) else {
                 break;
             };
-            let tried = attempt(
-                &between,
-                Some(&near.end),
-                self.job.seed,
-                self.parts,
-                self.called_off,
-            )?;
+            let tried = attempt(&between, Some(&near.end), self.parts, self.called_off)?;
             found.trials += 1;
             answer.outcome.cycles += tried.outcome.cycles;
             let here = self::level(&tried.outcome);

@@ -262,7 +262,11 @@ impl Calibration<'_> {
         let between = |pair: &[Tried]| {
             let [a, b] = [&pair[0], &pair[1]];
             let variant = job.points.variant(b.id);
-            let halvings = variant.analyses.poincare.map_or(0, |asked| asked.refine);
+            let halvings = variant
+                .analyses
+                .poincare
+                .as_ref()
+                .map_or(0, |asked| asked.refine);
             let (Some(from), Some(to)) = (motion(a), motion(b)) else {
                 return 0.0;
             };

@@ -1,6 +1,6 @@
 //! Which tables a job writes, and their axes.
 
-use crate::analysis::{Analyses, SliceOf};
+use crate::analysis::{Analyses, SliceOf, SliceQuestion};
 use crate::manifest::{Axis, Job, Refine};
 use crate::model::InitialState;
 use crate::store::{AxisColumn, RefinedColumns, ResultLayout, Shard};
@@ -36,7 +36,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
         basins: variants
             .iter()
             .find_map(|v| v.analyses.multistability?.slice)
-            .map(|slice| slice.modes.map(|mode| slice_axis(mode, slice.of))),
+            .map(slice_axes),
         horizon: any(|a| a.horizon.is_some()),
         cycle_expansion: any(|a| a.cycle_expansion.is_some()),
         refined: job.refine.as_ref().map(|refine| refined(job, refine)),
@@ -61,11 +61,23 @@ fn refined(job: &Job, refine: &Refine) -> RefinedColumns {
     }
 }
 
-/// What a slice varies along a mode, counted from 0.
-fn slice_axis(mode: usize, of: SliceOf) -> String {
-    let mode = mode + 1;
-    match of {
-        SliceOf::Velocity => format!("velocity of mode {mode} as mesh deflection"),
-        SliceOf::Displacement => format!("mesh deflection by mode {mode}"),
+/// What a slice varies along its axes; modes are counted from 0.
+fn slice_axes(slice: SliceQuestion) -> [AxisColumn; 2] {
+    let axis = |name: &str, mode: usize, unit: &str| AxisColumn {
+        name: format!("{name} {}", mode + 1),
+        unit: unit.to_owned(),
+    };
+    let [first, second] = slice.modes;
+    let deflection = |mode| axis("mesh deflection by mode", mode, "m");
+    match slice.of {
+        SliceOf::Displacement => [deflection(first), deflection(second)],
+        SliceOf::Velocity => [first, second].map(|mode| AxisColumn {
+            name: format!("velocity of mode {} as mesh deflection", mode + 1),
+            unit: "m".to_owned(),
+        }),
+        SliceOf::PhasePlane => [
+            deflection(first),
+            axis("rate of mesh deflection by mode", second, "m/s"),
+        ],
     }
 }

@@ -59,13 +59,10 @@ impl Answer {
 pub(super) fn attempt(
     point: &PointSpec,
     start: Option<&ChainEnd>,
-    seed: u64,
     parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Answer, CalledOff> {
-    let attempt = catch_unwind(AssertUnwindSafe(|| {
-        answer(point, start, seed, parts, called_off)
-    }));
+    let attempt = catch_unwind(AssertUnwindSafe(|| answer(point, start, parts, called_off)));
     match attempt {
         Ok(Ok(answered)) => answered,
         Ok(Err(error)) => Ok(Answer::failed(error.to_string())),
@@ -109,7 +106,6 @@ pub(super) fn row(
 fn answer(
     point: &PointSpec,
     start: Option<&ChainEnd>,
-    seed: u64,
     parts: &Parts,
     called_off: &AtomicBool,
 ) -> Result<Result<Answer, CalledOff>, BuildError> {
@@ -121,7 +117,7 @@ fn answer(
         None => own.clone(),
     };
     let seed = PointSeed {
-        seed,
+        seed: point.seed,
         point_id: point.point_id,
     };
     let probes = (point.analyses.multistability)

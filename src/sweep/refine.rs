@@ -191,7 +191,7 @@ fn number(row: &PointRow, criterion: Criterion) -> Option<[f64; 2]> {
     let found = match criterion {
         Criterion::Class | Criterion::Period => None,
         Criterion::LambdaMax => (outcome.lyapunov.as_ref())
-            .and_then(|found| Some([*found.exponents.first()?, found.stderr])),
+            .and_then(|found| Some([*found.exponents.first()?, found.stderr()])),
         Criterion::EventsPerCycle => outcome.events_per_cycle.map(|n| [n, 0.0]),
         Criterion::DeflectionMean => nvh(|n| n.deflection_mean, |e| e.deflection_mean),
         Criterion::DeflectionRms => nvh(|n| n.deflection_rms, |e| e.deflection_rms),

@@ -120,7 +120,7 @@ pub fn sensitivities(
     let model = parts.model(point)?;
     affordable(&model, &point.run.kernel)?;
     let seed = PointSeed {
-        seed: job.seed,
+        seed: point.seed,
         point_id: point.point_id,
     };
     let settle = Settle {

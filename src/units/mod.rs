@@ -20,6 +20,8 @@ pub enum Dimension {
     Time,
     /// Plane angle \[rad\].
     Angle,
+    /// Speed along a line \[m/s\].
+    Velocity,
     /// Angular speed or angular frequency \[rad/s\].
     AngularSpeed,
     /// Force \[N\].
@@ -70,10 +72,11 @@ pub enum Dimension {
 }
 
 /// The dimensions that have a text form, with the exponents of kg, m, s and rad.
-const TEXT_FORMS: [(Dimension, Exponents); 16] = [
+const TEXT_FORMS: [(Dimension, Exponents); 17] = [
     (Dimension::Length, Exponents([0, 1, 0, 0])),
     (Dimension::Time, Exponents([0, 0, 1, 0])),
     (Dimension::Angle, Exponents([0, 0, 0, 1])),
+    (Dimension::Velocity, Exponents([0, 1, -1, 0])),
     (Dimension::AngularSpeed, Exponents([0, 0, -1, 1])),
     (Dimension::Force, Exponents([1, 1, -2, 0])),
     (Dimension::Torque, Exponents([1, 2, -2, 0])),
@@ -116,6 +119,7 @@ impl Dimension {
             Self::Length => ["a length", "m", "m, cm, mm, um, nm"],
             Self::Time => ["a time", "s", "s, ms, us, min"],
             Self::Angle => ["an angle", "rad", "rad, mrad, deg, rev"],
+            Self::Velocity => ["a speed", "m/s", "m/s, mm/s, um/s"],
             Self::AngularSpeed => ["an angular speed", "rad/s", "rad/s, rpm, Hz, deg/s"],
             Self::Force => ["a force", "N", "N, kN, mN"],
             Self::Torque => ["a torque", "N*m", "N*m, kN*m, N*mm"],

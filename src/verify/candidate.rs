@@ -7,7 +7,8 @@ use super::Trouble;
 use crate::analysis::orbits::floquet;
 use crate::analysis::{
     EnergyAudit, EnergyNorm, GrowthNorm, LyapunovOutcome, LyapunovQuestion, MultistabilityOutcome,
-    Nvh, NvhOutcome, Probes, Questions, Section, TangentGrowth, investigate, probe_basins,
+    Nvh, NvhOutcome, Probes, Questions, SEPARATION, Section, TangentGrowth, investigate,
+    probe_basins,
 };
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::{PointSeed, Stream};
@@ -346,6 +347,7 @@ impl<K: Kernel + Sync> Propagator for K {
                 stop_at_stderr: None,
                 align: 50,
                 twin: true,
+                separation: SEPARATION,
                 norm: GrowthNorm::Energy,
             }),
             poincare_samples: 0,

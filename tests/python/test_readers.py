@@ -28,6 +28,7 @@ COLUMNS = {
     "point_id": U64, "load": F64, "speed": F64, "status": TEXT, "reason": TEXT, "class": TEXT,
     "period": U32, "lambda_max": F64, "lambda_stderr": F64, "lambda_twin": F64,
     "lambda_twin_stderr": F64, "twin_agrees": BOOL, "lambda_method": TEXT, "exponents": LIST,
+    "exponents_stderr": LIST, "kaplan_yorke": F64, "kaplan_yorke_stderr": F64,
     "events_per_cycle": F64, "attractors": U32, "horizon": F64, "horizon_stderr": F64,
     "saturation": F64, "averaging_exponent": F64, "fraction_drive": F64,
     "fraction_drive_stderr": F64, "fraction_free": F64, "fraction_free_stderr": F64,
@@ -95,6 +96,8 @@ def test_polars(results):
     assert points.schema == {name: POLARS[kind] for name, kind in COLUMNS.items()}
     assert points["point_id"].to_list() == list(range(80))
     assert points["exponents"][12].to_list() == pytest.approx([0.22, -1.0], rel=1e-15)
+    assert points["exponents_stderr"][12].to_list() == [0.01, 0.02]
+    assert points["kaplan_yorke"][12] == pytest.approx(1.22, rel=1e-15)
     chaotic = points.filter(pl.col("class") == "chaotic")
     assert chaotic["point_id"].to_list() == list(range(0, 80, 3))
 

@@ -68,7 +68,7 @@ pub struct CellOutcome {
     pub column: u32,
     /// Row, from 0 at the smallest `place[1]`.
     pub row: u32,
-    /// The cell's centre \[m\], from the point's own initial state.
+    /// The cell's centre \[m; the second of a phase plane m/s\], from the point's own initial state.
     pub place: [f64; 2],
     /// The attractor; none for a cell that settled on none.
     pub attractor: Option<u32>,

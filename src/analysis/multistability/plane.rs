@@ -9,7 +9,8 @@
 //! with the participations w of the mesh deflection, so that x and y are the mesh
 //! deflections that the displacements cause \[m\]. A slice of velocities gives mode i the
 //! velocity `s x/wᵢ`, s its scale in the energy norm \[rad/s\]: as much energy as the
-//! displacement x would have.
+//! displacement x would have. The phase plane of one mode i varies its displacement by x/wᵢ and its
+//! velocity by y/wᵢ, so that y is the rate of the mesh deflection \[m/s\].
 
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
@@ -26,6 +27,8 @@ pub enum SliceOf {
     Displacement,
     /// Modal velocities.
     Velocity,
+    /// Displacement and velocity of one mode.
+    PhasePlane,
 }
 
 impl SliceOf {
@@ -34,6 +37,7 @@ impl SliceOf {
         match self {
             Self::Displacement => "displacement",
             Self::Velocity => "velocity",
+            Self::PhasePlane => "phase plane",
         }
     }
 }
@@ -41,12 +45,15 @@ impl SliceOf {
 /// How a slice of initial states is asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SliceQuestion {
-    /// Two different modes, counted from 0.
+    /// Two different modes, counted from 0; of a phase plane twice the same.
     pub modes: [usize; 2],
     /// What is varied.
     pub of: SliceOf,
     /// Half the side of the slice \[m of mesh deflection\], > 0.
     pub extent: f64,
+    /// Half the height of a phase plane \[m/s of the mesh deflection's rate\], > 0; none for as much
+    /// energy as the extent has.
+    pub speed: Option<f64>,
     /// Cells along each side, at least 1.
     pub count: u32,
 }
@@ -85,9 +92,10 @@ pub enum SliceError {
 pub struct Plane {
     /// Components of a state that vary.
     components: [usize; 2],
-    /// Change of a component a metre of mesh deflection.
+    /// Change of a component a metre of mesh deflection, or a metre a second of its rate.
     scale: [f64; 2],
-    extent: f64,
+    /// Half the sides.
+    extent: [f64; 2],
     count: u32,
 }
 
@@ -104,7 +112,7 @@ impl Plane {
                 retained: n,
             });
         }
-        if question.modes[0] == question.modes[1] {
+        if question.of != SliceOf::PhasePlane && question.modes[0] == question.modes[1] {
             return Err(SliceError::OneMode {
                 mode: question.modes[0] + 1,
             });
@@ -120,18 +128,27 @@ impl Plane {
             });
         }
         let norm = EnergyNorm::new(model);
-        let along = |mode: usize| match question.of {
-            SliceOf::Displacement => (mode, 1.0 / participation(mode)),
-            SliceOf::Velocity => {
-                let rate = gains[mode].rate[1];
-                (n + mode, norm.weights()[mode] / rate)
+        let displaced = |mode: usize| (mode, 1.0 / participation(mode));
+        let moving = |mode: usize| (n + mode, 1.0 / gains[mode].rate[1]);
+        // As fast as the energy of a metre of mesh deflection makes it.
+        let as_energetic = |mode: usize| {
+            let (component, scale) = moving(mode);
+            (component, norm.weights()[mode] * scale)
+        };
+        let extent = question.extent;
+        let [mode, _] = question.modes;
+        let ([first, second], extent) = match question.of {
+            SliceOf::Displacement => (question.modes.map(displaced), [extent; 2]),
+            SliceOf::Velocity => (question.modes.map(as_energetic), [extent; 2]),
+            SliceOf::PhasePlane => {
+                let speed = question.speed.unwrap_or(norm.weights()[mode] * extent);
+                ([displaced(mode), moving(mode)], [extent, speed])
             }
         };
-        let [first, second] = question.modes.map(along);
         Ok(Self {
             components: [first.0, second.0],
             scale: [first.1, second.1],
-            extent: question.extent,
+            extent,
             count: question.count,
         })
     }
@@ -147,11 +164,11 @@ impl Plane {
         [(cell % count) as u32, (cell / count) as u32]
     }
 
-    /// Centre of a cell \[m\].
+    /// Centre of a cell \[m; the second of a phase plane m/s\].
     pub(super) fn centre(&self, cell: usize) -> [f64; 2] {
         let count = f64::from(self.count);
-        self.column_row(cell)
-            .map(|place| self.extent * ((2.0 * f64::from(place) + 1.0) / count - 1.0))
+        let places = self.column_row(cell);
+        [0, 1].map(|axis| self.extent[axis] * ((2.0 * f64::from(places[axis]) + 1.0) / count - 1.0))
     }
 
     /// The initial state of a cell.
@@ -173,7 +190,7 @@ impl Plane {
         TrajectoryState::new(model, state, start.cycle)
     }
 
-    /// A state projected on the slice \[m\].
+    /// A state projected on the slice, in the units of [`Self::centre`].
     pub(super) fn place(&self, start: &TrajectoryState, state: &[f64]) -> [f64; 2] {
         [0, 1].map(|axis| {
             let component = self.components[axis];
@@ -210,6 +227,7 @@ mod tests {
             modes,
             of,
             extent: 3.0,
+            speed: None,
             count: 5,
         }
     }
@@ -251,6 +269,34 @@ mod tests {
         for (a, b) in displaced.iter().zip(moving) {
             assert!((a - b).abs() < 1e-14 * a, "{a} {b}");
         }
+    }
+
+    /// Up, the rate of the mesh deflection grows as the axis says, and nothing else.
+    #[test]
+    fn a_phase_plane_is_deflection_and_rate_of_one_mode() {
+        let model = model();
+        let start = model.start(&InitialState::Static);
+        let asked = SliceQuestion {
+            speed: Some(0.2),
+            ..question([2, 2], SliceOf::PhasePlane)
+        };
+        let plane = Plane::new(&model, &asked).unwrap();
+        let before = model.deflection(&start.state, 0.0);
+        for cell in 0..25 {
+            let [x, y] = plane.centre(cell);
+            let state = plane.state(&model, &start, cell);
+            let after = model.deflection(&state.state, 0.0);
+            assert!((after.0 - before.0 - x).abs() < 1e-14);
+            assert!((after.1 - before.1 - y).abs() < 1e-14, "{after:?} {y}");
+            let moved = (0..8).filter(|&i| state.state[i] != start.state[i]);
+            assert!(moved.into_iter().all(|i| [2, 6].contains(&i)));
+        }
+        assert!((plane.centre(24)[1] - 0.16).abs() < 1e-15);
+        // Unless asked otherwise the top has the energy of the right border.
+        let plane = Plane::new(&model, &question([2, 2], SliceOf::PhasePlane)).unwrap();
+        let norm = EnergyNorm::new(&model);
+        let far = |cell| norm.distance(&plane.state(&model, &start, cell).state, &start.state);
+        assert!((far(14) / far(22) - 1.0).abs() < 1e-14);
     }
 
     #[test]

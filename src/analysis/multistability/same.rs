@@ -122,7 +122,7 @@ impl Attractor {
         let statistics = Statistics {
             exponent: Average {
                 mean: lyapunov.exponents[0],
-                error: lyapunov.stderr,
+                error: lyapunov.stderr(),
             },
             strobe: [
                 series(&|deflection, _| scale * deflection),

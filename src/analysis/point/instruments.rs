@@ -114,11 +114,10 @@ impl Instruments {
             let mut stream = q.point.stream(0);
             TangentGrowth::new(norm, model.modes(), count, &mut stream)
         });
-        let wanted = q.lyapunov.is_some_and(|l| l.twin);
-        let twin = growth
-            .as_ref()
-            .filter(|_| wanted)
-            .map(|growth| Twin::new(model, norm, trajectory, growth.leading()));
+        let wanted = q.lyapunov.filter(|l| l.twin);
+        let twin = (growth.as_ref().zip(wanted)).map(|(growth, asked)| {
+            Twin::new(model, norm, trajectory, growth.leading(), asked.separation)
+        });
         Self {
             growth,
             twin,
@@ -130,7 +129,7 @@ impl Instruments {
                 }),
                 outputs: q.nvh.and_then(|all| Outputs::new(model, all.computed())),
                 orders: (q.nvh).and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
-                poincare: Poincare::new(model, q.section, q.poincare_samples),
+                poincare: Poincare::new(model, q.section.clone(), q.poincare_samples),
             },
             recurrence: Recurrence::new(model),
             measured: 0,

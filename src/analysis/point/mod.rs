@@ -18,9 +18,10 @@ mod settle;
 
 use super::called_off::CalledOff;
 use super::classify::{Evidence, classify, parts_exponentially};
+use super::dimension::kaplan_yorke;
 use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use super::norm::EnergyNorm;
-use super::outcome::{LyapunovMethod, LyapunovOutcome, PointOutcome};
+use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome};
 use super::questions::{GrowthNorm, Questions};
 use super::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
@@ -209,12 +210,26 @@ impl<K: Kernel> PointRun<'_, K> {
         let verdict = classify(&evidence);
         let twin = instruments.twin.as_ref();
         let lyapunov = instruments.growth.as_ref().and_then(|growth| {
+            let exponents = growth.exponents()?;
+            let series = growth.series();
+            let errors: Vec<f64> = series.iter().map(|s| standard_error(s)).collect();
+            // On a torus exponents are 0 as well as their averages tell.
+            let torus = verdict.class == Some(Class::QuasiPeriodic);
+            let zero = match torus {
+                true => 2.0 * errors[0] + 5.0 / instruments.measured as f64,
+                false => 0.0,
+            };
+            let dimension = self.growth_norm.dimension();
+            let filled = kaplan_yorke(&series, &exponents, zero, dimension);
             Some(LyapunovOutcome {
-                exponents: growth.exponents()?,
-                stderr: standard_error(&averages),
+                exponents,
+                errors,
+                dimension: filled,
                 twin: twin.map(|t| mean(t.averages())),
                 twin_stderr: twin.map(|t| standard_error(t.averages())),
-                twin_agrees: twin.and_then(|t| agree(&averages, t.averages(), t.round_off())),
+                twin_agrees: twin.zip(self.questions.lyapunov).and_then(|(t, asked)| {
+                    agree(&averages, t.averages(), asked.separation, t.round_off())
+                }),
                 method: LyapunovMethod::Tangent,
             })
         });

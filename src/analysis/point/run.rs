@@ -174,7 +174,7 @@ impl<K: Kernel> PointRun<'_, K> {
             status,
             reason,
             class,
-            lyapunov: lyapunov.filter(|l| l.stderr.is_finite()),
+            lyapunov: lyapunov.filter(|l| l.stderr().is_finite()),
             nvh: instruments.watch.statistics(),
             spectra: (instruments.watch.spectra.as_ref())
                 .map(Spectra::spectra)

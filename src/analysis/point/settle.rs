@@ -6,7 +6,9 @@ use crate::analysis::called_off::CalledOff;
 use crate::analysis::orbits::floquet::{exponents, monodromy};
 use crate::analysis::orbits::shooting::{PeriodicOrbit, approaches, shoot, shortest};
 use crate::analysis::orbits::twins;
-use crate::analysis::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
+use crate::analysis::outcome::{
+    Class, KaplanYorke, LyapunovMethod, LyapunovOutcome, PointOutcome, Status,
+};
 use crate::analysis::questions::Questions;
 use crate::analysis::recurrence::{Recurrence, excitation_period};
 use crate::analysis::spectrum::{Lines, Spectra};
@@ -66,6 +68,11 @@ pub(super) struct Repeating {
 pub(super) struct Turn {
     monodromy: Mat<f64>,
     multipliers: Vec<Complex64>,
+}
+
+/// How far two exponents are apart; those of two multipliers 0 are not.
+fn apart(a: f64, b: f64) -> f64 {
+    if a == b { 0.0 } else { (a - b).abs() }
 }
 
 /// Longest period of an excitation, in mesh cycles, over which contact is watched.
@@ -190,6 +197,18 @@ impl<K: Kernel> PointRun<'_, K> {
         let all = exponents(&multipliers, period);
         let again = exponents(&[again.value], period);
         let largest = all.first().copied().unwrap_or(f64::NAN);
+        let asked = self.questions.lyapunov.map_or(0, |l| l.exponents);
+        let errors = match asked {
+            0 | 1 => vec![(largest - again[0]).abs()],
+            _ => {
+                let Some(second) = eigenvalues(second.as_ref()) else {
+                    return Ok(None);
+                };
+                let second = exponents(&second, period);
+                let errors = all.iter().zip(&second).map(|(a, b)| apart(*a, *b));
+                errors.take(asked).collect()
+            }
+        };
         if largest.is_nan() || largest > NEUTRAL {
             return Ok(None);
         }
@@ -213,7 +232,12 @@ impl<K: Kernel> PointRun<'_, K> {
                 };
                 Some(LyapunovOutcome {
                     exponents: all.iter().take(asked.exponents).copied().collect(),
-                    stderr: (largest - again[0]).abs(),
+                    errors,
+                    // States that are drawn to a periodic orbit end on so many points.
+                    dimension: (largest < -NEUTRAL).then_some(KaplanYorke {
+                        value: 0.0,
+                        stderr: 0.0,
+                    }),
                     twin: twin.map(|t| t.exponent),
                     twin_stderr: twin.map(|t| t.error),
                     twin_agrees: twin.map(|t| t.agrees),

@@ -13,7 +13,7 @@ use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use super::grid_dimension::GridDimension;
 use super::reader::Section;
-use super::schema::{self, Key, Kind, MANIFEST, VARIABLE_TABLES};
+use super::schema::{self, Key, Kind, MANIFEST, SEED, VARIABLE_TABLES};
 use super::spec::{Axis, Carried, Refine};
 use super::tree::{Entry, Value};
 use crate::units::Dimension;
@@ -262,24 +262,28 @@ fn axis_key(issues: &mut Issues, entry: &Entry, path: &str) -> Option<&'static K
     if !AxisKey::of(name).is_model_key() {
         return schema::find(MANIFEST, path);
     }
-    let table = name.split('.').next().unwrap_or_default();
-    let known = schema::find(MANIFEST, name).filter(|_| VARIABLE_TABLES.contains(&table));
+    let known = schema::find(MANIFEST, name).filter(|key| key.is_variable());
     let spec = known.filter(|spec| spec.can_be_axis());
     if spec.is_none() {
-        issues.push_with(|| no_axis(entry, path, known.map(|known| known.kind)));
+        issues.push_with(|| no_axis(entry, path, known));
     }
     spec
 }
 
 /// Why an entry of `[grid]` is no axis.
-fn no_axis(entry: &Entry, path: &str, kind: Option<Kind>) -> Diagnostic {
+fn no_axis(entry: &Entry, path: &str, known: Option<&Key>) -> Diagnostic {
     let name = entry.key.as_str();
     let fault = |message: String| {
         Diagnostic::new(DiagnosticKind::UnknownAxis, entry.key_span, path, message).accepted(
-            "load, torque, speed, or a quoted model key that takes a number, such as \"mesh.half_gap\"",
+            "load, torque, speed, or a quoted key that takes a number, such as \"mesh.half_gap\"",
         )
     };
-    match kind {
+    if let Some(why) = known.and_then(Key::shared) {
+        return fault(format!("`{name}` cannot be an axis: {why}"))
+            .label("of the whole run")
+            .remedy("write one manifest for each of its values");
+    }
+    match known.map(|known| known.kind) {
         Some(Kind::List(_)) => fault(format!("`{name}` is a list; an axis varies one number"))
             .label("a list")
             .remedy(format!("name an element, \"{name}.0\", or a key below it")),
@@ -298,10 +302,13 @@ fn no_axis(entry: &Entry, path: &str, kind: Option<Kind>) -> Diagnostic {
             .remedy("write one manifest for each of its values"),
         None if schema::find(MANIFEST, name).is_some() => {
             fault(format!("`{name}` cannot be an axis"))
-                .label("not a model key")
-                .remedy(format!("axes are keys of {}", VARIABLE_TABLES.join(", ")))
+                .label("not of a point")
+                .remedy(format!(
+                    "axes are keys of {}, and {SEED}",
+                    VARIABLE_TABLES.join(", ")
+                ))
         }
-        None => fault(format!("the axis `{name}` names no model key"))
+        None => fault(format!("the axis `{name}` names no key"))
             .label("unknown")
             .suggestion(nearest_axis(name)),
     }

@@ -111,9 +111,10 @@ fn fault(
     let changing =
         (tied.axes.iter().map(|&axis| axes[axis].axis.name())).find(|name| !leaves_modes(name));
     if let Some(changing) = changing {
-        let (why, label) = match changing.starts_with("run.") {
+        let of_the_work = ["run.", "analyses.", "job."];
+        let (why, label) = match of_the_work.iter().any(|table| changing.starts_with(table)) {
             true => (
-                "changes how points are integrated, not the drive",
+                "changes how points are computed, not the drive",
                 "not of the drive",
             ),
             false => ("changes the modes of the structure", "changes the modes"),

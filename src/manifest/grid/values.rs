@@ -63,7 +63,7 @@ impl AxisReader<'_> {
     fn value(&mut self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
         match self.spec.kind {
             Kind::Axis(_) => reader::quantity(issues, node, path, self.spec),
-            Kind::Integer => reader::integer(issues, node, path, self.spec).map(|v| v as f64),
+            Kind::Integer => self.whole(issues, node, path),
             _ => {
                 let own = match &node.value {
                     Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
@@ -100,6 +100,26 @@ impl AxisReader<'_> {
                 reader::in_range(issues, node, path, value, dimension, self.spec)
             }
         }
+    }
+
+    /// A whole number; an axis keeps it as a double, which the largest seeds are not.
+    fn whole(&self, issues: &mut Issues, node: &Node, path: &str) -> Option<f64> {
+        const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
+        let value = reader::integer(issues, node, path, self.spec)?;
+        if value > EXACT {
+            issues.push(
+                Diagnostic::new(
+                    DiagnosticKind::OutOfRange,
+                    node.span,
+                    path,
+                    format!("`{path}` = {value} is too large for an axis"),
+                )
+                .label("not kept exactly")
+                .accepted(format!("a whole number of at most {EXACT}")),
+            );
+            return None;
+        }
+        Some(value as f64)
     }
 
     fn table(

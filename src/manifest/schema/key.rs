@@ -86,7 +86,7 @@ pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
 pub(super) const MANY: f64 = 1e9;
 
 /// Tables whose keys can be axes of the grid.
-pub(in crate::manifest) const VARIABLE_TABLES: [&str; 7] = [
+pub(in crate::manifest) const VARIABLE_TABLES: [&str; 8] = [
     "model",
     "gear",
     "shafts",
@@ -94,6 +94,22 @@ pub(in crate::manifest) const VARIABLE_TABLES: [&str; 7] = [
     "mesh",
     "excitation",
     "run",
+    "analyses",
+];
+
+/// The one key of another table that can be.
+pub(in crate::manifest) const SEED: &str = "job.seed";
+
+/// Keys of those tables that cannot, since all points share what they name.
+const OF_THE_WHOLE_RUN: [(&str, &str); 2] = [
+    (
+        "analyses.multistability.slice.modes.*",
+        "it names the columns of basins.parquet, which all points share",
+    ),
+    (
+        "analyses.multistability.slice.mode",
+        "it names the columns of basins.parquet, which all points share",
+    ),
 ];
 
 pub(super) const fn bounds(min: f64, min_open: bool, max: f64, max_open: bool) -> Bounds {
@@ -236,12 +252,24 @@ impl Bounds {
 impl Key {
     /// Whether the grid may vary it.
     pub fn can_be_axis(&self) -> bool {
-        let table = self.path.split('.').next().unwrap_or_default();
         let number = matches!(
             self.kind,
             Kind::Quantity(_) | Kind::Integer | Kind::ContactDamping | Kind::Tolerance
         );
-        number && VARIABLE_TABLES.contains(&table)
+        number && self.is_variable() && self.shared().is_none()
+    }
+
+    /// Whether points of a grid may differ in it, or in what stands below it.
+    pub fn is_variable(&self) -> bool {
+        let table = self.path.split('.').next().unwrap_or_default();
+        VARIABLE_TABLES.contains(&table) || self.path == SEED
+    }
+
+    /// Why all points of a run have it in common, where they do.
+    pub fn shared(&self) -> Option<&'static str> {
+        let mut keys = OF_THE_WHOLE_RUN.iter();
+        keys.find(|(path, _)| *path == self.path)
+            .map(|(_, why)| *why)
     }
 
     /// What the key takes, in words, with its range and an example.

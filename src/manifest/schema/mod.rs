@@ -9,7 +9,7 @@ mod keys;
 mod tests;
 
 pub(in crate::manifest) use key::{
-    Bounds, DefaultValue, Key, Kind, VARIABLE_TABLES, choice, integer,
+    Bounds, DefaultValue, Key, Kind, SEED, VARIABLE_TABLES, choice, integer,
 };
 pub(in crate::manifest) use keys::{FEWEST_CYCLES, MANIFEST, MODAL_FILE};
 

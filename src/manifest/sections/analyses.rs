@@ -1,18 +1,14 @@
 //! `[analyses]`: a table for each analysis; absent = not computed.
 
-use super::orbits;
+use super::{orbits, poincare, slice};
 use crate::analysis::{
     Analyses, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
-    MultistabilityQuestion, NvhQuestion, OrderQuestion, PoincareQuestion,
-    Section as PoincareSection, Signals, SliceOf, SliceQuestion, SpectrumQuestion,
+    MultistabilityQuestion, NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::{Child, Section};
 use crate::manifest::schema;
 use crate::manifest::spec::{ModelSpec, RunSpec};
-
-/// Poincaré samples kept where the strobe has as many.
-const MOST_SAMPLES: usize = 200;
 
 pub(super) fn read(
     section: &Section,
@@ -27,7 +23,7 @@ pub(super) fn read(
         lyapunov(table, issues, model)
     });
     let poincare = optional(section, issues, "poincare", |table, issues| {
-        poincare(table, issues, cycles, carried)
+        poincare::read(table, issues, cycles, carried, retained)
     });
     let nvh = optional(section, issues, "nvh", |table, issues| {
         let harmonics = table.count_or_default(issues, "harmonics");
@@ -89,7 +85,7 @@ pub(super) fn read(
 }
 
 /// `Some(None)` when absent, `None` when faulty.
-fn optional<T>(
+pub(super) fn optional<T>(
     section: &Section,
     issues: &mut Issues,
     name: &str,
@@ -148,7 +144,16 @@ fn lyapunov(
     };
     let align = table.integer_or_default(issues, "align");
     let twin = table.boolean_or_default(issues, "twin");
+    let separation = table.quantity_or_default(issues, "separation");
     let norm = table.choice_or_default(issues, "norm");
+    if twin == Some(false) {
+        table.without_effect(
+            issues,
+            &["separation"],
+            "with twin = false",
+            "leave separation out, or leave twin out",
+        );
+    }
     let exponents = exponents?;
     if let Some(model) = model.filter(|model| exponents > 2 * model.felt()) {
         let (retained, most) = (model.retained, 2 * model.felt());
@@ -182,6 +187,7 @@ fn lyapunov(
         stop_at_stderr: stop_at_stderr?,
         align: align?,
         twin: twin?,
+        separation: separation?,
         norm: match norm? {
             "raw" => GrowthNorm::Raw,
             _ => GrowthNorm::Energy,
@@ -230,7 +236,7 @@ fn multistability(
         as_long_as_run.1.max(schema::FEWEST_CYCLES),
     );
     let slice = optional(table, issues, "slice", |table, issues| {
-        slice(table, issues, retained)
+        slice::read(table, issues, retained)
     });
     Some(MultistabilityQuestion {
         initial_conditions: u32::try_from(initial_conditions?).ok()?,
@@ -239,130 +245,4 @@ fn multistability(
         cycles: cycles?,
         slice: slice?,
     })
-}
-
-/// Whether the mesh feels its modes shows only once the structure is known.
-fn slice(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<SliceQuestion> {
-    const PATH: &str = "analyses.multistability.slice.modes";
-    let modes = table.integers::<2>(issues, "modes");
-    let of = table.choice_or_default(issues, "of");
-    let extent = table.quantity(issues, "extent");
-    let count = table.integer_or_default(issues, "count");
-    let modes = modes?;
-    let refuse = |message: String, label: &str, remedy: String| {
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of("modes"),
-            PATH,
-            message,
-        )
-        .label(label)
-        .remedy(remedy)
-    };
-    if modes[0] == modes[1] {
-        issues.push(refuse(
-            format!(
-                "a slice through fewer than two modes: both are mode {}",
-                modes[0]
-            ),
-            "the same mode twice",
-            "name two different modes, such as [3, 7]".to_owned(),
-        ));
-        return None;
-    }
-    let most = retained.map_or(u64::MAX, |retained| retained as u64);
-    if let Some(mode) = modes.into_iter().find(|&mode| mode > most) {
-        issues.push(refuse(
-            format!("there is no mode {mode}: {most} modes are retained"),
-            "not retained",
-            format!("name two modes from 1 to {most}, or raise model.retained"),
-        ));
-        return None;
-    }
-    Some(SliceQuestion {
-        modes: modes.map(|mode| mode as usize - 1),
-        of: match of? {
-            "velocity" => SliceOf::Velocity,
-            _ => SliceOf::Displacement,
-        },
-        extent: extent?,
-        count: u32::try_from(count?).ok()?,
-    })
-}
-
-fn poincare(
-    table: &Section,
-    issues: &mut Issues,
-    cycles: Option<u64>,
-    carried: bool,
-) -> Option<PoincareQuestion> {
-    let section = section(table, issues);
-    let samples = samples(table, issues, cycles, section);
-    let refine = table.integer_or_default(issues, "refine");
-    if !carried && refine.is_some_and(|halvings| halvings > 0) {
-        table.without_effect(
-            issues,
-            &["refine"],
-            "when points are independent: there are no neighbours to refine between",
-            "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or leave refine out",
-        );
-    }
-    Some(PoincareQuestion {
-        samples: samples?,
-        section: section?,
-        refine: u32::try_from(refine?).ok()?,
-    })
-}
-
-fn section(table: &Section, issues: &mut Issues) -> Option<PoincareSection> {
-    let name = table.choice_or_default(issues, "section");
-    // Of an unknown section the phase is looked at all the same: all faults at once.
-    let phase = match name {
-        None | Some("strobe") => table.quantity_or_default(issues, "phase"),
-        Some(_) => None,
-    };
-    if let Some(name) = name.filter(|name| *name != "strobe") {
-        table.without_effect(
-            issues,
-            &["phase"],
-            &format!("with section = \"{name}\""),
-            "leave phase out, or set section = \"strobe\"",
-        );
-    }
-    match name? {
-        "entry" => Some(PoincareSection::Entry),
-        "extremum" => Some(PoincareSection::Extremum),
-        _ => Some(PoincareSection::Strobe { phase: phase? }),
-    }
-}
-
-/// A strobe has one sample a mesh cycle; the other sections have none or several.
-fn samples(
-    table: &Section,
-    issues: &mut Issues,
-    cycles: Option<u64>,
-    section: Option<PoincareSection>,
-) -> Option<usize> {
-    let strobe = matches!(section, Some(PoincareSection::Strobe { .. }));
-    let most = match cycles {
-        Some(cycles) if strobe => usize::try_from(cycles).unwrap_or(usize::MAX),
-        _ => usize::MAX,
-    };
-    let samples = table.count_or(issues, "samples", MOST_SAMPLES.min(most))?;
-    if samples <= most {
-        return Some(samples);
-    }
-    issues.push(
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            table.span_of("samples"),
-            "analyses.poincare.samples",
-            format!(
-                "`analyses.poincare.samples` = {samples} is more than the {most} measured cycles"
-            ),
-        )
-        .label(format!("at most {most}"))
-        .remedy("there is one sample a mesh cycle: lower samples or raise run.cycles"),
-    );
-    None
 }

@@ -28,7 +28,7 @@ type Ending = Result<u64, String>;
 struct Cell {
     /// Column and row.
     at: [u64; 2],
-    /// Centre \[m\].
+    /// Centre \[m; the second of a phase plane m/s\].
     centre: Place,
     ending: Ending,
 }
@@ -42,10 +42,10 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let table = results.table(TableKind::Basins)?.ok_or_else(|| {
         unfit("there is no basins.parquet; ask for `multistability.slice` in the manifest's [analyses]".into())
     })?;
-    let names: [String; 2] = table
+    let axes: [[String; 2]; 2] = table
         .metadata("slice")
         .and_then(|text| serde_json::from_str(text).ok())
-        .unwrap_or_else(|| ["x", "y"].map(str::to_owned));
+        .unwrap_or_else(|| ["x", "y"].map(|name| [name, "m"].map(str::to_owned)));
     let mut slices = cells(&table)?;
     if let Some(id) = request.point {
         results.point(id)?;
@@ -71,7 +71,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         let title = format!("{}: basins of attraction on a slice", results.job);
         let words = results.point_words(results.point(point_id)?);
         let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words]));
-        draw_slice(&mut canvas, &names, &cells, &own);
+        draw_slice(&mut canvas, &axes, &cells, &own);
         key(&mut canvas, &cells, &own);
         canvas.height = TOP + SIDE + 66.0;
         let name = if single {
@@ -108,21 +108,25 @@ fn cells(table: &ResultTable) -> Result<BTreeMap<u64, Vec<Cell>>, PlotError> {
     Ok(slices)
 }
 
-fn draw_slice(canvas: &mut Canvas, names: &[String; 2], cells: &[Cell], own: &[&Attractor]) {
+/// `axes`: name and unit of each.
+fn draw_slice(canvas: &mut Canvas, axes: &[[String; 2]; 2], cells: &[Cell], own: &[&Attractor]) {
     // From centres to edges: the outermost centres lie half a cell inside.
     let count = cells.iter().map(|cell| cell.at[0]).max().unwrap_or(0) as f64 + 1.0;
-    let outermost = cells
-        .iter()
-        .fold(0.0_f64, |most, cell| most.max(cell.centre[0]));
-    let extent = outermost * count / (count - 1.0);
-    let axis = |name: &str| Axis::linear(name, "m", [-extent, extent]);
+    let extent = [0, 1].map(|axis| {
+        let centres = cells.iter().map(|cell| cell.centre[axis]);
+        centres.fold(0.0_f64, f64::max) * count / (count - 1.0)
+    });
+    let axis = |i: usize| {
+        let [name, unit] = &axes[i];
+        Axis::linear(name, unit, [-extent[i], extent[i]])
+    };
     let panel = Panel {
         left: LEFT,
         right: LEFT + SIDE,
         top: TOP,
         bottom: TOP + SIDE,
-        across: axis(&names[0]),
-        up: axis(&names[1]),
+        across: axis(0),
+        up: axis(1),
     };
     // Ticks and grid first: the cells cover the grid.
     panel.frame(canvas, true);
@@ -148,7 +152,7 @@ fn draw_slice(canvas: &mut Canvas, names: &[String; 2], cells: &[Cell], own: &[&
     );
     for attractor in own {
         for [x, y] in &attractor.strobe {
-            if x.abs() < extent && y.abs() < extent {
+            if x.abs() < extent[0] && y.abs() < extent[1] {
                 mark(canvas, panel.at(*x, *y), attractor.attractor_id as usize);
             }
         }

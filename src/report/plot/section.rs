@@ -34,7 +34,7 @@ const RATE: Quantity = Quantity {
 pub(super) struct Section {
     /// `at mesh phase 0`.
     pub words: String,
-    /// Two quantities that its samples differ in, the second more telling: on entry into contact all
+    /// Two quantities that its samples differ in, the second more telling: where contact begins or ends all
     /// have one deflection, at an extreme one rate, and a strobe sees one phase.
     pub plane: [Quantity; 2],
 }
@@ -50,9 +50,20 @@ impl Section {
     fn named(kind: Option<&str>, phase: f64) -> Self {
         let (words, plane) = match kind {
             Some("entry") => ("on entry into drive contact".to_owned(), [PHASE, RATE]),
+            Some("release") => ("where drive contact ends".to_owned(), [PHASE, RATE]),
+            Some("coast_entry") => ("on entry into coast contact".to_owned(), [PHASE, RATE]),
+            Some("coast_release") => ("where coast contact ends".to_owned(), [PHASE, RATE]),
             Some("maximum" | "minimum") => (
                 "at extrema of the deflection".to_owned(),
                 [PHASE, DEFLECTION],
+            ),
+            Some("force_maximum") => (
+                "at maxima of the mesh force".to_owned(),
+                [PHASE, DEFLECTION],
+            ),
+            Some("surface_up" | "surface_down") => (
+                "on the surface asked for".to_owned(),
+                [RATE, DEFLECTION],
             ),
             _ => (
                 format!("at mesh phase {}", number(phase)),
@@ -71,6 +82,9 @@ mod tests {
     fn no_section_is_drawn_over_what_is_one_value_on_it() {
         let columns = |kind| Section::named(Some(kind), 0.25).plane.map(|q| q.column);
         assert_eq!(columns("entry"), ["phase", "velocity"]);
+        assert_eq!(columns("release"), ["phase", "velocity"]);
+        assert_eq!(columns("coast_entry"), ["phase", "velocity"]);
+        assert_eq!(columns("force_maximum"), ["phase", "deflection"]);
         assert_eq!(columns("maximum"), ["phase", "deflection"]);
         assert_eq!(columns("minimum"), ["phase", "deflection"]);
         assert_eq!(columns("strobe"), ["velocity", "deflection"]);

@@ -18,7 +18,8 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
         class,
         lyapunov: lambda.map(|lambda| LyapunovOutcome {
             exponents: vec![lambda],
-            stderr: 0.012,
+            errors: vec![0.012],
+            dimension: None,
             twin: None,
             twin_stderr: None,
             twin_agrees: None,

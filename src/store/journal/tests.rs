@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::analysis::{
-    AttractorOutcome, BasinShare, CellOutcome, Class, LyapunovMethod, LyapunovOutcome,
+    AttractorOutcome, BasinShare, CellOutcome, Class, KaplanYorke, LyapunovMethod, LyapunovOutcome,
     MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
     Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
@@ -26,7 +26,11 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             class: Some(Class::Periodic(3)),
             lyapunov: Some(LyapunovOutcome {
                 exponents: numbers.to_vec(),
-                stderr: number(1),
+                errors: vec![number(1), number(0), number(2)],
+                dimension: Some(KaplanYorke {
+                    value: number(2),
+                    stderr: number(0),
+                }),
                 twin: Some(number(2)),
                 twin_stderr: None,
                 twin_agrees: Some(false),

@@ -9,7 +9,7 @@ use super::*;
 use crate::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, DurationOutcome,
     Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
-    HorizonMeasure, HorizonOutcome, HorizonQuantity, Kick, LyapunovMethod, LyapunovOutcome,
+    HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
     MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome,
     OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
     SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status, TraceSample, TraceSink,
@@ -42,7 +42,10 @@ fn layout() -> ResultLayout {
         probes: true,
         orbits: false,
         swept: None,
-        basins: Some(["of mode 1".into(), "of mode 2".into()]),
+        basins: Some(["of mode 1", "of mode 2"].map(|name| AxisColumn {
+            name: name.into(),
+            unit: "m".into(),
+        })),
         horizon: true,
         cycle_expansion: true,
         refined: None,
@@ -72,7 +75,11 @@ fn full(point_id: u64) -> PointRow {
             class: Some(Class::Chaotic),
             lyapunov: Some(LyapunovOutcome {
                 exponents: vec![0.86 + base, -0.3, -1.0 / 3.0],
-                stderr: 0.01,
+                errors: vec![0.01, 0.011, 0.012],
+                dimension: Some(KaplanYorke {
+                    value: 2.68,
+                    stderr: 0.04,
+                }),
                 twin: Some(0.85),
                 twin_stderr: Some(0.02),
                 twin_agrees: Some(true),

@@ -3,7 +3,7 @@
 use crate::manifest::schema::key::{
     ANY, Key, Kind, MANY, POSITIVE, bounds, choice, integer, key, quantity, table,
 };
-use crate::units::Dimension::{Length, ModalDisplacement, ModalVelocity, Ratio};
+use crate::units::Dimension::{Length, ModalDisplacement, ModalVelocity, Ratio, Velocity};
 
 /// Fewest measured cycles from which an exponent gets an error bar: 32 blocks of ten.
 pub(in crate::manifest) const FEWEST_CYCLES: u64 = 320;
@@ -35,6 +35,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mesh cycles discarded after the transient, in which the tangents turn into their directions."),
     key("analyses.lyapunov.twin", Kind::Boolean, ANY, "false").or("true")
         .about("Whether a second trajectory beside the first gives the largest exponent independently of tangents."),
+    quantity("analyses.lyapunov.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-8").or("1e-7")
+        .about("Distance of that trajectory, in half gaps. What a finite distance does to the exponent grows with \
+                it, and `twin_agrees` allows for that; round-off does the opposite."),
     choice("analyses.lyapunov.norm", &["energy", "raw"], r#""raw""#).or(r#""energy""#)
         .about("Norm in which growth is measured. `raw` adds metres to metres a second and is there to show what \
                 that does."),
@@ -42,9 +45,27 @@ pub(super) const KEYS: &[Key] = &[
         .about("Poincaré samples, from which bifurcation diagrams and phase portraits are drawn."),
     integer("analyses.poincare.samples", 1.0, MANY, "100").otherwise("200, or `run.cycles` where a strobe has fewer")
         .about("Most samples kept of each point, the last ones of the measured cycles."),
-    choice("analyses.poincare.section", &["strobe", "entry", "extremum"], r#""entry""#).or(r#""strobe""#)
-        .about("Where samples are taken: once a mesh cycle, at every entry into drive contact, or at every extreme \
-                of the mesh deflection."),
+    choice("analyses.poincare.section",
+           &["strobe", "entry", "extremum", "release", "coast_entry", "coast_release", "force_maximum", "surface"],
+           r#""entry""#).or(r#""strobe""#)
+        .about("Where samples are taken: once a mesh cycle; where drive (coast) contact begins or ends; at every \
+                extreme of the mesh deflection; at every maximum of a positive mesh force; or on the surface of \
+                `analyses.poincare.surface`."),
+    table("analyses.poincare.surface").otherwise("no surface")
+        .about("A surface of phase space, where a linear combination of modal displacements and velocities takes a \
+                value. Only with section = \"surface\", which needs it."),
+    key("analyses.poincare.surface.displacement", Kind::List("numbers in 1/sqrt(kg), one a retained mode"), ANY, "[1.0, 0.0]")
+        .otherwise("0 each")
+        .about("Coefficients of the modal displacements, which are mass-normalised, in ascending frequency."),
+    quantity("analyses.poincare.surface.displacement.*", Ratio, ANY, "1.0"),
+    key("analyses.poincare.surface.velocity", Kind::List("numbers in s/sqrt(kg), one a retained mode"), ANY, "[0.0, 1e-4]")
+        .otherwise("0 each")
+        .about("Coefficients of the modal velocities."),
+    quantity("analyses.poincare.surface.velocity.*", Ratio, ANY, "1e-4"),
+    quantity("analyses.poincare.surface.level", Length, ANY, r#""10 um""#).or("0")
+        .about("The value that the combination takes."),
+    choice("analyses.poincare.surface.direction", &["both", "rising", "falling"], r#""rising""#).or(r#""both""#)
+        .about("Whether only crossings count at which the combination rises, or falls."),
     quantity("analyses.poincare.phase", Ratio, bounds(0.0, false, 1.0, true), "0.25").or("0")
         .about("Mesh phase of the strobe, in cycles. Only with section = \"strobe\"."),
     integer("analyses.poincare.refine", 0.0, 50.0, "6").or("0")
@@ -93,12 +114,20 @@ pub(super) const KEYS: &[Key] = &[
     integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000").otherwise("`run.cycles`, and at least 320")
         .about("Most mesh cycles of each probe measured."),
     table("analyses.multistability.slice").otherwise("no slice")
-        .about("A plane of initial states through `run.initial`, from which basins of attraction are drawn."),
+        .about("A plane of initial states through `run.initial`, from which basins of attraction are drawn: along \
+                two modes, or the phase plane of one."),
     key("analyses.multistability.slice.modes", Kind::List("2 integers: modes, counted from 1"), ANY, "[3, 7]").of_length(2)
+        .otherwise("none, where `mode` is given")
         .about("The two modes that span the plane: different, retained, and felt by the mesh."),
     integer("analyses.multistability.slice.modes.*", 1.0, 1000.0, "3"),
+    integer("analyses.multistability.slice.mode", 1.0, 1000.0, "1").otherwise("none, where `modes` are given")
+        .about("The mode whose displacement (across) and velocity (up) span the plane instead, both as mesh \
+                deflection and its rate: the plane (x, v) of an oscillator with one degree of freedom."),
+    quantity("analyses.multistability.slice.speed", Velocity, POSITIVE, r#""0.1 m/s""#)
+        .otherwise("`extent`, times the mode's scale in the energy norm")
+        .about("Half the height of the plane (x, v), as rate of the mesh deflection. Only with `mode`."),
     choice("analyses.multistability.slice.of", &["displacement", "velocity"], r#""velocity""#).or(r#""displacement""#)
-        .about("Whether modal displacements or velocities are varied."),
+        .about("Whether modal displacements or velocities are varied. Only with `modes`."),
     quantity("analyses.multistability.slice.extent", Length, POSITIVE, r#""30 um""#)
         .about("Half the side of the plane, as mesh deflection of one mode alone."),
     integer("analyses.multistability.slice.count", 1.0, 512.0, "96").or("48")

@@ -1,0 +1,147 @@
+//! `[analyses.poincare]`: where samples are taken.
+
+use super::analyses::optional;
+use super::modal_state::modal_vector;
+use crate::analysis::{PoincareQuestion, Section as PoincareSection, Surface};
+use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::reader::Section;
+
+/// Poincaré samples kept where the strobe has as many.
+const MOST_SAMPLES: usize = 200;
+
+pub(super) fn read(
+    table: &Section,
+    issues: &mut Issues,
+    cycles: Option<u64>,
+    carried: bool,
+    retained: Option<usize>,
+) -> Option<PoincareQuestion> {
+    let section = section(table, issues, retained);
+    let samples = samples(table, issues, cycles, section.as_ref());
+    let refine = table.integer_or_default(issues, "refine");
+    if !carried && refine.is_some_and(|halvings| halvings > 0) {
+        table.without_effect(
+            issues,
+            &["refine"],
+            "when points are independent: there are no neighbours to refine between",
+            "set grid.order = \"sweep-up\", \"sweep-down\" or \"both\", or leave refine out",
+        );
+    }
+    Some(PoincareQuestion {
+        samples: samples?,
+        section: section?,
+        refine: u32::try_from(refine?).ok()?,
+    })
+}
+
+fn section(
+    table: &Section,
+    issues: &mut Issues,
+    retained: Option<usize>,
+) -> Option<PoincareSection> {
+    let name = table.choice_or_default(issues, "section");
+    // Of an unknown section phase and surface are looked at all the same: all faults at once.
+    let phase = match name {
+        None | Some("strobe") => table.quantity_or_default(issues, "phase"),
+        Some(_) => None,
+    };
+    let surface = match name {
+        None | Some("surface") => optional(table, issues, "surface", |surface, issues| {
+            self::surface(surface, issues, retained)
+        }),
+        Some(_) => None,
+    };
+    for (key, owner) in [("phase", "strobe"), ("surface", "surface")] {
+        if let Some(name) = name.filter(|name| *name != owner) {
+            table.without_effect(
+                issues,
+                &[key],
+                &format!("with section = \"{name}\""),
+                &format!("leave {key} out, or set section = \"{owner}\""),
+            );
+        }
+    }
+    Some(match name? {
+        "entry" => PoincareSection::Entry,
+        "extremum" => PoincareSection::Extremum,
+        "release" => PoincareSection::Release,
+        "coast_entry" => PoincareSection::CoastEntry,
+        "coast_release" => PoincareSection::CoastRelease,
+        "force_maximum" => PoincareSection::ForceMaximum,
+        "surface" => {
+            let surface = surface?;
+            if surface.is_none() {
+                table.missing(issues, "surface");
+            }
+            PoincareSection::Surface(surface?)
+        }
+        _ => PoincareSection::Strobe { phase: phase? },
+    })
+}
+
+/// Coefficients that are not given are 0, but one at least is not.
+fn surface(table: &Section, issues: &mut Issues, retained: Option<usize>) -> Option<Surface> {
+    let mut coefficients = |name: &str| match table.has(name) {
+        true => modal_vector(table, issues, name, retained),
+        false => retained.map(|retained| vec![0.0; retained]),
+    };
+    let [displacement, velocity] = [coefficients("displacement"), coefficients("velocity")];
+    let level = table.quantity_or_default(issues, "level");
+    let direction = table.choice_or_default(issues, "direction");
+    let (displacement, velocity) = (displacement?, velocity?);
+    if displacement.iter().chain(&velocity).all(|a| *a == 0.0) {
+        issues.push(
+            Diagnostic::new(
+                DiagnosticKind::Inconsistent,
+                table.span,
+                "analyses.poincare.surface",
+                "`analyses.poincare.surface` has no coefficient that is not 0, so it is no surface"
+                    .to_owned(),
+            )
+            .label("nothing combined")
+            .remedy("give displacement or velocity a coefficient for each retained mode"),
+        );
+        return None;
+    }
+    Some(Surface {
+        displacement,
+        velocity,
+        level: level?,
+        rising: match direction? {
+            "rising" => Some(true),
+            "falling" => Some(false),
+            _ => None,
+        },
+    })
+}
+
+/// A strobe has one sample a mesh cycle; the other sections have none or several.
+fn samples(
+    table: &Section,
+    issues: &mut Issues,
+    cycles: Option<u64>,
+    section: Option<&PoincareSection>,
+) -> Option<usize> {
+    let strobe = matches!(section, Some(PoincareSection::Strobe { .. }));
+    let most = match cycles {
+        Some(cycles) if strobe => usize::try_from(cycles).unwrap_or(usize::MAX),
+        _ => usize::MAX,
+    };
+    let samples = table.count_or(issues, "samples", MOST_SAMPLES.min(most))?;
+    if samples <= most {
+        return Some(samples);
+    }
+    issues.push(
+        Diagnostic::new(
+            DiagnosticKind::Inconsistent,
+            table.span_of("samples"),
+            "analyses.poincare.samples",
+            format!(
+                "`analyses.poincare.samples` = {samples} is more than the {most} measured cycles"
+            ),
+        )
+        .label(format!("at most {most}"))
+        .remedy("there is one sample a mesh cycle: lower samples or raise run.cycles"),
+    );
+    None
+}
