@@ -303,6 +303,7 @@ fn questions(transient: u64, cycles: u64) -> Questions {
             align: 50,
             twin: false,
             separation: SEPARATION,
+            course: 0,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 100,

@@ -35,6 +35,7 @@ fn ask(model: &Model, seed: u64, cycles: u64, stop_at_stderr: Option<f64>) -> Po
             align: 50,
             twin: false,
             separation: SEPARATION,
+            course: 0,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,

@@ -38,6 +38,7 @@ fn questions(exponents: usize, transient: u64, cycles: u64) -> Questions {
             align: 50,
             twin: true,
             separation: SEPARATION,
+            course: 0,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,

@@ -97,6 +97,7 @@ fn questions() -> Questions {
             align: 50,
             twin: false,
             separation: SEPARATION,
+            course: 0,
             norm: Default::default(),
         }),
         poincare_samples: 0,

@@ -262,6 +262,7 @@ fn questions(harmonics: usize) -> Questions {
             align: 50,
             twin: false,
             separation: SEPARATION,
+            course: 0,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,

@@ -37,6 +37,7 @@ fn questions(transient: u64) -> Questions {
             align: 50,
             twin: false,
             separation: SEPARATION,
+            course: 0,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,
@@ -372,6 +373,7 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
                 align: 50,
                 twin: true,
                 separation: SEPARATION,
+                course: 0,
                 norm: GrowthNorm::Energy,
             }),
             ..questions(300)

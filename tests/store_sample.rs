@@ -72,6 +72,11 @@ fn row(point_id: u64) -> PointRow {
                 } else {
                     LyapunovMethod::Multipliers
                 },
+                course: chaotic.then(|| CourseOutcome {
+                    cycles: vec![320.0, 640.0],
+                    exponents: vec![lambda, lambda + 0.01, -1.0, -1.01],
+                    errors: vec![0.02, 0.01, 0.02, 0.01],
+                }),
             }),
             nvh: Some(NvhOutcome {
                 deflection_rms: 1e-6 * number,
@@ -125,6 +130,7 @@ fn row(point_id: u64) -> PointRow {
         outcome,
         horizon: None,
         cycle_expansion: None,
+        covariant: None,
         mesh: None,
         multistability: (point_id != 13).then(|| probes(point_id)),
         orbits: (point_id != 13).then(|| orbits(point_id)),

@@ -46,6 +46,7 @@ fn ask(model: &Model, start: &TrajectoryState, seed: u64, cycles: u64) -> PointO
             align: 100,
             twin: true,
             separation: SEPARATION,
+            course: 0,
             norm: GrowthNorm::Energy,
         }),
         poincare_samples: 0,

@@ -36,7 +36,7 @@ impl TangentGrowth {
             pending: 0,
             averages: vec![Vec::new(); count],
         };
-        growth.orthonormalise(norm);
+        growth.orthonormalise(norm, |_| {});
         growth.restart();
         growth
     }
@@ -60,7 +60,7 @@ impl TangentGrowth {
 
     /// To be called after every integrated cycle.
     pub fn cycle(&mut self, norm: &EnergyNorm) {
-        self.orthonormalise(norm);
+        self.orthonormalise(norm, |_| {});
         self.pending += 1;
         if self.pending == CYCLES_PER_AVERAGE {
             for (sum, averages) in self.sums.iter_mut().zip(&mut self.averages) {
@@ -69,6 +69,12 @@ impl TangentGrowth {
             }
             self.pending = 0;
         }
+    }
+
+    /// As [`Self::cycle`]; appends what orthonormalising took, the upper triangle of the factor R that
+    /// the orthonormal tangents have to be multiplied by, column by column.
+    pub fn factor(&mut self, norm: &EnergyNorm, triangle: &mut Vec<f64>) {
+        self.orthonormalise(norm, |entry| triangle.push(entry));
     }
 
     /// Averages of the largest exponent over successive stretches of ten cycles.
@@ -90,18 +96,21 @@ impl TangentGrowth {
         series
     }
 
-    /// Modified Gram–Schmidt; adds the logarithms of the lengths to the sums.
-    fn orthonormalise(&mut self, norm: &EnergyNorm) {
+    /// Modified Gram–Schmidt; adds the logarithms of the lengths to the sums and tells every entry of
+    /// the triangular factor.
+    fn orthonormalise(&mut self, norm: &EnergyNorm, mut tell: impl FnMut(f64)) {
         for i in 0..self.tangents.count() {
             norm.project(self.tangents.vector_mut(i));
             for j in 0..i {
                 let along = norm.product(self.tangents.vector(j), self.tangents.vector(i));
+                tell(along);
                 let other = self.tangents.vector(j).to_vec();
                 for (x, y) in self.tangents.vector_mut(i).iter_mut().zip(&other) {
                     *x -= along * y;
                 }
             }
             let length = norm.length(self.tangents.vector(i));
+            tell(length);
             self.sums[i] += length.ln();
             for x in self.tangents.vector_mut(i) {
                 *x /= length;

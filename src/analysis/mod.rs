@@ -6,6 +6,8 @@ mod called_off;
 mod classify;
 pub mod continuation;
 mod coupled_modes;
+mod course;
+mod covariant;
 mod cycle_expansion;
 mod dimension;
 mod energy;
@@ -34,6 +36,10 @@ mod twin;
 
 pub use analyses::Analyses;
 pub use called_off::CalledOff;
+pub use covariant::{
+    ANGLE_SHARES, AngleOutcome, CovariantError, CovariantOutcome, CovariantQuestion, MOST_MEMORY,
+    covariant_vectors,
+};
 pub use cycle_expansion::{
     Estimate, ExpansionAverage, ExpansionError, ExpansionOrder, ExpansionOutcome,
     ExpansionQuantity, ExpansionQuestion, cycle_expansion,

@@ -110,6 +110,8 @@ pub struct LyapunovOutcome {
     pub twin_agrees: Option<bool>,
     /// Where the exponents come from.
     pub method: LyapunovMethod,
+    /// How they settled, where that was asked for and they are averages.
+    pub course: Option<CourseOutcome>,
 }
 
 impl LyapunovOutcome {
@@ -126,6 +128,17 @@ pub struct KaplanYorke {
     pub value: f64,
     /// Its standard error, from block averages.
     pub stderr: f64,
+}
+
+/// Running estimates of the exponents over the cycles measured.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CourseOutcome {
+    /// Mesh cycles measured at each place.
+    pub cycles: Vec<f64>,
+    /// Mean growth so far \[1/cycle\]: of the largest exponent at all places, then of the next.
+    pub exponents: Vec<f64>,
+    /// Standard errors of these.
+    pub errors: Vec<f64>,
 }
 
 /// Where a Lyapunov exponent comes from.

@@ -45,6 +45,8 @@ pub struct LyapunovQuestion {
     pub separation: f64,
     /// The norm in which growth is measured.
     pub norm: GrowthNorm,
+    /// Places at which running estimates are kept, 0 for none.
+    pub course: usize,
 }
 
 /// The norm in which the growth of tangents and twins is measured. Exponents do not depend on

@@ -92,6 +92,7 @@ mod tests {
             chain: None,
             horizon: None,
             cycle_expansion: None,
+            covariant: None,
             mesh: None,
             kernel: "volterra".into(),
             placement: Placement {

@@ -90,6 +90,12 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             asked.longest, asked.guesses
         )
     });
+    let covariant = analyses.covariant.map(|asked| {
+        format!(
+            "covariant vectors ({} over {} cycles)",
+            asked.vectors, asked.cycles
+        )
+    });
     let all: Vec<String> = [
         lyapunov,
         poincare,
@@ -98,6 +104,7 @@ pub(super) fn analyses(point: &PointSpec) -> String {
         orbits,
         horizon,
         expansion,
+        covariant,
     ]
     .into_iter()
     .flatten()

@@ -3,6 +3,7 @@
 
 use super::StoreError;
 use super::chains::direction_columns;
+use super::covariant::covariant_columns;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
@@ -74,6 +75,7 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     columns.extend(nested.flat_map(level_columns));
     columns.extend(motion_columns());
     columns.extend(horizon_columns());
+    columns.extend(covariant_columns());
     columns.extend(nvh_columns());
     columns.extend(mesh_columns());
     columns.extend(work_columns());
@@ -121,6 +123,12 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Kaplan–Yorke dimension of the states once a mesh cycle; absent where the exponents asked for do not tell";
         f64 "kaplan_yorke_stderr", "1", row.lyapunov()?.dimension?.stderr,
             "Standard error of kaplan_yorke, from block averages";
+        list "course_cycles", "mesh cycles", &*row.lyapunov()?.course.as_ref()?.cycles,
+            "Mesh cycles measured at each place of the course of the exponents";
+        list "course_exponents", "1/cycle", &*row.lyapunov()?.course.as_ref()?.exponents,
+            "Running mean of the largest exponent at all places, then of the next, and so on";
+        list "course_stderr", "1/cycle", &*row.lyapunov()?.course.as_ref()?.errors,
+            "Standard errors of course_exponents";
         f64 "events_per_cycle", "1/cycle", row.outcome.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
         u32 "attractors", "1", row.multistability.as_ref()?.attractors.len() as u32,

@@ -23,6 +23,7 @@ mod clock;
 mod columns;
 mod contents;
 mod continuation;
+mod covariant;
 mod cycle_expansion;
 mod error;
 mod file;

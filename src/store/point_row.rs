@@ -3,8 +3,8 @@
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
-    ExpansionOutcome, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome, OrbitSurvey,
-    PointOutcome,
+    CovariantOutcome, ExpansionOutcome, HorizonOutcome, LyapunovOutcome, MultistabilityOutcome,
+    OrbitSurvey, PointOutcome,
 };
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +48,8 @@ pub struct PointRow {
     pub horizon: Option<HorizonOutcome>,
     /// Averages over its unstable orbits, where asked for and chaotic.
     pub cycle_expansion: Option<ExpansionOutcome>,
+    /// Covariant vectors, where asked for and the motion does not repeat.
+    pub covariant: Option<CovariantOutcome>,
     /// What the mean load makes of its mesh, where that is computed from the gears.
     pub mesh: Option<MeshUnderLoad>,
     /// Name of the kernel that integrated it.

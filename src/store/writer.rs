@@ -8,6 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::covariant::list_length;
 use super::file::{
     ClosedTable, Row, Shard, TableFile, TableKind, create_folder, remove_stale, table_path,
 };
@@ -25,11 +26,12 @@ use super::{
 
 impl Row for PointRow {
     fn list_bytes(&self) -> usize {
-        let exponents = self
-            .outcome
-            .lyapunov
-            .as_ref()
-            .map_or(0, |found| found.exponents.len() + found.errors.len());
+        let exponents = self.outcome.lyapunov.as_ref().map_or(0, |found| {
+            let course = found.course.as_ref();
+            let course = course.map_or(0, |c| c.cycles.len() + 2 * c.exponents.len());
+            found.exponents.len() + found.errors.len() + course
+        });
+        let covariant = self.covariant.as_ref().map_or(0, list_length);
         let nvh = self.outcome.nvh.as_ref().map_or(0, |found| {
             // With their standard errors.
             let lists = [
@@ -45,7 +47,7 @@ impl Row for PointRow {
             ];
             2 * lists.iter().map(|list| list.len()).sum::<usize>()
         });
-        size_of::<f64>() * (exponents + nvh) + self.outcome.reason.len()
+        size_of::<f64>() * (exponents + covariant + nvh) + self.outcome.reason.len()
     }
 }
 

@@ -364,6 +364,7 @@ impl Search<'_> {
         analyses.orbits = None;
         analyses.horizon = None;
         analyses.cycle_expansion = None;
+        analyses.covariant = None;
         trial.run = Arc::new(RunSpec {
             audit_cycles: 0,
             ..(*trial.run).clone()

@@ -3,9 +3,10 @@
 use super::build::{BuildError, affordable, questions};
 use super::parts::Parts;
 use crate::analysis::{
-    Analyses, CalledOff, Class, ExpansionError, ExpansionOutcome, HorizonError, HorizonOutcome,
-    MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes, Questions, Status, cycle_expansion,
-    investigate_onward, predictability, probe_basins, survey_orbits,
+    Analyses, CalledOff, Class, CovariantError, CovariantOutcome, ExpansionError, ExpansionOutcome,
+    HorizonError, HorizonOutcome, MultistabilityOutcome, OrbitSurvey, PointOutcome, Probes,
+    Questions, Status, covariant_vectors, cycle_expansion, investigate_onward, predictability,
+    probe_basins, survey_orbits,
 };
 use crate::manifest::PointSpec;
 use crate::model::{Model, TrajectoryState};
@@ -34,6 +35,7 @@ pub(super) struct Answer {
     pub orbits: Option<OrbitSurvey>,
     pub horizon: Option<HorizonOutcome>,
     pub cycle_expansion: Option<ExpansionOutcome>,
+    pub covariant: Option<CovariantOutcome>,
     /// What the mean load makes of a mesh computed from the gears.
     pub mesh: Option<MeshUnderLoad>,
     /// Where the integration ended; none where it diverged or was never begun.
@@ -48,6 +50,7 @@ impl Answer {
             orbits: None,
             horizon: None,
             cycle_expansion: None,
+            covariant: None,
             mesh: None,
             end: None,
         }
@@ -93,6 +96,7 @@ pub(super) fn row(
         chain: None,
         horizon: answer.horizon,
         cycle_expansion: answer.cycle_expansion,
+        covariant: answer.covariant,
         mesh: answer.mesh,
         kernel: point.run.kernel.name().to_owned(),
         placement: Placement {
@@ -212,6 +216,23 @@ impl KernelUse for Ask<'_> {
             }
         };
         outcome.cycles += expansion.iter().map(|e| 2 * e.cycles).sum::<u64>();
+        let aperiodic =
+            whole && matches!(outcome.class, Some(Class::Chaotic | Class::QuasiPeriodic));
+        let asked = self.analyses.covariant.filter(|_| aperiodic);
+        let found = asked.map(|question| {
+            covariant_vectors(model, kernel, &trajectory, &question, self.seed, called_off)
+        });
+        let covariant = match found {
+            None => None,
+            Some(Ok(found)) => Some(found),
+            Some(Err(CovariantError::CalledOff(called_off))) => return Err(called_off),
+            Some(Err(error)) => {
+                let reason = &mut outcome.reason;
+                reason.push_str(&format!(" (no covariant vectors: {error})"));
+                None
+            }
+        };
+        outcome.cycles += covariant.iter().map(|c| c.cycles).sum::<u64>();
         // An integration that was cut short may have been taken for one that found nothing.
         CalledOff::check(called_off)?;
         Ok(Answer {
@@ -220,6 +241,7 @@ impl KernelUse for Ask<'_> {
             orbits,
             horizon,
             cycle_expansion: expansion,
+            covariant,
             mesh: self.mesh,
             end: whole.then_some(ChainEnd {
                 state: trajectory.state,

@@ -348,6 +348,7 @@ impl<K: Kernel + Sync> Propagator for K {
                 align: 50,
                 twin: true,
                 separation: SEPARATION,
+                course: 0,
                 norm: GrowthNorm::Energy,
             }),
             poincare_samples: 0,

@@ -28,9 +28,12 @@ COLUMNS = {
     "point_id": U64, "load": F64, "speed": F64, "status": TEXT, "reason": TEXT, "class": TEXT,
     "period": U32, "lambda_max": F64, "lambda_stderr": F64, "lambda_twin": F64,
     "lambda_twin_stderr": F64, "twin_agrees": BOOL, "lambda_method": TEXT, "exponents": LIST,
-    "exponents_stderr": LIST, "kaplan_yorke": F64, "kaplan_yorke_stderr": F64,
+    "exponents_stderr": LIST, "kaplan_yorke": F64, "kaplan_yorke_stderr": F64, "course_cycles": LIST, "course_exponents": LIST,
+    "course_stderr": LIST,
     "events_per_cycle": F64, "attractors": U32, "horizon": F64, "horizon_stderr": F64,
-    "saturation": F64, "averaging_exponent": F64, "fraction_drive": F64,
+    "saturation": F64, "averaging_exponent": F64, "covariant_exponents": LIST,
+    "covariant_exponents_stderr": LIST, "covariant_exponents_spread": LIST, "unstable_directions": U32,
+    "stable_directions": U32, "angle_min": F64, "angle_mean": F64, "angle_mean_stderr": F64, "angle_quantiles": LIST, "fraction_drive": F64,
     "fraction_drive_stderr": F64, "fraction_free": F64, "fraction_free_stderr": F64,
     "fraction_coast": F64, "fraction_coast_stderr": F64, "fraction_both": F64,
     "fraction_both_stderr": F64, "deflection_mean": F64, "deflection_mean_stderr": F64,
@@ -98,6 +101,9 @@ def test_polars(results):
     assert points["exponents"][12].to_list() == pytest.approx([0.22, -1.0], rel=1e-15)
     assert points["exponents_stderr"][12].to_list() == [0.01, 0.02]
     assert points["kaplan_yorke"][12] == pytest.approx(1.22, rel=1e-15)
+    assert points["course_cycles"][12].to_list() == [320, 640]
+    assert points["course_exponents"][12].to_list() == pytest.approx([0.22, 0.23, -1.0, -1.01], rel=1e-15)
+    assert points["course_stderr"][12].to_list() == [0.02, 0.01, 0.02, 0.01]
     chaotic = points.filter(pl.col("class") == "chaotic")
     assert chaotic["point_id"].to_list() == list(range(0, 80, 3))
 

@@ -125,6 +125,7 @@ impl Probes {
                 align: ALIGN,
                 twin: false,
                 separation: super::lyapunov::SEPARATION,
+                course: 0,
                 norm: GrowthNorm::Energy,
             }),
             poincare_samples: self.asked.cycles.min(MOST_SAMPLES) as usize,

@@ -18,6 +18,7 @@ mod settle;
 
 use super::called_off::CalledOff;
 use super::classify::{Evidence, classify, parts_exponentially};
+use super::course::course;
 use super::dimension::kaplan_yorke;
 use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use super::norm::EnergyNorm;
@@ -231,6 +232,7 @@ impl<K: Kernel> PointRun<'_, K> {
                     agree(&averages, t.averages(), asked.separation, t.round_off())
                 }),
                 method: LyapunovMethod::Tangent,
+                course: (self.questions.lyapunov).and_then(|asked| course(&series, asked.course)),
             })
         });
         self.outcome(

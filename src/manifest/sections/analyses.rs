@@ -1,6 +1,6 @@
 //! `[analyses]`: a table for each analysis; absent = not computed.
 
-use super::{orbits, poincare, slice};
+use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
     Analyses, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
     MultistabilityQuestion, NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
@@ -51,7 +51,10 @@ pub(super) fn read(
     });
     let horizon = optional(section, issues, "horizon", horizon);
     let cycle_expansion = optional(section, issues, "cycle_expansion", expansion);
-    let without = ["horizon", "cycle_expansion"]
+    let covariant = optional(section, issues, "covariant", |table, issues| {
+        covariant::read(table, issues, model)
+    });
+    let without = ["horizon", "cycle_expansion", "covariant"]
         .into_iter()
         .filter(|name| section.has(name) && !section.has("lyapunov"));
     let before = issues.count();
@@ -63,7 +66,7 @@ pub(super) fn read(
                 section.span_of(name),
                 &path,
                 format!(
-                    "`{path}` is measured where the motion is chaotic, which only an exponent tells"
+                    "`{path}` is measured where the kind of motion asks for it, which only an exponent tells"
                 ),
             )
             .label("needs `analyses.lyapunov`")
@@ -81,6 +84,7 @@ pub(super) fn read(
         orbits: orbits?,
         horizon: horizon?,
         cycle_expansion: cycle_expansion?,
+        covariant: covariant?,
     })
 }
 
@@ -145,6 +149,7 @@ fn lyapunov(
     let align = table.integer_or_default(issues, "align");
     let twin = table.boolean_or_default(issues, "twin");
     let separation = table.quantity_or_default(issues, "separation");
+    let course = table.count_or_default(issues, "course");
     let norm = table.choice_or_default(issues, "norm");
     if twin == Some(false) {
         table.without_effect(
@@ -155,39 +160,14 @@ fn lyapunov(
         );
     }
     let exponents = exponents?;
-    if let Some(model) = model.filter(|model| exponents > 2 * model.felt()) {
-        let (retained, most) = (model.retained, 2 * model.felt());
-        let neutral = match retained - model.felt() {
-            0 => "",
-            1 => " (the neutral rotation has none)",
-            _ => " (neutral rotations have none)",
-        };
-        issues.push(
-            Diagnostic::new(
-                DiagnosticKind::Inconsistent,
-                table.span_of("exponents"),
-                "analyses.lyapunov.exponents",
-                format!(
-                    "there are no {exponents} exponents: {retained} retained modes have {most}{neutral}"
-                ),
-            )
-            .label(format!("at most {most}"))
-            .accepted(format!(
-                "a whole number from 1 to {most}, twice the retained modes{}",
-                match neutral.is_empty() {
-                    true => "",
-                    false => " that are not neutral",
-                }
-            )),
-        );
-        return None;
-    }
+    covariant::there_are(table, issues, "exponents", exponents, model)?;
     Some(LyapunovQuestion {
         exponents,
         stop_at_stderr: stop_at_stderr?,
         align: align?,
         twin: twin?,
         separation: separation?,
+        course: course?,
         norm: match norm? {
             "raw" => GrowthNorm::Raw,
             _ => GrowthNorm::Energy,

@@ -6,6 +6,7 @@ mod backlash;
 mod coast;
 pub(super) mod contact_law;
 mod continuation;
+mod covariant;
 mod drive_kind;
 mod excitation;
 mod flank_points;

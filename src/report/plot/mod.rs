@@ -14,6 +14,7 @@ mod categories;
 mod cells;
 mod class_rows;
 mod column;
+mod convergence;
 mod curves;
 mod display;
 mod draw;
@@ -277,6 +278,7 @@ impl Source {
             What::Shares => self.holds(TableKind::Attractors),
             What::Basins => self.holds(TableKind::Basins),
             What::Multipliers | What::Kicks => self.holds(TableKind::Orbits),
+            What::Convergence => (self.results.as_ref()).is_some_and(convergence::is_there),
             // Few jobs ask for it: no word where none did.
             What::Horizon => (self.results.as_ref()).is_some_and(|results| {
                 results.folder.join(TableKind::Horizon.file_name()).exists()
@@ -332,6 +334,7 @@ fn of_results(what: What, results: &Results, request: &PlotRequest) -> Result<Dr
         What::Campbell => Err(unfit(CAMPBELL_APART)),
         What::Orders => column::draw_orders(&column::named(&[results]), request),
         What::Horizon => horizon::draw(results, request),
+        What::Convergence => convergence::draw(results, request),
         What::Phase => phase::of_results(results, request),
         What::Trace => Err(unfit("a folder from `atlas trace` is needed")),
         What::Mesh | What::Sharing | What::Contact => Err(unfit(MESH_NEEDED)),

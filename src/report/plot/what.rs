@@ -40,6 +40,8 @@ pub enum What {
     Campbell,
     /// How twins of a point part, and how its averages settle.
     Horizon,
+    /// How the exponents of a point settled over the cycles measured.
+    Convergence,
     /// Phase portrait of a trace, or strobe samples of a point.
     Phase,
     /// Deflection, force and contact of a trace over time.

@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::analysis::{
-    AttractorOutcome, BasinShare, CellOutcome, Class, KaplanYorke, LyapunovMethod, LyapunovOutcome,
-    MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    Spectrum, SpectrumLine, SpectrumMethod, Status,
+    AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, Class, CourseOutcome,
+    CovariantOutcome, KaplanYorke, LyapunovMethod, LyapunovOutcome, MultistabilityOutcome,
+    NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine,
+    SpectrumMethod, Status,
 };
 use crate::analysis::{
     Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
@@ -35,6 +36,11 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 twin_stderr: None,
                 twin_agrees: Some(false),
                 method: LyapunovMethod::Multipliers,
+                course: Some(CourseOutcome {
+                    cycles: numbers.to_vec(),
+                    exponents: numbers.to_vec(),
+                    errors: numbers.to_vec(),
+                }),
             }),
             nvh: Some(NvhOutcome {
                 deflection_mean: number(3),
@@ -85,6 +91,20 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             }],
         }),
         mesh: None,
+        covariant: Some(CovariantOutcome {
+            exponents: numbers.to_vec(),
+            errors: numbers.to_vec(),
+            spreads: numbers.to_vec(),
+            unstable: 1,
+            stable: 2,
+            angle: Some(AngleOutcome {
+                min: number(0),
+                mean: number(1),
+                stderr: number(2),
+                quantiles: numbers.to_vec(),
+            }),
+            cycles: 3,
+        }),
         cycle_expansion: Some(ExpansionOutcome {
             orders: vec![ExpansionOrder {
                 order: 1,

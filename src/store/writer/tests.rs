@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, DurationOutcome,
+    AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, CovariantOutcome, DurationOutcome,
     Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
     HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
     MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome,
@@ -84,6 +84,7 @@ fn full(point_id: u64) -> PointRow {
                 twin_stderr: Some(0.02),
                 twin_agrees: Some(true),
                 method: LyapunovMethod::Tangent,
+                course: None,
             }),
             nvh: Some(NvhOutcome {
                 deflection_mean: 1e-6,
@@ -221,6 +222,20 @@ fn full(point_id: u64) -> PointRow {
             stiffness: 4e8,
             contact_ratio: 1.5,
             transmission_error: 6e-6,
+        }),
+        covariant: Some(CovariantOutcome {
+            exponents: vec![0.861, -0.29, -0.35],
+            errors: vec![0.021, 0.022, 0.023],
+            spreads: vec![1.1, 1.2, 1.3],
+            unstable: 1,
+            stable: 2,
+            angle: Some(AngleOutcome {
+                min: 1e-3,
+                mean: 0.7,
+                stderr: 0.02,
+                quantiles: vec![0.01, 0.1, 0.71, 1.3, 1.5],
+            }),
+            cycles: 1900,
         }),
         cycle_expansion: Some(ExpansionOutcome {
             orders: vec![ExpansionOrder {
@@ -422,6 +437,7 @@ fn failed(point_id: u64) -> PointRow {
     row.multistability = None;
     row.horizon = None;
     row.cycle_expansion = None;
+    row.covariant = None;
     row.mesh = None;
     row.placement.numa_node = None;
     row
@@ -648,6 +664,11 @@ fn every_column_comes_back() {
         ("lambda_twin_stderr", Some(0.02)),
         ("horizon", Some(17.0)),
         ("horizon_stderr", Some(0.5)),
+        ("kaplan_yorke", Some(2.68)),
+        ("kaplan_yorke_stderr", Some(0.04)),
+        ("angle_min", Some(1e-3)),
+        ("angle_mean", Some(0.7)),
+        ("angle_mean_stderr", Some(0.02)),
         ("saturation", Some(1.5)),
         ("averaging_exponent", None),
         ("fraction_drive_stderr", Some(2e-7)),

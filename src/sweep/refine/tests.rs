@@ -32,6 +32,7 @@ fn row(point_id: u64, class: Option<Class>, events: f64) -> PointRow {
         chain: None,
         horizon: None,
         cycle_expansion: None,
+        covariant: None,
         mesh: None,
         kernel: String::new(),
         placement: Placement::default(),

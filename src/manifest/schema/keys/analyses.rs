@@ -38,6 +38,9 @@ pub(super) const KEYS: &[Key] = &[
     quantity("analyses.lyapunov.separation", Ratio, bounds(1e-12, false, 0.1, false), "1e-8").or("1e-7")
         .about("Distance of that trajectory, in half gaps. What a finite distance does to the exponent grows with \
                 it, and `twin_agrees` allows for that; round-off does the opposite."),
+    integer("analyses.lyapunov.course", 0.0, 1000.0, "100").or("0")
+        .about("Places over the measured cycles at which running estimates of every exponent and their standard \
+                errors are kept (`atlas plot --what convergence`)."),
     choice("analyses.lyapunov.norm", &["energy", "raw"], r#""raw""#).or(r#""energy""#)
         .about("Norm in which growth is measured. `raw` adds metres to metres a second and is there to show what \
                 that does."),
@@ -166,6 +169,15 @@ pub(super) const KEYS: &[Key] = &[
         .about("Mesh cycles that each pair is followed."),
     integer("analyses.horizon.averages", 1.0, 1e6, "1000").or("400")
         .about("Mesh cycles in the longest averages."),
+    table("analyses.covariant").otherwise(ABSENT)
+        .about("Covariant Lyapunov vectors of motion that does not repeat: local exponents, and the angle between \
+                growing and shrinking directions. Needs `analyses.lyapunov`."),
+    integer("analyses.covariant.vectors", 1.0, 2000.0, "4").or("2")
+        .about("Number of vectors, those of the largest exponents. At most twice the retained modes that are not neutral."),
+    integer("analyses.covariant.cycles", FEWEST_CYCLES as f64, MANY, "5000").or("1000")
+        .about("Mesh cycles measured. With v vectors each keeps v(v + 1)/2 numbers in memory, 1 GiB at most in all."),
+    integer("analyses.covariant.align", 1.0, MANY, "500").or("200")
+        .about("Mesh cycles discarded at either end, in which the vectors turn into their directions."),
     table("analyses.cycle_expansion").otherwise(ABSENT)
         .about("Averages over the unstable periodic orbits of chaotic motion beside averages over time \
                 (cycle_expansion.parquet). Needs `analyses.lyapunov`."),

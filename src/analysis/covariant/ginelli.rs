@@ -1,0 +1,110 @@
+//! Covariant vectors in the basis of orthonormalised tangents.
+//!
+//! Every cycle takes the tangents Q to `J Q = Q' R`, R upper triangular. Vectors `V = Q C` that the
+//! flow takes to themselves, `J V = V' D` with D diagonal, have `R C = C' D`: from any upper triangular C
+//! at the end of a record, `C = R⁻¹ C' D` back in time turns into theirs (Ginelli et al. 2007, 2013). Q
+//! is orthonormal, so that angles between the vectors are those between the columns of C.
+
+use crate::numerics::linalg::{product, symmetric_eigen};
+use crate::numerics::random::Stream;
+use faer::Mat;
+
+/// Entries of an upper triangular matrix, column by column.
+pub(super) fn entries(vectors: usize) -> usize {
+    vectors * (vectors + 1) / 2
+}
+
+/// The place of the first entry of a column.
+fn column(index: usize) -> usize {
+    entries(index)
+}
+
+/// Coefficients C of vectors of unit length, moved back in time.
+#[derive(Debug, Clone)]
+pub(super) struct Coefficients {
+    vectors: usize,
+    /// Columns of C, upper triangular.
+    packed: Vec<f64>,
+}
+
+impl Coefficients {
+    /// Random ones.
+    pub fn random(vectors: usize, stream: &mut Stream) -> Self {
+        let mut packed: Vec<f64> = (0..entries(vectors)).map(|_| stream.normal()).collect();
+        for i in 0..vectors {
+            normalise(&mut packed[column(i)..column(i + 1)]);
+        }
+        Self { vectors, packed }
+    }
+
+    /// Other coefficients, column by column.
+    #[cfg(test)]
+    pub fn set(&mut self, packed: &[f64]) {
+        self.packed.copy_from_slice(packed);
+    }
+
+    /// The coefficients of a vector, those that are not 0: as many as its number, counted from 1.
+    pub fn vector(&self, i: usize) -> &[f64] {
+        &self.packed[column(i)..column(i + 1)]
+    }
+
+    /// Moves the vectors back through a cycle with this R; the logarithm of the length that each grows
+    /// by when it is taken forward goes to `growth`.
+    pub fn back(&mut self, factor: &[f64], growth: &mut [f64]) {
+        for (i, growth) in growth.iter_mut().enumerate().take(self.vectors) {
+            let c = &mut self.packed[column(i)..column(i + 1)];
+            for row in (0..=i).rev() {
+                let (above, own) = c.split_at_mut(row);
+                let r = &factor[column(row)..column(row + 1)];
+                own[0] /= r[row];
+                for (x, r) in above.iter_mut().zip(r) {
+                    *x -= own[0] * r;
+                }
+            }
+            *growth = -normalise(c).ln();
+        }
+    }
+
+    /// The smallest angle between the space of the first `unstable` vectors and that of the last
+    /// `stable` \[rad\]; none where the vectors of either are not independent to round-off.
+    pub fn angle(&self, unstable: usize, stable: usize) -> Option<f64> {
+        let m = self.vectors;
+        // The first vectors span the first coordinates: what the others have outside them is the sine.
+        let mut basis: Vec<Vec<f64>> = Vec::with_capacity(stable);
+        for i in m - stable..m {
+            let mut own = self.vector(i).to_vec();
+            own.resize(m, 0.0);
+            // Twice: once leaves as much of the others as their angle is small.
+            for _ in 0..2 {
+                for other in &basis {
+                    let along: f64 = own.iter().zip(other).map(|(a, b)| a * b).sum();
+                    for (a, b) in own.iter_mut().zip(other) {
+                        *a -= along * b;
+                    }
+                }
+            }
+            if !(normalise(&mut own) > 0.0) {
+                return None;
+            }
+            basis.push(own);
+        }
+        let outside = Mat::from_fn(m - unstable, stable, |row, i| basis[i][unstable + row]);
+        let square = match stable {
+            1 => (0..m - unstable).map(|row| outside[(row, 0)].powi(2)).sum(),
+            _ => {
+                let gram = product(outside.transpose(), outside.as_ref());
+                let (values, _) = symmetric_eigen(&gram)?;
+                values.into_iter().fold(f64::INFINITY, f64::min)
+            }
+        };
+        let angle = f64::clamp(square, 0.0, 1.0).sqrt().asin();
+        angle.is_finite().then_some(angle)
+    }
+}
+
+/// Makes a vector one of unit length; returns what it had.
+fn normalise(x: &mut [f64]) -> f64 {
+    let length = x.iter().map(|x| x * x).sum::<f64>().sqrt();
+    x.iter_mut().for_each(|x| *x /= length);
+    length
+}

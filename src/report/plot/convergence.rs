@@ -1,0 +1,154 @@
+//! How the exponents of a point settled over the cycles measured, each with a band of one standard error.
+
+use super::axis::{Axis, range};
+use super::canvas::{Anchor, Canvas, Colour, Place, SOFT};
+use super::categories::colour;
+use super::error::PlotError;
+use super::panel::{Panel, TICK_SIZE};
+use super::picture::{Drawn, Picture};
+use super::results::Results;
+use super::what::{PlotRequest, What};
+use crate::report::PointSummary;
+use crate::report::numbers::number;
+use crate::store::TableKind;
+
+/// Exponents drawn; more lie on each other.
+const MOST: usize = 8;
+/// Standard errors to either side of a band.
+const BAND: f64 = 1.0;
+
+/// Whether any point has a course of its exponents.
+pub(super) fn is_there(results: &Results) -> bool {
+    let Ok(Some(table)) = results.table(TableKind::Points) else {
+        return false;
+    };
+    let cycles = table.lists("course_cycles").unwrap_or_default();
+    cycles.iter().flatten().any(|cycles| !cycles.is_empty())
+}
+
+pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let unfit = |reason: String| PlotError::Unfit {
+        what: What::Convergence,
+        reason,
+    };
+    let table = (results.table(TableKind::Points)?)
+        .ok_or_else(|| unfit("there is no points.parquet".into()))?;
+    let ids = table.u64("point_id")?;
+    let [cycles, values, errors] = [
+        table.lists("course_cycles")?,
+        table.lists("course_exponents")?,
+        table.lists("course_stderr")?,
+    ];
+    let row = |point: &PointSummary| {
+        let row = ids.iter().position(|id| *id == Some(point.point_id))?;
+        (!cycles[row].as_ref()?.is_empty()).then_some(row)
+    };
+    let ask = "ask for `lyapunov.course` in the manifest's [analyses]";
+    let point = match request.point {
+        Some(id) => results.point(id)?,
+        None => {
+            let mut all = results.summary.chaotic.iter().chain(&results.summary.all);
+            all.find(|point| row(point).is_some())
+                .ok_or_else(|| unfit(format!("no point has a course of its exponents; {ask}")))?
+        }
+    };
+    let Some(row) = row(point) else {
+        let id = point.point_id;
+        return Err(unfit(format!(
+            "point {id} has no course of its exponents; {ask}"
+        )));
+    };
+    let numbers = |column: &[Option<Vec<Option<f64>>>]| -> Vec<f64> {
+        let list = column[row].iter().flatten();
+        list.map(|value| value.unwrap_or(f64::NAN)).collect()
+    };
+    let course = Course {
+        cycles: numbers(&cycles),
+        values: numbers(&values),
+        errors: numbers(&errors),
+    };
+    let title = format!("{}: how the exponents settled", results.job);
+    let words = results.point_words(point);
+    let mut canvas = Canvas::titled(&title, &results.subtitle(&[&words]));
+    course.draw(&mut canvas);
+    Ok(Drawn::one(Picture::new(
+        format!("convergence-point{}", point.point_id),
+        canvas,
+    )))
+}
+
+/// A colour three quarters of the way to white.
+fn pale(Colour(red, green, blue): Colour) -> Colour {
+    let [red, green, blue] = [red, green, blue].map(|part| 255 - (255 - part) / 4);
+    Colour(red, green, blue)
+}
+
+/// Running estimates: those of the largest exponent at all places, then those of the next.
+struct Course {
+    cycles: Vec<f64>,
+    values: Vec<f64>,
+    errors: Vec<f64>,
+}
+
+impl Course {
+    fn draw(&self, canvas: &mut Canvas) {
+        let places = self.cycles.len().max(1);
+        let curves: Vec<(&[f64], &[f64])> = (self.values.chunks(places))
+            .zip(self.errors.chunks(places))
+            .take(MOST)
+            .collect();
+        let edges = (curves.iter())
+            .flat_map(|(values, errors)| values.iter().zip(*errors))
+            .flat_map(|(value, error)| [value - BAND * error, value + BAND * error]);
+        let [low, high] = range(edges.chain([0.0]));
+        let margin = 0.06 * (high - low).max(f64::MIN_POSITIVE);
+        let last = self.cycles.last().copied().unwrap_or(1.0);
+        let panel = Panel {
+            left: 92.0,
+            right: 700.0,
+            top: 84.0,
+            bottom: 526.0,
+            across: Axis::linear("measured", "mesh cycles", [0.0, last]),
+            up: Axis::linear(
+                "Lyapunov exponents",
+                "1/cycle",
+                [low - margin, high + margin],
+            ),
+        };
+        panel.frame(canvas, true);
+        let zero = panel.y(0.0);
+        canvas.dashes([panel.left, zero], [panel.right, zero], SOFT, 1.2);
+        for (place, (values, errors)) in curves.iter().enumerate() {
+            let edge = |sign: f64| -> Vec<Place> {
+                let both = values.iter().zip(*errors).zip(&self.cycles);
+                both.map(|((value, error), n)| panel.at(*n, value + sign * BAND * error))
+                    .collect()
+            };
+            let mut band = edge(1.0);
+            band.extend(edge(-1.0).into_iter().rev());
+            canvas.polygon(&band, pale(colour(place)));
+        }
+        let mut line = panel.top + 12.0;
+        for (place, (values, errors)) in curves.iter().enumerate() {
+            let path: Vec<Place> = (values.iter().zip(&self.cycles))
+                .map(|(value, n)| panel.at(*n, *value))
+                .collect();
+            canvas.line(&path, colour(place), 1.8);
+            if let (Some(value), Some(error)) = (values.last(), errors.last()) {
+                let text = format!("λ{} = {} ± {}", place + 1, number(*value), number(*error));
+                let at = [panel.right + 14.0, line];
+                canvas.text(at, &text, TICK_SIZE, colour(place), Anchor::Start);
+                line += 20.0;
+            }
+        }
+        let left_out = (self.values.len() / places).saturating_sub(MOST);
+        let note = match left_out {
+            0 => "line: running mean; band: one standard error to either side".to_owned(),
+            more => format!(
+                "line: running mean; band: one standard error to either side; the {more} smallest are left out"
+            ),
+        };
+        let at = [panel.left, panel.top - 8.0];
+        canvas.text(at, &note, TICK_SIZE, SOFT, Anchor::Start);
+    }
+}
