@@ -6,8 +6,8 @@
 mod common;
 
 use atlas::analysis::{
-    GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
-    investigate,
+    GrowthNorm, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section,
+    Signals, investigate,
 };
 use atlas::model::{InitialState, Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};

@@ -9,7 +9,7 @@ mod common;
 use atlas::analysis::orbits::floquet;
 use atlas::analysis::{
     Class, EnergyNorm, GrowthNorm, LyapunovMethod, LyapunovQuestion, Nvh, Questions, SEPARATION,
-    Section, TangentGrowth, investigate,
+    Section, TangentGrowth, investigate, kaplan_yorke,
 };
 use atlas::model::{Division, InitialState, Model, TrajectoryState};
 use atlas::numerics::random::{PointSeed, Stream};

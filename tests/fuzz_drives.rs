@@ -33,8 +33,8 @@ mod common;
 mod drawn;
 
 use atlas::analysis::{
-    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals, Status,
-    investigate_onward,
+    Class, LyapunovQuestion, NvhQuestion, PointOutcome, Questions, SEPARATION, Section, Signals,
+    Status, investigate_onward,
 };
 use atlas::model::{Model, TrajectoryState};
 use atlas::numerics::random::PointSeed;

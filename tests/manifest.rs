@@ -101,7 +101,7 @@ fn flex80_is_the_default_drive() {
     );
     assert_eq!((point.run.transient, point.run.cycles), (500, 40000));
     assert_eq!(point.analyses.lyapunov.unwrap().stop_at_stderr, Some(0.01));
-    assert_eq!(point.analyses.poincare.unwrap().samples, 200);
+    assert_eq!(point.analyses.poincare.as_ref().unwrap().samples, 200);
     assert_eq!(point.analyses.nvh.unwrap().harmonics, 10);
 }
 
@@ -239,7 +239,7 @@ fn defaults_are_the_documented_ones() {
         (1, 100, true)
     );
     assert_eq!(lyapunov.stop_at_stderr, None);
-    assert_eq!(analyses.poincare.unwrap().samples, 200);
+    assert_eq!(analyses.poincare.as_ref().unwrap().samples, 200);
     assert_eq!(analyses.nvh.unwrap().harmonics, 10);
 }
 

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
-    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, KaplanYorke, Kick, LyapunovMethod,
+    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, CourseOutcome, KaplanYorke, Kick, LyapunovMethod,
     LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey,
     OrderLine, OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
     SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
@@ -271,7 +271,10 @@ fn write(folder: &Path, shard: Option<Shard>) {
         probes: true,
         orbits: true,
         swept: None,
-        basins: Some(["mode 1".into(), "mode 2".into()]),
+        basins: Some(["mode 1", "mode 2"].map(|name| AxisColumn {
+            name: name.to_owned(),
+            unit: "m".to_owned(),
+        })),
         horizon: false,
         cycle_expansion: false,
         refined: None,

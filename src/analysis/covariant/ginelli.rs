@@ -83,7 +83,8 @@ impl Coefficients {
                     }
                 }
             }
-            if !(normalise(&mut own) > 0.0) {
+            let length = normalise(&mut own);
+            if length.is_nan() || length <= 0.0 {
                 return None;
             }
             basis.push(own);

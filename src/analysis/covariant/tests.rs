@@ -100,11 +100,11 @@ fn vectors_are_taken_to_each_other() {
     for cycle in (1..frames.len()).rev() {
         coefficients.back(&record.factors[3 * cycle..3 * cycle + 3], &mut growth);
         let now = vectors(&coefficients, &frames[cycle - 1]);
-        for i in 0..2 {
-            let image = apply(&jacobians[cycle], &now[i]);
+        for ((now, later), growth) in now.iter().zip(&later).zip(&growth) {
+            let image = apply(&jacobians[cycle], now);
             let length = image[0].hypot(image[1]);
-            let across = (image[0] * later[i][1] - image[1] * later[i][0]) / length;
-            worst = worst.max(across.abs()).max((length.ln() - growth[i]).abs());
+            let across = (image[0] * later[1] - image[1] * later[0]) / length;
+            worst = worst.max(across.abs()).max((length.ln() - growth).abs());
         }
         later = now;
     }

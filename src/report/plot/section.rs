@@ -61,10 +61,9 @@ impl Section {
                 "at maxima of the mesh force".to_owned(),
                 [PHASE, DEFLECTION],
             ),
-            Some("surface_up" | "surface_down") => (
-                "on the surface asked for".to_owned(),
-                [RATE, DEFLECTION],
-            ),
+            Some("surface_up" | "surface_down") => {
+                ("on the surface asked for".to_owned(), [RATE, DEFLECTION])
+            }
             _ => (
                 format!("at mesh phase {}", number(phase)),
                 [RATE, DEFLECTION],

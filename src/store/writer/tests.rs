@@ -7,12 +7,13 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, CovariantOutcome, DurationOutcome,
-    Estimate, ExpansionAverage, ExpansionOrder, ExpansionOutcome, ExpansionQuantity,
-    HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
-    MissedState, ModalState, MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome,
-    OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status, TraceSample, TraceSink,
+    AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class,
+    CovariantOutcome, DurationOutcome, Estimate, ExpansionAverage, ExpansionOrder,
+    ExpansionOutcome, ExpansionQuantity, HorizonMeasure, HorizonOutcome, HorizonQuantity,
+    KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome, MissedState, ModalState,
+    MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
+    OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
+    SpectrumLine, SpectrumMethod, Status, TraceSample, TraceSink,
 };
 use crate::model::{ActiveSet, COAST_FLANK};
 use crate::numerics::nested_grid::NestedGrid;
