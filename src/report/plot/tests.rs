@@ -35,11 +35,13 @@ fn outcome(id: u64, section: SampleKind) -> PointOutcome {
         } else {
             -0.5 + 0.4 * wave
         }],
-        stderr: if *class == Class::Chaotic { 0.02 } else { 0.0 },
+        errors: vec![if *class == Class::Chaotic { 0.02 } else { 0.0 }],
+        dimension: None,
         twin: None,
         twin_stderr: None,
         twin_agrees: None,
         method: LyapunovMethod::Tangent,
+        course: None,
     });
     let sample = |cycle: u64| PoincareSample {
         cycle,
@@ -132,6 +134,7 @@ fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
                 chain: None,
                 horizon: None,
                 cycle_expansion: None,
+                covariant: None,
                 mesh: None,
                 kernel: "volterra".into(),
                 placement: Placement {
