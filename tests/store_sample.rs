@@ -8,10 +8,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use atlas::analysis::{
-    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, CourseOutcome, KaplanYorke, Kick, LyapunovMethod,
-    LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey,
-    OrderLine, OrderReference, PoincareSample, PointOutcome, ProbeOutcome, SampleKind,
-    SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class, CourseOutcome,
+    KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome, MissedState, MultistabilityOutcome,
+    NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, OrderReference, PoincareSample, PointOutcome,
+    ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use atlas::report::{Style, Summary, render};
 use atlas::store::{
