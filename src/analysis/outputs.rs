@@ -278,7 +278,7 @@ mod tests {
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
     use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
-    use crate::shaft::{BearingGain, ModalStructure, PlaceMotion};
+    use crate::shaft::{BearingGain, ModalStructure, PlaceMotion, StaticShare};
 
     const ALL: Signals = Signals {
         bearings: true,
