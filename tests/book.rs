@@ -4,7 +4,6 @@
 #![allow(clippy::unwrap_used)]
 
 use std::env;
-use std::ffi::OsString;
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -40,9 +39,7 @@ fn follow(name: &str) -> tempfile::TempDir {
     let program = Path::new(env!("CARGO_BIN_EXE_atlas")).parent().unwrap();
     let path: Vec<PathBuf> = [program.to_path_buf()]
         .into_iter()
-        .chain(env::split_paths(
-            &env::var_os("PATH").unwrap_or_else(OsString::new),
-        ))
+        .chain(env::split_paths(&env::var_os("PATH").unwrap_or_default()))
         .collect();
     let output = Command::new("bash")
         .args(["-euo", "pipefail", "-c", &script])
