@@ -307,6 +307,13 @@ fn with(text: &str, key: &Key, line: &str) -> String {
             text,
             &format!("[analyses.multistability.slice]\nmodes = [3, 4]\nextent = 1e-5\n{line}"),
         ),
+        "analyses.poincare.surface" => analyses(
+            text,
+            &format!(
+                "[analyses.poincare]\nsection = \"surface\"\n[{table}]\ndisplacement = [1{}]\n{line}",
+                ", 0".repeat(11)
+            ),
+        ),
         "analyses.horizon" | "analyses.cycle_expansion" => {
             analyses(text, &format!("lyapunov = {{}}\n[{table}]\n{line}"))
         }

@@ -47,8 +47,11 @@ pub(super) fn fitted(text: &str, size: f64, least: f64, width: f64) -> (String, 
     if wide <= width {
         return (text.to_owned(), size);
     }
-    let size = (size * width / wide).max(least);
-    (cut(text, size, width), size)
+    let fitting = size * width / wide;
+    if fitting >= least {
+        return (text.to_owned(), fitting);
+    }
+    (cut(text, least, width), least)
 }
 
 /// A text in lines no wider than `width` \[px\], broken between words; a word that is wider is cut.

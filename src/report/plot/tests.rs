@@ -119,7 +119,7 @@ fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
             Class::QuasiPeriodic,
             Class::Chaotic,
         ];
-        let turning = kinds[(point_id / 4 % 3) as usize].clone();
+        let turning = kinds[(point_id / 4 % 3) as usize];
         writer
             .push(PointRow {
                 point_id,
@@ -209,7 +209,8 @@ fn an_error_bar_is_explained_only_where_there_is_one() {
 fn a_point_that_failed_looks_as_in_the_key() {
     let folder = written([1, 12], SampleKind::Strobe);
     let canvas = one(folder.path(), What::Lambda);
-    assert!(canvas.texts().any(|text| text == "on the edge: no λ (1)"));
+    let texts: Vec<&str> = canvas.texts().collect();
+    assert!(texts.contains(&"on the edge: no λ (1)"), "{texts:?}");
     // The cross of ink, once on the lower edge and once in the key.
     let strokes = canvas.shapes.iter().filter(|shape| match shape {
         Shape::Line {
@@ -263,7 +264,7 @@ fn narrow_maps_say_that_letters_are_missing_and_have_round_ticks() {
         .collect();
     assert!(texts.contains(&"172.9".to_owned()), "{texts:?}");
     assert!(
-        !texts.iter().any(|text| text.contains("without")),
+        !texts.iter().any(|text| text.contains("cells without")),
         "{texts:?}"
     );
 }

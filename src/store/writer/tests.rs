@@ -8,7 +8,7 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, Character, Class,
-    CovariantOutcome, DurationOutcome, Estimate, ExpansionAverage, ExpansionOrder,
+    CourseOutcome, CovariantOutcome, DurationOutcome, Estimate, ExpansionAverage, ExpansionOrder,
     ExpansionOutcome, ExpansionQuantity, HorizonMeasure, HorizonOutcome, HorizonQuantity,
     KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome, MissedState, ModalState,
     MultistabilityOutcome, NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
@@ -85,7 +85,11 @@ fn full(point_id: u64) -> PointRow {
                 twin_stderr: Some(0.02),
                 twin_agrees: Some(true),
                 method: LyapunovMethod::Tangent,
-                course: None,
+                course: Some(CourseOutcome {
+                    cycles: vec![40.0, 80.0],
+                    exponents: vec![0.87, 0.86],
+                    errors: vec![0.02, 0.013],
+                }),
             }),
             nvh: Some(NvhOutcome {
                 deflection_mean: 1e-6,
@@ -622,6 +626,21 @@ fn every_column_comes_back() {
     assert_eq!(text("lambda_method"), [Some("tangent".into()), None]);
     let exponents = Some(vec![Some(0.86), Some(-0.3), Some(-1.0 / 3.0)]);
     assert_eq!(points.lists("exponents"), [exponents, None]);
+    for (name, values) in [
+        ("exponents_stderr", &[0.01, 0.011, 0.012][..]),
+        ("course_cycles", &[40.0, 80.0]),
+        ("course_exponents", &[0.87, 0.86]),
+        ("course_stderr", &[0.02, 0.013]),
+        ("covariant_exponents", &[0.861, -0.29, -0.35]),
+        ("covariant_exponents_stderr", &[0.021, 0.022, 0.023]),
+        ("covariant_exponents_spread", &[1.1, 1.2, 1.3]),
+        ("angle_quantiles", &[0.01, 0.1, 0.71, 1.3, 1.5]),
+    ] {
+        let values = Some(values.iter().copied().map(Some).collect());
+        assert_eq!(points.lists(name), [values, None], "{name}");
+    }
+    assert_eq!(counts("unstable_directions"), [Some(1), None]);
+    assert_eq!(counts("stable_directions"), [Some(2), None]);
     let harmonics = Some(vec![Some(6e-6), Some(7e-6)]);
     assert_eq!(points.lists("harmonics"), [harmonics, None]);
     for (name, value) in [
@@ -1136,7 +1155,7 @@ fn a_file_has_its_name_only_when_whole() {
             .iter()
             .filter(|name| name.ends_with(".partial"))
             .count(),
-        8,
+        9,
         "{partial:?}"
     );
     assert!(

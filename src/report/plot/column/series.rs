@@ -139,14 +139,14 @@ fn moduli(table: &ResultTable) -> Result<Vec<Vec<Option<f64>>>, StoreError> {
         table.lists("multipliers_re")?,
         table.lists("multipliers_im")?,
     ];
-    let of_orbit = |(re, im): (Option<Vec<Option<f64>>>, Option<Vec<Option<f64>>>)| {
+    let orbits = re.into_iter().zip(im).map(|(re, im)| {
         let pairs = re
             .unwrap_or_default()
             .into_iter()
             .zip(im.unwrap_or_default());
         pairs.map(|(re, im)| Some(re?.hypot(im?))).collect()
-    };
-    Ok(re.into_iter().zip(im).map(of_orbit).collect())
+    });
+    Ok(orbits.collect())
 }
 
 /// Name, unit and description of every column that can be drawn.
