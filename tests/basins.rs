@@ -205,7 +205,7 @@ fn the_phase_plane_of_one_mode_has_its_own_units() {
     ends.dedup();
     assert_eq!(ends, [Some(0), Some(1)]);
     atlas(path, &["plot", "1", "--what", "basins", "--format", "svg"]);
-    let picture = std::fs::read_to_string(path.join("1/plots/basins.svg")).unwrap();
+    let picture = std::fs::read_to_string(path.join("1/pictures/basins.svg")).unwrap();
     for label in [
         "mesh deflection by mode 1 [",
         "rate of mesh deflection by mode 1 [",

@@ -151,5 +151,8 @@ fn askew_flanks_load_more_of_the_face_than_elements_in_three_dimensions_say() {
             "{misalignment}: centroid {:.4e} m, recorded {centre:.4e}; length {:.4e} m, recorded {length:.4e}",
             ours[0], ours[1]
         );
+        assert!((0.55..0.9).contains(&(ours[0] / centre)));
+        let whole = length > 0.95 * face_width;
+        assert!(whole || (1.4..2.2).contains(&(ours[1] / length)));
     }
 }

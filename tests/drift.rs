@@ -6,7 +6,7 @@
 mod common;
 
 use atlas::analysis::Nvh;
-use atlas::gear::{Flanks, MeshTable, MeshTableInputs};
+use atlas::gear::{Contact, Flanks, MeshTable, MeshTableInputs};
 use atlas::manifest::{self, PointSpec};
 use atlas::model::{InitialState, TrajectoryState};
 use atlas::store::{ResultTable, TableKind};
@@ -86,6 +86,7 @@ fn meshes(table: &ResultTable, point: impl Fn(usize) -> PointSpec) {
         let mut inputs = MeshTableInputs::of_gears(&gears);
         inputs.misalignment = vec![angle[slice]];
         inputs.torque = vec![0.3 * gears.rated_torque];
+        inputs.contact = Contact::Secant;
         let cycle = MeshTable::build(&flanks, &inputs, &|_, _| ())
             .unwrap()
             .cycle(0, 0);

@@ -152,7 +152,7 @@ fn a_chaotic_oscillator_is_answered_in_full() {
     ];
     let (status, said) = atlas(path, &drawn);
     assert_eq!(status, Some(0), "{said}");
-    let picture = path.join("1/plots/convergence-point2.svg");
+    let picture = path.join("1/pictures/convergence-point2.svg");
     let picture = std::fs::read_to_string(picture).unwrap();
     assert!(picture.contains("λ1 = ") && picture.contains("λ2 = "));
 }

@@ -20,7 +20,8 @@ use std::process::Command;
 
 /// The default drive with its mesh from a table, its tips relieved by 10 µm over 3 mm.
 fn text(edits: &[(&str, &str)]) -> String {
-    let mut text = include_str!("../manifests/flex80-table.toml").to_owned();
+    let text = include_str!("../manifests/flex80-table.toml");
+    let mut text = text.replace("[mesh]", "[mesh]\ncontact = \"linear\"");
     let relieved = (
         "rated_torque =",
         "tip_relief = { amount = \"10 um\", length = \"3 mm\" }\nrated_torque =",

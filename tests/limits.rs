@@ -39,7 +39,7 @@ fn threads_that_cannot_be_had_are_said_in_one_line() {
         ("run m.toml --threads 4 --out few --fresh", "--threads"),
         ("plan m.toml --threads 4", "--threads"),
         (
-            "trace m.toml --point load=0.05,speed=600 --cycles 2 --out traced",
+            "trace m.toml --point load=0.05,speed=600 --cycles 2 --out traced --fresh",
             "ulimit -u",
         ),
     ] {

@@ -148,6 +148,7 @@ x = "1e8 N/m"
 y = "1e8 N/m"
 
 [mesh]
+contact = "linear"
 stiffness = "continuous"
 contact_damping = 0.1
 friction = 0.05

@@ -29,7 +29,10 @@ fn manifest(stiffness: &str, rest: &str) -> String {
     let lines: Vec<&str> = MANIFEST.lines().filter(kept).collect();
     (lines.join("\n"))
         .replace("rated_torque =", "bore = [\"48 mm\", \"76 mm\"]\ntip_relief = { amount = \"8 um\", length = \"2.5 mm\" }\nrated_torque =")
-        .replace("stiffness = \"piecewise\"", &format!("{stiffness}\n#"))
+        .replace(
+            "stiffness = \"piecewise\"",
+            &format!("contact = \"linear\"\n{stiffness}\n#"),
+        )
         + rest
 }
 

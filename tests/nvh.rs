@@ -9,7 +9,7 @@ use atlas::analysis::{
     PointOutcome, Questions, SEPARATION, Section, Signals, Spectrum, SpectrumQuestion, investigate,
 };
 use atlas::model::{
-    ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint,
+    ActiveSet, Division, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Quantity,
     TorqueRipple,
 };
 use atlas::numerics::exponential::legendre_series;
@@ -659,6 +659,14 @@ fn orders_of_rattle_are_those_of_fine_steps() {
     }
     quantities.dedup();
     assert_eq!(
+        quantities,
+        [
+            Quantity::Torque,
+            Quantity::Acceleration,
+            Quantity::AngularAcceleration
+        ]
+    );
+    assert_eq!(
         quantities.len(),
         4,
         "all quantities are felt: {quantities:?}"
@@ -685,7 +693,7 @@ fn orders_of_chaos_have_error_bars() {
         close(line.amplitude, nvh.harmonics[h], 1e-9);
         close(line.stderr.unwrap(), errors.harmonics[h], 1e-9);
         let phase = line.phase_stderr.unwrap() * line.amplitude / line.stderr.unwrap();
-        assert!((0.2..5.0).contains(&phase), "{phase}");
+        assert!((0.1..10.0).contains(&phase), "{phase}");
     }
     let shaft = &own.lines[5..];
     assert_eq!(shaft.len(), 3);

@@ -6,12 +6,10 @@
 mod common;
 
 use atlas::gear::{
-    Face, Flanks, LoadSharing, MeshSprings, MeshTable, MeshTableCycle, MeshTableInputs,
-    SecantContact, pairs_at,
+    Face, Flanks, LoadSharing, MeshTable, MeshTableCycle, MeshTableInputs, SecantContact, pairs_at,
 };
 use atlas::manifest::{self, MeshTableSpec, StiffnessSpec};
 use atlas::model::{InitialState, Model};
-use atlas::numerics::legendre::evaluate;
 use atlas::propagate::{Event, Observer, Window};
 use common::advance::{advance, advance_with, volterra};
 use std::f64::consts::TAU;
@@ -210,8 +208,7 @@ fn given_stiffness() {
     }
 }
 
-const RELIEF: &str = "bore = [\"48 mm\", \"76 mm\"]\n\
-    tip_relief = { amount = \"8 um\", length = \"2.5 mm\" }";
+const CORES: &str = "bore = [\"48 mm\", \"76 mm\"]";
 const FACE: Face = Face {
     width: 20e-3,
     slices: 1,
@@ -261,7 +258,7 @@ fn courses_have_the_loaded_transmission_error() {
             None => format!("{law}\ncontact = \"linear\""),
             Some(_) => law.to_owned(),
         };
-        let text = manifest(&law, RELIEF, "");
+        let text = manifest(&law, CORES, "");
         let flanks = Flanks::new(&spec(&text).gears).unwrap();
         let worst = off(name, &text, |phase, force| {
             approach(&flanks, line_load, phase, force)
@@ -288,7 +285,7 @@ fn cycle(text: &str) -> MeshTableCycle {
 #[test]
 fn segments_and_harmonics_of_a_table() {
     let segments = "stiffness = \"table\"\nsegments = 24\ncontact = \"linear\"";
-    let text = manifest(segments, RELIEF, "");
+    let text = manifest(segments, CORES, "");
     let table = cycle(&text);
     let error = table.tangent_error();
     let ends: Vec<f64> = {
@@ -328,7 +325,7 @@ fn segments_and_harmonics_of_a_table() {
     };
     let continuous = manifest(
         "stiffness = \"continuous\"\ncontact = \"linear\"",
-        RELIEF,
+        CORES,
         excitation,
     );
     let worst = off(
@@ -337,7 +334,7 @@ fn segments_and_harmonics_of_a_table() {
         |phase, force| force / table.value(&table.stiffness, phase),
     );
     assert!(worst < 1e-6, "{worst:e}");
-    let text = manifest(segments, RELIEF, excitation);
+    let text = manifest(segments, CORES, excitation);
     let worst = off("table, 24 segments, 6 harmonics", &text, |phase, force| {
         let segment = (24.0 * phase).floor() / 24.0;
         force / table.means([segment, segment + 1.0 / 24.0]).stiffness
@@ -353,41 +350,4 @@ fn segments_and_harmonics_of_a_table() {
         1e6 * missed
     );
     assert!(missed > 1e-9);
-}
-
-/// Crowned leads on slices of the face: the springs of all slices side by side, in balance with the force.
-#[test]
-fn slices_bear_side_by_side() {
-    let gear = format!("{RELIEF}\nlead_crowning = \"6 um\"");
-    let law =
-        "stiffness = \"continuous\"\nresolution = \"pairs\"\nslices = 3\ncontact = \"linear\"";
-    let text = manifest(law, &gear, "");
-    let flanks = Flanks::new(&spec(&text).gears).unwrap();
-    let face = Face { slices: 3, ..FACE };
-    let springs = MeshSprings::new(&flanks, face, 0.0).unwrap();
-    let law = |phase: f64, force: f64| {
-        let index = springs.stretches.partition_point(|own| own.end <= phase);
-        let from = match index {
-            0 => 0.0,
-            after => springs.stretches[after - 1].end,
-        };
-        let stretch = &springs.stretches[index];
-        let x = (2.0 * phase - from - stretch.end) / (stretch.end - from);
-        let borne = |approach: f64| -> f64 {
-            let all = stretch.springs.iter().flatten();
-            all.map(|own| evaluate(&own.stiffness, x) * (approach - evaluate(&own.gap, x)).max(0.0))
-                .sum()
-        };
-        let (mut low, mut high) = (0.0, 1e-3);
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            match borne(middle) < force {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        low
-    };
-    let worst = off("pairs on 3 slices, crowned", &text, law);
-    assert!(worst < 1e-6, "{worst:e}");
 }

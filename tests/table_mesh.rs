@@ -15,7 +15,8 @@ use std::path::Path;
 
 /// The manifest of the default drive with its mesh from a table, edited.
 fn job(edits: &[(&str, &str)]) -> Job {
-    let mut text = include_str!("../manifests/flex80-table.toml").to_owned();
+    let text = include_str!("../manifests/flex80-table.toml");
+    let mut text = text.replace("[mesh]", "[mesh]\ncontact = \"linear\"");
     for (from, to) in edits {
         assert!(text.contains(from), "{from}");
         text = text.replace(from, to);

@@ -1,12 +1,13 @@
 //! `[analyses]`: a table for each analysis; absent = not computed.
 
+use super::optional::optional;
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
     Analyses, ExpansionQuestion, GrowthNorm, HorizonQuestion, LyapunovQuestion,
     MultistabilityQuestion, NvhQuestion, OrderQuestion, Signals, SpectrumQuestion,
 };
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
-use crate::manifest::reader::{Child, Section};
+use crate::manifest::reader::Section;
 use crate::manifest::schema;
 use crate::manifest::spec::{ModelSpec, RunSpec};
 
@@ -86,20 +87,6 @@ pub(super) fn read(
         cycle_expansion: cycle_expansion?,
         covariant: covariant?,
     })
-}
-
-/// `Some(None)` when absent, `None` when faulty.
-pub(super) fn optional<T>(
-    section: &Section,
-    issues: &mut Issues,
-    name: &str,
-    read: impl FnOnce(&Section, &mut Issues) -> Option<T>,
-) -> Option<Option<T>> {
-    match section.child(issues, name) {
-        Child::Absent => Some(None),
-        Child::Invalid => None,
-        Child::Present(table) => read(&table, issues).map(Some),
-    }
 }
 
 fn spectrum(table: &Section, issues: &mut Issues) -> Option<SpectrumQuestion> {

@@ -16,6 +16,7 @@ mod job;
 mod mesh;
 mod modal_state;
 mod model;
+mod optional;
 mod orbits;
 mod poincare;
 mod run;

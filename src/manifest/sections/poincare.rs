@@ -1,7 +1,7 @@
 //! `[analyses.poincare]`: where samples are taken.
 
-use super::analyses::optional;
 use super::modal_state::modal_vector;
+use super::optional::optional;
 use crate::analysis::{PoincareQuestion, Section as PoincareSection, Surface};
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::reader::Section;

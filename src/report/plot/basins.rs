@@ -8,8 +8,9 @@ use super::categories::{colour, lost};
 use super::error::PlotError;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::request::PlotRequest;
 use super::results::{MOST_SLICES, Results};
-use super::what::{PlotRequest, What};
+use super::what::What;
 use crate::report::branches::{Attractor, read_attractors};
 use crate::store::{ResultTable, TableKind};
 

@@ -6,8 +6,9 @@ use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::Drawn;
+use super::request::PlotRequest;
 use super::results::Results;
-use super::what::{PlotRequest, What};
+use super::what::What;
 use crate::report::numbers::number;
 use crate::report::orbits::Orbit;
 

@@ -36,6 +36,7 @@ mod phase;
 mod picture;
 mod ramp;
 mod recording;
+mod request;
 mod results;
 mod section;
 mod shares;
@@ -61,7 +62,8 @@ pub use display::{Amount, Display, Log, NoAmount};
 pub use error::PlotError;
 pub use machine::pictures as machine_pictures;
 pub use picture::{Drawn, Picture};
-pub use what::{PlotRequest, USUAL_ORDERS, What};
+pub use request::{PlotRequest, USUAL_ORDERS};
+pub use what::What;
 
 /// What pictures of a mesh need.
 const MESH_NEEDED: &str = "a mesh table is needed, a file that `atlas table list` shows";

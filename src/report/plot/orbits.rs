@@ -5,8 +5,9 @@ use super::categories::colour;
 use super::error::PlotError;
 use super::panel::TICK_SIZE;
 use super::picture::{Drawn, Picture};
+use super::request::PlotRequest;
 use super::results::{MOST_SLICES, Results};
-use super::what::{PlotRequest, What};
+use super::what::What;
 use crate::report::orbits::Orbit;
 
 /// Most entries of a key, and the height of one \[px\].

@@ -6,8 +6,9 @@ use super::error::PlotError;
 use super::lettering::fitted;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
+use super::request::PlotRequest;
 use super::results::Results;
-use super::what::{PlotRequest, What};
+use super::what::What;
 use crate::report::numbers::to_digits;
 use crate::store::TableKind;
 

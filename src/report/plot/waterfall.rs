@@ -11,9 +11,10 @@ use super::over_axis::{LEFT, across};
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
 use super::ramp::{bar, viridis};
+use super::request::PlotRequest;
 use super::results::Results;
 use super::spectral::{Line, SpectralLines};
-use super::what::{PlotRequest, What};
+use super::what::What;
 
 const RIGHT: f64 = 775.0;
 const TOP: f64 = 72.0;

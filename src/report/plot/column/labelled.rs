@@ -2,7 +2,7 @@
 
 use super::Source;
 use super::clip::clipped;
-use super::curves::{Axes, Curve, Key, Plan};
+use super::plan::{Axes, Curve, Key, Plan};
 use super::series::Series;
 use super::style::Style;
 use crate::report::plot::axis::Axis;

@@ -9,8 +9,8 @@ use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::TICK_SIZE;
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::{bar, viridis};
+use crate::report::plot::request::PlotRequest;
 use crate::report::plot::results::Results;
-use crate::report::plot::what::PlotRequest;
 
 /// Cells without a value.
 const NONE: Colour = Colour(0xee, 0xee, 0xee);

@@ -7,14 +7,15 @@ mod labelled;
 mod map;
 mod name;
 mod orders;
+mod plan;
 mod series;
 mod style;
 
 use super::display::Unit;
 use super::error::PlotError;
 use super::picture::Drawn;
+use super::request::PlotRequest;
 use super::results::Results;
-use super::what::PlotRequest;
 
 pub use name::{Asked, ColumnName, NoColumn};
 pub(super) use orders::draw as draw_orders;

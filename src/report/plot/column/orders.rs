@@ -5,8 +5,9 @@ use super::{Source, draw_series};
 use crate::report::numbers::number;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::picture::Drawn;
+use crate::report::plot::request::{PlotRequest, USUAL_ORDERS};
 use crate::report::plot::spectral::SpectralLines;
-use crate::report::plot::what::{PlotRequest, USUAL_ORDERS, What};
+use crate::report::plot::what::What;
 
 /// Draws the levels of orders.
 ///

@@ -1,0 +1,141 @@
+//! The curves of a picture before it is drawn: which there are, and their points.
+
+use std::collections::BTreeMap;
+
+use super::Source;
+use super::series::Series;
+use crate::report::plot::display::Scale;
+use crate::report::plot::results::Slice;
+
+/// A place of a curve, shown values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Dot {
+    pub x: f64,
+    pub low: f64,
+    pub value: f64,
+    pub high: f64,
+}
+
+/// What tells the curves of a picture apart: the series, the value of the second axis (its place among
+/// them), the source and the direction of a sweep.
+pub(super) type Key = [usize; 4];
+
+/// A curve.
+#[derive(Debug, Default)]
+pub(super) struct Curve {
+    pub dots: Vec<Dot>,
+    pub scattered: bool,
+    /// Some values have error bars.
+    pub barred: bool,
+}
+
+/// A picture before it is drawn.
+#[derive(Default)]
+pub(super) struct Plan {
+    pub words: Vec<Vec<String>>,
+    pub points: usize,
+    pub curves: BTreeMap<Key, Curve>,
+}
+
+/// Axes of the curves: places in each source.
+pub(super) struct Axes {
+    pub over: Vec<usize>,
+    pub by: Vec<Option<usize>>,
+    /// Values of the second axis in all sources, ascending.
+    pub values: Vec<f64>,
+}
+
+impl Plan {
+    pub fn dots(&self) -> impl Iterator<Item = &Dot> {
+        self.curves.values().flat_map(|curve| &curve.dots)
+    }
+
+    /// Takes up the points of a slice of a source.
+    pub fn take(
+        &mut self,
+        place: usize,
+        source: &Source<'_>,
+        slice: &Slice<'_>,
+        series: &[Series],
+        axes: &Axes,
+        scale: &Scale,
+    ) {
+        let results = source.results;
+        let held = slice
+            .held
+            .iter()
+            .map(|&(axis, value)| results.held_words(&results.summary.axes[axis], value));
+        self.words.resize(place + 1, Vec::new());
+        self.words[place] = held.collect();
+        self.points += slice.points.len();
+        let over = axes.over[place];
+        let ranks = &results.summary.axes[over].values;
+        for (which, series) in series.iter().enumerate() {
+            let mut last: BTreeMap<Key, usize> = BTreeMap::new();
+            let mut points = slice.points.clone();
+            points.sort_by(|a, b| a.axis_values[over].total_cmp(&b.axis_values[over]));
+            for point in points {
+                let by = axes.by[place].map_or(0, |by| {
+                    axes.values
+                        .partition_point(|value| *value < point.axis_values[by])
+                });
+                let direction = usize::from(point.direction.as_deref() == Some("down"));
+                let key = [which, by, place, direction];
+                let curve = self.curves.entry(key).or_default();
+                curve.scattered = series.scattered;
+                let x = point.axis_values[over];
+                let rank = ranks.partition_point(|value| *value < x);
+                // A point that was not computed breaks the line; of a refined grid most are not.
+                let whole = results.summary.refined.is_some();
+                let gap = last.insert(key, rank).is_some_and(|last| rank > last + 1) && !whole;
+                let nowhere = Dot {
+                    x,
+                    low: f64::NAN,
+                    value: f64::NAN,
+                    high: f64::NAN,
+                };
+                if gap {
+                    curve.dots.push(nowhere);
+                }
+                let samples = results
+                    .place(point.point_id)
+                    .map(|place| &series.samples[place]);
+                let before = curve.dots.len();
+                for sample in samples.into_iter().flatten() {
+                    let Some(value) = scale.shown(sample.value) else {
+                        continue;
+                    };
+                    let end = |end: f64| scale.shown(end).unwrap_or(f64::NAN);
+                    let [low, high] =
+                        [sample.value - sample.error, sample.value + sample.error].map(end);
+                    curve.barred |= sample.error > 0.0;
+                    curve.dots.push(Dot {
+                        x,
+                        low,
+                        value,
+                        high,
+                    });
+                }
+                if curve.dots.len() == before {
+                    curve.dots.push(nowhere);
+                }
+            }
+        }
+    }
+
+    /// What all sources hold alike.
+    pub fn held(&self) -> Vec<String> {
+        let Some((first, others)) = self.words.split_first() else {
+            return Vec::new();
+        };
+        let alike = |word: &&String| others.iter().all(|words| words.contains(word));
+        first.iter().filter(alike).cloned().collect()
+    }
+
+    /// What a source holds that others do not.
+    pub fn own(&self, source: usize) -> Vec<String> {
+        let held = self.held();
+        let words = self.words.get(source).into_iter().flatten();
+        words.filter(|word| !held.contains(word)).cloned().collect()
+    }
+}
