@@ -333,7 +333,8 @@ fn the_coefficient_follows_load_and_speed() {
 fn what_is_not_known_is_not_told() {
     let parts = common::parts();
     let constant = "stiffness = \"constant\"\nmean_stiffness = \"3e8 N/m\"";
-    let job = job(C14, &[("stiffness = \"continuous\"", constant)]);
+    let computed = "contact = \"linear\"\nstiffness = \"continuous\"";
+    let job = job(C14, &[(computed, constant)]);
     let model = parts.model(&job.points.at(0)).unwrap();
     let found = answer(&job, &model);
     assert!(found.power_transmitted.is_some() && found.friction_coefficient == Some(0.05));
