@@ -105,7 +105,7 @@ pub struct Summary {
     pub troubled: Vec<PointSummary>,
     /// The point with the largest energy residual, and the residual.
     pub worst_energy: Option<(u64, f64)>,
-    /// Points with an energy residual above [`LARGEST_RESIDUAL`].
+    /// Points with an energy residual above `LARGEST_RESIDUAL`.
     pub open_balances: usize,
     /// Warnings of the runs.
     pub warnings: Vec<String>,
