@@ -18,7 +18,13 @@ import matplotlib.pyplot as plt  # noqa: E402
 from matplotlib.ticker import NullFormatter  # noqa: E402
 
 from record_bench import cpu, table  # noqa: E402
-from record_replication import rewrite  # noqa: E402
+from replication import (  # noqa: E402
+    PAPER_EVENTS,
+    PAPER_REDUCTION,
+    PAPER_STEPS,
+    significant,
+)
+from replication import main as write_page  # noqa: E402
 
 # Okabe & Ito.
 COLOURS = {
@@ -31,33 +37,6 @@ COLOURS = {
     "Dormand-Prince 5(4)": "#CC79A7",
     "extrapolation, order 14": "#56B4E9",
 }
-
-# The paper's figures, in its own units: µs a cycle, × real time, products a cycle.
-PAPER_EVENTS = {
-    "strong": {"dyadic": (48, 5, 371), "hermite": (31, 8, 193), "spectral": (33, 8, 74)},
-    "sparse": {"hermite": (17.2, 14, 77.7), "spectral": (14.6, 16, 29.1)},
-}
-PAPER_REDUCTION = {
-    ("40 modes", "spectral"): (1282, 0.20, 120, 16.7),
-    ("20 modes", "spectral"): (460, 0.57, 124, 16.4),
-    ("20 modes + MTA", "spectral"): (488, 0.54, 124, 16.5),
-    ("20 modes + MTA", "fused"): (171, 1.53, 52, 16.5),
-}
-PAPER_STEPS = {"2": (30, 3.3), "6": (38, 2.6), "12": (49, 2.0), "20": (79, 1.3), "40": (189, 0.53)}
-
-
-def significant(value: float, digits: int = 3) -> str:
-    """So many digits, an exponent where the number is far from one."""
-    if value == 0:
-        return "0"
-    if not 1e-2 <= abs(value) < 1e6:
-        mantissa, exponent = f"{value:.1e}".split("e")
-        return f"{mantissa}e{int(exponent)}"
-    if abs(value) < 1:
-        return f"{value:.{digits}g}"
-    whole = len(str(int(abs(value))))
-    return f"{value:.{max(0, digits - whole)}f}"
-
 
 def size(count: float) -> str:
     for unit in ["B", "KiB", "MiB"]:
@@ -409,8 +388,7 @@ def main() -> None:
     threads_picture(record, folder / "threads.png")
     precision_picture(record, folder / "work-precision.png")
     (folder / "summary.md").write_text(summary(folder.name, record))
-    paper = {"steps": PAPER_STEPS, "events": PAPER_EVENTS, "reduction": PAPER_REDUCTION}
-    rewrite(Path("docs/replication.md"), record, paper, significant, folder.name)
+    write_page([])
     print(f"recorded in {folder} and docs/replication.md")
 
 

@@ -1,187 +1,393 @@
-"""The kernels' figures of a ladder run beside the paper's: the generated part of
-docs/replication.md."""
+#!/usr/bin/env python3
+"""Runs the paper's cases of motion, each on one line of action and on two, with half gaps of 9 and 10 µm
+(the paper gives neither), and records what the page docs/replication.md shows of them.
 
+    .venv/bin/python scripts/record_replication.py benches/runs/NAME
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
 from pathlib import Path
+from statistics import median
 
-BEGIN, END = "<!-- ladder: begin -->", "<!-- ladder: end -->"
+import matplotlib
 
-STEPS = (
-    "The same method in vector lanes; at few modes the contact state and the guard of every step, "
-    "which do not shrink with the modes, are most of it."
-)
-PRODUCTS = {
-    "dyadic": "A bound of δ'' settles most cells at once, and the last stretch below Δ/2²⁰ is a "
-    "polynomial, not more halving.",
-    "hermite": "Rows give the guard at eight nodes of a cell without moving the state, so that one "
-    "product a cell and two an event remain.",
-    "spectral": "Two products a cell of contact; a free flight is one piece however many cells it "
-    "spans.",
-}
-TIMES = {
-    "dyadic": "Fewer products, wider vectors.",
-    "hermite": "Fewer products, but rows of eight guards a cell.",
-    "spectral": "As the products, wider vectors.",
-}
-SPARSE = {
-    "hermite": "As in strong rattle: one product a cell whether or not events are rare.",
-    "spectral": "This drive is in contact as long at 1400 rad/s as at 1200; cells as long as the "
-    "closed form allows take seven or eight products.",
-}
-REDUCED = {
-    ("40 modes", "spectral"): "Products are half as many, the core has a larger second-level cache "
-    "and wider vectors: the table still streams.",
-    ("20 modes", "spectral"): "Half the modes are a quarter of the table.",
-    ("20 modes + MTA", "spectral"): "Residual flexibility is a change of the stiffness, no more "
-    "work.",
-    ("20 modes + MTA", "fused"): "Runs of up to eight cells are certified in contact; flights are "
-    "one piece already.",
-}
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+import pandas as pd  # noqa: E402
+import scipy.linalg as la  # noqa: E402
+
+from record_bench import cpu  # noqa: E402
+from replication import main as write_page  # noqa: E402
+
+ROOT = Path(__file__).resolve().parents[1]
+ATLAS = ROOT / "target/release/atlas"
+LINES = {"one line": "same_line", "mirrored": "mirrored"}
+GAPS = {"9 µm": "9 um", "10 µm": "10 um"}
+VARIANTS = [f"{line}, {gap}" for line in LINES for gap in GAPS]
+
+# Okabe & Ito, a colour a variant.
+COLOURS = dict(zip(VARIANTS, ["#E69F00", "#D55E00", "#56B4E9", "#0072B2"], strict=True))
+
+# The paper's speed of strong rattle, which it calls nominal [rad/s].
+NOMINAL = 1200.0
+STRONG = ["grid.load=0.05", 'grid.speed="1200 rad/s"']
 
 
-def us(value: dict) -> float:
-    return value["ns"] / 1e3
+class Runner:
+    """Runs manifests of this tree with changed keys."""
 
+    def __init__(self, work: Path):
+        self.work = work
+        self.count = 0
 
-def rows(record: dict, paper: dict) -> list[tuple[str, float, float, str, str]]:
-    """(case, the paper's figure, ours, unit, why they differ)."""
-    found = []
-
-    def add(case: str, theirs: float, ours: float, unit: str, why: str) -> None:
-        found.append((case, theirs, ours, unit, why))
-
-    for modes, (step, _) in paper["steps"].items():
-        ours = record["small_steps"][modes]["ns_a_step"]
-        add(f"small step of 100 ns, {modes} modes", step, ours, "ns", STEPS)
-    contact = record["contact"]
-    low, high = contact["2"], contact["40"]
-    add(
-        "constant contact, a cycle, low dimension", 61, low["fused"]["ns"], "ns",
-        "Ours also certifies that contact is kept, sets phases, counts and checks the state.",
-    )  # fmt: skip
-    add(
-        "10⁶ cycles of constant contact", 634, low["jump"]["ns"], "ns",
-        "Seven products: one for every 1 in the binary digits of 10⁶.",
-    )  # fmt: skip
-    add(
-        "the same against integrating them", 38000, 1e6 * low["fused"]["ns"] / low["jump"]["ns"], "×",
-        "Follows from the two above.",
-    )  # fmt: skip
-    for name, kernel, theirs, why in [
-        ("small steps", "stepping", 0.4, "As in the ladder of small steps."),
-        ("segments", "hermite", 8.0, "One product a segment and rows that certify it."),
-        ("fused cycle", "fused", 487.7, "One 83 × 83 product with its certificate."),
-    ]:
-        case = f"constant contact, 40 modes, μ = 0.1: {name}"
-        add(case, theirs, high[kernel]["real_time"], "× real time", why)
-    add(
-        "segments against fused, 200 cycles", 5.7e-12, high["segments_against_fused"], "half gaps",
-        "Round-off of 24 000 products against that of 200.",
-    )  # fmt: skip
-    for scene, kernels in paper["events"].items():
-        for kernel, (time, _, products) in kernels.items():
-            ours = record["events"][scene][kernel]
-            why = (PRODUCTS if scene == "strong" else SPARSE)[kernel]
-            add(f"6 modes, {scene}: {kernel}", products, ours["matvecs"], "products", why)
-            add(f"6 modes, {scene}: {kernel}", time, us(ours), "µs", TIMES[kernel])
-    guards = record["events"]["strong"]["spectral"]["guard_evaluations"]
-    add(
-        "6 modes, strong: spectral, guards", 124, guards, "evaluations",
-        "A bound of the amplitudes clears most pieces without one.",
-    )  # fmt: skip
-    for (variant, kernel), (time, _, products, rms) in paper["reduction"].items():
-        ours = record["reduction"][variant][kernel]
-        why = REDUCED[variant, kernel]
-        add(f"{variant}: {kernel}", time, us(ours), "µs", why)
-        add(f"{variant}: {kernel}", products, ours["matvecs"], "products", "As at six modes.")
-        add(
-            f"{variant}: {kernel}, RMS of δ", rms, 1e6 * ours["deflection_rms"], "µm",
-            "The drive was deduced from figures of the paper; its half gap and damping are not given.",
+    def __call__(self, command, manifest, changes=(), arguments=(), without=()):
+        """Folder of the results. `without` are keys whose line is left out of the manifest."""
+        text = (ROOT / "manifests" / manifest).read_text()
+        kept = [line for line in text.splitlines() if line.split(" ")[0] not in without]
+        self.count += 1
+        out = self.work / str(self.count)
+        sets = [argument for change in changes for argument in ("--set", change)]
+        tables = [] if command == "check" else ["--tables", self.work / "tables", "--out", out]
+        done = subprocess.run(
+            [ATLAS, command, "-", *sets, *tables, *arguments],
+            input="\n".join(kept), text=True, capture_output=True, cwd=ROOT / "manifests",
         )  # fmt: skip
-    hard = record["conditioning"]
-    mega = 1e-6
-    add(
-        "spectral table, 40 modes", 18, mega * hard["spectral_bytes"], "MB",
-        "One basis of free flight and one of contact for both flanks, not one a segment and state.",
-    )  # fmt: skip
-    add(
-        "dyadic tables, 40 modes", 190, mega * hard["dyadic_bytes"], "MB",
-        "The same; the quotient of the two is as published.",
-    )  # fmt: skip
-    add(
-        "condition, free flight", 8.1e5, hard["condition"][1], "1",
-        "Velocities are measured by each mode's frequency, and rigid rotations are kept out of the "
-        "eigenvectors.",
-    )  # fmt: skip
-    add("condition, contact", 1e3, hard["condition"][0], "1", "The same scaling.")
-    add(
-        "reconstruction", 1.5e-11, max(hard["reconstruction"]), "1",
-        "Eigenvectors are corrected twice to first order.",
-    )  # fmt: skip
-    against = hard["against"]
-    add(
-        "fused against spectral, one cycle", 4.0e-15, against["fused"], "half gaps",
-        "The largest of twelve cycles of chaos in the energy norm; both are as near to the reference.",
-    )  # fmt: skip
-    add(
-        "spectral against small steps, one cycle", 1e-3, against["small steps, 100 ns"], "half gaps",
-        "First order in the step: a quarter of it gives "
-        f"{against['small steps, 25 ns']:.0e}.",
-    )  # fmt: skip
-    samples = record["work_precision"]["samples"]
-    cycles = record["work_precision"]["cycles"]
-    fused = next(s for s in samples if s["solver"] == "jump")
-    tight = [s for s in samples if s.get("tolerance") and s["error"] <= 1.5e-9]
-    best = min(tight, key=lambda s: s["ns"])
-    add(
-        "work and precision: fused cycles, a solution", 5e-4, 1e-6 * fused["ns"], "ms",
-        f"40 modes, {cycles} cycles; the paper does not say which case it solves.",
-    )  # fmt: skip
-    add(
-        "its error", 1.2e-14, fused["error"], "half gaps",
-        "Round-off of sixty segments in the map, in units of the gap.",
-    )  # fmt: skip
-    add(
-        "adaptive solver at 1.5e-9", 68.9, 1e-6 * best["ns"], "ms",
-        f"{best['solver']} with a right-hand side of O(N) work restarts twice a cycle; the "
-        "paper does not say what Vern7 was given.",
-    )  # fmt: skip
-    threads = record["threads"]
-    most = max(threads, key=int)
-    if int(most) > 1:
-        gain = threads[most]["spectral"] / threads["1"]["spectral"]
-        add(
-            f"threads on one spectral table ({most} here, 56 there), share of proportion",
-            26.5 / 56, gain / int(most), "1",
-            "Few cores here, and the table lies in the last-level cache.",
-        )  # fmt: skip
-    double, single = record["single_precision"]["product_ns"]["out of 122"]
-    found_error = record["single_precision"]["state_error"]
-    add(
-        "operators in single precision, gain of a product", 1.0, double / single, "×",
-        f"A product gains what its bytes shrink; a cycle's state is then off by {found_error:.0e} half "
-        "gaps, so that no kernel here uses it.",
-    )  # fmt: skip
+        if done.returncode != 0:
+            sys.exit(f"{manifest} {changes}:\n{done.stderr}")
+        return out
+
+    def points(self, manifest, changes=(), arguments=(), without=()):
+        out = self("run", manifest, changes, ["--quiet", *arguments], without)
+        return pd.read_parquet(out / "points.parquet"), out
+
+
+def of_variant(variant: str) -> list[str]:
+    line, gap = variant.split(", ")
+    return [f'mesh.coast_flank="{LINES[line]}"', f'mesh.half_gap="{GAPS[gap]}"']
+
+
+def plane(run: Runner, variant: str) -> dict:
+    """The 80 points of figure 9."""
+    points, _ = run.points("flex80.toml", of_variant(variant))
+    chaotic = points["class"] == "chaotic"
+    highest = points.loc[points["lambda_max"].idxmax()]
+    near = points[(points["speed"] - NOMINAL).abs() == (points["speed"] - NOMINAL).abs().min()]
+    return {
+        "points": len(points),
+        "stable_period_1": int(((points["class"] == "periodic") & (points["period"] == 1)).sum()),
+        "chaotic": int(chaotic.sum()),
+        "lambda_max": highest["lambda_max"],
+        "lambda_stderr": highest["lambda_stderr"],
+        "lambda_at": [highest["speed"], highest["load"]],
+        "rms_mean": points["deflection_rms"].mean(),
+        "force_over_load": near.sort_values("load")[["load", "force_peak"]].to_numpy().tolist(),
+    }
+
+
+def sweep(run: Runner, variant: str) -> dict:
+    """Figure 10: speeds from 0.55 to 1.70 of the nominal one."""
+    points, _ = run.points("speed-sweep.toml", of_variant(variant))
+    ratio = points["speed"] / NOMINAL
+    window = points[(ratio > 1.20) & (ratio < 1.26)]
+    return {
+        "points": len(points),
+        "chaotic": int((points["class"] == "chaotic").sum()),
+        "window_lambda": window["lambda_max"].min(),
+        "window_chaotic": f"{int((window['class'] == 'chaotic').sum())} of {len(window)}",
+    }
+
+
+def probes(run: Runner, variant: str) -> dict:
+    """128 starts: the window's middle, both shoulders, and the nominal speed."""
+    speeds = [f'"{NOMINAL * ratio} rad/s"' for ratio in (1.0, 1.20, 1.23, 1.26)]
+    changes = ["grid.load=0.05", f"grid.speed={{values=[{','.join(speeds)}]}}"]
+    points, out = run.points("multistability.toml", [*of_variant(variant), *changes])
+    all_probes = pd.read_parquet(out / "probes.parquet")
+    attractors = pd.read_parquet(out / "attractors.parquet")
+    found = all_probes.merge(attractors, on=["point_id", "attractor_id"], suffixes=("", "_of"))
+    return {
+        "probes": len(all_probes),
+        "chaotic": int((found["class"] == "chaotic").sum()),
+        "attractors": points["attractors"].tolist(),
+        "lambda_in_window": points["lambda_max"].iloc[2],
+    }
+
+
+def modes(run: Runner, variant: str) -> dict:
+    """Figures 12 and 14: what is kept of 40 modes, at the strong point and two loads."""
+    points, _ = run.points("modes.toml", of_variant(variant))
+    kept = points[points["model.retained"] != 30].sort_values(["load", "model.retained"])
+    light, heavy = [kept[kept["load"] == load] for load in (0.05, 0.30)]
+    full = [table[table["model.retained"] == 40].iloc[0] for table in (light, heavy)]
+    augmented, _ = run.points("modes-mta.toml", of_variant(variant))
+    twenty = augmented[(augmented["model.retained"] == 20) & (augmented["load"] == 0.05)].iloc[0]
+    return {
+        "retained": light["model.retained"].tolist(),
+        "lambda": light["lambda_max"].tolist(),
+        "rms": light["deflection_rms"].tolist(),
+        "rms_augmented": twenty["deflection_rms"],
+        "pp": [at["deflection_pp"] for at in full],
+        "pp_over_rms": [at["deflection_pp"] / at["deflection_rms"] for at in full],
+        "force_peak": [at["force_peak"] for at in full],
+        "harmonics": [list(at["harmonics"]) for at in full],
+    }
+
+
+def horizon(run: Runner, variant: str) -> dict:
+    """Figure 8: twins of 40 modes, and how the mean contact force settles."""
+    points, out = run.points("horizon.toml", [*of_variant(variant), "grid.load=0.05"])
+    point, course = points.iloc[0], pd.read_parquet(out / "horizon.parquet")
+    force = course[course["quantity"] == "contact_force"]
+    parted = course[course["quantity"] == "separation"]
+    relative = (force["spread"] / force["value"]).to_numpy()
+    slope = np.polyfit(np.log(force["cycles"]), np.log(relative), 1)[0]
+    return {
+        "class": point["class"],
+        "lambda": point["lambda_max"],
+        "horizon": number(point["horizon"]),
+        "horizon_stderr": number(point["horizon_stderr"]),
+        "force_stderr": relative[-1],
+        "force_slope": slope,
+        "force_course": [force["cycles"].tolist(), relative.tolist()],
+        "separation_course": [parted["cycles"].tolist(), parted["value"].tolist()],
+    }
+
+
+def six(run: Runner, variant: str) -> dict:
+    """Figures 7 and 11: six degrees of freedom."""
+    separations = [10.0**-power for power in (6, 7, 8, 9)]
+    values = ",".join(map(str, separations))
+    changes = [
+        *of_variant(variant),
+        "grid.load=0.05",
+        "analyses.horizon={twins=64, separation=1e-6, cycles=400}",
+        f'grid."analyses.horizon.separation"={{values=[{values}]}}',
+    ]
+    points, out = run.points("orbits/strong.toml", changes)
+    points = points.sort_values("analyses.horizon.separation", ascending=False)
+    sparse, sparse_out = run.points("orbits/sparse.toml", [*of_variant(variant), "grid.load=0.05"])
+    return {
+        "lambda": points["lambda_max"].iloc[0],
+        "class": points["class"].iloc[0],
+        "events": points["events_per_cycle"].iloc[0],
+        "separations": separations,
+        "horizon": [number(value) for value in points["horizon"]],
+        "strong": orbit(out, 1),
+        "sparse_class": sparse["class"].iloc[0],
+        "sparse": orbit(sparse_out, 2),
+    }
+
+
+def orbit(out: Path, period: int) -> dict | None:
+    """The most stable orbit found with a period: leading multiplier, where a kick of 1e-5 is after one
+    return, and by how much it grows in each of the next five."""
+    orbits = pd.read_parquet(out / "orbits.parquet")
+    orbits = orbits[orbits["found"] & (orbits["period"] == period) & (orbits["events"] > 0)]
+    if orbits.empty:
+        return None
+    sizes = [np.hypot(o["multipliers_re"], o["multipliers_im"]) for _, o in orbits.iterrows()]
+    # Rotation of the whole drive is a pair at one, which nothing changes.
+    rigid = lambda o: np.abs(o["multipliers_re"] + 1j * o["multipliers_im"] - 1) < 1e-6  # noqa: E731
+    lead = [size[~rigid(o)].max() for size, (_, o) in zip(sizes, orbits.iterrows(), strict=True)]
+    best = int(np.argmin(lead))
+    o = orbits.iloc[best]
+    at = int(np.argmax(np.where(rigid(o), 0, sizes[best])))
+    distance = o["kick_distance"]
+    return {
+        "multiplier": [float(o["multipliers_re"][at]), float(o["multipliers_im"][at])],
+        "modulus": float(lead[best]),
+        "events": int(o["events"]),
+        "orbits": len(orbits),
+        "kick_first": float(distance[1]),
+        "kick_after": float((distance[6] / distance[1]) ** 0.2),
+    }
+
+
+def number(value) -> float | None:
+    return None if value is None or np.isnan(value) else float(value)
+
+
+def misalignment(run: Runner) -> dict:
+    """Stiffness at 1 mrad and 50 N m, by the table and with the shafts that give way."""
+    changes = [
+        'grid.speed="1200 rad/s"',
+        'grid."mesh.misalignment"={values=["0 mrad", "1 mrad"]}',
+        "run.cycles=400",
+    ]
+    found = {}
+    for name, tilt in {"table": "false", "loop": "true"}.items():
+        points, _ = run.points("misalignment.toml", [*changes, f"mesh.shaft_tilt={tilt}"])
+        level, askew = points.sort_values("mesh.misalignment")["mesh_stiffness"]
+        found[name] = askew / level - 1
     return found
 
 
-def page(record: dict, paper: dict, significant, run: str) -> str:
-    """The generated part."""
-    lines = [
-        BEGIN,
-        f"From [{run}](../benches/runs/{run}/summary.md). Ratio: ours over the paper's.",
-        "",
-        "| case | unit | paper | here | ratio | why they differ |",
-        "|---|---|---|---|---|---|",
-    ]
-    for case, theirs, ours, unit, why in rows(record, paper):
-        cells = [case, unit, significant(theirs), significant(ours), significant(ours / theirs, 2), why]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join([*lines, END])
+def drift(run: Runner) -> dict:
+    """A misalignment that drifts over five slices, against the same length on one of them."""
+    found = {}
+    for kernel in ("volterra", "spectral"):
+        changes, without = [], ["shaft_tilt"]
+        if kernel == "spectral":
+            # Tables know one line of action, and an error of loaded flanks as harmonics.
+            changes = [
+                'run.kernel="spectral"', 'mesh.coast_flank="same_line"', "excitation.table_harmonics=6",
+            ]  # fmt: skip
+            without.append("tolerance")
+        still = 'grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}'
+        times = {"drifting": [], "still": []}
+        for _ in range(3):
+            for name, more in {"drifting": [], "still": [still]}.items():
+                points, _ = run.points(
+                    "misalignment-drift.toml", [*changes, *more], ["--threads", "1"], without
+                )
+                simulated = (points["cycles"] * 2 * np.pi / (20 * NOMINAL)).sum()
+                times[name].append(simulated / points["wall_time"].sum())
+        found[kernel] = {name: median(values) for name, values in times.items()}
+    return found
 
 
-def rewrite(file: Path, record: dict, paper: dict, significant, run: str) -> None:
-    """Puts the figures of a run into the page."""
-    text = file.read_text()
-    before, rest = text.split(BEGIN)
-    _, after = rest.split(END)
-    file.write_text(before + page(record, paper, significant, run) + after)
+def friction(run: Runner) -> dict:
+    """Constant contact with friction: RMS by fused cycles and by small steps of 100 ns."""
+    changes = [
+        'mesh.coast_flank="same_line"', "mesh.friction=0.1", "grid.load=1.0", 'grid.speed="600 rad/s"',
+        "run.settle=false", "run.cycles=200",
+    ]  # fmt: skip
+    rms = {}
+    for kernel in ("fused", "stepping"):
+        more = ["run.steps=5236"] if kernel == "stepping" else []
+        points, _ = run.points(
+            "flex80.toml", [*changes, f'run.kernel="{kernel}"', *more], (), ["tolerance"]
+        )
+        rms[kernel] = points["deflection_rms"].iloc[0]
+    return {"rms": rms, "difference": abs(rms["fused"] / rms["stepping"] - 1)}
+
+
+def threads(run: Runner) -> dict:
+    """flex80 on one thread and on all, in turn."""
+    count = len(__import__("os").sched_getaffinity(0))
+    times = {1: [], count: []}
+    for _ in range(5):
+        for number_of, values in times.items():
+            clock = time.perf_counter()
+            run.points("flex80.toml", of_variant("one line, 10 µm"), ["--threads", str(number_of)])
+            values.append(time.perf_counter() - clock)
+    return {"threads": count, "seconds": {str(n): median(values) for n, values in times.items()}}
+
+
+def modal_data() -> dict:
+    """Condition of the eigenvector matrix in the paper's coordinates: modal displacements and velocities
+    as they are, the neutral block split off, of the default drive's elastic modes; and `c_res k` of its twenty
+    highest."""
+    data = tomllib.loads((ROOT / "tests/data/default-drive.modal.toml").read_text())
+    frequency, damping, mesh = (np.array(data[key]) for key in ("frequency", "damping", "mesh"))
+    stiffness, contact_damping = 4e8, 1483.0
+    found = {}
+    for name, k, c in [("free", 0.0, 0.0), ("contact", stiffness, contact_damping)]:
+        n = len(frequency)
+        matrix = np.block(
+            [
+                [np.zeros((n, n)), np.eye(n)],
+                [
+                    -np.diag(frequency**2) - k * np.outer(mesh, mesh),
+                    -np.diag(2 * damping * frequency) - c * np.outer(mesh, mesh),
+                ],
+            ]
+        )
+        values, vectors = la.eig(matrix)
+        elastic = np.abs(values) > 1.0
+        # One of each pair, as a real and an imaginary column of unit length together.
+        chosen = elastic & (values.imag > 0)
+        columns = np.concatenate([vectors[:, chosen].real, vectors[:, chosen].imag], axis=1)
+        # Columns span the elastic subspace: the condition is that of its singular values.
+        singular = np.linalg.svd(columns, compute_uv=False)
+        found[name] = singular[0] / singular[-1]
+    # What modes above the twentieth leave of the mesh's flexibility.
+    residual = stiffness * np.sum(mesh[20:] ** 2 / frequency[20:] ** 2)
+    return {"conditioning": found, "residual": residual}
+
+
+def waveforms(run: Runner, folder: Path) -> None:
+    """Figure 14 (a): a cycle of the deflection with 15, 20 and 40 modes."""
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.2), sharex=True)
+    for axis, variant in zip(axes, ["one line, 9 µm", "mirrored, 9 µm"], strict=True):
+        for kept, colour in zip([15, 20, 40], ["#E69F00", "#56B4E9", "#000000"], strict=True):
+            out = run(
+                "trace", "modes.toml", of_variant(variant),
+                ["--point", f"load=0.05,speed=1200,model.retained={kept}", "--cycles", "4"],
+            )  # fmt: skip
+            series = pd.read_parquet(out / "trace.parquet")
+            axis.plot(series["phase"], 1e6 * series["deflection"], color=colour, label=f"{kept} modes", lw=1.2)
+        axis.set_title(variant, fontsize=9)
+        axis.set_xlabel("mesh cycles")
+    axes[0].set_ylabel("deflection [µm]")
+    axes[0].legend(fontsize=8, frameon=False)
+    save(figure, folder / "waveform.png")
+
+
+def pictures(record: dict, folder: Path) -> None:
+    """Figures 7, 8 and 12: horizons, settling averages, orders, force over load."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2))
+    for variant in VARIANTS:
+        case = record["horizon"][variant]
+        label = dict(color=COLOURS[variant], label=variant)
+        left.semilogy(*case["separation_course"], **label)
+        right.loglog(*case["force_course"], **label)
+    left.set(xlabel="mesh cycles", ylabel="separation / half gap")
+    right.set(xlabel="mesh cycles averaged", ylabel="standard error / mean contact force")
+    left.legend(fontsize=7, frameon=False)
+    save(figure, folder / "horizon.png")
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2))
+    for place, variant in enumerate(VARIANTS):
+        colour = COLOURS[variant]
+        orders = 1e6 * np.array(record["modes"][variant]["harmonics"][0])
+        x = np.arange(1, len(orders) + 1) + 0.2 * (place - 1.5)
+        left.bar(x, orders, width=0.2, color=colour, label=variant)
+        loads, forces = np.transpose(record["plane"][variant]["force_over_load"])
+        right.plot(100 * loads, forces / 1e3, "o-", ms=3, color=colour)
+    left.set(xlabel="order of the mesh", ylabel="deflection [µm]")
+    left.set_yscale("log")
+    left.legend(fontsize=7, frameon=False)
+    right.plot([5, 30], [6.0, 9.6], "kx", label="paper")
+    right.set(xlabel="load [%]", ylabel="peak mesh force [kN]")
+    right.legend(fontsize=7, frameon=False)
+    save(figure, folder / "signatures.png")
+
+
+def save(figure, path: Path) -> None:
+    for axis in figure.axes:
+        axis.spines[["top", "right"]].set_visible(False)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def main(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    record = {"cpu": cpu(), "variants": VARIANTS}
+    with tempfile.TemporaryDirectory() as work:
+        run = Runner(Path(work))
+        for case in (plane, sweep, probes, modes, horizon, six):
+            record[case.__name__] = {}
+            for variant in VARIANTS:
+                record[case.__name__][variant] = case(run, variant)
+                print(f"{case.__name__}, {variant}", flush=True)
+        for case in (misalignment, drift, friction, threads):
+            record[case.__name__] = case(run)
+            print(case.__name__, flush=True)
+        record |= modal_data()
+        waveforms(run, folder)
+    pictures(record, folder)
+    text = json.dumps(record, indent=1, ensure_ascii=False, default=float)
+    (folder / "record.json").write_text(text + "\n")
+    write_page([])
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,14 +1,17 @@
-"""README's measured figures are those of the records under benches/runs/."""
+"""Figures of README and of docs/replication.md are those of the records under benches/runs/."""
 
 import pathlib
 import subprocess
 import sys
 
+import pytest
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
-def test_measured_figures_are_the_records():
+@pytest.mark.parametrize("script", ["front_page", "replication"])
+def test_measured_figures_are_the_records(script):
     done = subprocess.run(
-        [sys.executable, ROOT / "scripts/front_page.py", "--check"], capture_output=True, text=True
+        [sys.executable, ROOT / f"scripts/{script}.py", "--check"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
