@@ -1,11 +1,12 @@
 //! What is kept for windows whose length comes again: a kernel has a few lengths of its own,
 //! and cuts have any.
 
-/// Windows looked back at: more than a kernel has in a cycle between two of one length.
-const LOOKED_BACK: usize = 32;
+/// Windows looked back at: more than a kernel has in a cycle between two of one length, where a
+/// mesh computed from the gears cuts the cycle into sixty segments and at what its pairs do.
+const LOOKED_BACK: usize = 192;
 
-/// Most lengths kept.
-const MOST: usize = 8;
+/// Most lengths kept: as many as such a mesh has. With fewer, each would be made anew every cycle.
+const MOST: usize = 96;
 
 /// Values by length of window \[s\], for lengths that were met lately.
 #[derive(Debug, Clone)]
