@@ -27,6 +27,7 @@ mod point;
 mod questions;
 mod recurrence;
 mod recurring;
+mod runaway;
 pub mod sensitivity;
 mod signal;
 mod spectrum;

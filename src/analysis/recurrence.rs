@@ -88,6 +88,13 @@ impl Recurrence {
         self.next = (self.next + 1) % self.kept;
     }
 
+    /// The states kept, the oldest first.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = &[f64]> + Clone {
+        let count = self.states.len();
+        let oldest = self.next % count.max(1);
+        (0..count).map(move |i| self.states[(oldest + i) % count].as_slice())
+    }
+
     /// The state `back` cycles ago.
     fn past(&self, back: usize) -> &[f64] {
         let newest = self.next + self.kept - 1;

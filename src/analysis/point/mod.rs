@@ -22,9 +22,10 @@ use super::course::course;
 use super::dimension::kaplan_yorke;
 use super::lyapunov::{CYCLES_PER_AVERAGE, agree};
 use super::norm::EnergyNorm;
-use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome};
+use super::outcome::{Class, LyapunovMethod, LyapunovOutcome, PointOutcome, Status};
 use super::questions::{GrowthNorm, Questions};
 use super::recurrence::Recurrence;
+use super::runaway::Bounds;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::statistics::{FEWEST_BLOCKS, mean, standard_error};
 use crate::propagate::{Counters, Kernel};
@@ -98,9 +99,14 @@ impl<K: Kernel> PointRun<'_, K> {
         }
         self.audit(self.questions.audit_cycles)?;
         let mut instruments = self.align()?;
+        let bounds = Bounds::new(self.model);
         while instruments.measured < self.questions.cycles {
             let block = BLOCK.min(self.questions.cycles - instruments.measured);
             self.measure(&mut instruments, block)?;
+            let states = instruments.recurrence.states();
+            if let Some(runaway) = bounds.left_by(self.model, states) {
+                return Ok(self.unanswered(Status::Diverged, runaway.to_string()));
+            }
             if let Some(period) = instruments.recurrence.period(&self.norm)
                 && let Some(outcome) = self.settle(Repeating {
                     period,

@@ -201,11 +201,16 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// The outcome of an integration that a kernel ended.
     pub(super) fn stopped(&self, stop: Stop) -> Result<PointOutcome, CalledOff> {
-        Ok(PointOutcome {
+        Ok(self.unanswered(Status::try_from(stop)?, stop.to_string()))
+    }
+
+    /// The outcome of an integration without answers.
+    pub(super) fn unanswered(&self, status: Status, reason: String) -> PointOutcome {
+        PointOutcome {
             energy_residual: self.energy_residual,
             grazing_count: self.counters.grazings,
             cycles: self.counters.cycles,
-            ..PointOutcome::unanswered(Status::try_from(stop)?, stop.to_string())
-        })
+            ..PointOutcome::unanswered(status, reason)
+        }
     }
 }

@@ -1,0 +1,118 @@
+//! Does a motion grow without bound?
+//!
+//! Far beyond the gap a drive is linear but for which flank touches, so that what has grown there by a factor goes on
+//! growing by it. Stiffness that varies, met by either flank at a phase of its own, pumps such a motion where damping takes less
+//! than it gives.
+
+use crate::model::{InitialState, Model};
+
+/// Deflections up to this many half gaps, or static deflections, are those of a motion about the gap.
+const BEYOND: f64 = 1e3;
+
+/// By how much the largest deflection of the last quarter of the cycles exceeds that of the first where a
+/// motion grows: more than the beat of one that does not.
+const GROWN: f64 = 10.0;
+
+/// Latest states of which one at least is far out in a motion that grows.
+const LATEST: usize = 8;
+
+/// Fewest cycles that are told apart in quarters.
+const FEWEST: usize = 40;
+
+/// Watches for motions that grow without bound.
+#[derive(Debug, Clone, Copy)]
+pub struct Bounds {
+    /// What deflections of bounded motions are measured by \[m\].
+    unit: f64,
+}
+
+/// A motion that grows, with the remedy.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "the deflection grows by {:.2} % a mesh cycle, to {half_gaps:.1e} half gaps, and nothing bounds it: stiffness that \
+     varies gives more than damping takes; raise mesh.contact_damping, or leave this speed",
+    100.0 * (growth - 1.0)
+)]
+pub struct Runaway {
+    /// Its largest deflection at the start of a mesh cycle \[half gaps\].
+    pub half_gaps: f64,
+    /// Mean growth a mesh cycle.
+    pub growth: f64,
+}
+
+impl Bounds {
+    /// Those of a model.
+    pub fn new(model: &Model) -> Self {
+        let rest = model.start(&InitialState::Static);
+        let deflection = model.deflection(&rest.state, 0.0).0.abs();
+        Self {
+            unit: model.half_gap.max(deflection),
+        }
+    }
+
+    /// Whether the states at the starts of successive mesh cycles, the oldest first, grow beyond all bounds.
+    pub fn left_by<'a>(
+        &self,
+        model: &Model,
+        states: impl ExactSizeIterator<Item = &'a [f64]> + Clone,
+    ) -> Option<Runaway> {
+        let count = states.len();
+        let far = |state: &[f64]| model.deflection(state, 0.0).0.abs() > BEYOND * self.unit;
+        // Nearly every motion is told from its latest states.
+        if count < FEWEST || !states.clone().skip(count - LATEST).any(far) {
+            return None;
+        }
+        let quarter = count / 4;
+        let [mut first, mut last] = [0.0_f64; 2];
+        for (cycle, state) in states.enumerate() {
+            let deflection = || model.deflection(state, 0.0).0.abs();
+            if cycle < quarter {
+                first = first.max(deflection());
+            } else if cycle >= count - quarter {
+                last = last.max(deflection());
+            }
+        }
+        let grown = last > BEYOND * self.unit && last > GROWN * first;
+        grown.then(|| Runaway {
+            half_gaps: last / model.half_gap,
+            growth: (last / first).powf(1.0 / (count - quarter) as f64),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::OperatingPoint;
+    use crate::model::fixtures::{constant_mesh, one_mode};
+
+    /// A motion by its deflections \[half gaps\] at the starts of cycles.
+    fn look(deflections: impl Iterator<Item = f64>) -> Option<Runaway> {
+        let point = OperatingPoint {
+            load: 1.0,
+            speed: 1.0,
+        };
+        let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point).unwrap();
+        let gain = model.first_gains()[0].deflection[0];
+        let states: Vec<[f64; 2]> = deflections
+            .map(|deflection| [deflection * model.half_gap / gain, 0.0])
+            .collect();
+        Bounds::new(&model).left_by(&model, states.iter().map(|state| &state[..]))
+    }
+
+    #[test]
+    fn growth_beyond_the_gap_is_found_and_beats_are_not() {
+        let growing = |from: f64, rate: f64| (0..200).map(move |n| from * rate.powi(n));
+        let found = look(growing(100.0, 1.05)).unwrap();
+        assert!((found.growth - 1.05).abs() < 1e-3, "{found:?}");
+        assert!((found.half_gaps / (100.0 * 1.05_f64.powi(199)) - 1.0).abs() < 1e-2);
+        assert!(found.to_string().contains("5.00 %"), "{found}");
+        // Growth about the gap, one that is slow, a decay, a beat, and a start that is short.
+        assert_eq!(look(growing(1e-3, 1.05)), None);
+        assert_eq!(look(growing(1e4, 1.005)), None);
+        assert_eq!(look(growing(1e9, 0.95)), None);
+        let beat = (0..200).map(|n| 1e5 * (0.1 * f64::from(n)).sin());
+        assert_eq!(look(beat), None);
+        assert_eq!(look(growing(1e4, 2.0).take(30)), None);
+    }
+}
