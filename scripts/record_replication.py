@@ -322,7 +322,8 @@ def waveforms(run: Runner, folder: Path) -> None:
                 ["--point", f"load=0.05,speed=1200,model.retained={kept}", "--cycles", "4"],
             )  # fmt: skip
             series = pd.read_parquet(out / "trace.parquet")
-            axis.plot(series["phase"], 1e6 * series["deflection"], color=colour, label=f"{kept} modes", lw=1.2)
+            cycles = series["cycle"] - series["cycle"].iloc[0] + series["phase"]
+            axis.plot(cycles, 1e6 * series["deflection"], color=colour, label=f"{kept} modes", lw=1.2)
         axis.set_title(variant, fontsize=9)
         axis.set_xlabel("mesh cycles")
     axes[0].set_ylabel("deflection [µm]")
