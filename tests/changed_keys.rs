@@ -107,6 +107,25 @@ fn every_command_takes_changes_and_pipes() {
     assert_eq!(record["set"], json!(["run.cycles=320", "run.transient=30"]));
 }
 
+/// A key that stands in the way of another is taken out.
+#[test]
+fn keys_are_taken_out() {
+    let place = Place::new(OSCILLATOR);
+    let stepping = ["check", "m.toml", "--set", "run.kernel=stepping"];
+    let exact = "--set=run.tolerance=roundoff";
+    let told = stderr(&place.atlas(&[&stepping[..], &[exact]].concat()));
+    assert!(told.contains("no effect"), "{told}");
+    let output = place.atlas(&[&stepping[..], &[exact, "--set", "run.tolerance="]].concat());
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let output = place.atlas(&["check", "m.toml", "--set", "run.steps="]);
+    assert_eq!(status(&output), 2);
+    assert!(
+        stderr(&output).contains("nothing to take out"),
+        "{}",
+        stderr(&output)
+    );
+}
+
 #[test]
 fn faults_of_changes_point_to_them() {
     let place = Place::new(OSCILLATOR);

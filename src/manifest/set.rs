@@ -1,7 +1,7 @@
 //! Keys that a command gives other values than the manifest has: `mesh.half_gap=20 um`.
 //!
 //! Each is a source of its own, so that a fault in it is shown there. The key may be dotted and count the entries
-//! of lists from 0; the value is TOML, or a text without quotes where it is none.
+//! of lists from 0; the value is TOML, or a text without quotes where it is none. Without a value the key is taken out.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::grid::GridAxis;
@@ -31,6 +31,21 @@ pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &mut Issues) ->
             continue;
         };
         let path: Vec<&str> = changed.path.iter().map(String::as_str).collect();
+        let Some(node) = node else {
+            if !tree.take_out(&path) {
+                issues.push(
+                    Diagnostic::new(
+                        DiagnosticKind::UnknownKey,
+                        changed.key_span,
+                        &changed.name(),
+                        format!("`{}` is not in the manifest", changed.name()),
+                    )
+                    .label("nothing to take out")
+                    .remedy("a key without a value is taken out of the manifest; give it a value, or leave this out"),
+                );
+            }
+            continue;
+        };
         match tree.put(&path, node) {
             Ok(()) => applied.push(changed),
             Err(short) => issues.push(
@@ -72,8 +87,8 @@ pub(super) fn check_axes(changes: &[Changed], axes: &[GridAxis], issues: &mut Is
     }
 }
 
-/// The key and the value of a text `KEY=VALUE`; none where it is no such text, reported.
-fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Node)> {
+/// The key and the value, if any, of a text `KEY=VALUE`; none where it is no such text, reported.
+fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Option<Node>)> {
     let span = |start: usize, end: usize| Span { source, start, end };
     let Some((key, value)) = text.split_once('=') else {
         issues.push(
@@ -104,6 +119,9 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Node
     };
     let changed = Changed { path, key_span };
     let bare = value.trim();
+    if bare.is_empty() {
+        return Some((changed, None));
+    }
     let start = text.len() - value.trim_start().len();
     let value_span = span(start, start + bare.len());
     let node = match DeTable::parse(text) {
@@ -124,7 +142,7 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Node
                 None
             })?
         }
-        Err(error) if bare.is_empty() || bare.starts_with(['[', '{', '"', '\'']) => {
+        Err(error) if bare.starts_with(['[', '{', '"', '\'']) => {
             syntax::report(source, text, &[error], issues);
             return None;
         }
@@ -133,7 +151,7 @@ fn read(source: usize, text: &str, issues: &mut Issues) -> Option<(Changed, Node
             value: Value::Text(bare.to_owned()),
         },
     };
-    Some((changed, node))
+    Some((changed, Some(node)))
 }
 
 /// The parts of a dotted key.
@@ -166,7 +184,25 @@ mod tests {
         let source = issues.add_source("--set".to_owned(), text.to_owned());
         let (changed, node) = read(source, text, &mut issues).unwrap();
         assert_eq!(issues.count(), 0, "{text}");
-        (changed.path, node.value)
+        (changed.path, node.unwrap().value)
+    }
+
+    #[test]
+    fn a_key_without_a_value_is_taken_out() {
+        let take = |change: &str| {
+            let mut issues = Issues::default();
+            let text = "[run]\ncycles = 3\ntolerance = 1\n[[a.b]]\nc = 1\n";
+            let source = issues.add_source("m.toml".to_owned(), text.to_owned());
+            let mut root = tree::parse(source, &mut issues);
+            apply(&mut root, &[change.to_owned()], &mut issues);
+            let left = [&["run", "tolerance"][..], &["a", "b", "0", "c"]];
+            (left.map(|path| root.take_out(path)), issues.count())
+        };
+        assert_eq!(take("run.tolerance="), ([false, true], 0));
+        assert_eq!(take("a.b.0.c = "), ([true, false], 0));
+        for absent in ["run.transient=", "run.cycles.x=", "a.b.1.c="] {
+            assert_eq!(take(absent), ([true, true], 1), "{absent}");
+        }
     }
 
     #[test]
@@ -196,7 +232,6 @@ mod tests {
             ("mesh.half_gap", DiagnosticKind::Syntax, 0),
             ("=3", DiagnosticKind::Syntax, 0),
             ("mesh.half gap=3", DiagnosticKind::Syntax, 0),
-            ("run.cycles=", DiagnosticKind::Syntax, 11),
             ("a=1\nb=2", DiagnosticKind::Syntax, 0),
         ] {
             let mut issues = Issues::default();

@@ -91,6 +91,30 @@ impl Node {
         }
     }
 
+    /// Takes the key at a path out of its table; whether it was there.
+    pub fn take_out(&mut self, path: &[&str]) -> bool {
+        let Some((first, rest)) = path.split_first() else {
+            return false;
+        };
+        match &mut self.value {
+            Value::Table(entries) => {
+                let Some(index) = entries.iter().position(|entry| entry.key == *first) else {
+                    return false;
+                };
+                if rest.is_empty() {
+                    entries.remove(index);
+                    return true;
+                }
+                entries[index].node.take_out(rest)
+            }
+            Value::Array(items) => {
+                let item = first.parse::<usize>().ok().and_then(|i| items.get_mut(i));
+                item.is_some_and(|item| item.take_out(rest))
+            }
+            _ => false,
+        }
+    }
+
     /// Puts `node` at a path of keys and array indices, making tables on the way.
     ///
     /// Returns the length of the array that is too short, when one is.
