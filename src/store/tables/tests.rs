@@ -93,7 +93,7 @@ fn a_table_is_built_once_and_has_every_bit_again() {
     );
     // Another kind or other inputs are another table.
     let other = json!({ "teeth": [25, 32], "module": 0.003 });
-    for (kind, inputs) in [(CacheKind::Mesh, other), (CacheKind::Spectral, inputs())] {
+    for (kind, inputs) in [(CacheKind::Mesh, other), (CacheKind::Bases, inputs())] {
         let build = || Ok::<_, Infallible>(Arrays::new());
         assert_eq!(
             store.get_or_build(kind, &inputs, build).unwrap().origin,
@@ -278,7 +278,7 @@ fn other_inputs_under_a_name_are_refused() {
         refusal(&fetch(&store))
     };
     assert!(fault(CacheKind::Mesh, "{}").contains("was computed from other inputs"));
-    let spectral = fault(CacheKind::Spectral, INPUTS);
+    let spectral = fault(CacheKind::Bases, INPUTS);
     assert!(spectral.contains("holds a spectral table where a mesh table is wanted"));
     // A hash of other bytes, under a checksum that holds.
     let mut bytes = file();
