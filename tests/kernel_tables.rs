@@ -170,7 +170,7 @@ fn other_numbers_are_another_table() {
         |case| case.1.damping *= 1.0 + 1e-15,
         |case| case.1.friction *= 1.0 + 1e-15,
         |case| {
-            let more = case.1.transmission_error[1].clone();
+            let more = case.1.transmission_error[1];
             case.1.transmission_error.push(more);
         },
     ];
