@@ -8,7 +8,7 @@ mod common;
 
 use atlas::model::{InitialState, Model};
 use atlas::propagate::{
-    Counters, DenseError, Event, Fused, KeptKernel, Kernel, KernelChoice, KernelUse, Observer,
+    Counters, DenseError, Event, Fused, Kernel, KernelChoice, KernelTable, KernelUse, Observer,
     Spectral, Tangents, Window,
 };
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -135,12 +135,7 @@ impl KernelUse for Count<'_> {
 }
 
 fn count(kernel: KernelChoice, model: &Model) -> Result<u64, DenseError> {
-    let kept = |kind, cells| {
-        Ok(Box::new(match kind {
-            KeptKernel::Spectral => Spectral::new(model, cells, EVENT_LIMIT, None)?.arrays(),
-            KeptKernel::Fused => Fused::new(model, cells, EVENT_LIMIT)?.arrays(),
-        }))
-    };
+    let kept = |table: KernelTable| Ok(Box::new(table.arrays(model)?));
     kernel.apply(model, EVENT_LIMIT, kept, Count(model))
 }
 

@@ -111,7 +111,20 @@ fn threads_and_shards_change_nothing() {
 /// Machines that are not there: workers spread otherwise, tables copied otherwise.
 #[test]
 fn the_machine_changes_nothing() {
-    let place = Place::new(OSCILLATOR);
+    the_machine_changes_nothing_of(OSCILLATOR);
+}
+
+/// Tables of kernels are copied to nodes as well, and workers keep to those of theirs.
+#[test]
+fn the_machine_changes_nothing_of_kernels_with_tables() {
+    for kernel in ["spectral", "fused"] {
+        let kernel = format!("[run]\nkernel = \"{kernel}\"");
+        the_machine_changes_nothing_of(&OSCILLATOR.replace("[run]", &kernel));
+    }
+}
+
+fn the_machine_changes_nothing_of(manifest: &str) {
+    let place = Place::new(manifest);
     let here = place.whole("here", &["--threads", "1"]);
     for (machine, copied) in [
         ("package:1 core:1 pu:1", false),

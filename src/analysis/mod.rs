@@ -4,6 +4,7 @@
 mod analyses;
 mod called_off;
 mod classify;
+mod contact_jumps;
 pub mod continuation;
 mod coupled_modes;
 mod course;
@@ -37,6 +38,7 @@ mod twin;
 
 pub use analyses::Analyses;
 pub use called_off::CalledOff;
+pub use contact_jumps::ContactJumps;
 pub use covariant::{
     ANGLE_SHARES, AngleOutcome, CovariantError, CovariantOutcome, CovariantQuestion, MOST_MEMORY,
     covariant_vectors,

@@ -10,6 +10,7 @@
 //! so that sampling has no influence on the motion. An instant that falls on the joint of
 //! two windows is read off the later one: stiffness steps and entries show their new force.
 
+use super::contact_jumps::ContactJumps;
 use super::modal_series::{ModalMotion, padded};
 use super::outputs::Outputs;
 use super::questions::Signals;
@@ -88,6 +89,8 @@ pub trait TraceSink {
 pub struct TraceOutcome {
     /// Whole mesh cycles recorded.
     pub cycles: u64,
+    /// Mesh cycles before them that were not integrated one by one: contact was certain to last.
+    pub jumped: u64,
     /// Samples handed to the sink.
     pub samples: u64,
     /// Events handed to the sink.
@@ -98,7 +101,8 @@ pub struct TraceOutcome {
     pub stop: Option<Stop>,
 }
 
-/// Traces a trajectory from `start`. What was recorded before the kernel gave up is with
+/// Traces a trajectory from `start`. Cycles that are skipped are not integrated one by one where
+/// contact is certain to last. What was recorded before the kernel gave up is with
 /// the sink, and the outcome says why it did.
 ///
 /// # Errors
@@ -129,24 +133,35 @@ pub fn trace<K: Kernel, S: TraceSink>(
     );
     let mut cycles = 0;
     let mut stop = kernel.accepts(model, &trajectory).err();
+    let mut jumps = ContactJumps::new(model);
+    let mut jumped = 0;
+    if stop.is_none() {
+        let mut left = question.skip;
+        while left > 0 && stop.is_none() {
+            let leap = jumps.jump(kernel, &mut trajectory, left, &mut workspace);
+            (jumped, left) = (jumped + leap, left - leap);
+            if left > 0 {
+                stop = kernel
+                    .advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
+                    .err();
+                jumps.marched();
+                left -= 1;
+            }
+        }
+    }
     let wanted = match stop {
-        None => question.skip.saturating_add(question.cycles),
+        None => question.cycles,
         Some(_) => 0,
     };
-    for integrated in 0..wanted {
-        let recording = integrated >= question.skip;
-        let result = if recording {
-            watch.0.next = 0;
-            kernel.advance(
-                1,
-                &mut trajectory,
-                &mut workspace,
-                &mut watch,
-                &mut counters,
-            )
-        } else {
-            kernel.advance(1, &mut trajectory, &mut workspace, &mut (), &mut counters)
-        };
+    for _ in 0..wanted {
+        watch.0.next = 0;
+        let result = kernel.advance(
+            1,
+            &mut trajectory,
+            &mut workspace,
+            &mut watch,
+            &mut counters,
+        );
         if let Some(refusal) = watch.0.refused.take() {
             return Err(refusal);
         }
@@ -154,10 +169,11 @@ pub fn trace<K: Kernel, S: TraceSink>(
             stop = Some(reason);
             break;
         }
-        cycles += u64::from(recording);
+        cycles += 1;
     }
     Ok(TraceOutcome {
         cycles,
+        jumped,
         samples: watch.0.samples,
         events: watch.0.events,
         nvh: watch.1.outcome(),

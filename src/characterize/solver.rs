@@ -11,7 +11,7 @@ use super::plan::{Mesh, Sharing, Solver};
 use super::tables::{BuiltTables, LocalTables};
 use super::team::{self, HardwareThread, Pace};
 use crate::model::{Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Counters, Fused, Kernel, Spectral, Stop, Volterra};
+use crate::propagate::{Counters, Fused, KeptTables, Kernel, Spectral, Stop, Volterra};
 use crate::topology::Topology;
 
 /// Unit steps of the dense tables, as published.
@@ -121,7 +121,7 @@ pub fn measure(
             advance(topology, &models, &nodes, &kernels, teams, pace)
         }
         Solver::Spectral => {
-            let built = || Ok(Spectral::new(&models[0], CELLS, EVENT_LIMIT, None)?.arrays());
+            let built = || Spectral::arrays(&models[0]);
             let copies: Vec<Vec<LocalTables>> = copies(built_tables.of(solver, modes, built)?)?;
             let kernels = on_each(topology, &nodes, |node| {
                 let pairs = models.iter().zip(&copies[node]);
@@ -134,12 +134,19 @@ pub fn measure(
             advance(topology, &models, &nodes, &kernels, teams, pace)
         }
         Solver::Fused => {
-            let built = || Ok(Fused::new(&models[0], CELLS, EVENT_LIMIT)?.arrays());
+            let built = || {
+                let mut arrays = Spectral::arrays(&models[0])?;
+                arrays.extend(Fused::arrays(&models[0], CELLS)?);
+                Ok(arrays)
+            };
             let copies: Vec<Vec<LocalTables>> = copies(built_tables.of(solver, modes, built)?)?;
             let kernels = on_each(topology, &nodes, |node| {
                 let pairs = models.iter().zip(&copies[node]);
                 pairs
-                    .map(|(model, copy)| Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, copy)?))
+                    .map(|(model, copy)| {
+                        let kept: [&dyn KeptTables; 2] = [copy, copy];
+                        Ok(Fused::of_kept(model, CELLS, EVENT_LIMIT, kept)?)
+                    })
                     .collect()
             })?;
             advance(topology, &models, &nodes, &kernels, teams, pace)

@@ -37,7 +37,8 @@ pub struct TraceArgs {
     /// Mesh cycles recorded.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub cycles: u64,
-    /// Mesh cycles integrated before [default: run.transient of the manifest].
+    /// Mesh cycles before these [default: run.transient of the manifest], integrated one by one
+    /// unless contact is certain to last.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=1_000_000_000))]
     pub skip: Option<u64>,
     /// Samples a mesh cycle, evenly spaced from mesh phase 0.
@@ -197,7 +198,7 @@ fn record(
         question,
         folder,
     };
-    let kept = |kernel, cells| parts.kernels().get(kernel, model, cells);
+    let kept = |table| parts.kernels().get(table, model);
     let recorded = (run.kernel).apply(model, run.event_limit, kept, recording);
     Ok(recorded.map_err(|error| build::BuildError::tables(error, model))??)
 }
@@ -257,6 +258,18 @@ fn summary(
             },
         ),
     ];
+    if outcome.jumped > 0 {
+        lines.insert(
+            1,
+            (
+                "skipped",
+                format!(
+                    "{} mesh cycles, {} of them at once: contact was certain to last",
+                    question.skip, outcome.jumped
+                ),
+            ),
+        );
+    }
     if let Some(nvh) = &outcome.nvh {
         let [drive, free, coast, both] = nvh.fractions.map(|f| 100.0 * f);
         lines.push((
@@ -299,6 +312,7 @@ fn summary_json(
         "point": values,
         "direction": point.direction.map(|direction| direction.name()),
         "cycles": outcome.cycles,
+        "jumped": outcome.jumped,
         "samples": outcome.samples,
         "events": outcome.events,
         "events_per_cycle": events_per_cycle(outcome),

@@ -1,6 +1,9 @@
 //! The kernels by name, each with its settings: the one place that tells them apart.
 
-use super::{DenseError, Dyadic, Fused, Hermite, KeptTables, Kernel, Spectral, Stepping, Volterra};
+use super::{
+    DenseError, Dyadic, Fused, Hermite, KeptTables, Kernel, Spectral, Stepping, TableArray,
+    Volterra,
+};
 use crate::model::Model;
 use serde::Serialize;
 use std::ops::Deref;
@@ -44,13 +47,29 @@ pub enum KernelChoice {
     },
 }
 
-/// Kernels whose tables are worth keeping.
+/// Tables that are worth keeping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum KeptKernel {
-    /// [`Spectral`].
-    Spectral,
-    /// [`Fused`].
-    Fused,
+pub enum KernelTable {
+    /// Bases of a structure and its mesh: of [`Spectral`] and of [`Fused`], at every speed.
+    Bases,
+    /// Products of cells at one speed: of [`Fused`].
+    Runs {
+        /// Fewest unit steps a mesh cycle.
+        cells: u32,
+    },
+}
+
+impl KernelTable {
+    /// Computes a table of a model, as arrays.
+    ///
+    /// # Errors
+    /// Tables do not fit the model.
+    pub fn arrays(self, model: &Model) -> Result<Vec<TableArray>, DenseError> {
+        match self {
+            Self::Bases => Spectral::arrays(model),
+            Self::Runs { cells } => Fused::arrays(model, cells),
+        }
+    }
 }
 
 /// What is done with a kernel, whichever it is.
@@ -100,7 +119,7 @@ impl KernelChoice {
         self,
         model: &Model,
         event_limit: u32,
-        kept: impl FnOnce(KeptKernel, u32) -> Result<T, E>,
+        kept: impl Fn(KernelTable) -> Result<T, E>,
         user: U,
     ) -> Result<U::Output, E>
     where
@@ -116,18 +135,22 @@ impl KernelChoice {
             Self::Dyadic { cells } => user.with(&Dyadic::new(model, cells, event_limit)?),
             Self::Hermite { cells } => user.with(&Hermite::new(model, cells, event_limit)?),
             Self::Spectral { cells, event_grid } => {
-                let tables = kept(KeptKernel::Spectral, cells)?;
+                let bases = kept(KernelTable::Bases)?;
                 user.with(&Spectral::of_kept(
                     model,
                     cells,
                     event_limit,
                     event_grid,
-                    &*tables,
+                    &*bases,
                 )?)
             }
             Self::Fused { cells } => {
-                let tables = kept(KeptKernel::Fused, cells)?;
-                user.with(&Fused::of_kept(model, cells, event_limit, &*tables)?)
+                let (bases, runs) = (
+                    kept(KernelTable::Bases)?,
+                    kept(KernelTable::Runs { cells })?,
+                );
+                let kernel = Fused::of_kept(model, cells, event_limit, [&*bases, &*runs])?;
+                user.with(&kernel)
             }
         })
     }

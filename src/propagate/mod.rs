@@ -17,11 +17,11 @@ mod stepping;
 mod tangents;
 mod volterra;
 
-pub use choice::{KeptKernel, KernelChoice, KernelUse};
+pub use choice::{KernelChoice, KernelTable, KernelUse};
 pub use counters::Counters;
 pub use dense::{
-    Conditioning, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator, PowerJumps, Spectral,
-    TableArray, TableSize,
+    Conditioning, DYADIC_BYTES, DenseError, Dyadic, Fused, Hermite, KeptTables, Operator,
+    PowerJumps, Spectral, TableArray, TableSize, bases_form,
 };
 pub use interrupt::Interruptible;
 pub use observer::{ClosedContact, Event, Observer, Window};

@@ -1,24 +1,26 @@
-//! What the operators of a kernel's table are like: their size beside that of dyadic tables of
-//! the same model, condition numbers, what a propagator loses when it is rebuilt from its basis.
+//! What the bases of kernels are like: their size beside that of dyadic tables of the same model,
+//! condition numbers, what a propagator loses when it is rebuilt from its basis.
 
 use std::fmt::Write;
 
 use serde::Serialize;
 
 use super::numbers::{number, size_text};
-use crate::store::{CacheKind, DYADIC_BYTES, MappedTable};
+use crate::propagate::DYADIC_BYTES;
+use crate::store::{CacheKind, MappedTable};
 
 /// Arrays of operators.
-const OPERATORS: [&str; 5] = ["inverse", "matrix", "run_map", "run_ends", "cycle_map"];
+const OPERATORS: [&str; 2] = ["inverse", "matrix"];
 
-/// The operators of a kernel's table.
+/// The bases of a kernel's table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OperatorSummary {
     /// Bases of segments in contact, and of free flight.
     pub bases: [usize; 2],
     /// Operators \[bytes\].
     pub bytes: u64,
-    /// Tables of the dyadic kernel for the same model \[bytes\].
+    /// Tables of the dyadic kernel for the same model at one speed, in cells of one length
+    /// \[bytes\].
     pub dyadic_bytes: u64,
     /// Largest condition number of an eigenvector basis, in contact and in free flight.
     pub condition: [f64; 2],
@@ -28,10 +30,9 @@ pub struct OperatorSummary {
 }
 
 impl OperatorSummary {
-    /// The summary of a table; none where it is of no kernel.
+    /// The summary of a table; none where it holds no bases.
     pub fn of(table: &MappedTable) -> Option<Self> {
-        let kind = table.header().kind;
-        if !matches!(kind, CacheKind::Spectral | CacheKind::Fused) {
+        if table.header().kind != CacheKind::Bases {
             return None;
         }
         let values = |name: &str| table.array(name).ok().map(|(_, values)| values);
@@ -73,7 +74,7 @@ impl OperatorSummary {
             (
                 "operators",
                 format!(
-                    "{}; dyadic tables of the same model: {} ({ratio:.1} times)",
+                    "{}; dyadic tables of the same model: {} ({ratio:.1} times) a speed",
                     size_text(own),
                     size_text(dyadic)
                 ),

@@ -29,7 +29,7 @@ pub struct TableSummary {
     pub used: String,
     /// What it was computed from.
     pub inputs: Value,
-    /// What its operators are like, where it is of a kernel.
+    /// What its operators are like, where it holds bases of kernels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operators: Option<OperatorSummary>,
     /// Its arrays.
@@ -78,6 +78,20 @@ impl TableSummary {
         })
     }
 
+    /// Which operating points use it.
+    fn serves(&self) -> String {
+        match self.kind {
+            CacheKind::Mesh => "every speed".into(),
+            CacheKind::Bases => {
+                "every speed, load, gap and excitation; kernels spectral, fused".into()
+            }
+            CacheKind::Runs => {
+                let period = self.inputs["period"].as_f64().map_or("–".into(), number);
+                format!("the speed of mesh period {period} s, every load and gap; kernel fused")
+            }
+        }
+    }
+
     /// The summary as text for a terminal.
     pub fn render(&self) -> String {
         let mut text = String::new();
@@ -86,6 +100,7 @@ impl TableSummary {
             ("key", &self.key),
             ("file", &self.file.display().to_string()),
             ("size", &size_text(self.bytes)),
+            ("serves", &self.serves()),
             ("computed by", &self.program),
             ("last used", &self.used),
         ] {

@@ -97,8 +97,8 @@ pub use seal::TableRecord;
 pub use table::{Column, Table};
 pub use tables::{
     ArrayHeader, Arrays, CacheEntry, CacheError, CacheFault, CacheHeader, CacheKind, CacheWarning,
-    Cleaned, DYADIC_BYTES, Fetched, FetchedMesh, MappedTable, MeshFetchError, OperatorFetchError,
-    Origin, TableStore, Unwanted,
+    Cleaned, Fetched, FetchedMesh, MappedTable, MeshFetchError, OperatorFetchError, Origin,
+    TableStore, Unwanted,
 };
 pub use trace::{TraceLabel, TraceWriter, events_table, trace_table};
 pub use whole::{WholeFile, write_whole};

@@ -1,64 +1,143 @@
 //! Tables of dense kernels of a job: fetched from the cache or computed, once for all points
-//! that share them.
+//! that share them; on a machine with several NUMA nodes copied where that pays.
 
 use crate::model::Model;
-use crate::propagate::KeptKernel;
+use crate::propagate::KernelTable;
 use crate::store::{Fetched, MappedTable, OperatorFetchError, TableStore};
-use std::collections::{BTreeSet, HashMap};
-use std::path::PathBuf;
+use crate::topology::{Room, TABLES_AT_HAND};
+use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+/// An array of bases that is large.
+const LARGE: &str = "inverse";
 
 /// A table, for as long as some kernel uses it.
 type Place = Arc<Mutex<Weak<MappedTable>>>;
 
-/// Kernel tables at hand. A table that no kernel uses any more is let go: its file remains, and
-/// memory does not grow with the number of speeds.
+/// What workers of all nodes share.
 #[derive(Debug)]
-pub struct KernelTables {
+struct Common {
     store: TableStore,
     places: Mutex<HashMap<PathBuf, Place>>,
     warnings: Mutex<BTreeSet<String>>,
+}
+
+/// Kernel tables at hand. A few that were used last stay there, so that memory does not grow with
+/// the grid; of others the file remains.
+#[derive(Debug)]
+pub struct KernelTables {
+    common: Arc<Common>,
+    /// Those used last, the last one first.
+    at_hand: Mutex<VecDeque<(PathBuf, Arc<MappedTable>)>>,
+    /// Of the workers of one NUMA node: what it offers to copies.
+    room: Option<Room>,
 }
 
 impl KernelTables {
     /// Tables kept in a store.
     pub fn new(store: TableStore) -> Self {
         Self {
-            store,
-            places: Mutex::default(),
-            warnings: Mutex::default(),
+            common: Arc::new(Common {
+                store,
+                places: Mutex::default(),
+                warnings: Mutex::default(),
+            }),
+            at_hand: Mutex::default(),
+            room: None,
         }
     }
 
-    /// The tables of a kernel for a model in so many `cells` a mesh cycle. Workers that want the
-    /// same ones wait for the one that computes them.
+    /// The same tables, of which the workers of one NUMA node make copies of their own where
+    /// there is room.
+    pub fn on_node(&self, room: Room) -> Self {
+        Self {
+            common: self.common.clone(),
+            at_hand: Mutex::default(),
+            room: Some(room),
+        }
+    }
+
+    /// A table of a kernel for a model. Workers that want the same one wait for the one that
+    /// computes it.
     ///
     /// # Errors
     /// The kernel cannot be built for the model.
     pub fn get(
         &self,
-        kernel: KeptKernel,
+        table: KernelTable,
         model: &Model,
-        cells: u32,
     ) -> Result<Arc<MappedTable>, OperatorFetchError> {
-        let path = self.store.kernel_tables_path(kernel, model, cells);
-        let place = lock(&self.places).entry(path).or_default().clone();
+        let path = self.common.store.kernel_table_path(table, model);
+        if let Some(found) = self.found(&path) {
+            return Ok(found);
+        }
+        let common = self.common.get(&path, table, model)?;
+        let mut at_hand = lock(&self.at_hand);
+        if let Some((_, found)) = at_hand.iter().find(|(known, _)| *known == path) {
+            return Ok(found.clone());
+        }
+        let pays = self
+            .room
+            .is_some_and(|room| room.takes(common.bytes() as u64));
+        // Written by the calling thread, so that the pages are of its node.
+        let copy = pays.then(|| common.copied()).flatten();
+        let near = copy.map_or(common, Arc::new);
+        at_hand.push_front((path, near.clone()));
+        at_hand.truncate(TABLES_AT_HAND);
+        Ok(near)
+    }
+
+    /// A table that is at hand, which is the one last used from now on.
+    fn found(&self, path: &Path) -> Option<Arc<MappedTable>> {
+        let mut at_hand = lock(&self.at_hand);
+        let place = at_hand.iter().position(|(known, _)| known == path)?;
+        let entry = at_hand.remove(place)?;
+        let found = entry.1.clone();
+        at_hand.push_front(entry);
+        Some(found)
+    }
+
+    /// Shows the copies of a node that are at hand.
+    pub(super) fn each_copy(&self, mut tell: impl FnMut(&[f64])) {
+        for (_, table) in lock(&self.at_hand).iter() {
+            let pays = self
+                .room
+                .is_some_and(|room| room.takes(table.bytes() as u64));
+            if let Ok((_, values)) = table.array(LARGE)
+                && pays
+            {
+                tell(values);
+            }
+        }
+    }
+
+    /// What the user should know of the cache, each once.
+    pub fn warnings(&self) -> Vec<String> {
+        lock(&self.common.warnings).iter().cloned().collect()
+    }
+}
+
+impl Common {
+    /// The table that all nodes share.
+    fn get(
+        &self,
+        path: &Path,
+        table: KernelTable,
+        model: &Model,
+    ) -> Result<Arc<MappedTable>, OperatorFetchError> {
+        let place = lock(&self.places).entry(path.into()).or_default().clone();
         let mut held = lock(&place);
         if let Some(table) = held.upgrade() {
             return Ok(table);
         }
         let Fetched {
             table, warnings, ..
-        } = self.store.kernel_tables(kernel, model, cells)?;
+        } = self.store.kernel_table(table, model)?;
         lock(&self.warnings).extend(warnings.iter().map(ToString::to_string));
         let table = Arc::new(table);
         *held = Arc::downgrade(&table);
         Ok(table)
-    }
-
-    /// What the user should know of the cache, each once.
-    pub fn warnings(&self) -> Vec<String> {
-        lock(&self.warnings).iter().cloned().collect()
     }
 }
 

@@ -11,10 +11,12 @@ use crate::manifest::{
     Job, MeshTableSpec, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant,
 };
 use crate::model::Model;
+use crate::propagate::KernelChoice;
 use crate::shaft::{ModalStructure, ShaftError};
 use crate::store::{MeshUnderLoad, TableStore};
-use crate::topology::Topology;
+use crate::topology::{Room, Topology};
 use std::collections::{BTreeSet, HashMap, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// One point for every mesh table that some points of a job need, with what it is of.
@@ -95,13 +97,30 @@ impl Structures {
     }
 }
 
+/// The table that a kernel reads at a point while it integrates, by number; none where nothing is
+/// kept of it. Two of one number would only be taken for one when chains are dealt out.
+pub(super) fn table_number(point: &PointSpec) -> Option<u64> {
+    let runs = match point.run.kernel {
+        KernelChoice::Spectral { .. } => None,
+        KernelChoice::Fused { .. } => Some(point.speed.to_bits()),
+        _ => return None,
+    };
+    // A mesh computed from the gears is another under another load.
+    let load =
+        matches!(point.mesh.stiffness, StiffnessSpec::Table(_)).then(|| point.load.to_bits());
+    let mut hash = DefaultHasher::new();
+    // In words: places in memory would deal otherwise from run to run.
+    format!("{:?} {:?} {runs:?} {load:?}", point.model, point.mesh).hash(&mut hash);
+    Some(hash.finish())
+}
+
 /// Structures and mesh tables at hand.
 #[derive(Debug)]
 pub struct Parts {
     structures: Arc<Mutex<Structures>>,
     near: Option<Near<Place, ModalStructure>>,
     meshes: MeshTables,
-    kernels: Arc<KernelTables>,
+    kernels: KernelTables,
 }
 
 impl Parts {
@@ -111,18 +130,19 @@ impl Parts {
             structures: Arc::default(),
             near: None,
             meshes: MeshTables::new(tables.clone()),
-            kernels: Arc::new(KernelTables::new(tables)),
+            kernels: KernelTables::new(tables),
         }
     }
 
-    /// The same parts, of which the workers of one NUMA node make copies of their own. Tables of
-    /// kernels are not copied: they are mapped files, whose pages all processes share.
-    pub fn on_node(&self) -> Self {
+    /// The same parts, of which the workers of one NUMA node make copies of their own; of the
+    /// tables of kernels, which are mapped files whose pages all processes share, where there is
+    /// room.
+    pub fn on_node(&self, room: Room) -> Self {
         Self {
             structures: self.structures.clone(),
             near: Some(Near::default()),
             meshes: self.meshes.on_node(),
-            kernels: self.kernels.clone(),
+            kernels: self.kernels.on_node(room),
         }
     }
 
@@ -152,6 +172,8 @@ impl Parts {
         }
         self.meshes
             .each_copy(|copy| nodes.extend(topology.nodes_of_memory(&copy.stiffness)));
+        self.kernels
+            .each_copy(|values| nodes.extend(topology.nodes_of_memory(values)));
         nodes
     }
 
@@ -223,7 +245,11 @@ mod tests {
         let job = manifest::parse(text, "m.toml", Path::new("")).unwrap();
         let spec = &job.points.variants()[0].model;
         let parts = Parts::new(TableStore::open(tempfile::tempdir().unwrap().path()));
-        let nodes = [parts.on_node(), parts.on_node()];
+        let room = Room {
+            free: None,
+            own_cache: 0,
+        };
+        let nodes = [parts.on_node(room), parts.on_node(room)];
         let of = |parts: &Parts| parts.structure(spec).unwrap();
         let (common, [first, second]) = (of(&parts), nodes.each_ref().map(of));
         assert!(*common == *first && *first == *second);

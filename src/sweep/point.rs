@@ -138,7 +138,7 @@ fn answer(
         seed,
         called_off,
     };
-    let kept = |kernel, cells| parts.kernels().get(kernel, &model, cells);
+    let kept = |table| parts.kernels().get(table, &model);
     let asked = (point.run.kernel).apply(&model, point.run.event_limit, kept, ask);
     let answered = asked.map_err(|error| BuildError::tables(error, &model))?;
     Ok(answered)

@@ -7,11 +7,18 @@
 //! finished, or of all finished chains where no neighbour is. The order moves no number: a
 //! chain's results depend on the chain alone.
 //!
+//! On a machine with several NUMA nodes whose workers have tables of kernels of their own, chains
+//! whose tables a worker's node has come before those whose tables are to be kept there, and these
+//! before those of other nodes; the longest is sought among the nearest.
+//!
 //! Of independent points, a few drawn over the whole grid come before all others: from these the
 //! run forecasts its end. Only a window of chains is in memory, however many there are.
 
+use super::parts::table_number;
 use super::turns::{Share, TakenOver, Turn};
 use crate::manifest::{Job, Variant};
+use crate::topology::{Nearness, Shelves};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -73,6 +80,8 @@ struct Known {
     near: BTreeMap<usize, Mean>,
     /// Over all finished chains.
     all: Mean,
+    /// Which tables lie on which node; of no node where all read the same ones.
+    shelves: Shelves,
 }
 
 /// A chain that may come next.
@@ -83,6 +92,8 @@ struct Candidate {
     number: usize,
     /// In cycles times modes.
     work: f64,
+    /// The table that it reads, where nodes have their own.
+    table: Option<u64>,
     /// Over finished neighbours.
     near: Mean,
 }
@@ -118,7 +129,7 @@ pub(super) enum Next {
 
 impl<'a> Queue<'a> {
     /// A queue of what an earlier run has left of a share, dealt to so many shards, for so many
-    /// workers; the chains at the places `drawn` come first.
+    /// workers on so many nodes with tables of their own; the chains at the places `drawn` come first.
     pub(super) fn new(
         job: &'a Job,
         share: Share,
@@ -126,6 +137,7 @@ impl<'a> Queue<'a> {
         drawn: Vec<usize>,
         shards: usize,
         workers: usize,
+        nodes: usize,
     ) -> Self {
         let length = job.chain_length();
         let row = row(job);
@@ -144,6 +156,7 @@ impl<'a> Queue<'a> {
             window: VecDeque::new(),
             near: BTreeMap::new(),
             all: Mean::default(),
+            shelves: Shelves::new(nodes),
         };
         Self {
             job,
@@ -169,6 +182,12 @@ impl<'a> Queue<'a> {
             .sum()
     }
 
+    /// The table that the chain at a place reads first, where nodes have their own.
+    fn table(&self, known: &Known, place: usize) -> Option<u64> {
+        let first = || self.job.points.at(self.share.id(place * self.length));
+        (known.shelves.nodes() > 0).then(|| table_number(&first()))?
+    }
+
     /// Lets chains into the window until it reaches as far as may be looked.
     fn fill(&self, known: &mut Known) {
         while known.next < self.share.chains() {
@@ -186,6 +205,7 @@ impl<'a> Queue<'a> {
                 place,
                 number: known.entered,
                 work: self.work(known, place),
+                table: self.table(known, place),
                 near,
             };
             known.entered += 1;
@@ -193,12 +213,17 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// What comes next, when so many points have left the writer's memory. The oldest chain
-    /// is always among those that may be taken once all before it are written.
-    pub(super) fn next(&self, written: u64) -> Next {
+    /// What comes next for a worker of a node with tables of its own, when so many points have left
+    /// the writer's memory. The oldest chain is always among those that may be taken once all
+    /// before it are written.
+    pub(super) fn next(&self, written: u64, node: Option<usize>) -> Next {
         let mut known = self.known();
         if let Some(place) = known.first.pop_front() {
             let work = self.work(&known, place);
+            if let Some(node) = node {
+                let table = self.table(&known, place);
+                known.shelves.take(table, node);
+            }
             let turn = known.taken_over.turn(&self.share, place);
             return Next::Chain { turn, work };
         }
@@ -207,22 +232,29 @@ impl<'a> Queue<'a> {
             return Next::End;
         }
         let typical = known.all.value().unwrap_or(1.0);
-        let mut longest: Option<(f64, usize)> = None;
+        let mut best: Option<(Reverse<Nearness>, f64, usize)> = None;
         for (at, candidate) in known.window.iter().enumerate() {
             if (candidate.place * self.length) as u64 >= written + self.ahead {
                 break;
             }
             let expected = candidate.work * candidate.near.value().unwrap_or(typical);
-            if longest.is_none_or(|(most, _)| expected > most) {
-                longest = Some((expected, at));
+            let nearness = node.map_or(Nearness::AtHand, |node| {
+                known.shelves.nearness(candidate.table, node)
+            });
+            let nearness = Reverse(nearness);
+            if best.is_none_or(|(nearest, most, _)| (nearness, expected) > (nearest, most)) {
+                best = Some((nearness, expected, at));
             }
         }
-        match longest.and_then(|(_, at)| known.window.remove(at)) {
-            None => Next::Wait,
-            Some(Candidate { place, work, .. }) => Next::Chain {
-                turn: known.taken_over.turn(&self.share, place),
-                work,
-            },
+        let Some(candidate) = best.and_then(|(.., at)| known.window.remove(at)) else {
+            return Next::Wait;
+        };
+        if let Some(node) = node {
+            known.shelves.take(candidate.table, node);
+        }
+        Next::Chain {
+            turn: known.taken_over.turn(&self.share, candidate.place),
+            work: candidate.work,
         }
     }
 

@@ -169,7 +169,9 @@ pub fn run(
     }
 
     let copies = copies(&crew.places);
-    let of_nodes: Vec<Parts> = copies.nodes.iter().map(|_| parts.on_node()).collect();
+    let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
+    let of_nodes: Vec<Parts> = rooms.into_iter().map(|room| parts.on_node(room)).collect();
+    let nodes = of_nodes.len();
     forecast.begin(clock.elapsed());
     let written = AtomicU64::new(match &refinement {
         // Its points do not wait in memory for others.
@@ -204,7 +206,7 @@ pub fn run(
         let writing = std::thread::Builder::new()
             .spawn_scoped(scope, record)
             .map_err(|error| SweepError::threads(threads + 1, &error))?;
-        let mut queue = Queue::new(job, share, taken_over, drawn, shards, threads);
+        let mut queue = Queue::new(job, share, taken_over, drawn, shards, threads, nodes);
         loop {
             let round = Round {
                 job,
@@ -233,7 +235,7 @@ pub fn run(
             crew.pool
                 .install(|| parts.prepare(job, next.iter().copied(), &mut || ()));
             let (share, none) = (Share::of_points(next), TakenOver::default());
-            queue = Queue::new(job, share, none, Vec::new(), shards, threads);
+            queue = Queue::new(job, share, none, Vec::new(), shards, threads, nodes);
         }
         drop(sender);
         let recorded = writing
@@ -281,7 +283,7 @@ impl Round<'_> {
         let copy = self.copies.of_worker.get(index).copied().flatten();
         let parts = copy.map_or(self.parts, |copy| &self.of_nodes[copy]);
         while !called_off.load(Ordering::Relaxed) {
-            let (turn, work) = match self.queue.next(self.written.load(Ordering::Relaxed)) {
+            let (turn, work) = match self.queue.next(self.written.load(Ordering::Relaxed), copy) {
                 Next::Chain { turn, work } => (turn, work),
                 Next::Wait => {
                     std::thread::sleep(Duration::from_millis(1));

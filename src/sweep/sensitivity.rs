@@ -164,7 +164,7 @@ fn with_kernel<U: KernelUse>(
     parts: &Parts,
     user: U,
 ) -> Result<U::Output, BuildError> {
-    let kept = |kernel, cells| parts.kernels().get(kernel, model, cells);
+    let kept = |table| parts.kernels().get(table, model);
     let done = point
         .run
         .kernel

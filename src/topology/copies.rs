@@ -4,7 +4,7 @@
 //! each of these nodes has a copy, which its own workers make and read; anywhere else one copy
 //! does for all, since a worker that moves would leave its copy behind.
 
-use super::{Plan, Topology};
+use super::{Plan, TABLES_AT_HAND, Topology};
 use hwlocality::memory::binding::MemoryBindingFlags;
 use hwlocality::memory::nodeset::NodeSet;
 use std::fmt;
@@ -34,6 +34,52 @@ pub fn copies(plan: &Plan) -> Copies {
             .map(|place| copy(place.numa_node))
             .collect(),
         nodes,
+    }
+}
+
+/// What a NUMA node offers to copies of tables that kernels read while they integrate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Room {
+    /// Memory free on the node \[bytes\]; none where the system does not tell.
+    pub free: Option<u64>,
+    /// Largest cache that a core of it has to itself \[bytes\]; 0 where that is not known.
+    pub own_cache: u64,
+}
+
+impl Room {
+    /// Copies take at most this part of the memory that is free.
+    const SHARE: u64 = 8;
+
+    /// Whether a copy of a table of so many bytes on this node pays: one that stays in a core's
+    /// own cache is read from afar once, and as many as are kept at hand must leave most of the
+    /// free memory to others.
+    pub fn takes(&self, bytes: u64) -> bool {
+        let all = bytes.saturating_mul(TABLES_AT_HAND as u64);
+        let fits = self.free.is_none_or(|free| all <= free / Self::SHARE);
+        bytes > self.own_cache && fits
+    }
+}
+
+impl Topology {
+    /// What the nodes of some copies offer, in their order.
+    pub fn rooms(&self, copies: &Copies) -> Vec<Room> {
+        let own = self.caches.iter().filter(|cache| {
+            let threads = self.cores.iter().map(|core| core.threads.len());
+            cache.shared_by <= threads.max().unwrap_or(1)
+        });
+        let own_cache = own.map(|cache| cache.size).max().unwrap_or(0);
+        let free = |node: &u32| {
+            self.numa_nodes
+                .iter()
+                .find(|known| known.index == *node)?
+                .free
+        };
+        (copies.nodes.iter())
+            .map(|node| Room {
+                free: free(node),
+                own_cache,
+            })
+            .collect()
     }
 }
 
@@ -108,6 +154,38 @@ mod tests {
         }
         let unknown = copies(&plan(&[], 3, Pinning::Always));
         assert!(unknown.nodes.is_empty() && unknown.of_worker.is_empty());
+    }
+
+    /// One node, two sockets, four nodes of unequal memory, and a package cut into eight.
+    #[test]
+    fn tables_are_copied_where_there_is_room_and_a_use() {
+        const TABLE: u64 = 7 << 20;
+        let takes = |description: &str, free: &[Option<u64>], bytes: u64| -> Vec<bool> {
+            let topology = Topology::synthetic(description).unwrap();
+            let plan = plan(&topology.cores, topology.cores.len(), Pinning::Full);
+            let mut rooms = topology.rooms(&copies(&plan));
+            for (room, free) in rooms.iter_mut().zip(free) {
+                room.free = *free;
+            }
+            rooms.iter().map(|room| room.takes(bytes)).collect()
+        };
+        let plenty = Some(64 << 30);
+        let one = "package:1 l2(size=1MB):4 core:1 pu:2";
+        assert!(takes(one, &[plenty], TABLE).is_empty(), "one node, no copy");
+        let two = "package:2 [numa] l2(size=1MB):4 core:1 pu:2";
+        assert_eq!(takes(two, &[plenty; 2], TABLE), [true, true]);
+        assert_eq!(takes(two, &[None; 2], TABLE), [true, true], "nobody tells");
+        assert_eq!(
+            takes(two, &[plenty; 2], 1 << 19),
+            [false, false],
+            "in cache"
+        );
+        let four = "package:4 [numa] l2(size=1MB):2 core:1 pu:1";
+        let free = [plenty, Some(200 << 20), Some(224 << 20), None];
+        assert_eq!(takes(four, &free, TABLE), [true, false, true, true]);
+        let clusters = "package:2 numa:4 l2(size=2MB):2 core:1 pu:2";
+        assert_eq!(takes(clusters, &[plenty; 8], TABLE), [true; 8]);
+        assert_eq!(takes(clusters, &[plenty; 8], u64::MAX), [false; 8]);
     }
 
     #[test]

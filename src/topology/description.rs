@@ -4,6 +4,7 @@
 //! A thin reading of hwloc. Machines without NUMA show as one node, so nothing else in
 //! the program needs a special case.
 
+use super::machine::free_memory;
 use hwlocality::Topology as Hwloc;
 use hwlocality::cpu::binding::CpuBindingFlags;
 use hwlocality::cpu::cpuset::CpuSet;
@@ -52,6 +53,8 @@ pub struct NumaNode {
     pub index: u32,
     /// Memory it reports \[bytes\]; virtual machines and containers often report none.
     pub memory: Option<u64>,
+    /// Memory free on it when the topology was read \[bytes\], where the system tells.
+    pub free: Option<u64>,
     /// Hardware threads near it that this process may use.
     pub threads: Vec<u32>,
 }
@@ -128,6 +131,9 @@ impl Topology {
                     }
                     _ => None,
                 },
+                free: (hwloc.is_this_system())
+                    .then(|| free_memory(os_index(node)))
+                    .flatten(),
                 threads: usable_threads(&usable, node),
             })
             .collect();
@@ -136,6 +142,7 @@ impl Topology {
             numa_nodes.push(NumaNode {
                 index: 0,
                 memory: None,
+                free: None,
                 threads,
             });
         }

@@ -38,6 +38,13 @@ pub fn peak_memory() -> Option<u64> {
     kibibytes(&status, "VmHWM")
 }
 
+/// Memory free on a NUMA node \[bytes\]; none where the system does not tell.
+pub(super) fn free_memory(node: u32) -> Option<u64> {
+    let path = format!("/sys/devices/system/node/node{node}/meminfo");
+    let text = fs::read_to_string(path).ok()?;
+    kibibytes(&text, &format!("Node {node} MemFree"))
+}
+
 /// Value of the first `key : value` line.
 pub(crate) fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     text.lines().find_map(|line| {
@@ -84,5 +91,7 @@ mod tests {
             Some(16 << 20)
         );
         assert_eq!(kibibytes("MemTotal: unknown\n", "MemTotal"), None);
+        let node = "Node 0 MemTotal:  100 kB\nNode 0 MemFree:   60 kB\n";
+        assert_eq!(kibibytes(node, "Node 0 MemFree"), Some(60 << 10));
     }
 }

@@ -1,13 +1,15 @@
 //! Cores, caches and NUMA nodes of this machine.
 
+mod affinity;
 mod binding;
 mod copies;
 mod description;
 mod machine;
 mod placement;
 
+pub use affinity::{Nearness, Shelves, TABLES_AT_HAND};
 pub use binding::BindingError;
-pub use copies::{Copies, copies};
+pub use copies::{Copies, Room, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
 pub use machine::{Machine, peak_memory};
 pub(crate) use machine::{field, kibibytes};

@@ -8,20 +8,20 @@ use serde_json::{Value, json};
 
 use crate::made::{atlas, inputs, keep, mesh, refused, said};
 
-/// A folder with a mesh table and a spectral one; gives their keys.
+/// A folder with a mesh table and a bases one; gives their keys.
 fn two() -> (tempfile::TempDir, String, String) {
     let folder = tempfile::tempdir().unwrap();
     let mesh = keep(folder.path(), CacheKind::Mesh, &inputs(), mesh(false));
     let mut arrays = Arrays::new();
     let values = vec![1.0, f64::NAN, -3.0];
     arrays.push("propagator", "1", &[3], values).unwrap();
-    let spectral = keep(
+    let bases = keep(
         folder.path(),
-        CacheKind::Spectral,
+        CacheKind::Bases,
         &json!({ "modes": 80 }),
         arrays,
     );
-    (folder, mesh, spectral)
+    (folder, mesh, bases)
 }
 
 fn file(folder: &Path, kind: &str, key: &str) -> std::path::PathBuf {
@@ -40,10 +40,10 @@ fn damage(path: &Path) {
 
 #[test]
 fn tables_are_listed() {
-    let (folder, mesh, spectral) = two();
+    let (folder, mesh, bases) = two();
     let text = said(folder.path(), &["table", "list"]);
     assert!(
-        text.contains(&mesh[..12]) && text.contains(&spectral[..12]),
+        text.contains(&mesh[..12]) && text.contains(&bases[..12]),
         "{text}"
     );
     assert!(text.contains("stiffness, centre"), "{text}");
@@ -53,13 +53,13 @@ fn tables_are_listed() {
     );
     let json: Value =
         serde_json::from_str(&said(folder.path(), &["table", "list", "--json"])).unwrap();
-    assert_eq!(json[0]["key"], mesh);
-    assert_eq!(json[0]["arrays"][4]["shape"], json!([4, 3, 8, 8]));
-    assert_eq!(json[1]["kind"], "spectral");
-    let length = fs::metadata(file(folder.path(), "spectral", &spectral))
+    assert_eq!(json[1]["key"], mesh);
+    assert_eq!(json[1]["arrays"][4]["shape"], json!([4, 3, 8, 8]));
+    assert_eq!(json[0]["kind"], "bases");
+    let length = fs::metadata(file(folder.path(), "bases", &bases))
         .unwrap()
         .len();
-    assert_eq!(json[1]["bytes"], length);
+    assert_eq!(json[0]["bytes"], length);
     // A folder that is not there has no tables.
     let empty = said(folder.path(), &["table", "list", "--tables", "none"]);
     assert_eq!(empty, "0 tables, 0 B, in none\n");
@@ -74,7 +74,7 @@ fn tables_are_listed() {
 
 #[test]
 fn a_table_is_shown_by_key_and_by_file() {
-    let (folder, mesh, spectral) = two();
+    let (folder, mesh, bases) = two();
     let text = said(folder.path(), &["table", "show", &mesh[..8]]);
     for wanted in [
         "kind         mesh",
@@ -84,7 +84,7 @@ fn a_table_is_shown_by_key_and_by_file() {
     ] {
         assert!(text.contains(wanted), "`{wanted}` is not in {text}");
     }
-    let path = file(folder.path(), "spectral", &spectral);
+    let path = file(folder.path(), "bases", &bases);
     let path = path.to_str().unwrap();
     let text = said(folder.path(), &["table", "show", path]);
     assert!(
@@ -109,14 +109,14 @@ fn a_table_is_shown_by_key_and_by_file() {
 
 #[test]
 fn damage_is_found_and_cleaned_away() {
-    let (folder, mesh, spectral) = two();
+    let (folder, mesh, bases) = two();
     let folder = folder.path();
     let text = said(folder, &["table", "verify", "--all"]);
     assert!(text.ends_with("2 tables, all whole\n"), "{text}");
     damage(&file(folder, "mesh", &mesh));
     // The header is whole: a list does not read the data.
     assert!(!said(folder, &["table", "list"]).contains("unusable"));
-    assert!(said(folder, &["table", "verify", &spectral[..6]]).contains("1 table, all whole"));
+    assert!(said(folder, &["table", "verify", &bases[..6]]).contains("1 table, all whole"));
     for arguments in [
         &["table", "verify", "--all"][..],
         &["table", "verify", &mesh[..6]],

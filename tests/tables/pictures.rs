@@ -170,10 +170,10 @@ fn what_a_table_does_not_have_is_not_drawn() {
 #[test]
 fn files_that_are_no_mesh_tables_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let (file, _) = table(folder.path(), CacheKind::Spectral, Arrays::new());
+    let (file, _) = table(folder.path(), CacheKind::Bases, Arrays::new());
     let text = refused(folder.path(), &["plot", &file], 2);
     assert!(
-        text.contains("holds a spectral table where a mesh table is wanted"),
+        text.contains("holds a bases table where a mesh table is wanted"),
         "{text}"
     );
     let (file, _) = table(folder.path(), CacheKind::Mesh, Arrays::new());

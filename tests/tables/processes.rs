@@ -33,7 +33,7 @@ fn fetch(folder: &Path, before: impl FnOnce()) -> Fetched {
     };
     let inputs = json!({ "numbers": NUMBERS });
     TableStore::open(folder)
-        .get_or_build(CacheKind::Spectral, &inputs, build)
+        .get_or_build(CacheKind::Bases, &inputs, build)
         .unwrap()
 }
 

@@ -141,18 +141,18 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// Advances the transient; ends early on an attracting orbit.
     fn transient(&mut self, searches: &mut Option<Searches>) -> Result<Option<Repeating>, Halt> {
+        if searches.is_none() {
+            self.pass_transient()?;
+            return Ok(None);
+        }
         let mut recurrence = Recurrence::new(self.model);
-        if searches.is_some()
-            && let Some(period) = self.starts_locked(&recurrence)
+        if let Some(period) = self.starts_locked(&recurrence)
             && let Some(orbit) = self.seek_orbit(&[period])?
         {
             return Ok(Some(orbit));
         }
         while self.counters.cycles < self.questions.transient {
             self.plain_cycle(&mut ())?;
-            if searches.is_none() {
-                continue;
-            }
             recurrence.push(&self.trajectory.state);
             if searches
                 .as_mut()

@@ -3,6 +3,7 @@
 
 use super::instruments::{Instruments, Watch};
 use crate::analysis::called_off::CalledOff;
+use crate::analysis::contact_jumps::ContactJumps;
 use crate::analysis::energy::{EnergyAudit, objection};
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orders::Orders;
@@ -79,6 +80,21 @@ impl<K: Kernel> PointRun<'_, K> {
             observer,
             &mut self.counters,
         )?;
+        Ok(())
+    }
+
+    /// Advances the transient, at once where contact is certain to last.
+    pub(super) fn pass_transient(&mut self) -> Result<(), Halt> {
+        let mut jumps = ContactJumps::new(self.model);
+        while self.counters.cycles < self.questions.transient {
+            let left = self.questions.transient - self.counters.cycles;
+            let leap = jumps.jump(self.kernel, &mut self.trajectory, left, &mut self.workspace);
+            self.counters.cycles += leap;
+            if leap < left {
+                self.plain_cycle(&mut ())?;
+                jumps.marched();
+            }
+        }
         Ok(())
     }
 

@@ -1,68 +1,113 @@
-//! The spectral form of one generator: damped sinusoids, harmonics and a slow group.
+//! The spectral form of one structure and mesh: damped sinusoids and a slow group, the same at
+//! every speed.
 //!
 //! ```text
-//! z = W y,   y = (u + iv of every wave, slow coordinates, 1, s)
+//! x = W y,   y = (u + iv of every wave, slow coordinates)
 //! ```
 //!
-//! Fast eigenvalues of the blocks become waves `e^{(α + iν)t}`; so do the carried harmonics.
-//! Slow ones, rigid rotations first of all, whose eigenvectors may be parallel, are never
-//! diagonalised: their invariant subspace is the orthogonal complement of the fast left
-//! eigenvectors, and its generator together with the constant inputs is small and (nearly)
-//! nilpotent, so that its exponential is a polynomial. Waves are decoupled from the carried
-//! inputs and from the slow group by Sylvester equations, which are scalar or 2 × 2 in these
-//! coordinates. Blocks that the mesh does not feel and that turn slowly stay exactly apart, so
-//! that however far they have drifted nothing of them leaks into the deflection.
+//! Fast eigenvalues of the blocks become waves `e^{(α + iν)t}`. Slow ones, rigid rotations first
+//! of all, whose eigenvectors may be parallel, are never diagonalised: their invariant subspace is
+//! the orthogonal complement of the fast left eigenvectors, and its generator is small and
+//! (nearly) nilpotent, so that its exponential is a polynomial. Waves are decoupled from the slow
+//! group by Sylvester equations, which are scalar or 2 × 2 in these coordinates. Blocks that the
+//! mesh does not feel and that turn slowly stay exactly apart, so that however far they have
+//! drifted nothing of them leaks into the deflection.
+//!
+//! What is slow is told from the structure and its mesh, not from the speed, and excitation has
+//! no part in it: [`SpectralTable`](super::spectral_table::SpectralTable) adds what a speed
+//! decides.
 
 use super::DenseError;
+use super::conditioning::Conditioning;
+use super::cycle::Method;
 use super::eigen::{eigen, follow, invert, refine};
-use super::generator::Generator;
-use super::matrix::padded;
-use crate::numerics::linalg;
+use super::exponential;
+use super::generator::{Generator, Layout};
+use super::kept::{Reader, Writer};
+use super::matrix::{Operator, numbers_of, padded};
+use super::spectral::SpectralTables;
+use crate::model::Model;
+use crate::propagate::Volterra;
 use faer::Mat;
-use num_complex::{Complex64, c64};
+use num_complex::Complex64;
 
 /// Eigenvalues below this over a mesh period are slow: splitting the constant input off a wave
 /// of rate λ loses a factor (λT)⁻² of accuracy.
-const SLOW: f64 = 0.5;
+pub const SLOW: f64 = 0.5;
 
 /// Highest power of the slow group's polynomial: 0.5¹⁵/15! is 10⁻¹⁷.
 pub const POWERS: usize = 14;
 
-/// Smallest relative distance of an eigenvalue from a carried harmonic.
-const RESONANCE: f64 = 1e-7;
+/// What is slow, in units of the fastest rate: [`SLOW`] over mesh periods of 2048 of its units,
+/// longer than drives have in practice ...
+const SLOWEST: f64 = SLOW / 2048.0;
+
+/// ... and so many times slower wherever a period is longer still.
+const SLOWER: f64 = 64.0;
+
+/// Unit of the velocities of rigid blocks, in units of the fastest rate.
+const RIGID: f64 = 1.0 / 32.0;
+
+/// Rates that a basis is formed by, of a structure and its mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rates {
+    /// Upper bound of all \[rad/s\].
+    pub fastest: f64,
+    /// Below this an eigenvalue is slow \[rad/s\].
+    pub slow: f64,
+}
+
+impl Rates {
+    /// The rates of a model. They depend on its speed only where one mesh cycle is thousands of
+    /// times longer than its fastest motion.
+    pub fn new(model: &Model) -> Self {
+        let fastest = Volterra::fastest_own_rate(model);
+        let mut slow = SLOWEST * fastest;
+        while slow * model.period() > SLOW {
+            slow /= SLOWER;
+        }
+        Self { fastest, slow }
+    }
+}
 
 /// The spectral form.
 #[derive(Debug)]
-pub struct Basis {
-    /// y from z: rows of W⁻¹.
-    pub inverse: Mat<f64>,
-    /// z from y: W.
-    pub matrix: Mat<f64>,
+pub struct Basis<'t> {
+    /// y from x: rows of W⁻¹.
+    pub inverse: Operator<'t>,
+    /// x from y: W.
+    pub matrix: Operator<'t>,
+    /// Waves; the lanes after them are left to the harmonics that a speed adds.
+    pub waves: usize,
     /// α of the waves, in whole lane groups.
     pub alpha: Vec<f64>,
     /// ν of the waves, in whole lane groups.
     pub nu: Vec<f64>,
-    /// Slow coordinates m; 1 and s follow them.
-    pub slow: usize,
-    /// Gᵏ/k! of the slow group with its constants, k = 0 … [`POWERS`] or as far as they go.
-    pub powers: Vec<Mat<f64>>,
-    /// Condition number of the eigenvector basis of the blocks, in scaled coordinates.
-    pub condition: f64,
+    /// Deflection in terms of u and v, in whole lane groups.
+    pub gains: [Vec<f64>; 2],
+    /// Deflection in terms of the slow coordinates.
+    pub slow_gains: Vec<f64>,
+    /// Generator of the slow group, row by row.
+    pub slow_generator: Vec<f64>,
+    pub conditioning: Conditioning,
 }
 
-impl Basis {
-    /// The spectral form of a generator; `period`: the mesh period \[s\]; `touching`: whether
-    /// the mesh couples the blocks.
+impl<'t> Basis<'t> {
+    /// The spectral form of a generator on a mesh segment; `touching`: whether the mesh couples
+    /// the blocks.
     ///
     /// # Errors
-    /// No complete set of eigenvectors, or an undamped mode in resonance with a harmonic. How
-    /// good the basis is, [`reconstruction`](Self::reconstruction) says.
-    pub fn new(generator: &Generator, period: f64, touching: bool) -> Result<Self, DenseError> {
-        let layout = generator.layout();
-        let (n, d) = (layout.modes, layout.dimension());
+    /// No complete set of eigenvectors, or one that is nearly parallel.
+    pub fn new(
+        generator: &Generator,
+        rates: &Rates,
+        segment: usize,
+        touching: bool,
+    ) -> Result<Self, DenseError> {
+        let n = generator.layout().modes;
         let full = generator.matrix();
         // Powers of two make the entries alike and rounding what it was.
-        let floor = std::f64::consts::TAU / period;
+        let floor = RIGID * rates.fastest;
         let scale: Vec<f64> = (0..2 * n)
             .map(|i| match i < n {
                 true => 1.0,
@@ -70,10 +115,9 @@ impl Basis {
             })
             .collect();
         let a = Mat::from_fn(2 * n, 2 * n, |i, j| full[(i, j)] * scale[j] / scale[i]);
-        let inputs = Mat::from_fn(2 * n, d - 2 * n, |i, j| full[(i, 2 * n + j)] / scale[i]);
 
         let apart: Vec<usize> = (0..n)
-            .filter(|&i| own_rate(&a, n, i) * period < SLOW && unfelt(&a, n, i))
+            .filter(|&i| own_rate(&a, n, i) < rates.slow && unfelt(&a, n, i))
             .collect();
         let rest: Vec<usize> = (0..n).filter(|i| !apart.contains(i)).collect();
         let groups: Vec<Vec<usize>> = match touching {
@@ -94,7 +138,7 @@ impl Basis {
         for group in &groups {
             let index = both(group);
             let part = Mat::from_fn(index.len(), index.len(), |i, j| a[(index[i], index[j])]);
-            let mut found = eigen(&part, SLOW / period)?;
+            let mut found = eigen(&part, rates.slow)?;
             refine(&part, &mut found);
             let spread = |part: &Vec<f64>| {
                 let mut whole = vec![0.0; 2 * n];
@@ -114,11 +158,10 @@ impl Basis {
             });
         };
         follow(&a, &apart, &waves, &mut columns);
-        Self::assemble(
+        let form = Form::assemble(
             generator,
             &Parts {
                 a,
-                inputs,
                 scale,
                 apart,
                 rest,
@@ -126,14 +169,123 @@ impl Basis {
                 columns,
                 slow,
                 inner,
-                condition,
             },
-        )
+        );
+        let duration = SpectralTables::REACH / rates.fastest;
+        let propagator = exponential::propagator(generator, rates.fastest, duration);
+        let conditioning = Conditioning {
+            segment,
+            touching,
+            condition,
+            reconstruction: form.reconstruction(&propagator, duration, n, rates.fastest),
+        };
+        conditioning.check()?;
+        let lanes = form.alpha.len();
+        let seen = |j: usize| -> f64 {
+            (0..2 * n)
+                .map(|i| generator.deflection[i] * form.matrix[(i, j)])
+                .sum()
+        };
+        let m = form.slow_generator.nrows();
+        Ok(Self {
+            inverse: Operator::new(form.inverse.as_ref()),
+            matrix: Operator::new(form.matrix.as_ref()),
+            waves: form.waves,
+            gains: [0, lanes].map(|from| (from..from + lanes).map(seen).collect()),
+            slow_gains: (2 * lanes..2 * lanes + m).map(seen).collect(),
+            slow_generator: (0..m * m)
+                .map(|i| form.slow_generator[(i / m, i % m)])
+                .collect(),
+            alpha: form.alpha,
+            nu: form.nu,
+            conditioning,
+        })
     }
 
-    fn assemble(generator: &Generator, parts: &Parts) -> Result<Self, DenseError> {
-        let layout = generator.layout();
-        let (n, d) = (layout.modes, layout.dimension());
+    /// Slow coordinates.
+    pub fn slow(&self) -> usize {
+        self.slow_gains.len()
+    }
+
+    /// Spectral coordinates.
+    pub fn length(&self) -> usize {
+        2 * self.alpha.len() + self.slow()
+    }
+
+    /// Hands its numbers over.
+    pub fn keep(&self, out: &mut Writer) {
+        let extents = [self.alpha.len(), self.waves, self.slow()];
+        out.push("extents", "1", &extents.map(|count| count as f64));
+        let touching = f64::from(u8::from(self.conditioning.touching));
+        out.push("touching", "1", &[touching]);
+        out.push("condition", "1", &[self.conditioning.condition]);
+        out.push("reconstruction", "1", &[self.conditioning.reconstruction]);
+        out.push("inverse", "mixed", self.inverse.numbers());
+        out.push("matrix", "mixed", self.matrix.numbers());
+        out.push("growth", "1/s", &self.alpha);
+        out.push("frequency", "rad/s", &self.nu);
+        out.push("gain_real", "mixed", &self.gains[0]);
+        out.push("gain_imaginary", "mixed", &self.gains[1]);
+        out.push("gain_slow", "mixed", &self.slow_gains);
+        out.push("slow_generator", "mixed", &self.slow_generator);
+    }
+
+    /// The basis whose numbers were handed over.
+    pub fn read(
+        kept: &mut Reader<'t>,
+        layout: &Layout,
+        segment: usize,
+        touching: bool,
+    ) -> Result<Self, DenseError> {
+        const EXTENTS: &str = "extents";
+        let size = 2 * layout.modes;
+        let lanes = kept.lanes(EXTENTS)?;
+        let [waves, slow] = [kept.count(EXTENTS)?, kept.count(EXTENTS)?];
+        if lanes != padded(waves + layout.harmonics()) || slow > size {
+            return Err(DenseError::Kept { name: EXTENTS });
+        }
+        let conditioning = Conditioning {
+            segment,
+            touching,
+            condition: kept.number("condition")?,
+            reconstruction: kept.number("reconstruction")?,
+        };
+        conditioning.check()?;
+        let length = 2 * lanes + slow;
+        let mut operator = |name, rows, columns| {
+            let numbers = kept.take(name, numbers_of(rows, columns))?;
+            Operator::lent(numbers, rows, columns).ok_or(DenseError::Kept { name })
+        };
+        Ok(Self {
+            inverse: operator("inverse", length, size)?,
+            matrix: operator("matrix", size, length)?,
+            waves,
+            alpha: kept.take("growth", lanes)?.to_vec(),
+            nu: kept.take("frequency", lanes)?.to_vec(),
+            gains: [
+                kept.take("gain_real", lanes)?.to_vec(),
+                kept.take("gain_imaginary", lanes)?.to_vec(),
+            ],
+            slow_gains: kept.take("gain_slow", slow)?.to_vec(),
+            slow_generator: kept.take("slow_generator", slow * slow)?.to_vec(),
+            conditioning,
+        })
+    }
+}
+
+/// The same as matrices.
+struct Form {
+    inverse: Mat<f64>,
+    matrix: Mat<f64>,
+    waves: usize,
+    alpha: Vec<f64>,
+    nu: Vec<f64>,
+    slow_generator: Mat<f64>,
+}
+
+impl Form {
+    fn assemble(generator: &Generator, parts: &Parts) -> Self {
+        let n = generator.layout().modes;
         let harmonics = generator.frequencies.len();
         let count = parts.waves.len();
         let lanes = padded(count + harmonics);
@@ -143,7 +295,7 @@ impl Basis {
             .collect();
         let slow: Vec<&Vec<f64>> = parts.slow.iter().chain(&own).collect();
         let m = slow.len();
-        let (one, side, length) = (2 * lanes + m, 2 * lanes + m + 1, 2 * lanes + m + 2);
+        let length = 2 * lanes + m;
 
         // Scaled blocks from waves and slow coordinates, and back.
         let mut forward = Mat::<f64>::zeros(2 * n, length);
@@ -187,8 +339,6 @@ impl Basis {
             }
         }
 
-        // The steady response to every carried input, column by column.
-        let felt = &back * &parts.inputs;
         let rows: Vec<usize> = (2 * lanes..2 * lanes + m).collect();
         let turned = &parts.a * &forward;
         let generator_slow = {
@@ -202,137 +352,38 @@ impl Basis {
             }
             g
         };
-        let mut steady = Mat::<f64>::zeros(length, d - 2 * n);
-        for (w, &lambda) in parts.waves.iter().enumerate() {
-            let force = |j: usize| c64(felt[(w, j)], felt[(lanes + w, j)]);
-            let mut put = |j: usize, value: Complex64| {
-                steady[(w, j)] = value.re;
-                steady[(lanes + w, j)] = value.im;
-            };
-            for j in 0..2 {
-                put(j, -(force(j) / lambda));
-            }
-            for (h, &omega) in generator.frequencies.iter().enumerate() {
-                let (c, s) = (force(2 + 2 * h), force(3 + 2 * h));
-                let apart = lambda * lambda + Complex64::from(omega * omega);
-                let size = lambda.norm_sqr() + omega * omega;
-                if apart.norm() < RESONANCE * size {
-                    return Err(DenseError::Resonance { frequency: omega });
-                }
-                put(2 + 2 * h, -(lambda * c + s * omega) / apart);
-                put(3 + 2 * h, (c * omega - lambda * s) / apart);
-            }
-        }
-        for (h, &omega) in generator.frequencies.iter().enumerate() {
-            let column = |j: usize| -> Vec<f64> { rows.iter().map(|&r| felt[(r, j)]).collect() };
-            let (c, s) = (column(2 + 2 * h), column(3 + 2 * h));
-            let times = |x: &[f64]| -> Vec<f64> {
-                (0..m)
-                    .map(|i| (0..m).map(|j| generator_slow[(i, j)] * x[j]).sum())
-                    .collect()
-            };
-            let mut square = &generator_slow * &generator_slow;
-            for i in 0..m {
-                square[(i, i)] += omega * omega;
-            }
-            if m > 0 {
-                let (ac, as_) = (times(&c), times(&s));
-                let first: Vec<f64> = (0..m).map(|i| -(ac[i] + omega * s[i])).collect();
-                let second: Vec<f64> = (0..m).map(|i| omega * c[i] - as_[i]).collect();
-                let (first, second) = (
-                    linalg::solve(square.as_ref(), &first),
-                    linalg::solve(square.as_ref(), &second),
-                );
-                for (i, &row) in rows.iter().enumerate() {
-                    steady[(row, 2 + 2 * h)] = first[i];
-                    steady[(row, 3 + 2 * h)] = second[i];
-                }
-            }
-        }
-
-        let carried = |j: usize| match j {
-            0 => one,
-            1 => side,
-            j => ((j % 2) * lanes) + count + (j - 2) / 2,
-        };
-        let mut matrix = Mat::<f64>::zeros(d, length);
-        let mut inverse = Mat::<f64>::zeros(length, d);
-        let response = &forward * &steady;
-        for i in 0..2 * n {
-            for j in 0..length {
-                matrix[(i, j)] = parts.scale[i] * forward[(i, j)];
-                inverse[(j, i)] = back[(j, i)] / parts.scale[i];
-            }
-            for j in 0..d - 2 * n {
-                matrix[(i, carried(j))] += parts.scale[i] * response[(i, j)];
-            }
-        }
-        for j in 0..d - 2 * n {
-            for row in 0..length {
-                inverse[(row, 2 * n + j)] -= steady[(row, j)];
-            }
-            matrix[(2 * n + j, carried(j))] = 1.0;
-            inverse[(carried(j), 2 * n + j)] += 1.0;
-        }
-
-        let mut g = Mat::<f64>::zeros(m + 2, m + 2);
-        for (i, &row) in rows.iter().enumerate() {
-            for j in 0..m {
-                g[(i, j)] = generator_slow[(i, j)];
-            }
-            for j in 0..2 {
-                g[(i, m + j)] = felt[(row, j)];
-            }
-        }
-        let mut powers = vec![Mat::<f64>::identity(m + 2, m + 2)];
-        for k in 1..=POWERS {
-            let power = &g * &powers[k - 1] * faer::Scale(1.0 / k as f64);
-            // A nilpotent group's series ends early.
-            if power.norm_max() == 0.0 {
-                break;
-            }
-            powers.push(power);
-        }
-        let rates = |value: fn(&Complex64) -> f64, harmonic: fn(&f64) -> f64| {
-            let own = parts.waves.iter().map(value);
-            let mut all: Vec<f64> = own
-                .chain(generator.frequencies.iter().map(harmonic))
-                .collect();
+        let rates = |value: fn(&Complex64) -> f64| {
+            let mut all: Vec<f64> = parts.waves.iter().map(value).collect();
             all.resize(lanes, 0.0);
             all
         };
-        Ok(Self {
-            inverse,
-            matrix,
-            alpha: rates(|wave| wave.re, |_| 0.0),
-            nu: rates(|wave| wave.im, |frequency| *frequency),
-            slow: m,
-            powers,
-            condition: parts.condition,
-        })
+        Self {
+            inverse: Mat::from_fn(length, 2 * n, |j, i| back[(j, i)] / parts.scale[i]),
+            matrix: Mat::from_fn(2 * n, length, |i, j| parts.scale[i] * forward[(i, j)]),
+            waves: count,
+            alpha: rates(|wave| wave.re),
+            nu: rates(|wave| wave.im),
+            slow_generator: generator_slow,
+        }
     }
 
-    /// `e^{Gt}` of the slow group with its constants.
-    pub fn slow_exponential(&self, time: f64) -> Mat<f64> {
-        let size = self.slow + 2;
-        let mut sum = Mat::zeros(size, size);
-        for power in self.powers.iter().rev() {
-            sum = sum * faer::Scale(time) + power;
+    /// `e^{Gt}` of the slow group.
+    fn slow_exponential(&self, time: f64) -> Mat<f64> {
+        let size = self.slow_generator.nrows();
+        let identity = Mat::<f64>::identity(size, size);
+        let mut sum = identity.clone();
+        for k in (1..=POWERS).rev() {
+            sum = &identity + &self.slow_generator * &sum * faer::Scale(time / k as f64);
         }
         sum
     }
 
     /// Largest error of `W e^{…Δ} W⁻¹` against the propagator, relative to its largest entry,
     /// blocks only, velocities measured by `rate`.
-    pub fn reconstruction(
-        &self,
-        propagator: &Mat<f64>,
-        duration: f64,
-        modes: usize,
-        rate: f64,
-    ) -> f64 {
+    fn reconstruction(&self, propagator: &Mat<f64>, duration: f64, modes: usize, rate: f64) -> f64 {
         let lanes = self.alpha.len();
         let slow = self.slow_exponential(duration);
+        let size = slow.nrows();
         let mut moved = self.inverse.clone();
         for j in 0..moved.ncols() {
             for w in 0..lanes {
@@ -342,8 +393,8 @@ impl Basis {
                 moved[(w, j)] = size * (cos * u - sin * v);
                 moved[(lanes + w, j)] = size * (sin * u + cos * v);
             }
-            for i in 0..self.slow + 2 {
-                moved[(2 * lanes + i, j)] = (0..self.slow + 2)
+            for i in 0..size {
+                moved[(2 * lanes + i, j)] = (0..size)
                     .map(|k| slow[(i, k)] * self.inverse[(2 * lanes + k, j)])
                     .sum();
             }
@@ -370,8 +421,6 @@ impl Basis {
 /// What a basis is assembled from, in scaled coordinates.
 struct Parts {
     a: Mat<f64>,
-    /// Inputs of the carried entries.
-    inputs: Mat<f64>,
     scale: Vec<f64>,
     /// Slow blocks that nothing feels.
     apart: Vec<usize>,
@@ -381,7 +430,6 @@ struct Parts {
     slow: Vec<Vec<f64>>,
     /// Inverse of the basis of the rest: rows u₀, v₀, u₁, … and the slow ones.
     inner: Mat<f64>,
-    condition: f64,
 }
 
 /// Bound of the eigenvalues of block `i` by itself \[1/s\].

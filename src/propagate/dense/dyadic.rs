@@ -96,14 +96,19 @@ impl<'m> Dyadic<'m> {
             Grid::new(model, cells, DyadicTables::REACH)?,
             Layout::new(model),
         );
-        let d = layout.dimension();
-        let operators = (grid.classes.len() + grid.flights.len()) * (LEVELS + 1);
+        let systems = grid.classes.len() + grid.flights.len();
         Ok(TableSize {
-            operators,
-            bytes: operators * numbers_of(d, d) * size_of::<f64>(),
+            operators: systems * (LEVELS + 1),
+            bytes: bytes(&layout, systems),
             cells: grid.cells.len(),
         })
     }
+}
+
+/// Bytes of the tables of so many linear systems: lengths of cells times generators.
+pub fn bytes(layout: &Layout, systems: usize) -> usize {
+    let d = layout.dimension();
+    systems * (LEVELS + 1) * numbers_of(d, d) * size_of::<f64>()
 }
 
 impl DyadicScratch {

@@ -7,6 +7,7 @@
 //! known: one sum of sizes. Everything else is left to the spectral form.
 
 use super::DenseError;
+use super::bases::Bases;
 use super::cell_model::CellModel;
 use super::conditioning::Conditioning;
 use super::cycle::Method;
@@ -37,6 +38,12 @@ pub struct FusedTables<'t> {
     /// Runs that start at a cell, longest first: indices into `runs`.
     starts: Vec<Vec<usize>>,
     steady: Steady<'t>,
+}
+
+/// Products of cells, of one speed.
+struct Products<'t> {
+    runs: Vec<Run<'t>>,
+    cycle: CycleMap<'t>,
 }
 
 /// Cells crossed at once in contact.
@@ -132,12 +139,13 @@ impl<'m> Fused<'m> {
     /// As for [`Spectral::new`](super::Spectral::new).
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, FusedTables::REACH, event_limit, None)?;
-        let tables = FusedTables::new(&cell_model)?;
+        let products = Products::new(&cell_model);
+        let tables = FusedTables::new(&cell_model, Bases::new(model)?, products)?;
         Ok(Self { cell_model, tables })
     }
 
-    /// The kernel of a model whose tables, for as many `cells`, are kept. Load and half gap may be
-    /// others than those of the model they were built for.
+    /// The kernel of a model whose `bases` are kept, and the `runs` of its speed, for as many
+    /// `cells`. Load and half gap may be others than those of the model they were built for.
     ///
     /// # Errors
     /// As for [`Spectral::of_kept`](super::Spectral::of_kept).
@@ -145,24 +153,28 @@ impl<'m> Fused<'m> {
         model: &'m Model,
         cells: u32,
         event_limit: u32,
-        kept: &'m dyn KeptTables,
+        [bases, runs]: [&'m dyn KeptTables; 2],
     ) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, FusedTables::REACH, event_limit, None)?;
-        let mut reader = Reader::new(kept);
-        let tables = FusedTables::read(&cell_model, &mut reader)?;
-        reader.finish()?;
+        let (mut bases, mut kept) = (Reader::new(bases), Reader::new(runs));
+        let read = Bases::read(model, &mut bases)?;
+        let products = Products::read(&cell_model, &mut kept)?;
+        bases.finish()?;
+        kept.finish()?;
+        let tables = FusedTables::new(&cell_model, read, products)?;
         Ok(Self { cell_model, tables })
     }
 
-    /// The tables as arrays to be kept.
-    pub fn arrays(&self) -> Vec<TableArray> {
+    /// The runs of a model as arrays to be kept. Its bases are those of
+    /// [`Spectral::arrays`](super::Spectral::arrays).
+    ///
+    /// # Errors
+    /// A model that tables do not fit, or a speed too slow for tables.
+    pub fn arrays(model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
+        let cell_model = CellModel::new(model, cells, FusedTables::REACH, 0, None)?;
         let mut out = Writer::default();
-        self.tables.spectral.keep(&mut out);
-        for run in &self.tables.runs {
-            run.keep(&mut out);
-        }
-        self.tables.steady.cycle().keep(&mut out);
-        out.finish()
+        Products::new(&cell_model).keep(&mut out);
+        Ok(out.finish())
     }
 
     /// How well every basis behaves, contact first.
@@ -200,49 +212,58 @@ fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     (runs, starts)
 }
 
-impl<'t> FusedTables<'t> {
-    fn new(cell_model: &CellModel<'_>) -> Result<Self, DenseError> {
+impl<'t> Products<'t> {
+    fn new(cell_model: &CellModel<'_>) -> Self {
         let grid = &cell_model.grid;
         let increments: Vec<Mat<f64>> = (cell_model.contact.iter().zip(&grid.classes))
             .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
-        let (lists, starts) = runs(cell_model);
-        let runs = (lists.iter())
-            .map(|classes| Run::new(cell_model, &increments, classes))
-            .collect();
-        let cycle = CycleMap::new(cell_model, &increments);
-        let spectral = SpectralTables::new(cell_model)?;
-        Ok(Self::assembled(cell_model, spectral, runs, starts, cycle))
+        let (lists, _) = runs(cell_model);
+        let runs = lists.iter();
+        Self {
+            runs: runs
+                .map(|classes| Run::new(cell_model, &increments, classes))
+                .collect(),
+            cycle: CycleMap::new(cell_model, &increments),
+        }
     }
 
     fn read(cell_model: &CellModel<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
-        let spectral = SpectralTables::read(cell_model, kept)?;
-        let (lists, starts) = runs(cell_model);
-        let runs = (lists.into_iter())
-            .map(|classes| Run::read(kept, cell_model, classes))
-            .collect::<Result<_, _>>()?;
-        let cycle = CycleMap::read(cell_model, kept)?;
-        Ok(Self::assembled(cell_model, spectral, runs, starts, cycle))
+        let (lists, _) = runs(cell_model);
+        let runs = lists.into_iter();
+        let runs = runs.map(|classes| Run::read(kept, cell_model, classes));
+        Ok(Self {
+            runs: runs.collect::<Result<_, _>>()?,
+            cycle: CycleMap::read(cell_model, kept)?,
+        })
     }
 
-    fn assembled(
+    fn keep(&self, out: &mut Writer) {
+        for run in &self.runs {
+            run.keep(out);
+        }
+        self.cycle.keep(out);
+    }
+}
+
+impl<'t> FusedTables<'t> {
+    fn new(
         cell_model: &CellModel<'_>,
-        spectral: SpectralTables<'t>,
-        runs: Vec<Run<'t>>,
-        starts: Vec<Vec<usize>>,
-        cycle: CycleMap<'t>,
-    ) -> Self {
-        let alone = |class: usize| runs.iter().find(|run| run.classes == [class]);
+        bases: Bases<'t>,
+        Products { runs: made, cycle }: Products<'t>,
+    ) -> Result<Self, DenseError> {
+        let (_, starts) = runs(cell_model);
+        let alone = |class: usize| made.iter().find(|run| run.classes == [class]);
         let cells: Vec<&Operator<'_>> = (0..cell_model.grid.classes.len())
             .filter_map(|class| Some(&alone(class)?.map))
             .collect();
         let steady = Steady::new(cell_model, cycle, &cells);
-        Self {
-            spectral,
-            runs,
+        Ok(Self {
+            spectral: SpectralTables::new(cell_model, bases)?,
+            runs: made,
             starts,
             steady,
-        }
+        })
     }
 }
 

@@ -34,6 +34,11 @@ impl Layout {
         }
     }
 
+    /// Harmonics of torque ripple and transmission error.
+    pub fn harmonics(&self) -> usize {
+        self.ripples + self.errors
+    }
+
     /// Place of the load f; s b follows it.
     pub fn constant(&self) -> usize {
         2 * self.modes
@@ -51,7 +56,7 @@ impl Layout {
 
     /// Entries of an augmented state.
     pub fn dimension(&self) -> usize {
-        self.pairs() + 2 * (self.ripples + self.errors)
+        self.pairs() + 2 * self.harmonics()
     }
 
     /// Doubles of an augmented state in whole lane groups.

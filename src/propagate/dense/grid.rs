@@ -66,6 +66,34 @@ fn one_line(model: &Model) -> bool {
     alike && drive.cycles.len() == 1 && drive.side == -coast.side
 }
 
+/// Whether tables fit a model at all, whatever its speed.
+///
+/// # Errors
+/// Why they do not.
+pub fn fits(model: &Model) -> Result<(), DenseError> {
+    if model.basis.coupled().is_some() || !loads_are_rated(model) {
+        return Err(DenseError::Coupled);
+    }
+    if model.blocks.iter().any(|block| block.spread().is_some()) {
+        return Err(DenseError::Overdamped);
+    }
+    if !one_line(model) {
+        return Err(DenseError::Contacts);
+    }
+    let by_force = |contact: &Contact| contact.release == Release::Force;
+    if model.contacts.iter().any(by_force) {
+        return Err(DenseError::Release);
+    }
+    let cycle = model.first_cycle();
+    if cycle.has_error() {
+        return Err(DenseError::FlankError);
+    }
+    match cycle.segments.iter().all(|s| s.stiffness.is_constant()) {
+        true => Ok(()),
+        false => Err(DenseError::VaryingStiffness),
+    }
+}
+
 impl Grid {
     /// At least `cells` cells a cycle, whole numbers of equal ones in every segment, none of
     /// them longer than `reach` over the fastest rate.
@@ -73,26 +101,8 @@ impl Grid {
     /// # Errors
     /// Stiffness that varies within a segment, or more cells than tables should have.
     pub fn new(model: &Model, cells: u32, reach: f64) -> Result<Self, DenseError> {
-        if model.basis.coupled().is_some() || !loads_are_rated(model) {
-            return Err(DenseError::Coupled);
-        }
-        if model.blocks.iter().any(|block| block.spread().is_some()) {
-            return Err(DenseError::Overdamped);
-        }
-        if !one_line(model) {
-            return Err(DenseError::Contacts);
-        }
-        let by_force = |contact: &Contact| contact.release == Release::Force;
-        if model.contacts.iter().any(by_force) {
-            return Err(DenseError::Release);
-        }
+        fits(model)?;
         let cycle = model.first_cycle();
-        if cycle.has_error() {
-            return Err(DenseError::FlankError);
-        }
-        if !cycle.segments.iter().all(|s| s.stiffness.is_constant()) {
-            return Err(DenseError::VaryingStiffness);
-        }
         let rate = Volterra::fastest_rate(model);
         let mut grid = Self {
             cells: Vec::new(),

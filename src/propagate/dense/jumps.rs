@@ -95,7 +95,7 @@ impl<'m> PowerJumps<'m> {
 /// time, and the whole turns are known.
 fn turn_exactly(cell_model: &CellModel<'_>, cycles: u64, map: &mut Mat<f64>) {
     let layout = &cell_model.layout;
-    for pair in 0..layout.ripples + layout.errors {
+    for pair in 0..layout.harmonics() {
         let turns = match cell_model.model.ripple.get(pair) {
             Some(ripple) => (cycles as f64 * ripple.turns_per_cycle).fract(),
             None => 0.0,

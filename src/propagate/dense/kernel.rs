@@ -91,7 +91,7 @@ impl<T> Stock<T> {
     }
 
     /// All tables, contact first.
-    pub fn all(&self) -> impl Iterator<Item = &T> {
+    pub fn all(&self) -> impl Iterator<Item = &T> + Clone {
         self.contact.iter().chain(&self.flight)
     }
 }

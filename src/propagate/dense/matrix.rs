@@ -97,6 +97,12 @@ impl<'t> Operator<'t> {
     /// Writes the product with `x` (at least as long as the columns) to `y` (as long as the
     /// padded rows).
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y[..self.groups * LANES].fill(0.0);
+        self.apply_more(x, y);
+    }
+
+    /// Adds the product with `x` to `y`, lengths as for [`apply`](Self::apply).
+    pub fn apply_more(&self, x: &[f64], y: &mut [f64]) {
         multiply(
             self.numbers(),
             &x[..self.columns],
@@ -146,6 +152,7 @@ fn panels<const FUSED: bool>(mut data: &[[f64; LANES]], x: &[f64], y: &mut [f64]
 #[inline(always)]
 fn rows<const G: usize, const FUSED: bool>(panel: &[[f64; LANES]], x: &[f64], y: &mut [f64]) {
     let mut sums = [[0.0; LANES]; G];
+    sums.as_flattened_mut().copy_from_slice(y);
     let (columns, _) = panel.as_chunks::<G>();
     for (column, value) in columns.iter().zip(x) {
         for g in 0..G {

@@ -14,6 +14,7 @@
 //! located to round-off on the same surfaces, with the same saltation, counters, observers and
 //! limits as every other kernel.
 
+mod bases;
 mod basis;
 mod cell_model;
 mod cluster;
@@ -39,6 +40,7 @@ mod steady;
 mod stretch;
 mod waves;
 
+pub use bases::{DYADIC_BYTES, form as bases_form};
 pub use conditioning::Conditioning;
 pub use dyadic::Dyadic;
 pub use fused::Fused;

@@ -6,17 +6,18 @@
 //! spans.
 
 use super::DenseError;
+use super::bases::Bases;
 use super::basis::POWERS;
 use super::cell_model::CellModel;
 use super::conditioning::Conditioning;
 use super::cycle::Method;
 use super::exits::{Bounds, DeflectionAt};
 use super::generator::Generator;
-use super::kept::{KeptTables, Reader, TableArray, Writer};
+use super::kept::{KeptTables, Reader, TableArray};
 use super::kernel::{Dense, Stock};
-use super::matrix::{Operator, dot, padded};
+use super::matrix::{Operator, dot};
 use super::series::locate;
-use super::spectral_table::{Factors, Guard, SpectralTable};
+use super::spectral_table::{Coordinates, Factors, Guard, SpectralTable};
 use super::stretch::{Exit, Stretch};
 use super::waves;
 use crate::model::Model;
@@ -31,14 +32,16 @@ pub type Spectral<'m> = Dense<'m, SpectralTables<'m>>;
 
 /// Its tables.
 #[derive(Debug)]
-pub struct SpectralTables<'t>(Stock<SpectralTable<'t>>);
+pub struct SpectralTables<'t> {
+    bases: Bases<'t>,
+    stock: Stock<SpectralTable<'t>>,
+}
 
 /// Scratch memory.
 #[derive(Debug)]
 pub struct SpectralScratch {
-    y: Vec<f64>,
+    at: Coordinates,
     amplitudes: [Vec<f64>; 2],
-    slow: Vec<f64>,
     factors: Factors,
     /// Whether `factors` are those of a contact table, and which.
     prepared: Option<(bool, usize)>,
@@ -64,13 +67,12 @@ impl<'m> Spectral<'m> {
     ) -> Result<Self, DenseError> {
         let cell_model =
             CellModel::new(model, cells, SpectralTables::REACH, event_limit, event_grid)?;
-        let tables = SpectralTables::new(&cell_model)?;
+        let tables = SpectralTables::new(&cell_model, Bases::new(model)?)?;
         Ok(Self { cell_model, tables })
     }
 
-    /// The kernel of a model whose tables, for as many `cells`, are kept; other arguments as for
-    /// [`Spectral::new`]. Load and half gap may be others than those of the model they were
-    /// built for.
+    /// The kernel of a model whose bases are kept; other arguments as for [`Spectral::new`]. They
+    /// serve every speed, load and half gap, and all excitation of as many harmonics.
     ///
     /// # Errors
     /// As for [`Spectral::new`], or the tables are not those of this model.
@@ -84,16 +86,18 @@ impl<'m> Spectral<'m> {
         let cell_model =
             CellModel::new(model, cells, SpectralTables::REACH, event_limit, event_grid)?;
         let mut reader = Reader::new(kept);
-        let tables = SpectralTables::read(&cell_model, &mut reader)?;
+        let bases = Bases::read(model, &mut reader)?;
         reader.finish()?;
+        let tables = SpectralTables::new(&cell_model, bases)?;
         Ok(Self { cell_model, tables })
     }
 
-    /// The tables as arrays to be kept.
-    pub fn arrays(&self) -> Vec<TableArray> {
-        let mut out = Writer::default();
-        self.tables.keep(&mut out);
-        out.finish()
+    /// The bases of a model as arrays to be kept.
+    ///
+    /// # Errors
+    /// A model that tables do not fit, eigenvectors too nearly parallel.
+    pub fn arrays(model: &Model) -> Result<Vec<TableArray>, DenseError> {
+        super::bases::arrays(model)
     }
 
     /// How well every basis behaves, contact first.
@@ -103,29 +107,20 @@ impl<'m> Spectral<'m> {
 }
 
 impl<'t> SpectralTables<'t> {
-    pub fn new(cell_model: &CellModel<'_>) -> Result<Self, DenseError> {
-        let make =
-            |g: &Generator, class, touching| SpectralTable::new(g, cell_model, class, touching);
-        Ok(Self(Stock::new(cell_model, make)?))
-    }
-
-    /// Those handed over by [`keep`](Self::keep).
-    pub fn read(cell_model: &CellModel<'_>, kept: &mut Reader<'t>) -> Result<Self, DenseError> {
-        let read = |g: &Generator, class, touching| {
-            SpectralTable::read(kept, g, cell_model, class, touching)
+    /// Bases at the speed of a model.
+    pub fn new(cell_model: &CellModel<'_>, bases: Bases<'t>) -> Result<Self, DenseError> {
+        let grid = &cell_model.grid;
+        let make = |g: &Generator, class: usize, touching| {
+            let class = &grid.classes[class];
+            let basis = bases.of(class.segment, touching);
+            SpectralTable::new(basis, g, class.duration, grid.period)
         };
-        Ok(Self(Stock::new(cell_model, read)?))
-    }
-
-    /// Hands all numbers over, contact first.
-    pub fn keep(&self, out: &mut Writer) {
-        for table in self.0.all() {
-            table.keep(out);
-        }
+        let stock = Stock::new(cell_model, make)?;
+        Ok(Self { bases, stock })
     }
 
     pub fn conditioning(&self) -> impl Iterator<Item = Conditioning> {
-        self.0.all().map(|table| table.conditioning)
+        self.bases.all().map(|basis| basis.conditioning)
     }
 
     /// Moves `scratch.y` over the first `time` of a stretch and writes the state.
@@ -138,24 +133,23 @@ impl<'t> SpectralTables<'t> {
         scratch: &mut SpectralScratch,
         counters: &mut Counters,
     ) {
-        let (table, key) = self.0.of(cell_model, stretch);
+        let (table, key) = self.stock.of(cell_model, stretch);
         let SpectralScratch {
-            y,
-            slow,
+            at,
             factors,
             prepared,
             ..
         } = scratch;
         if stretch.whole && time == stretch.duration {
-            table.advance(&table.whole, y, slow);
+            table.advance(&table.whole, at);
         } else {
             if *prepared != Some(key) || factors.time != time {
                 table.prepare(time, factors);
                 *prepared = Some(key);
             }
-            table.advance(factors, y, slow);
+            table.advance(factors, at);
         }
-        table.matrix.apply(y, z);
+        table.leave(at, z);
         counters.matvecs += 1;
     }
 }
@@ -166,17 +160,17 @@ impl Method for SpectralTables<'_> {
     const FLIES: bool = true;
 
     fn operators(&self) -> impl Iterator<Item = &Operator<'_>> {
-        (self.0.all()).flat_map(|table| [&table.inverse, &table.matrix])
+        let own = self.stock.all().flat_map(SpectralTable::operators);
+        self.bases.operators().chain(own)
     }
 
     fn scratch(&self, _: &CellModel<'_>) -> SpectralScratch {
         let most =
-            |size: fn(&SpectralTable<'_>) -> usize| self.0.all().map(size).max().unwrap_or(0);
+            |size: fn(&SpectralTable<'_>) -> usize| self.stock.all().map(size).max().unwrap_or(0);
         let (lanes, slow) = (most(|table| table.alpha.len()), most(|table| table.slow));
         SpectralScratch {
-            y: vec![0.0; padded(2 * lanes + slow)],
+            at: Coordinates::new(self.stock.all()),
             amplitudes: [vec![0.0; lanes], vec![0.0; lanes]],
-            slow: vec![0.0; slow],
             factors: Factors::new(lanes, slow),
             prepared: None,
         }
@@ -190,14 +184,14 @@ impl Method for SpectralTables<'_> {
         scratch: &mut SpectralScratch,
         counters: &mut Counters,
     ) -> Option<Exit> {
-        let (table, _) = self.0.of(cell_model, stretch);
+        let (table, _) = self.stock.of(cell_model, stretch);
         let generator = cell_model.generator(stretch.cell, stretch.contact);
         let lanes = table.alpha.len();
-        table.inverse.apply(z, &mut scratch.y);
+        table.enter(z, &mut scratch.at);
         counters.matvecs += 1;
         let [re, im] = &mut scratch.amplitudes;
-        let (u, rest) = scratch.y.split_at(lanes);
-        let (v, slow) = rest.split_at(lanes);
+        let (u, rest) = scratch.at.y.split_at(lanes);
+        let v = &rest[..lanes];
         let gains = [&table.gains[0][..], &table.gains[1][..]];
         let sums = waves::amplitudes(
             gains,
@@ -214,7 +208,7 @@ impl Method for SpectralTables<'_> {
         };
         let rows = table.polynomial.chunks_exact(table.slow);
         for (q, row) in guard.polynomial.iter_mut().zip(rows) {
-            *q = row.iter().zip(slow).map(|(p, x)| p * x).sum();
+            *q = row.iter().zip(&scratch.at.slow).map(|(p, x)| p * x).sum();
         }
         let growth = (table.growth * stretch.duration).exp();
         let drift = guard.bounds(stretch.duration);
@@ -276,8 +270,8 @@ impl Method for SpectralTables<'_> {
         scratch: &mut SpectralScratch,
         counters: &mut Counters,
     ) {
-        let (table, _) = self.0.of(cell_model, stretch);
-        table.inverse.apply(x, &mut scratch.y);
+        let (table, _) = self.stock.of(cell_model, stretch);
+        table.enter(x, &mut scratch.at);
         counters.matvecs += 1;
         self.back(cell_model, stretch, time, x, scratch, counters);
     }

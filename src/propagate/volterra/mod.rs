@@ -150,6 +150,11 @@ impl<'m> Volterra<'m> {
         length::fastest_rate(model)
     }
 
+    /// The same of structure and mesh alone, which does not depend on the speed.
+    pub fn fastest_own_rate(model: &Model) -> f64 {
+        length::fastest_own_rate(model)
+    }
+
     /// Windows a mesh cycle that the kernel would need for a model: a stiff mesh, a strong
     /// damper or a slow speed can ask for more than anyone wants to wait for.
     pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {

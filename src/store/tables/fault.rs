@@ -49,6 +49,14 @@ pub enum CacheFault {
         /// Version of this program.
         known: u32,
     },
+    /// A table that earlier versions of this program kept.
+    #[error(
+        "holds tables of the kernel `{kind}` at one speed, as earlier versions kept them; this program keeps one for all speeds; `atlas table clean` removes the file"
+    )]
+    Earlier {
+        /// What it holds.
+        kind: &'static str,
+    },
     /// Bytes in front of the data are not those that were written.
     #[error("has a damaged header: its checksum does not match")]
     HeaderChecksum,

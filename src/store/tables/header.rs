@@ -111,6 +111,14 @@ impl CacheHeader {
     }
 }
 
+/// The kind of a table that an earlier version of this program kept for every speed; none where
+/// it is another.
+fn kind_of_before(header: &[u8]) -> Option<&'static str> {
+    let header: serde_json::Value = serde_json::from_slice(header).ok()?;
+    let mut known = ["spectral", "fused"].into_iter();
+    known.find(|kind| header["kind"] == **kind)
+}
+
 /// Prelude, header, inputs and zeros, with their checksum.
 pub(super) fn envelope(header: &str, inputs: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(PRELUDE + header.len() + inputs.len() + ALIGNMENT);
@@ -182,8 +190,12 @@ pub(super) fn read_head(file: &[u8]) -> Result<Head, CacheFault> {
         return Err(CacheFault::HeaderChecksum);
     }
     let unclear = |detail: String| CacheFault::Header { detail };
-    let header: CacheHeader = serde_json::from_slice(&head[PRELUDE..header_end])
-        .map_err(|error| unclear(error.to_string()))?;
+    let header = &head[PRELUDE..header_end];
+    let header: CacheHeader =
+        serde_json::from_slice(header).map_err(|error| match kind_of_before(header) {
+            Some(kind) => CacheFault::Earlier { kind },
+            None => unclear(error.to_string()),
+        })?;
     let inputs = std::str::from_utf8(&head[header_end..inputs_end])
         .map_err(|error| unclear(error.to_string()))?;
     if header.key != key(header.kind, inputs) {

@@ -13,10 +13,10 @@ use super::layout::VERSION;
 pub enum CacheKind {
     /// Mesh stiffness and its companions over a mesh cycle.
     Mesh,
-    /// Operators of the spectral kernel.
-    Spectral,
-    /// Operators of the fused kernel.
-    Fused,
+    /// Bases of a structure and its mesh, of the kernels `spectral` and `fused` at every speed.
+    Bases,
+    /// Products of cells at one speed, of the kernel `fused`.
+    Runs,
 }
 
 impl CacheKind {
@@ -77,7 +77,7 @@ mod tests {
     fn keys_differ_by_kind_and_inputs() {
         let keys = [
             key(CacheKind::Mesh, "{}"),
-            key(CacheKind::Spectral, "{}"),
+            key(CacheKind::Bases, "{}"),
             key(CacheKind::Mesh, "[]"),
         ];
         assert!(keys.iter().all(|key| key.len() == 64));

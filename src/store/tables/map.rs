@@ -1,4 +1,4 @@
-//! A file as memory: read-only, and one copy for all processes that map it.
+//! A file as memory: read-only, and one copy for all processes that map it, or one of its own.
 //!
 //! Table files are made under a temporary name, renamed, and never written again; their mode
 //! forbids writing. Renaming another file over one, and removing it, leave mapped pages as
@@ -10,7 +10,7 @@ use std::fs::File;
 use std::io;
 use std::ops::Range;
 
-use memmap2::Mmap;
+use memmap2::{Mmap, MmapMut};
 
 use super::layout::NUMBER;
 
@@ -25,6 +25,13 @@ impl Mapping {
         // SAFETY: the pages are never written through this mapping, and table files are not
         // written in place (module documentation).
         unsafe { Mmap::map(file) }.map(Self)
+    }
+
+    /// The same bytes in pages of its own, which lie where the calling thread runs.
+    pub fn copied(&self) -> io::Result<Self> {
+        let mut copy = MmapMut::map_anon(self.0.len())?;
+        copy.copy_from_slice(&self.0);
+        copy.make_read_only().map(Self)
     }
 
     /// Every byte of the file.
@@ -64,6 +71,9 @@ mod tests {
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_ne_bytes()).collect();
         let mapping = mapped(&bytes);
         assert_eq!(mapping.bytes(), bytes);
+        let copy = mapping.copied().unwrap();
+        assert_eq!(copy.numbers(0..bytes.len()), Some(&values[..]));
+        assert_ne!(copy.bytes().as_ptr(), mapping.bytes().as_ptr());
         assert_eq!(mapping.numbers(0..bytes.len()), Some(&values[..]));
         assert_eq!(mapping.numbers(4096..4112), Some(&values[512..514]));
         assert_eq!(mapping.numbers(8192..8192), Some(&[][..]));

@@ -74,6 +74,28 @@ impl MappedTable {
         }
     }
 
+    /// The same table in pages that the calling thread touches first; none where it has no file,
+    /// or the system grants no memory.
+    pub fn copied(&self) -> Option<Self> {
+        let Body::File { mapping, data } = &self.body else {
+            return None;
+        };
+        let body = Body::File {
+            mapping: mapping.copied().ok()?,
+            data: *data,
+        };
+        Some(Self {
+            header: self.header.clone(),
+            inputs: self.inputs.clone(),
+            body,
+        })
+    }
+
+    /// Bytes of its arrays.
+    pub fn bytes(&self) -> usize {
+        self.header.arrays.iter().map(|array| array.bytes).sum()
+    }
+
     /// What the table says about itself; of one that is not kept the data have no checksum.
     pub fn header(&self) -> &CacheHeader {
         &self.header

@@ -27,7 +27,7 @@ pub use header::{ArrayHeader, CacheHeader};
 pub use key::CacheKind;
 pub use mapped::MappedTable;
 pub use mesh::{FetchedMesh, MeshFetchError};
-pub use operators::{DYADIC_BYTES, OperatorFetchError};
+pub use operators::OperatorFetchError;
 
 #[cfg(test)]
 mod tests;

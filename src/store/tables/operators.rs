@@ -1,35 +1,24 @@
 //! Tables of dense kernels in the cache: the one place where a kernel's arrays meet a file.
 //!
-//! Load and half gap are coordinates of the state these tables act on, and the phases of torque
-//! ripple are too: none of them is part of the key, so that points of one structure, mesh and
-//! speed share a table.
+//! Load and half gap are coordinates of the state these tables act on, and so are the phases of
+//! all excitation: none of them is part of a key. Bases are of a structure and its mesh, whatever
+//! the speed and the excitation; points of one structure and mesh share one table. What runs of
+//! cells make of it is of one speed.
 
 use serde_json::{Value, json};
 use thiserror::Error;
 
 use super::{Arrays, CacheError, CacheKind, Fetched, MappedTable, TableStore};
 use crate::model::Model;
-use crate::propagate::{DenseError, Dyadic, Fused, KeptKernel, KeptTables, Spectral, TableArray};
+use crate::propagate::{DenseError, KeptTables, KernelTable, TableArray, bases_form};
 
 /// Part of every key: changes whenever the same model gives other numbers or other arrays.
-const METHOD: &str = "atlas kernel tables 2";
+const METHOD: &str = "atlas kernel tables 3";
 
-/// Name of the array that holds the size \[bytes\] of the dyadic kernel's tables of the same
-/// model.
-pub const DYADIC_BYTES: &str = "dyadic_bytes";
-
-fn kind(kernel: KeptKernel) -> CacheKind {
-    match kernel {
-        KeptKernel::Spectral => CacheKind::Spectral,
-        KeptKernel::Fused => CacheKind::Fused,
-    }
-}
-
-fn arrays_of(kernel: KeptKernel, model: &Model, cells: u32) -> Result<Vec<TableArray>, DenseError> {
-    // Nothing is integrated: no event is met.
-    match kernel {
-        KeptKernel::Spectral => Ok(Spectral::new(model, cells, 0, None)?.arrays()),
-        KeptKernel::Fused => Ok(Fused::new(model, cells, 0)?.arrays()),
+fn kind(table: KernelTable) -> CacheKind {
+    match table {
+        KernelTable::Bases => CacheKind::Bases,
+        KernelTable::Runs { .. } => CacheKind::Runs,
     }
 }
 
@@ -51,92 +40,113 @@ impl KeptTables for MappedTable {
 }
 
 impl TableStore {
-    /// The tables of a kernel for a model in so many `cells` a mesh cycle: those on disk, or new
-    /// ones, which are kept.
+    /// A table of a kernel for a model: the one on disk, or a new one, which is kept.
     ///
     /// # Errors
     /// The kernel cannot be built for the model. A cache that cannot be read or written is told
     /// in the warnings.
-    pub fn kernel_tables(
+    pub fn kernel_table(
         &self,
-        kernel: KeptKernel,
+        table: KernelTable,
         model: &Model,
-        cells: u32,
     ) -> Result<Fetched, OperatorFetchError> {
-        self.get_or_build(kind(kernel), &inputs(model, cells), || {
+        self.get_or_build(kind(table), &inputs(table, model), || {
             let mut arrays = Arrays::new();
-            for TableArray { name, unit, values } in arrays_of(kernel, model, cells)? {
+            for TableArray { name, unit, values } in table.arrays(model)? {
                 arrays.push(name, unit, &[values.len()], values)?;
             }
-            let dyadic = Dyadic::size(model, cells)?.bytes as f64;
-            arrays.push(DYADIC_BYTES, "B", &[], vec![dyadic])?;
             Ok(arrays)
         })
     }
 
-    /// The file of a kernel's tables.
-    pub fn kernel_tables_path(
-        &self,
-        kernel: KeptKernel,
-        model: &Model,
-        cells: u32,
-    ) -> std::path::PathBuf {
-        self.path(kind(kernel), &inputs(model, cells))
+    /// The file of a table of a kernel.
+    pub fn kernel_table_path(&self, table: KernelTable, model: &Model) -> std::path::PathBuf {
+        self.path(kind(table), &inputs(table, model))
     }
 }
 
 /// Everything that decides the numbers of a table.
-fn inputs(model: &Model, cells: u32) -> Value {
-    json!({
-        "method": METHOD,
-        "cells": cells,
-        "modes": model.modes(),
-        "segments": model.first_cycle().segments.len(),
-        "period": model.period(),
-        "model": fingerprint(model),
-    })
+fn inputs(table: KernelTable, model: &Model) -> Value {
+    let mut structure = Fingerprint::default();
+    structure.put_structure(model);
+    match table {
+        KernelTable::Bases => {
+            let (slow_rate, harmonics) = bases_form(model);
+            json!({
+                "method": METHOD,
+                "modes": model.modes(),
+                "segments": model.first_cycle().segments.len(),
+                "slow_rate": slow_rate,
+                "harmonics": harmonics,
+                "model": structure.finish(),
+            })
+        }
+        KernelTable::Runs { cells } => {
+            structure.put_speed(model);
+            json!({
+                "method": METHOD,
+                "cells": cells,
+                "modes": model.modes(),
+                "segments": model.first_cycle().segments.len(),
+                "period": model.period(),
+                "model": structure.finish(),
+            })
+        }
+    }
 }
 
-/// Hash of all numbers of a model that its tables depend on, hexadecimal.
-fn fingerprint(model: &Model) -> String {
-    let mut hash = blake3::Hasher::new();
-    let mut put = |numbers: &[f64]| {
+/// Hash of the numbers of a model that a table depends on. What depends on the speed in a
+/// structure, as gyroscopic terms do, is in its numbers.
+#[derive(Default)]
+struct Fingerprint(blake3::Hasher);
+
+impl Fingerprint {
+    fn put(&mut self, numbers: &[f64]) {
         // The length keeps one list from running into the next.
-        hash.update(&(numbers.len() as u64).to_le_bytes());
+        self.0.update(&(numbers.len() as u64).to_le_bytes());
         for number in numbers {
-            hash.update(&number.to_le_bytes());
-        }
-    };
-    for block in &model.blocks {
-        put(block.generator.as_flattened());
-    }
-    put(model.rated_input.as_flattened());
-    for direction in &model.directions {
-        for gain in &direction.gains {
-            put(&gain.deflection);
-            put(&gain.rate);
-            put(&gain.mesh_input);
+            self.0.update(&number.to_le_bytes());
         }
     }
-    put(&[model.period()]);
-    for segment in &model.first_cycle().segments {
-        put(&[
-            segment.end,
-            segment.stiffness.mean(),
-            segment.damping,
-            segment.direction as f64,
-        ]);
+
+    fn put_structure(&mut self, model: &Model) {
+        for block in &model.blocks {
+            self.put(block.generator.as_flattened());
+        }
+        for direction in &model.directions {
+            for gain in &direction.gains {
+                self.put(&gain.deflection);
+                self.put(&gain.rate);
+                self.put(&gain.mesh_input);
+            }
+        }
+        for segment in &model.first_cycle().segments {
+            let direction = segment.direction as f64;
+            self.put(&[segment.stiffness.mean(), segment.damping, direction]);
+        }
     }
-    for harmonic in model.transmission_errors() {
-        put(&[
-            harmonic.angular_frequency,
-            harmonic.amplitude,
-            harmonic.phase,
-        ]);
+
+    fn put_speed(&mut self, model: &Model) {
+        self.put(model.rated_input.as_flattened());
+        self.put(&[model.period()]);
+        for segment in &model.first_cycle().segments {
+            self.put(&[segment.end]);
+        }
+        for harmonic in model.transmission_errors() {
+            self.put(&[
+                harmonic.angular_frequency,
+                harmonic.amplitude,
+                harmonic.phase,
+            ]);
+        }
+        for ripple in &model.ripple {
+            self.put(&[ripple.angular_frequency]);
+            self.put(ripple.input.as_flattened());
+        }
     }
-    for ripple in &model.ripple {
-        put(&[ripple.angular_frequency]);
-        put(ripple.input.as_flattened());
+
+    /// The hash, hexadecimal.
+    fn finish(self) -> String {
+        self.0.finalize().to_hex().to_string()
     }
-    hash.finalize().to_hex().to_string()
 }

@@ -93,7 +93,7 @@ fn a_table_is_built_once_and_has_every_bit_again() {
     );
     // Another kind or other inputs are another table.
     let other = json!({ "teeth": [25, 32], "module": 0.003 });
-    for (kind, inputs) in [(CacheKind::Mesh, other), (CacheKind::Spectral, inputs())] {
+    for (kind, inputs) in [(CacheKind::Mesh, other), (CacheKind::Bases, inputs())] {
         let build = || Ok::<_, Infallible>(Arrays::new());
         assert_eq!(
             store.get_or_build(kind, &inputs, build).unwrap().origin,
@@ -232,8 +232,13 @@ fn forged_headers_are_refused() {
         (r#""mean""#, r#""odd""#, "two of that name"),
         (
             r#""kind":"mesh""#,
-            r#""kind":"spectral""#,
+            r#""kind":"bases""#,
             "not the hash of its inputs",
+        ),
+        (
+            r#""kind":"mesh""#,
+            r#""kind":"fused""#,
+            "one for all speeds; `atlas table clean` removes the file",
         ),
         (
             r#""kind":"mesh""#,
@@ -278,8 +283,8 @@ fn other_inputs_under_a_name_are_refused() {
         refusal(&fetch(&store))
     };
     assert!(fault(CacheKind::Mesh, "{}").contains("was computed from other inputs"));
-    let spectral = fault(CacheKind::Spectral, INPUTS);
-    assert!(spectral.contains("holds a spectral table where a mesh table is wanted"));
+    let bases = fault(CacheKind::Bases, INPUTS);
+    assert!(bases.contains("holds a bases table where a mesh table is wanted"));
     // A hash of other bytes, under a checksum that holds.
     let mut bytes = file();
     let at = PRELUDE + r#"{"kind":"mesh","key":""#.len();

@@ -17,7 +17,8 @@ pub(super) const KEYS: &[Key] = &[
         .or(r#""volterra""#)
         .about("How the motion is computed. `volterra` is exact to round-off and the fastest. `stepping` takes fixed \
                 steps. `dyadic`, `hermite`, `spectral` and `fused` are kernels of dense tables from the \
-                literature, for comparison."),
+                literature, for comparison; the bases of the last two are kept in `tables/`, once for all \
+                speeds."),
     key("run.tolerance", Kind::Tolerance, bounds(1e-16, false, 1e-3, false), "1e-12").or(r#""roundoff""#)
         .about("Relative truncation of the series of `volterra`; \"roundoff\" is 2^-52. Only with that kernel."),
     integer("run.steps", 16.0, 1e6, "8192").or("4096").because("each is kept: 60 bytes of every point at work")
