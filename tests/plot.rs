@@ -560,6 +560,58 @@ fn a_campbell_diagram_comes_from_the_manifest() {
     holds(&said, &["1 × pinion", "dashed: mode, contacts open"]);
 }
 
+/// What a run was given by `--set` is as if its manifest said so, in whatever is read from its record.
+#[test]
+fn pictures_of_a_run_are_of_its_drive_with_what_was_set() {
+    let folder = job(ONE_AXIS, ANALYSES);
+    let path = folder.path();
+    let speed = "speed = { from = \"6000 rpm\", to = \"14000 rpm\", count = 4 }";
+    let stiffness = "mean_stiffness = \"4e8 N/m\"";
+    let soft = "mean_stiffness = \"1e8 N/m\"";
+    let manifest = fs::read_to_string(path.join("m.toml")).unwrap();
+    let written = manifest
+        .replace(stiffness, soft)
+        .replace("speed = { from = 600, to = 1500, count = 4 }", speed);
+    fs::write(path.join("soft.toml"), written).unwrap();
+    let set = [
+        "--set",
+        &format!("mesh.{soft}"),
+        "--set",
+        &format!("grid.{speed}"),
+    ];
+    let set: Vec<&str> = set.into_iter().collect();
+    let output = atlas(path, &[&["run", "m.toml", "--quiet"], &set[..]].concat());
+    assert!(
+        [0, 3].contains(&output.status.code().unwrap()),
+        "{}",
+        text(&output.stderr)
+    );
+    let resonances = |source: &str| -> serde_json::Value {
+        let arguments = [
+            "plot", source, "--what", "campbell", "--json", "--out", "out",
+        ];
+        let output = atlas(path, &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        said["resonances"].clone()
+    };
+    let of_run = resonances("results/case");
+    assert_eq!(of_run, resonances("soft.toml"));
+    assert_ne!(of_run, resonances("m.toml"));
+    holds(&labels(path, "campbell.svg"), &["speed [rad/s]"]);
+    resonances("results/case");
+    holds(&labels(path, "campbell.svg"), &["speed [rpm]"]);
+    plotted(
+        path,
+        "results/case",
+        &["--what", "deflection_rms", "--format", "svg"],
+    );
+    holds(
+        &labels(path, "deflection_rms-over-speed.svg"),
+        &["speed [rpm]"],
+    );
+}
+
 #[test]
 fn columns_that_cannot_be_drawn_are_refused() {
     let folder = finished(ONE_AXIS, ANALYSES);

@@ -198,7 +198,8 @@ pub fn run(args: &PlotArgs) -> ExitCode {
     let (mut drawn, mut resonances) = (Drawn::default(), Vec::new());
     if request.what.contains(&CAMPBELL) {
         request.what.retain(|asked| *asked != CAMPBELL);
-        let diagram = match campbell::of(source, &args.orders) {
+        let job = campbell::job(source);
+        let diagram = match job.and_then(|job| campbell::of(&job, &args.orders).map_err(Some)) {
             Ok(diagram) => diagram,
             Err(Some(message)) => return fail(BAD_INPUT, &message),
             Err(None) => return ExitCode::from(BAD_INPUT),
@@ -255,17 +256,18 @@ fn table(resonances: &[Resonance]) -> String {
     let mut text = String::new();
     if !resonances.is_empty() {
         text += &format!(
-            "{:>10} {:>10} {:>10} {:<14} {:>4} {:>10}\n",
-            "rpm", "rad/s", "Hz", "excitation", "mode", "in mesh"
+            "{:>10} {:>10} {:>10} {:<14} {:<8} {:>4} {:>10}\n",
+            "rpm", "rad/s", "Hz", "excitation", "contacts", "mode", "in mesh"
         );
     }
     for resonance in resonances {
         text += &format!(
-            "{:>10.1} {:>10.2} {:>10.1} {:<14} {:>4} {:>8.1} %\n",
+            "{:>10.1} {:>10.2} {:>10.1} {:<14} {:<8} {:>4} {:>8.1} %\n",
             resonance.speed * 60.0 / TAU,
             resonance.speed,
             resonance.frequency,
             resonance.excitation,
+            resonance.contacts.name(),
             resonance.mode,
             100.0 * resonance.mesh_share
         );

@@ -56,7 +56,7 @@ use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
 
-pub use campbell::{Campbell, ModeLine, Ray, Resonance};
+pub use campbell::{Campbell, Contacts, ModeLine, NEAR_GRID, Ray, Resonance};
 pub use column::{Asked, ColumnName, NoColumn};
 pub use display::{Amount, Display, Log, NoAmount};
 pub use error::PlotError;

@@ -8,7 +8,7 @@ use super::axis::{Axis, value_words};
 use super::display::Unit;
 use super::error::PlotError;
 use super::what::What;
-use crate::manifest::axis_units;
+use crate::manifest::ManifestText;
 use crate::report::numbers::{number, plural};
 use crate::report::point::varied;
 use crate::report::{Axis as GridAxis, PointSummary, Summary};
@@ -66,8 +66,11 @@ impl Results {
             )),
             None => Some("without run.json: may be incomplete".into()),
         };
-        let written = runs.first().map(|run| axis_units(&run.manifest));
-        let written = written.unwrap_or_default();
+        let written = runs.first().map(|run| ManifestText {
+            text: &run.manifest,
+            changes: &run.set,
+        });
+        let written = written.map(ManifestText::axis_units).unwrap_or_default();
         let axes = summary.axes.iter();
         let shown = axes.filter_map(|axis| {
             let unit = Unit::of(written.get(&axis.name)?, &axis.unit)?;
