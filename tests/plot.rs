@@ -606,9 +606,90 @@ fn pictures_of_a_run_are_of_its_drive_with_what_was_set() {
         "results/case",
         &["--what", "deflection_rms", "--format", "svg"],
     );
+    holds(&labels(path, "deflection_rms.svg"), &["speed [rpm]"]);
+}
+
+/// Bearing forces by the names of the bearings: spur gears load the axial ones by round-off only.
+#[test]
+fn elements_of_lists_are_called_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let settings = [
+        "run.transient=20",
+        "run.cycles=60",
+        "run.settle=false",
+        "grid.load=0.3",
+        "analyses={ nvh = { bearings = true, torques = true, accelerations = true } }",
+    ];
+    let quickstart = include_str!("../manifests/quickstart.toml");
+    fs::write(path.join("m.toml"), quickstart).unwrap();
+    let set = settings.iter().flat_map(|change| ["--set", *change]);
+    let run = ["run", "m.toml", "--quiet", "--out", "results"].into_iter();
+    let output = atlas(path, &run.chain(set).collect::<Vec<_>>());
+    assert!(
+        [0, 3].contains(&output.status.code().unwrap()),
+        "{}",
+        text(&output.stderr)
+    );
+    let list = text(&atlas(path, &["plot", "results", "--list"]).stdout);
     holds(
-        &labels(path, "deflection_rms-over-speed.svg"),
-        &["speed [rpm]"],
+        &list.lines().map(str::to_owned).collect::<Vec<_>>(),
+        &[
+            "elements: pinion 1 x, pinion 1 y, pinion 1 axial, pinion 2 x",
+            "elements: pinion, wheel",
+        ],
+    );
+    let drawn = |arguments: &[&str]| {
+        let (files, _) = plotted(path, "results", &[arguments, &["--format", "svg"]].concat());
+        labels(path, &files[0])
+    };
+    let all = drawn(&["--what", "bearing_rms"]);
+    holds(&all, &["pinion 1 x", "wheel 2 y", "pinion 1 axial"]);
+    assert!(
+        !all.iter().any(|label| label.contains("element")),
+        "{all:?}"
+    );
+    let one = drawn(&["--what", "bearing_rms[pinion 1 x]"]);
+    holds(&one, &["bearing_rms, pinion 1 x [N]"]);
+    let some = drawn(&["--what", "bearing_rms[wheel x]"]);
+    holds(&some, &["wheel 1 x", "wheel 2 x"]);
+    assert!(
+        !some.iter().any(|label| label.contains("pinion")),
+        "{some:?}"
+    );
+    // Round-off has a level, too, which must not stretch the axis.
+    let levels = drawn(&["--what", "bearing_rms", "--db", "1 N"]);
+    holds(&levels, &["8 values of round-off below the axis"]);
+    let ticks = levels
+        .iter()
+        .filter_map(|label| label.replace('−', "-").parse::<f64>().ok());
+    assert!(ticks.fold(0.0, f64::min) > -100.0, "{levels:?}");
+    let said = refused(path, &["results", "--what", "bearing_rms[motor]"]);
+    assert!(
+        said.contains("its elements are pinion 1 x, pinion 1 y"),
+        "{said}"
+    );
+    let exported = atlas(
+        path,
+        &[
+            "export",
+            "results",
+            "--out",
+            "csv",
+            "--columns",
+            "bearing_rms",
+        ],
+    );
+    assert_eq!(
+        exported.status.code(),
+        Some(0),
+        "{}",
+        text(&exported.stderr)
+    );
+    let table = fs::read_to_string(path.join("csv/points.csv")).unwrap();
+    assert!(
+        table.starts_with("bearing_rms_pinion_1_x [N],bearing_rms_pinion_1_y [N],"),
+        "{table}"
     );
 }
 

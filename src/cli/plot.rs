@@ -88,7 +88,8 @@ Kinds:
   of a manifest  campbell, also of the one in a run's record
   of a trace     trace, phase
   of a mesh      mesh, sharing, contact
-Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3]), columns of
+Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3],
+  bearing_rms[pinion 1 x], bearing_rms[axial]), columns of
   attractors and periodic orbits (attractors.force_peak, orbits.multipliers). Over two axes a map.
   `atlas plot SOURCE --list` shows them all, with units.
 Examples:
@@ -287,12 +288,23 @@ fn list(args: &PlotArgs) -> ExitCode {
         let kinds: Vec<&str> = found.kinds.iter().map(|kind| kind.name()).collect();
         text += &format!("{}\n", source.display());
         text += &format!("kinds    {}\n", kinds.join(", "));
-        for [name, unit, description] in &found.columns {
-            text += &format!("{name:<28} {unit:<12} {description}\n");
+        for column in &found.columns {
+            text += &format!(
+                "{:<28} {:<12} {}\n",
+                column.name, column.unit, column.description
+            );
+            if !column.elements.is_empty() {
+                text += &format!("{:<41} elements: {}\n", "", column.elements.join(", "));
+            }
         }
         let columns: Vec<_> = (found.columns.iter())
-            .map(|[name, unit, description]| {
-                json!({ "name": name, "unit": unit, "description": description })
+            .map(|column| {
+                json!({
+                    "name": column.name,
+                    "unit": column.unit,
+                    "description": column.description,
+                    "elements": column.elements,
+                })
             })
             .collect();
         all.push(json!({ "source": source, "kinds": kinds, "columns": columns }));

@@ -51,7 +51,7 @@ use std::path::{Path, PathBuf};
 use strum::VariantArray;
 
 use crate::report::followed::Followed;
-use crate::store::{TableKind, record_paths};
+use crate::store::{ColumnHead, TableKind, record_paths};
 use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
@@ -135,8 +135,8 @@ pub fn plot(paths: &[PathBuf], request: &PlotRequest) -> Result<Drawn, PlotError
 pub struct Drawable {
     /// Kinds of pictures.
     pub kinds: Vec<What>,
-    /// Name, unit and description of every column.
-    pub columns: Vec<[String; 3]>,
+    /// Every column, by the name that it is asked for by.
+    pub columns: Vec<ColumnHead>,
 }
 
 /// Says what can be drawn of a results folder.
