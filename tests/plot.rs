@@ -618,7 +618,7 @@ fn elements_of_lists_are_called_by_their_names() {
         "run.transient=20",
         "run.cycles=60",
         "run.settle=false",
-        "grid.load=0.3",
+        "grid.load={ values = [0.1, 0.2, 0.3] }",
         "analyses={ nvh = { bearings = true, torques = true, accelerations = true } }",
     ];
     let quickstart = include_str!("../manifests/quickstart.toml");
@@ -640,11 +640,15 @@ fn elements_of_lists_are_called_by_their_names() {
         ],
     );
     let drawn = |arguments: &[&str]| {
-        let (files, _) = plotted(path, "results", &[arguments, &["--format", "svg"]].concat());
+        let over = ["--over", "speed", "--by", "load", "--format", "svg"];
+        let (files, _) = plotted(path, "results", &[arguments, &over].concat());
         labels(path, &files[0])
     };
     let all = drawn(&["--what", "bearing_rms"]);
-    holds(&all, &["pinion 1 x", "wheel 2 y", "pinion 1 axial"]);
+    // Thirty curves: colours tell bearings, dashes loads.
+    for entry in ["pinion 1 x", "wheel 2 y", "pinion 1 axial", "load 0.2"] {
+        assert!(all.iter().any(|label| label == entry), "{entry}: {all:?}");
+    }
     assert!(
         !all.iter().any(|label| label.contains("element")),
         "{all:?}"
@@ -659,7 +663,7 @@ fn elements_of_lists_are_called_by_their_names() {
     );
     // Round-off has a level, too, which must not stretch the axis.
     let levels = drawn(&["--what", "bearing_rms", "--db", "1 N"]);
-    holds(&levels, &["8 values of round-off below the axis"]);
+    holds(&levels, &["24 values of round-off below the axis"]);
     let ticks = levels
         .iter()
         .filter_map(|label| label.replace('−', "-").parse::<f64>().ok());

@@ -188,6 +188,11 @@ impl ResultTable {
         self.json("axes")
     }
 
+    /// Units that the manifest gives axes in, by their name; empty where the file does not say.
+    pub fn axis_units(&self) -> BTreeMap<String, String> {
+        self.json("axis_units").unwrap_or_default()
+    }
+
     /// SI unit of every column, by name.
     ///
     /// # Errors

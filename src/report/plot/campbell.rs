@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, FAINT, INK, RED, SOFT};
 use super::display::{Display, Unit};
+use super::lettering::fitted;
 use super::over_axis::LEFT;
 use super::panel::{Panel, TICK_SIZE};
 use super::picture::{Drawn, Picture};
@@ -14,8 +15,11 @@ use crate::report::numbers::number;
 const RIGHT: f64 = 690.0;
 const TOP: f64 = 72.0;
 const BOTTOM: f64 = 526.0;
+/// Right end of the canvas, and letters of the key \[px\].
+const EDGE: f64 = 954.0;
+const KEY_SIZE: f64 = 11.5;
 /// Most resonances listed beside the diagram.
-const MOST_LISTED: usize = 20;
+const MOST_LISTED: usize = 19;
 /// Part of a mode's elastic energy in the mesh from which it is drawn bold.
 const IN_MESH: f64 = 0.05;
 /// Natural frequencies of modes with open contacts.
@@ -252,7 +256,8 @@ impl Campbell {
         let x = RIGHT + 86.0;
         let mut y = TOP + 6.0;
         let mut say = |canvas: &mut Canvas, text: &str, colour: Colour| {
-            canvas.text([x, y], text, 11.5, colour, Anchor::Start);
+            let (text, size) = fitted(text, KEY_SIZE, 8.0, EDGE - x);
+            canvas.text([x, y], &text, size, colour, Anchor::Start);
             y += 16.5;
         };
         let named = [
@@ -267,8 +272,9 @@ impl Campbell {
         }
         let of = |contacts: Contacts| met.iter().filter(move |one| one.contacts == contacts);
         let (closed, open) = (of(Contacts::Closed).count(), of(Contacts::Open).count());
-        let near = format!("grid ± {:.0} %", 100.0 * NEAR_GRID);
-        say(canvas, &format!("{closed} resonances closed, {near}:"), INK);
+        let near = format!("resonances at the grid ± {:.0} %:", 100.0 * NEAR_GRID);
+        say(canvas, &near, INK);
+        say(canvas, &format!("{closed} with contacts closed"), INK);
         // Those that the mesh drives most, by speed.
         let mut leading: Vec<&Resonance> = of(Contacts::Closed).collect();
         leading.sort_by(|a, b| b.mesh_share.total_cmp(&a.mesh_share));
@@ -289,7 +295,7 @@ impl Campbell {
             let text = format!("… {} more, less in the mesh", closed - leading.len());
             say(canvas, &text, SOFT);
         }
-        say(canvas, &format!("{open} resonances open, grey dots"), SOFT);
+        say(canvas, &format!("{open} with contacts open: grey"), SOFT);
         canvas.line(&[[x - 8.0, TOP], [x - 8.0, BOTTOM]], FAINT, 1.0);
     }
 }
@@ -375,8 +381,9 @@ mod tests {
             "speed [rpm]",
             "frequency [kHz]",
             "2 × mesh",
-            "3 resonances closed, grid ± 10 %:",
-            "0 resonances open, grey dots",
+            "resonances at the grid ± 10 %:",
+            "3 with contacts closed",
+            "0 with contacts open: grey",
             "6000 rpm: 1 × mesh, mode 1",
         ] {
             assert!(texts.contains(&wanted), "{wanted} is not in {texts:?}");

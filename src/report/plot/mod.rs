@@ -5,6 +5,7 @@
 //! or PNG of it. Same files, same bytes.
 
 mod axis;
+mod axis_units;
 mod basins;
 mod bifurcation;
 mod branches;
@@ -52,6 +53,7 @@ use strum::VariantArray;
 
 use crate::report::followed::Followed;
 use crate::store::{ColumnHead, TableKind, record_paths};
+use axis_units::AxisUnits;
 use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
@@ -77,7 +79,8 @@ const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writ
 /// What was given: a folder, which may be of several kinds at once, or a table file.
 struct Source {
     results: Option<Results>,
-    followed: Option<Followed>,
+    /// Followed orbits, and the units of their axes.
+    followed: Option<(Followed, AxisUnits)>,
     recording: Option<Recording>,
     mesh: Option<MeshCurves>,
 }
@@ -175,13 +178,14 @@ impl Source {
                 folder: path.to_path_buf(),
             });
         }
-        let mut results = has_results.then(|| Results::read(path)).transpose()?;
-        if let Some(results) = &mut results {
-            results.show_in(units);
-        }
+        let results = has_results.then(|| Results::read(path, units));
+        let followed = Followed::read(path)?.map(|followed| {
+            let shown = AxisUnits::new(&followed.axes, &followed.units, units);
+            (followed, shown)
+        });
         Ok(Self {
-            results,
-            followed: Followed::read(path)?,
+            results: results.transpose()?,
+            followed,
             recording: has_trace.then(|| Recording::read(path)).transpose()?,
             mesh: None,
         })
@@ -249,12 +253,12 @@ impl Source {
             return mesh::draw(what, curves);
         }
         if let What::Branches | What::Curves = what {
-            let Some(followed) = &self.followed else {
+            let Some((followed, shown)) = &self.followed else {
                 return Err(unfit(FOLLOWED_NEEDED));
             };
             return match what {
-                What::Curves => curves::draw(followed, self.results.as_ref()),
-                _ => Ok(branches::draw(followed, self.results.as_ref())),
+                What::Curves => curves::draw(followed, shown, self.results.as_ref()),
+                _ => Ok(branches::draw(followed, shown, self.results.as_ref())),
             };
         }
         match (what, &self.results, &self.recording) {
@@ -274,7 +278,7 @@ impl Source {
             What::Mesh | What::Sharing | What::Contact => self.mesh.is_some(),
             _ if self.mesh.is_some() => false,
             What::Branches => self.followed.is_some(),
-            What::Curves => (self.followed.as_ref()).is_some_and(|own| own.second.is_some()),
+            What::Curves => (self.followed.as_ref()).is_some_and(|(own, _)| own.second.is_some()),
             What::Phase => self.results.is_some() || self.recording.is_some(),
             // Only where they were asked for: most results have neither.
             What::Shares => self.holds(TableKind::Attractors),
